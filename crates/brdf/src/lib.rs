@@ -1,0 +1,5 @@
+//! Reflection models and their spherical-harmonic coefficients.
+
+mod coefficients;
+
+pub use coefficients::{BrdfCoefficients, Centre};

@@ -1,0 +1,31 @@
+//! A flat picture, before anything is known of its layout.
+
+/// A picture: RGB values, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    width: usize,
+    height: usize,
+    pixels: Vec<[f32; 3]>,
+}
+
+impl Image {
+    /// A picture; `None` where it is empty or the number of pixels is not width x height.
+    pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Option<Self> {
+        (width > 0 && height > 0 && pixels.len() == width * height).then_some(Self { width, height, pixels })
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// RGB values, row by row from the top.
+    pub fn pixels(&self) -> &[[f32; 3]] {
+        &self.pixels
+    }
+}

@@ -1,0 +1,58 @@
+//! A unit vector in Specula's frame: right-handed, +Z up and the polar axis.
+
+use glam::DVec3;
+
+/// A unit vector in Specula's frame (right-handed, +Z up).
+///
+/// Spherical angles: theta is measured from +Z, phi from +X toward +Y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction(DVec3);
+
+impl Direction {
+    /// +X: the centre of a lat-long image.
+    pub const X: Self = Self(DVec3::X);
+    /// +Y: a quarter of the way from the left of a lat-long image.
+    pub const Y: Self = Self(DVec3::Y);
+    /// +Z: up, the polar axis.
+    pub const Z: Self = Self(DVec3::Z);
+
+    /// The direction of `v`, or `None` where `v` is zero or not finite.
+    pub fn new(v: DVec3) -> Option<Self> {
+        v.try_normalize().map(Self)
+    }
+
+    /// The direction of a vector that is known to be neither zero nor infinite.
+    ///
+    /// # Panics
+    /// In debug builds, where `v` cannot be normalised.
+    pub fn normalised(v: DVec3) -> Self {
+        Self(v.normalize())
+    }
+
+    /// The direction at colatitude `theta` and azimuth `phi`, in radians.
+    pub fn from_angles(theta: f64, phi: f64) -> Self {
+        let (sin_theta, cos_theta) = theta.sin_cos();
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        Self(DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta))
+    }
+
+    /// Colatitude in [0, pi], accurate at the poles.
+    pub fn theta(self) -> f64 {
+        self.0.x.hypot(self.0.y).atan2(self.0.z)
+    }
+
+    /// Azimuth in (-pi, pi]; 0 at the poles.
+    pub fn phi(self) -> f64 {
+        if self.0.x == 0.0 && self.0.y == 0.0 { 0.0 } else { self.0.y.atan2(self.0.x) }
+    }
+
+    /// The unit vector.
+    pub fn vector(self) -> DVec3 {
+        self.0
+    }
+
+    /// The cosine of the angle between two directions.
+    pub fn dot(self, other: Self) -> f64 {
+        self.0.dot(other.0)
+    }
+}

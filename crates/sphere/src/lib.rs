@@ -1,0 +1,17 @@
+//! Directions, frames and the mappings between a sphere and an image.
+//!
+//! This crate is the one owner of every convention in `CONVENTIONS.md`: no other crate flips an axis or
+//! decides where a pixel centre lies.
+
+mod cube;
+mod direction;
+mod frame;
+mod lat_long;
+mod rotation;
+
+pub use cube::{Cube, Face};
+pub use direction::Direction;
+pub use frame::{from_cube, from_file, to_cube, to_file};
+pub use glam::{DMat3, DQuat, DVec3};
+pub use lat_long::LatLong;
+pub use rotation::{Rotation, Zyz};

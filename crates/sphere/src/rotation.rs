@@ -1,0 +1,83 @@
+//! Active, right-handed rotations: yaw about +Z, pitch about +Y, roll about +X.
+
+use glam::{DMat3, DQuat};
+
+use crate::Direction;
+
+/// An active, right-handed rotation: it takes a direction w to R w, and a function f to f(R^-1 w).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotation(DQuat);
+
+/// ZYZ angles of a rotation, in radians: R = R_z(alpha) R_y(beta) R_z(gamma), beta in [0, pi].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zyz {
+    /// The last rotation about +Z.
+    pub alpha: f64,
+    /// The rotation about +Y, in [0, pi].
+    pub beta: f64,
+    /// The first rotation about +Z.
+    pub gamma: f64,
+}
+
+impl Rotation {
+    /// The rotation that moves nothing.
+    pub const IDENTITY: Self = Self(DQuat::IDENTITY);
+
+    /// R = R_z(yaw) R_y(pitch) R_x(roll), in radians. A positive pitch lowers +X.
+    pub fn from_yaw_pitch_roll(yaw: f64, pitch: f64, roll: f64) -> Self {
+        Self(DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll))
+    }
+
+    /// The rotation of a quaternion (x, y, z, w), normalised; `None` where it is zero or not finite.
+    pub fn from_quaternion(x: f64, y: f64, z: f64, w: f64) -> Option<Self> {
+        let length = DQuat::from_xyzw(x, y, z, w).length();
+        (length.is_finite() && length > 0.0)
+            .then(|| Self(DQuat::from_xyzw(x / length, y / length, z / length, w / length)))
+    }
+
+    /// R = R_z(alpha) R_y(beta) R_z(gamma).
+    pub fn from_zyz(zyz: Zyz) -> Self {
+        Self(
+            DQuat::from_rotation_z(zyz.alpha)
+                * DQuat::from_rotation_y(zyz.beta)
+                * DQuat::from_rotation_z(zyz.gamma),
+        )
+    }
+
+    /// The ZYZ angles of this rotation; gamma is 0 where beta is 0 or pi.
+    pub fn zyz(self) -> Zyz {
+        // q = (sin(b/2) sin((g-a)/2), sin(b/2) cos((g-a)/2), cos(b/2) sin((a+g)/2), cos(b/2) cos((a+g)/2))
+        let q = self.0;
+        let (sine, cosine) = (q.x.hypot(q.y), q.z.hypot(q.w));
+        let beta = 2.0 * sine.atan2(cosine);
+        let sum = q.z.atan2(q.w);
+        let difference = q.x.atan2(q.y);
+        if sine == 0.0 {
+            Zyz { alpha: 2.0 * sum, beta, gamma: 0.0 }
+        } else if cosine == 0.0 {
+            Zyz { alpha: -2.0 * difference, beta, gamma: 0.0 }
+        } else {
+            Zyz { alpha: sum - difference, beta, gamma: sum + difference }
+        }
+    }
+
+    /// R w.
+    pub fn apply(self, direction: Direction) -> Direction {
+        Direction::normalised(self.0 * direction.vector())
+    }
+
+    /// The rotation that undoes this one.
+    pub fn inverse(self) -> Self {
+        Self(self.0.conjugate())
+    }
+
+    /// The rotation that applies `first`, then `self`.
+    pub fn after(self, first: Self) -> Self {
+        Self((self.0 * first.0).normalize())
+    }
+
+    /// The 3 x 3 matrix of this rotation.
+    pub fn matrix(self) -> DMat3 {
+        DMat3::from_quat(self.0)
+    }
+}
