@@ -1,1 +1,28 @@
-//! Engine.
+//! An incremental, content-addressed build of a graph of stages. It knows nothing of light.
+//!
+//! A *manifest* names *stages*; each has a *kind* (code, by [`Kind`]), inputs and parameters. [`Plan`] turns a
+//! manifest and the files that it matches into *items*; the scheduler runs those that are out of date and
+//! publishes what they export. Everything that happens is told as an [`Event`].
+
+mod artifact;
+mod context;
+mod document;
+mod event;
+mod fault;
+mod key;
+mod kind;
+mod parameters;
+mod plan;
+
+pub use artifact::{Artifact, Handle};
+pub use context::{Cancel, Context, Failure, Files, Read};
+pub use document::{Entry, Table, Value, ValueKind};
+pub use event::{Event, ItemName, Reason, Summary};
+pub use fault::{Fault, Faults};
+pub use key::{Digest, ItemKey};
+pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
+pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
+pub use plan::{Item, ItemIndex, Plan, Stage, StageIndex};
+
+#[doc(hidden)]
+pub use serde_json;

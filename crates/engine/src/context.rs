@@ -1,0 +1,313 @@
+//! What a running item may see: its inputs, the files that it names, its key; and what it may say.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::{Artifact, Digest, Handle, ItemKey};
+
+/// Why an item has no output: a chain of messages, what happened first, its causes after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// What happened, and then the causes.
+    pub chain: Vec<String>,
+    /// What to do.
+    pub help: Option<String>,
+    /// Whether the item stopped because it was told to.
+    pub cancelled: bool,
+}
+
+impl Failure {
+    /// A failure with one message: what happened, where, what was expected.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { chain: vec![message.into()], help: None, cancelled: false }
+    }
+
+    /// The failure of an item that was told to stop.
+    pub fn cancelled() -> Self {
+        Self { chain: vec!["cancelled".into()], help: None, cancelled: true }
+    }
+
+    /// Puts a message before the chain: where or while doing what.
+    #[must_use]
+    pub fn context(mut self, message: impl Into<String>) -> Self {
+        self.chain.insert(0, message.into());
+        self
+    }
+
+    /// Adds what to do.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.chain.join(": "))
+    }
+}
+
+impl<E: Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let mut chain = vec![error.to_string()];
+        let mut source = error.source();
+        while let Some(cause) = source {
+            chain.push(cause.to_string());
+            source = cause.source();
+        }
+        Self { chain, help: None, cancelled: false }
+    }
+}
+
+/// Tells running work to stop. Clones share one flag.
+#[derive(Clone, Debug, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// Tells everyone who holds a clone to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// The files of the outside world.
+pub trait Files: Send + Sync {
+    /// The content of a file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    fn read(&self, path: &Path) -> std::io::Result<Arc<Vec<u8>>>;
+
+    /// The names in a folder, sorted; whether each is a folder.
+    ///
+    /// # Errors
+    /// Where the folder cannot be read.
+    fn list(&self, path: &Path) -> std::io::Result<Vec<(String, bool)>>;
+
+    /// Whether the path is a folder.
+    fn is_folder(&self, path: &Path) -> bool;
+}
+
+/// Something that an item read: a file's content or a folder's listing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Read {
+    /// The path as the item resolved it.
+    pub path: PathBuf,
+    /// Whether the names in a folder were read, rather than a file's content.
+    pub listing: bool,
+    /// The digest of the content or of the listing (names joined by newlines); `None`: it was not there.
+    pub digest: Option<Digest>,
+}
+
+/// What a running item may see and say.
+pub struct Context<'a> {
+    pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
+    pub(crate) source: Option<PathBuf>,
+    pub(crate) key: Option<ItemKey>,
+    pub(crate) recipe: String,
+    pub(crate) files: &'a dyn Files,
+    pub(crate) cancel: Cancel,
+    pub(crate) reads: Mutex<Vec<Read>>,
+    pub(crate) warnings: Mutex<Vec<String>>,
+    pub(crate) notes: Mutex<Vec<String>>,
+}
+
+impl<'a> Context<'a> {
+    /// A context without inputs; the scheduler and tests of kinds add what the item has.
+    pub fn new(files: &'a dyn Files) -> Self {
+        Self {
+            inputs: BTreeMap::new(),
+            source: None,
+            key: None,
+            recipe: String::new(),
+            files,
+            cancel: Cancel::default(),
+            reads: Mutex::default(),
+            warnings: Mutex::default(),
+            notes: Mutex::default(),
+        }
+    }
+
+    /// Adds the items that arrive at a port, sorted by key.
+    #[must_use]
+    pub fn with_input(mut self, port: &str, items: Vec<(ItemKey, Arc<Handle>)>) -> Self {
+        self.inputs.insert(port.into(), items);
+        self
+    }
+
+    /// Sets the source file or folder of the item.
+    #[must_use]
+    pub fn with_source(mut self, source: PathBuf) -> Self {
+        self.source = Some(source);
+        self
+    }
+
+    /// Lets the item see its key, for a kind that shows names.
+    #[must_use]
+    pub fn with_key(mut self, key: ItemKey) -> Self {
+        self.key = Some(key);
+        self
+    }
+
+    /// Sets the recipe that exported files hold.
+    #[must_use]
+    pub fn with_recipe(mut self, recipe: String) -> Self {
+        self.recipe = recipe;
+        self
+    }
+
+    /// Lets the item be cancelled.
+    #[must_use]
+    pub fn with_cancel(mut self, cancel: Cancel) -> Self {
+        self.cancel = cancel;
+        self
+    }
+
+    /// The artifact at a single port.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or the port is not connected.
+    pub fn get<T: Artifact>(&self, port: &str) -> Result<Arc<T>, Failure> {
+        self.optional(port)?.ok_or_else(|| Failure::new(format!("port {port} is not connected")))
+    }
+
+    /// The artifact at an optional port.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub fn optional<T: Artifact>(&self, port: &str) -> Result<Option<Arc<T>>, Failure> {
+        match self.inputs.get(port).and_then(|items| items.first()) {
+            Some((_, handle)) => handle.get::<T>().map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// The artifacts at a `many` port, sorted by key.
+    ///
+    /// # Errors
+    /// Where one cannot be read.
+    pub fn many<T: Artifact>(&self, port: &str) -> Result<Vec<(ItemKey, Arc<T>)>, Failure> {
+        let items = self.inputs.get(port).map_or(&[][..], Vec::as_slice);
+        items.iter().map(|(key, handle)| Ok((key.clone(), handle.get::<T>()?))).collect()
+    }
+
+    /// The type of the artifact that arrives at a port, for a port that takes several.
+    pub fn type_at(&self, port: &str) -> Option<&'static str> {
+        self.inputs.get(port).and_then(|items| items.first()).map(|(_, handle)| handle.type_name())
+    }
+
+    /// The source file or folder of this item.
+    ///
+    /// # Errors
+    /// Where the stage has no source.
+    pub fn source(&self) -> Result<&Path, Failure> {
+        self.source.as_deref().ok_or_else(|| Failure::new("this stage has no source"))
+    }
+
+    /// The content of a file; a relative path is taken from the folder of the item's source.
+    ///
+    /// The engine notes the file: the item is rerun when its content changes.
+    ///
+    /// # Errors
+    /// Where the file cannot be read; the message names it.
+    pub fn read(&self, path: &Path) -> Result<Arc<Vec<u8>>, Failure> {
+        let path = self.resolve(path);
+        let bytes = self.files.read(&path);
+        let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
+        self.noted(Read { path: path.clone(), listing: false, digest });
+        bytes.map_err(|error| Failure::from(error).context(format!("cannot read {}", path.display())))
+    }
+
+    /// The names in a folder, sorted, each with whether it is a folder; noted as [`Context::read`] is.
+    ///
+    /// # Errors
+    /// Where the folder cannot be read; the message names it.
+    pub fn list(&self, path: &Path) -> Result<Vec<(String, bool)>, Failure> {
+        let path = self.resolve(path);
+        let names = self.files.list(&path);
+        let digest = names.as_ref().ok().map(|names| listing_digest(names));
+        self.noted(Read { path: path.clone(), listing: true, digest });
+        names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path.display())))
+    }
+
+    /// Whether the path is a folder; relative paths as for [`Context::read`].
+    pub fn is_folder(&self, path: &Path) -> bool {
+        self.files.is_folder(&self.resolve(path))
+    }
+
+    /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.
+    pub fn key(&self) -> Option<&ItemKey> {
+        self.key.as_ref()
+    }
+
+    /// The recipe for an exported file: canonical JSON of kind, revision, parameters and input digests.
+    pub fn recipe(&self) -> &str {
+        &self.recipe
+    }
+
+    /// Tells the user about something that they should look at.
+    pub fn warn(&self, message: impl Into<String>) {
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
+    }
+
+    /// Tells the user a fact about the result: the degree that was chosen, and why.
+    pub fn note(&self, message: impl Into<String>) {
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
+    }
+
+    /// The warnings so far.
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The notes so far.
+    pub fn notes(&self) -> Vec<String> {
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What was read so far, in order.
+    pub fn reads(&self) -> Vec<Read> {
+        self.reads.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Returns early from work that is no longer wanted.
+    ///
+    /// # Errors
+    /// [`Failure::cancelled`] where the build was told to stop.
+    pub fn check_cancelled(&self) -> Result<(), Failure> {
+        if self.cancel.is_cancelled() { Err(Failure::cancelled()) } else { Ok(()) }
+    }
+
+    fn resolve(&self, path: &Path) -> PathBuf {
+        match self.source.as_deref().and_then(Path::parent) {
+            Some(folder) if path.is_relative() => folder.join(path),
+            _ => path.to_path_buf(),
+        }
+    }
+
+    fn noted(&self, read: Read) {
+        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+        if !reads.contains(&read) {
+            reads.push(read);
+        }
+    }
+}
+
+/// The digest of a folder's listing.
+pub(crate) fn listing_digest(names: &[(String, bool)]) -> Digest {
+    let mut hasher = blake3::Hasher::new();
+    for (name, folder) in names {
+        hasher.update(name.as_bytes()).update(if *folder { b"/\n" } else { b"\n" });
+    }
+    Digest(*hasher.finalize().as_bytes())
+}

@@ -1,0 +1,252 @@
+//! What a stage can do: the trait that authors of kinds write, and its erased form that the engine sees.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use crate::{Artifact, Context, Digest, Failure, Fault, Field, Parameters, Table};
+
+/// A place where artifacts arrive.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Port {
+    /// The name in `inputs = { name = "stage" }`.
+    pub name: &'static str,
+    /// The names of the artifact types that it takes.
+    pub types: Vec<&'static str>,
+    /// Whether it receives every item that agrees (a gather) rather than one.
+    pub many: bool,
+    /// Whether it may be left unconnected.
+    pub optional: bool,
+}
+
+impl Port {
+    /// A port that takes one artifact of type `T`.
+    pub fn one<T: Artifact>(name: &'static str) -> Self {
+        Self { name, types: vec![T::TYPE], many: false, optional: false }
+    }
+
+    /// A port that receives every item that agrees, sorted by key.
+    pub fn many<T: Artifact>(name: &'static str) -> Self {
+        Self { many: true, ..Self::one::<T>(name) }
+    }
+
+    /// The same port, also taking artifacts of type `T`.
+    #[must_use]
+    pub fn or<T: Artifact>(mut self) -> Self {
+        self.types.push(T::TYPE);
+        self
+    }
+
+    /// The same port, which may be left unconnected.
+    #[must_use]
+    pub fn optional(mut self) -> Self {
+        self.optional = true;
+        self
+    }
+}
+
+/// What an item of a stage makes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Product {
+    /// An artifact of this type, for other stages.
+    Artifact(&'static str),
+    /// Files: the endings that are put after the item's `path`, such as `.exr` or `/px.exr`. Of several,
+    /// the last is the index, which is renamed into place after the others.
+    Files(Vec<String>),
+}
+
+/// What a run of an item made.
+pub enum Output {
+    /// An artifact: its encoded bytes, and the value for consumers of the same build.
+    Artifact {
+        /// The bytes.
+        bytes: Vec<u8>,
+        /// The value that the bytes encode.
+        value: Arc<dyn Any + Send + Sync>,
+    },
+    /// The files, in the order of [`Product::Files`].
+    Files(Vec<Vec<u8>>),
+}
+
+impl Output {
+    /// An artifact.
+    ///
+    /// # Errors
+    /// Where it cannot be encoded.
+    pub fn artifact<T: Artifact>(value: T) -> Result<Self, Failure> {
+        Ok(Self::Artifact { bytes: value.encode()?, value: Arc::new(value) })
+    }
+
+    /// The digests of the bytes, in order.
+    pub fn digests(&self) -> Vec<Digest> {
+        match self {
+            Self::Artifact { bytes, .. } => vec![Digest::of(bytes)],
+            Self::Files(files) => files.iter().map(|bytes| Digest::of(bytes)).collect(),
+        }
+    }
+}
+
+/// What a stage does: one unit of code with typed ports, parameters, a revision and its own manual text.
+pub trait Kind: Send + Sync + 'static {
+    /// The parameters, parsed once before the graph runs.
+    type Parameters: Parameters;
+
+    /// The name in the manifest: `project-sh`.
+    const NAME: &'static str;
+    /// Raised by the author when the output of equal inputs changes.
+    const REVISION: u32;
+    /// The text of the kind's own source file (`include_str!`): its `//!` lines are the manual page.
+    const TEXT: &'static str;
+    /// Whether the kind reads a file or folder named by `source`.
+    const SOURCE: bool = false;
+    /// Whether the kind shows items' names (labels), so that they are part of its key.
+    const SHOWS_KEYS: bool = false;
+
+    /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
+    fn ports() -> Vec<Port>;
+
+    /// What an item makes, given the type that arrives at each connected port (in the order of `ports`).
+    fn product(parameters: &Self::Parameters, types: &[(&'static str, &'static str)]) -> Product;
+
+    /// Faults that a parameter alone cannot show: pairs of a parameter's name and what is wrong.
+    fn check(_parameters: &Self::Parameters) -> Vec<(&'static str, String)> {
+        Vec::new()
+    }
+
+    /// Makes the output of one item.
+    ///
+    /// # Errors
+    /// Where the input cannot be used: a message that says what, where, what was expected and what to do.
+    fn run(parameters: &Self::Parameters, context: &Context<'_>) -> Result<Output, Failure>;
+}
+
+/// A [`Kind`] as the engine sees it.
+pub trait ErasedKind: Send + Sync {
+    /// [`Kind::NAME`].
+    fn name(&self) -> &'static str;
+    /// [`Kind::REVISION`].
+    fn revision(&self) -> u32;
+    /// The manual text, Markdown, from the `//!` lines of [`Kind::TEXT`].
+    fn manual(&self) -> String;
+    /// The parameters: names, what each expects, defaults and docs.
+    fn fields(&self) -> Vec<Field>;
+    /// [`Kind::ports`].
+    fn ports(&self) -> Vec<Port>;
+    /// [`Kind::SOURCE`].
+    fn has_source(&self) -> bool;
+    /// [`Kind::SHOWS_KEYS`].
+    fn shows_keys(&self) -> bool;
+    /// Parses a stage's parameters: the entries of its table less those that the engine owns.
+    ///
+    /// # Errors
+    /// All faults of the parameters.
+    fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Fault>>;
+}
+
+/// A kind with the parameters of one stage.
+pub trait Configured: Send + Sync {
+    /// The parameters with defaults filled in, as canonical JSON.
+    fn canonical(&self) -> serde_json::Value;
+    /// [`Kind::product`].
+    fn product(&self, types: &[(&'static str, &'static str)]) -> Product;
+    /// [`Kind::run`].
+    ///
+    /// # Errors
+    /// As [`Kind::run`].
+    fn run(&self, context: &Context<'_>) -> Result<Output, Failure>;
+}
+
+/// A list of kinds: what a manifest may name.
+#[derive(Clone, Default)]
+pub struct Kinds(Vec<Arc<dyn ErasedKind>>);
+
+impl Kinds {
+    /// An empty list.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a kind.
+    ///
+    /// # Panics
+    /// Where a kind of that name is there already: a mistake in the program, not in its input.
+    #[must_use]
+    pub fn with<K: Kind>(mut self, kind: K) -> Self {
+        assert!(self.get(K::NAME).is_none(), "two kinds are named {}", K::NAME);
+        self.0.push(Arc::new(Erased(kind)));
+        self
+    }
+
+    /// The kind of a name.
+    pub fn get(&self, name: &str) -> Option<&Arc<dyn ErasedKind>> {
+        self.0.iter().find(|kind| kind.name() == name)
+    }
+
+    /// All kinds, in the order of the list.
+    pub fn iter(&self) -> impl Iterator<Item = &Arc<dyn ErasedKind>> {
+        self.0.iter()
+    }
+}
+
+struct Erased<K>(#[allow(dead_code)] K);
+
+impl<K: Kind> ErasedKind for Erased<K> {
+    fn name(&self) -> &'static str {
+        K::NAME
+    }
+
+    fn revision(&self) -> u32 {
+        K::REVISION
+    }
+
+    fn manual(&self) -> String {
+        let lines = K::TEXT.lines().map_while(|line| line.strip_prefix("//!"));
+        lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        K::Parameters::fields()
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        K::ports()
+    }
+
+    fn has_source(&self) -> bool {
+        K::SOURCE
+    }
+
+    fn shows_keys(&self) -> bool {
+        K::SHOWS_KEYS
+    }
+
+    fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Fault>> {
+        let mut faults = Vec::new();
+        let parameters = K::Parameters::parse(table, &mut faults);
+        if let Some(parameters) = &parameters {
+            for (name, message) in K::check(parameters) {
+                let span = table.get(name).map_or(table.span.clone(), |entry| entry.value.span.clone());
+                faults.push(Fault::at(span, message));
+            }
+        }
+        match parameters {
+            Some(parameters) if faults.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
+            _ => Err(faults),
+        }
+    }
+}
+
+struct Stage<K: Kind>(K::Parameters);
+
+impl<K: Kind> Configured for Stage<K> {
+    fn canonical(&self) -> serde_json::Value {
+        self.0.canonical()
+    }
+
+    fn product(&self, types: &[(&'static str, &'static str)]) -> Product {
+        K::product(&self.0, types)
+    }
+
+    fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {
+        K::run(&self.0, context)
+    }
+}

@@ -1,0 +1,322 @@
+//! Parameters declared once: name, type, default and manual text in one place.
+//!
+//! [`parameters!`](crate::parameters) makes a struct of them, [`choice!`](crate::choice) an enum of words. Both are
+//! parsed from a [`Table`] with all faults reported at once.
+
+use crate::{Fault, Table, Value, ValueKind};
+
+/// A type that a parameter can have.
+pub trait Parameter: Sized {
+    /// What is expected, for messages and manual pages: `a number`.
+    fn expected() -> String;
+
+    /// The value, or what is wrong with it.
+    ///
+    /// # Errors
+    /// A fault at the value's place.
+    fn parse(value: &Value) -> Result<Self, Fault>;
+
+    /// The value as canonical JSON: equal values give equal JSON.
+    fn canonical(&self) -> serde_json::Value;
+}
+
+/// A parameter as manual pages and schemas show it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// The key in the manifest.
+    pub name: String,
+    /// What it expects.
+    pub expected: String,
+    /// The default, or `None` where the parameter must be given.
+    pub default: Option<serde_json::Value>,
+    /// The manual text, one paragraph.
+    pub doc: String,
+}
+
+/// A set of parameters, made by [`parameters!`](crate::parameters).
+pub trait Parameters: Sized + Send + Sync + 'static {
+    /// The parameters in the order of their declaration.
+    fn fields() -> Vec<Field>;
+
+    /// Parses a table, adding every fault that it finds; `None` where there was one.
+    fn parse(table: &Table, faults: &mut Vec<Fault>) -> Option<Self>;
+
+    /// The parameters with defaults filled in, as canonical JSON.
+    fn canonical(&self) -> serde_json::Value;
+}
+
+/// The fault of a value that is not what was expected.
+pub fn unexpected(value: &Value, expected: &str) -> Fault {
+    let found = match &value.kind {
+        ValueKind::Boolean(value) => format!("{value}"),
+        ValueKind::Integer(value) => format!("{value}"),
+        ValueKind::Float(value) => format!("{value:?}"),
+        ValueKind::String(value) => format!("{value:?}"),
+        ValueKind::Array(_) => "an array".into(),
+        ValueKind::Table(_) => "a table".into(),
+        ValueKind::Datetime(value) => format!("the date {value}"),
+    };
+    Fault::at(value.span.clone(), format!("{found} is not {expected}"))
+        .expected(format!("expected {expected}"))
+}
+
+/// The faults of keys that are not among `known`, each with the nearest spelling.
+pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Fault>) {
+    for entry in &table.entries {
+        if !known.contains(&entry.key) {
+            let mut fault =
+                Fault::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key)).expected(
+                    if known.is_empty() { "no key".into() } else { format!("one of: {}", known.join(", ")) },
+                );
+            if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
+                fault = fault.help(format!("did you mean {near:?}?"));
+            }
+            faults.push(fault);
+        }
+    }
+}
+
+/// The candidate that `name` is most likely a misspelling of.
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let scored =
+        candidates.into_iter().map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate));
+    let best = scored.min_by_key(|(distance, _)| *distance)?;
+    (best.0 <= 1 + name.chars().count() / 3).then_some(best.1)
+}
+
+impl Parameter for f64 {
+    fn expected() -> String {
+        "a finite number".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match value.kind {
+            ValueKind::Float(number) if number.is_finite() => Ok(number),
+            ValueKind::Integer(number) => Ok(number as f64),
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        // 30 and 30.0, 0 and -0 are one value.
+        (*self + 0.0).into()
+    }
+}
+
+impl Parameter for usize {
+    fn expected() -> String {
+        "a whole number, 0 or more".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match value.kind {
+            ValueKind::Integer(number) => {
+                Self::try_from(number).map_err(|_| unexpected(value, &Self::expected()))
+            }
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        (*self).into()
+    }
+}
+
+impl Parameter for bool {
+    fn expected() -> String {
+        "true or false".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match value.kind {
+            ValueKind::Boolean(flag) => Ok(flag),
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        (*self).into()
+    }
+}
+
+impl Parameter for String {
+    fn expected() -> String {
+        "a string".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match &value.kind {
+            ValueKind::String(text) => Ok(text.clone()),
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.clone().into()
+    }
+}
+
+/// `None` stands for a parameter that was left out; give it the default `None`.
+impl<T: Parameter> Parameter for Option<T> {
+    fn expected() -> String {
+        T::expected()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        T::parse(value).map(Some)
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.as_ref().map_or(serde_json::Value::Null, T::canonical)
+    }
+}
+
+impl<T: Parameter> Parameter for Vec<T> {
+    fn expected() -> String {
+        format!("an array, each {}", T::expected())
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match &value.kind {
+            ValueKind::Array(values) => values.iter().map(T::parse).collect(),
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.iter().map(T::canonical).collect()
+    }
+}
+
+/// Declares parameters: a struct whose field `bad_pixels` is the manifest's key `bad-pixels`.
+///
+/// A field with `= default` may be left out of the manifest. The doc comments are the manual text.
+///
+/// ```
+/// engine::parameters! {
+///     /// Parameters of `grade`.
+///     pub struct Grade {
+///         /// The gain, in stops.
+///         gain: f64 = 0.0,
+///         /// What to grade.
+///         what: String,
+///     }
+/// }
+/// assert_eq!(<Grade as engine::Parameters>::fields()[0].name, "gain");
+/// ```
+#[macro_export]
+macro_rules! parameters {
+    ($(#[$meta:meta])* $vis:vis struct $name:ident {
+        $($(#[doc = $doc:literal])* $field:ident : $type:ty $(= $default:expr)?,)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq)]
+        $vis struct $name {
+            $($(#[doc = $doc])* pub $field: $type,)*
+        }
+
+        impl $crate::Parameters for $name {
+            fn fields() -> Vec<$crate::Field> {
+                vec![$($crate::Field {
+                    name: stringify!($field).replace('_', "-"),
+                    expected: <$type as $crate::Parameter>::expected(),
+                    default: $crate::parameters!(@default $type $(, $default)?)
+                        .map(|value: $type| $crate::Parameter::canonical(&value)),
+                    doc: [$($doc),*].join("").trim().to_owned(),
+                },)*]
+            }
+
+            #[allow(unused_variables, clippy::unused_unit)]
+            fn parse(table: &$crate::Table, faults: &mut Vec<$crate::Fault>) -> Option<Self> {
+                let before = faults.len();
+                let known = <Self as $crate::Parameters>::fields()
+                    .into_iter().map(|field| field.name).collect::<Vec<_>>();
+                $crate::unknown_keys(table, &known, faults);
+                $(
+                    let name = stringify!($field).replace('_', "-");
+                    let $field: Option<$type> = match table.get(&name) {
+                        Some(entry) => match <$type as $crate::Parameter>::parse(&entry.value) {
+                            Ok(value) => Some(value),
+                            Err(fault) => {
+                                faults.push($crate::Fault { message: format!("{name}: {}", fault.message), ..fault });
+                                None
+                            }
+                        },
+                        None => {
+                            let default: Option<$type> = $crate::parameters!(@default $type $(, $default)?);
+                            if default.is_none() {
+                                faults.push($crate::Fault::at(table.span.clone(), format!("{name:?} is missing"))
+                                    .expected(format!("{name} = {}", <$type as $crate::Parameter>::expected())));
+                            }
+                            default
+                        }
+                    };
+                )*
+                if faults.len() > before {
+                    return None;
+                }
+                Some(Self { $($field: $field?,)* })
+            }
+
+            #[allow(unused_mut)]
+            fn canonical(&self) -> $crate::serde_json::Value {
+                let mut object = $crate::serde_json::Map::new();
+                $(object.insert(stringify!($field).replace('_', "-"), $crate::Parameter::canonical(&self.$field));)*
+                $crate::serde_json::Value::Object(object)
+            }
+        }
+    };
+    (@default $type:ty) => { None::<$type> };
+    (@default $type:ty, $default:expr) => { Some::<$type>($default) };
+}
+
+/// Declares a choice of words: an enum that the manifest writes as a string.
+///
+/// ```
+/// engine::choice! {
+///     /// What is done with bad pixels.
+///     pub enum BadPixels {
+///         /// The item fails.
+///         Error = "error",
+///         /// They become black.
+///         Zero = "zero",
+///     }
+/// }
+/// assert_eq!(<BadPixels as engine::Parameter>::expected(), "\"error\" or \"zero\"");
+/// ```
+#[macro_export]
+macro_rules! choice {
+    ($(#[$meta:meta])* $vis:vis enum $name:ident {
+        $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $name {
+            $($(#[$variant_meta])* $variant,)*
+        }
+
+        impl $crate::Parameter for $name {
+            fn expected() -> String {
+                [$(concat!("\"", $word, "\"")),*].join(" or ")
+            }
+
+            fn parse(value: &$crate::Value) -> Result<Self, $crate::Fault> {
+                let fault = $crate::unexpected(value, &Self::expected());
+                match &value.kind {
+                    $($crate::ValueKind::String(word) if word == $word => Ok(Self::$variant),)*
+                    $crate::ValueKind::String(word) => Err(match $crate::nearest(word, [$($word),*]) {
+                        Some(near) => fault.help(format!("did you mean {near:?}?")),
+                        None => fault,
+                    }),
+                    _ => Err(fault),
+                }
+            }
+
+            fn canonical(&self) -> $crate::serde_json::Value {
+                match self {
+                    $(Self::$variant => $word.into(),)*
+                }
+            }
+        }
+    };
+}
