@@ -2,6 +2,8 @@
 
 mod environment;
 mod image;
+mod tone;
 
 pub use environment::{CubeMap, Environment};
 pub use image::Image;
+pub use tone::{ToneMap, middle_grey_exposure, srgb_decode, srgb_encode, to_srgb8};
