@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::{Artifact, Context, Digest, Failure, Fault, Field, Parameters, Table};
 
 /// A place where artifacts arrive.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Port {
     /// The name in `inputs = { name = "stage" }`.
     pub name: &'static str,
@@ -16,12 +16,21 @@ pub struct Port {
     pub many: bool,
     /// Whether it may be left unconnected.
     pub optional: bool,
+    /// For each of `types`, how the engine decodes a stored artifact, once, before its consumers run.
+    pub(crate) decoders: Vec<Decoder>,
+}
+
+/// Decodes the bytes of an artifact into its value.
+pub(crate) type Decoder = fn(&[u8]) -> Result<Arc<dyn Any + Send + Sync>, Failure>;
+
+fn decode<T: Artifact>(bytes: &[u8]) -> Result<Arc<dyn Any + Send + Sync>, Failure> {
+    Ok(Arc::new(T::decode(bytes)?))
 }
 
 impl Port {
     /// A port that takes one artifact of type `T`.
     pub fn one<T: Artifact>(name: &'static str) -> Self {
-        Self { name, types: vec![T::TYPE], many: false, optional: false }
+        Self { name, types: vec![T::TYPE], many: false, optional: false, decoders: vec![decode::<T>] }
     }
 
     /// A port that receives every item that agrees, sorted by key.
@@ -33,6 +42,7 @@ impl Port {
     #[must_use]
     pub fn or<T: Artifact>(mut self) -> Self {
         self.types.push(T::TYPE);
+        self.decoders.push(decode::<T>);
         self
     }
 

@@ -5,24 +5,34 @@
 //! publishes what they export. Everything that happens is told as an [`Event`].
 
 mod artifact;
+mod build;
 mod context;
 mod document;
+mod error;
 mod event;
+mod explain;
 mod fault;
 mod key;
 mod kind;
 mod parameters;
 mod plan;
+#[cfg(test)]
+mod testkit;
+mod timestamp;
 
 pub use artifact::{Artifact, Handle};
+pub use build::{BuildOptions, build};
 pub use context::{Cancel, Context, Failure, Files, Read};
 pub use document::{Entry, Table, Value, ValueKind};
+pub use error::{Error, ErrorKind};
 pub use event::{Event, ItemName, Reason, Summary};
+pub use explain::{Explanation, ExportedFile, FileRead, InputUsed, LastRun, explain};
 pub use fault::{Fault, Faults};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
 pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
 pub use plan::{Item, ItemIndex, Plan, Stage, StageIndex};
+pub use timestamp::Timestamp;
 
 #[doc(hidden)]
 pub use serde_json;

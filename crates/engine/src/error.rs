@@ -1,0 +1,92 @@
+//! What stops a whole build, as opposed to one item: the state folder, the lock, the disk, the request itself.
+
+use std::fmt;
+use std::io;
+use std::path::Path;
+
+/// What went wrong, for exit codes and tests.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The state folder `.specula` is not what it should be.
+    BadState,
+    /// The state folder was written by a newer version.
+    NewerState,
+    /// Another build holds the state folder.
+    Locked,
+    /// A stage or file that was asked for does not exist.
+    UnknownTarget,
+    /// A file or folder that is not ours stands where one has to be published.
+    FileInTheWay,
+    /// The disk, or the user's share of it, is full.
+    DiskFull,
+    /// A place that must be written to is read-only or not permitted.
+    ReadOnly,
+    /// Any other failure of the file system.
+    Io,
+}
+
+/// Why a build or an explanation could not be made: a kind, a chain of messages and what to do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Error {
+    kind: ErrorKind,
+    chain: Vec<String>,
+    help: Option<String>,
+}
+
+impl Error {
+    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self { kind, chain: vec![message.into()], help: None }
+    }
+
+    /// The error of a file operation: what was being done, to which path, and what the system said.
+    pub(crate) fn io(error: &io::Error, doing: &str, path: &Path) -> Self {
+        let kind = classify(error);
+        let help = match kind {
+            ErrorKind::DiskFull => {
+                Some("make room on that disk and build again; what was there before is intact")
+            }
+            ErrorKind::ReadOnly => Some("make the place writable, or build in a copy of the project"),
+            _ => None,
+        };
+        let chain = vec![format!("cannot {doing} {}", path.display()), error.to_string()];
+        Self { kind, chain, help: help.map(str::to_owned) }
+    }
+
+    #[must_use]
+    pub(crate) fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// What went wrong.
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
+    }
+
+    /// What happened, then its causes.
+    pub fn chain(&self) -> &[String] {
+        &self.chain
+    }
+
+    /// What to do.
+    pub fn help(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.chain.join(": "))
+    }
+}
+
+impl std::error::Error for Error {}
+
+fn classify(error: &io::Error) -> ErrorKind {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => ErrorKind::DiskFull,
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => ErrorKind::ReadOnly,
+        _ => ErrorKind::Io,
+    }
+}
