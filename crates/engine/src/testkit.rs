@@ -1,0 +1,336 @@
+//! Kinds for tests: texts that are read, changed, joined, gathered and written.
+
+use crate::{Artifact, Context, Failure, Kind, Kinds, Output, Port, Product, choice, parameters};
+
+/// Every kind of this module.
+pub(crate) fn kinds() -> Kinds {
+    Kinds::new()
+        .with(TextSource)
+        .with(Upper)
+        .with(Suffix)
+        .with(Concat)
+        .with(Collect)
+        .with(Count)
+        .with(Refuse)
+        .with(Write)
+        .with(WritePair)
+}
+
+/// A text on an edge of the graph.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Text(pub(crate) String);
+
+impl Artifact for Text {
+    const TYPE: &'static str = "text";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(self.0.clone().into_bytes())
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(String::from_utf8(bytes.to_vec())?))
+    }
+}
+
+/// A number on an edge of the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Number(pub(crate) u64);
+
+impl Artifact for Number {
+    const TYPE: &'static str = "number";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(self.0.to_le_bytes().to_vec())
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        let bytes = bytes.try_into().map_err(|_| Failure::new("a number has 8 bytes"))?;
+        Ok(Self(u64::from_le_bytes(bytes)))
+    }
+}
+
+parameters! {
+    /// No parameters.
+    pub(crate) struct Nothing {}
+}
+
+/// Reads a file; of a folder, the names in it. A line `include NAME` reads a file beside it.
+pub(crate) struct TextSource;
+
+impl Kind for TextSource {
+    type Parameters = Nothing;
+    const NAME: &'static str = "text-source";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Reads a text.\n//!\n//! A whole file.\n\nuse crate::Kind;\n";
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let source = context.source()?.to_path_buf();
+        if context.is_folder(&source) {
+            let names = context.list(&source)?.into_iter().map(|(name, _)| name);
+            return Output::artifact(Text(names.collect::<Vec<_>>().join("\n")));
+        }
+        let mut text = String::new();
+        for line in String::from_utf8(context.read(&source)?.to_vec())?.split_inclusive('\n') {
+            match line.trim_end().strip_prefix("include ") {
+                Some(name) => text += &String::from_utf8(context.read(name.as_ref())?.to_vec())?,
+                None => text += line,
+            }
+        }
+        Output::artifact(Text(text))
+    }
+}
+
+/// Makes a text upper case.
+pub(crate) struct Upper;
+
+impl Kind for Upper {
+    type Parameters = Nothing;
+    const NAME: &'static str = "upper";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Makes a text upper case.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        Output::artifact(Text(context.get::<Text>("text")?.0.to_uppercase()))
+    }
+}
+
+choice! {
+    /// Where something is put.
+    pub(crate) enum Place {
+        /// Before the text.
+        Before = "before",
+        /// After the text.
+        After = "after",
+    }
+}
+
+parameters! {
+    /// Parameters of `suffix`.
+    pub(crate) struct SuffixParameters {
+        /// What is added.
+        text: String,
+        /// How often.
+        times: usize = 1,
+        /// Where it is added.
+        place: Place = Place::After,
+    }
+}
+
+/// Adds to a text; a kind with parameters.
+pub(crate) struct Suffix;
+
+impl Kind for Suffix {
+    type Parameters = SuffixParameters;
+    const NAME: &'static str = "suffix";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Adds to a text.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &SuffixParameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn check(parameters: &SuffixParameters) -> Vec<(&'static str, String)> {
+        if parameters.times > 9 {
+            vec![("times", format!("{} times is more than 9", parameters.times))]
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn run(parameters: &SuffixParameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = context.get::<Text>("text")?;
+        let added = parameters.text.repeat(parameters.times);
+        Output::artifact(Text(match parameters.place {
+            Place::Before => format!("{added}{}", text.0),
+            Place::After => format!("{}{added}", text.0),
+        }))
+    }
+}
+
+/// Puts one text after another, and an optional third.
+pub(crate) struct Concat;
+
+impl Kind for Concat {
+    type Parameters = Nothing;
+    const NAME: &'static str = "concat";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Puts texts after each other.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("left"), Port::one::<Text>("right"), Port::one::<Text>("end").optional()]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let (left, right) = (context.get::<Text>("left")?, context.get::<Text>("right")?);
+        let end = context.optional::<Text>("end")?.map_or_else(String::new, |text| text.0.clone());
+        Output::artifact(Text(format!("{}{}{end}", left.0, right.0)))
+    }
+}
+
+/// Gathers texts under a title, each with its item's key: `title:\nsky, gold=...\n`.
+pub(crate) struct Collect;
+
+impl Kind for Collect {
+    type Parameters = Nothing;
+    const NAME: &'static str = "collect";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Gathers texts.\n";
+    const SHOWS_KEYS: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![Port::many::<Text>("texts"), Port::one::<Text>("title").optional()]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let title = context.optional::<Text>("title")?;
+        let mut text = title.map_or_else(String::new, |title| format!("{}:\n", title.0));
+        for (key, part) in context.many::<Text>("texts")? {
+            text += &format!("{key}={}\n", part.0);
+        }
+        Output::artifact(Text(text))
+    }
+}
+
+/// Counts the bytes of a text: another type.
+pub(crate) struct Count;
+
+impl Kind for Count {
+    type Parameters = Nothing;
+    const NAME: &'static str = "count";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Counts bytes.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Number::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        Output::artifact(Number(context.get::<Text>("text")?.0.len() as u64))
+    }
+}
+
+parameters! {
+    /// Parameters of `refuse`.
+    pub(crate) struct RefuseParameters {
+        /// The word that it does not want to see.
+        word: String = "bad".into(),
+    }
+}
+
+/// Passes a text on, but fails where it holds a word.
+pub(crate) struct Refuse;
+
+impl Kind for Refuse {
+    type Parameters = RefuseParameters;
+    const NAME: &'static str = "refuse";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Fails on a word.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &RefuseParameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(parameters: &RefuseParameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = context.get::<Text>("text")?;
+        if text.0.contains(&parameters.word) {
+            return Err(Failure::new(format!("the text holds {:?}", parameters.word)).help("take it out"));
+        }
+        Output::artifact((*text).clone())
+    }
+}
+
+/// Writes a text or a number to a file.
+pub(crate) struct Write;
+
+impl Kind for Write {
+    type Parameters = Nothing;
+    const NAME: &'static str = "write";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Writes a file.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("value").or::<Number>()]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = if context.type_at("value") == Some(Number::TYPE) {
+            context.get::<Number>("value")?.0.to_string()
+        } else {
+            context.get::<Text>("value")?.0.clone()
+        };
+        Ok(Output::Files(vec![text.into_bytes()]))
+    }
+}
+
+/// Writes a text to a folder of two files; the second is the index.
+pub(crate) struct WritePair;
+
+impl Kind for WritePair {
+    type Parameters = Nothing;
+    const NAME: &'static str = "write-pair";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Writes two files.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec!["/body.txt".into(), "/index.txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = &context.get::<Text>("text")?.0;
+        Ok(Output::Files(vec![text.clone().into_bytes(), text.len().to_string().into_bytes()]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_kind_is_listed_once() {
+        let names: Vec<_> = super::kinds().iter().map(|kind| kind.name()).collect();
+        assert_eq!(names.len(), 9);
+    }
+}
