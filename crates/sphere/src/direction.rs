@@ -29,6 +29,15 @@ impl Direction {
         Self(v.normalize())
     }
 
+    /// The direction of a vector that has length 1 to rounding, taken as it is.
+    ///
+    /// # Panics
+    /// In debug builds, where the length is not 1 within 1e-6.
+    pub fn from_unit(v: DVec3) -> Self {
+        debug_assert!((v.length_squared() - 1.0).abs() < 2e-6, "not a unit vector: {v}");
+        Self(v)
+    }
+
     /// The direction at colatitude `theta` and azimuth `phi`, in radians.
     pub fn from_angles(theta: f64, phi: f64) -> Self {
         let (sin_theta, cos_theta) = theta.sin_cos();
@@ -38,7 +47,7 @@ impl Direction {
 
     /// Colatitude in [0, pi], accurate at the poles.
     pub fn theta(self) -> f64 {
-        self.0.x.hypot(self.0.y).atan2(self.0.z)
+        (self.0.x * self.0.x + self.0.y * self.0.y).sqrt().atan2(self.0.z)
     }
 
     /// Azimuth in (-pi, pi]; 0 at the poles.

@@ -47,6 +47,12 @@ impl LatLong {
         Direction::from_angles(self.theta(row), self.phi(column))
     }
 
+    /// The direction at continuous pixel coordinates (column, row); a texel's centre is at whole numbers.
+    pub fn direction_at(self, column: f64, row: f64) -> Direction {
+        let theta = PI * (row + 0.5) / self.height as f64;
+        Direction::from_angles(theta, TAU * (0.5 - (column + 0.5) / self.width as f64))
+    }
+
     /// Continuous pixel coordinates (column, row) of a direction; a texel's centre is at whole numbers.
     ///
     /// The column lies in [-0.5, width - 0.5], the row in [-0.5, height - 0.5].

@@ -3,15 +3,23 @@
 //! This crate is the one owner of every convention in `CONVENTIONS.md`: no other crate flips an axis or
 //! decides where a pixel centre lies.
 
+mod angular_probe;
 mod cube;
 mod direction;
 mod frame;
 mod lat_long;
+mod mirror_ball;
+mod openexr_cube;
+mod openexr_lat_long;
 mod rotation;
 
+pub use angular_probe::AngularProbe;
 pub use cube::{Cube, Face};
 pub use direction::Direction;
 pub use frame::{from_cube, from_file, to_cube, to_file};
 pub use glam::{DMat3, DQuat, DVec3};
 pub use lat_long::LatLong;
+pub use mirror_ball::MirrorBall;
+pub use openexr_cube::OpenExrCube;
+pub use openexr_lat_long::OpenExrLatLong;
 pub use rotation::{Rotation, Zyz};
