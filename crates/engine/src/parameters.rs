@@ -64,10 +64,12 @@ pub fn unexpected(value: &Value, expected: &str) -> Fault {
 pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Fault>) {
     for entry in &table.entries {
         if !known.contains(&entry.key) {
-            let mut fault =
-                Fault::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key)).expected(
-                    if known.is_empty() { "no key".into() } else { format!("one of: {}", known.join(", ")) },
-                );
+            let mut fault = Fault::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
+                .expected(if known.is_empty() {
+                    "expected no key".into()
+                } else {
+                    format!("expected one of: {}", known.join(", "))
+                });
             if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
                 fault = fault.help(format!("did you mean {near:?}?"));
             }
@@ -246,7 +248,7 @@ macro_rules! parameters {
                             let default: Option<$type> = $crate::parameters!(@default $type $(, $default)?);
                             if default.is_none() {
                                 faults.push($crate::Fault::at(table.span.clone(), format!("{name:?} is missing"))
-                                    .expected(format!("{name} = {}", <$type as $crate::Parameter>::expected())));
+                                    .expected(format!("expected {name} = {}", <$type as $crate::Parameter>::expected())));
                             }
                             default
                         }

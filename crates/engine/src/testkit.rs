@@ -1,6 +1,7 @@
 //! Kinds for tests: texts that are read, changed, joined, gathered and written.
 
-use crate::{Artifact, Context, Failure, Kind, Kinds, Output, Port, Product, choice, parameters};
+use crate::fault::line_and_column;
+use crate::{Artifact, Context, Failure, Faults, Kind, Kinds, Output, Port, Product, choice, parameters};
 
 /// Every kind of this module.
 pub(crate) fn kinds() -> Kinds {
@@ -14,6 +15,21 @@ pub(crate) fn kinds() -> Kinds {
         .with(Refuse)
         .with(Write)
         .with(WritePair)
+}
+
+/// Faults as a test shows them: `line:column message | expected | help`, a line for each.
+pub(crate) fn shown(faults: &Faults) -> String {
+    let mut text = String::new();
+    for fault in &faults.faults {
+        let place = fault.span.as_ref().map(|span| line_and_column(&faults.text, span.start));
+        text += &place.map_or("-".into(), |(line, column)| format!("{line}:{column}"));
+        text += &format!(" {}", fault.message);
+        for more in [&fault.expected, &fault.help].into_iter().flatten() {
+            text += &format!(" | {more}");
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// A text on an edge of the graph.
