@@ -1,0 +1,258 @@
+//! Normalised associated Legendre functions of one order m, by a recurrence in x^2 = cos^2(theta).
+//!
+//! P_lm is the theta part of the real orthonormal harmonics: Y_lm = P_lm cos(m phi) and Y_l,-m = P_lm sin(m phi),
+//! positive near x = 1, the factor sqrt(2) of m > 0 included. With eps_l = sqrt((l^2 - m^2) / (4 l^2 - 1)),
+//!
+//! ```text
+//! x P_l = eps_(l+1) P_(l+1) + eps_l P_(l-1),   P_mm = c_m sin^m(theta).
+//! ```
+//!
+//! Two degrees per step (Ishioka 2018, J. Meteor. Soc. Japan 96): with l = m + 2 k, the polynomials
+//! R_k = P_(l+1) / x = alpha_k lambda_k give both parities, and scaled by alpha their recurrence is two
+//! multiply-adds:
+//!
+//! ```text
+//! P_l       = eps_(l+1) R_k + eps_l R_(k-1)
+//! P_(l+1)   = x R_k
+//! lambda_(k+1) = (a_k x^2 + b_k) lambda_k + lambda_(k-1),   lambda_0 = P_mm
+//! alpha_0 = 1 / eps_(m+1),   alpha_(k+1) = (-1)^k / (alpha_k eps_(l+2) eps_(l+3))
+//! a_k = (-1)^k alpha_k^2,    b_k = -a_k (eps_(l+1)^2 + eps_(l+2)^2)
+//! ```
+//!
+//! sin^m(theta) leaves the range of a double, so a value starts as v 2^(-160 e) and takes part in sums when e
+//! has come down to 0: what is left out is below 2^-80 of a function of size one.
+
+use std::f64::consts::PI;
+
+use crate::transform::lanes::{LANES, Lane, Simd};
+
+/// One unit of the exponent e: 2^160, and its inverse; a value is kept within the square roots of the two.
+const UNIT: f64 = power_of_two(160);
+const INVERSE_UNIT: f64 = power_of_two(-160);
+const HIGH: f64 = power_of_two(80);
+const LOW: f64 = power_of_two(-80);
+
+const fn power_of_two(exponent: i64) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
+
+/// c_m of P_mm = c_m sin^m(theta) for m = 0 ..= degree.
+pub(crate) fn sectoral_factors(degree: usize) -> Vec<f64> {
+    // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as m^(-1/2).
+    let mut product = 1.0;
+    (0..=degree)
+        .map(|m| {
+            if m > 0 {
+                product *= (2 * m - 1) as f64 / (2 * m) as f64;
+            }
+            let sign_count = if m == 0 { 1.0 } else { 2.0 };
+            (sign_count * product * (2 * m + 1) as f64 / (4.0 * PI)).sqrt()
+        })
+        .collect()
+}
+
+/// One step of the recurrence: lambda_(k+1) = (a y + b) lambda_k + lambda_(k-1).
+///
+/// In mid-latitudes and at the equator y is x^2 and b is b_k. Near the poles, where x^2 rounded is worth a turn
+/// of theta by eps / theta, y is -sin^2(theta) and b is b_k + a_k.
+#[derive(Clone, Copy)]
+pub(crate) struct Step {
+    pub(crate) a: f64,
+    pub(crate) b: [f64; 2],
+}
+
+/// Which of the two forms of a [`Step`] four rows use: 0 for x^2, 1 for -sin^2(theta).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Form(usize);
+
+impl Form {
+    pub(crate) const EQUATORIAL: Self = Self(0);
+    pub(crate) const POLAR: Self = Self(1);
+
+    /// The better form where the largest sine is this.
+    pub(crate) fn of(sine: f64) -> Self {
+        if sine * sine < 0.5 { Self::POLAR } else { Self::EQUATORIAL }
+    }
+
+    /// y of the rows.
+    pub(crate) fn argument(self, cosine: f64, sine: f64) -> f64 {
+        if self == Self::POLAR { -sine * sine } else { cosine * cosine }
+    }
+}
+
+impl Step {
+    #[inline(always)]
+    pub(crate) fn b(&self, form: Form) -> f64 {
+        self.b[form.0]
+    }
+}
+
+/// The coefficients of the recurrence for one m.
+#[derive(Default)]
+pub(crate) struct Recurrence {
+    m: usize,
+    /// eps_(m + i), i = 0 ..= degree - m + 4.
+    eps: Vec<f64>,
+    alpha: Vec<f64>,
+    steps: Vec<Step>,
+}
+
+impl Recurrence {
+    /// Fills the coefficients for l = m ..= degree.
+    pub(crate) fn prepare(&mut self, m: usize, degree: usize) {
+        debug_assert!(m <= degree);
+        self.m = m;
+        let count = (degree - m) / 2 + 1;
+        self.eps.clear();
+        self.eps.extend((0..2 * count + 3).map(|i| {
+            let l = (m + i) as f64;
+            // l^2 - m^2 = i (i + 2 m)
+            ((i * (i + 2 * m)) as f64 / (4.0 * l * l - 1.0)).sqrt()
+        }));
+        if m == 0 {
+            self.eps[0] = 0.0;
+        }
+        let eps = &self.eps;
+        self.alpha.clear();
+        self.steps.clear();
+        let mut alpha = 1.0 / eps[1];
+        let mut sign = 1.0;
+        for k in 0..count {
+            let (e1, e2, e3) = (eps[2 * k + 1], eps[2 * k + 2], eps[2 * k + 3]);
+            let a = sign * alpha * alpha;
+            self.alpha.push(alpha);
+            let squares = e1 * e1 + e2 * e2;
+            self.steps.push(Step { a, b: [-a * squares, a * (1.0 - squares)] });
+            alpha = sign / (alpha * e2 * e3);
+            sign = -sign;
+        }
+    }
+
+    /// The order m.
+    pub(crate) fn order(&self) -> usize {
+        self.m
+    }
+
+    /// The steps k; step k serves the degrees m + 2 k and m + 2 k + 1.
+    pub(crate) fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// What multiplies lambda_k in P_l of l = m + 2 k.
+    pub(crate) fn even(&self, k: usize) -> f64 {
+        self.alpha[k] * self.eps[2 * k + 1]
+    }
+
+    /// What multiplies lambda_k in P_l of l = m + 2 k + 2.
+    pub(crate) fn even_after(&self, k: usize) -> f64 {
+        self.alpha[k] * self.eps[2 * k + 2]
+    }
+
+    /// What multiplies x lambda_k in P_l of l = m + 2 k + 1.
+    pub(crate) fn odd(&self, k: usize) -> f64 {
+        self.alpha[k]
+    }
+}
+
+/// Where four rows enter the sums: from `step` on, all four are in the range of a double.
+pub(crate) struct Entry {
+    /// The first step k at which every row is; the number of steps where none ever is.
+    pub(crate) step: usize,
+    /// lambda of that step.
+    pub(crate) current: Lane,
+    /// lambda of the step before.
+    pub(crate) previous: Lane,
+}
+
+/// Runs the recurrence of four rows until all are in range.
+///
+/// `partial` is called for each step at which some rows are in range, with lambda_k and zeros for the others.
+#[inline(always)]
+pub(crate) fn enter<S: Simd>(
+    simd: S,
+    recurrence: &Recurrence,
+    factor: f64,
+    sine: &Lane,
+    (form, argument): (Form, &Lane),
+    mut partial: impl FnMut(usize, &Lane),
+) -> Entry {
+    let (mut current, mut exponent) = sectoral(recurrence.m, factor, sine);
+    let mut previous = Lane::ZERO;
+    let y = simd.load(argument);
+    for (k, step) in recurrence.steps.iter().enumerate() {
+        let inside = exponent.0.map(|e| e == 0.0);
+        if inside == [true; LANES] {
+            return Entry { step: k, current, previous };
+        }
+        if inside != [false; LANES] {
+            let mut masked = current;
+            for i in 0..LANES {
+                if !inside[i] {
+                    masked.0[i] = 0.0;
+                }
+            }
+            partial(k, &masked);
+        }
+        let factor = simd.mul_add(simd.splat(step.a), y, simd.splat(step.b(form)));
+        let now = simd.load(&current);
+        let next = simd.mul_add(factor, now, simd.load(&previous));
+        previous = current;
+        simd.store(next, &mut current);
+        for i in 0..LANES {
+            if current.0[i].abs() > HIGH && exponent.0[i] > 0.0 {
+                current.0[i] *= INVERSE_UNIT;
+                previous.0[i] *= INVERSE_UNIT;
+                exponent.0[i] -= 1.0;
+            }
+        }
+    }
+    Entry { step: recurrence.steps.len(), current, previous }
+}
+
+/// P_mm of four rows as values v and exponents e >= 0 of v 2^(-160 e).
+#[inline(always)]
+fn sectoral(m: usize, factor: f64, sine: &Lane) -> (Lane, Lane) {
+    let (mut value, mut exponent) = (Lane([factor; LANES]), Lane::ZERO);
+    let (mut base, mut base_exponent) = (*sine, Lane::ZERO);
+    let mut power = m;
+    while power > 0 {
+        if power & 1 == 1 {
+            for i in 0..LANES {
+                value.0[i] *= base.0[i];
+                exponent.0[i] += base_exponent.0[i];
+            }
+            settle(&mut value, &mut exponent);
+        }
+        for i in 0..LANES {
+            base.0[i] *= base.0[i];
+            base_exponent.0[i] *= 2.0;
+        }
+        settle(&mut base, &mut base_exponent);
+        power >>= 1;
+    }
+    (value, exponent)
+}
+
+/// Brings values back between 2^-80 and 2^80.
+#[inline(always)]
+fn settle(value: &mut Lane, exponent: &mut Lane) {
+    for i in 0..LANES {
+        let (scale, change) = if value.0[i] < LOW {
+            (UNIT, 1.0)
+        } else if value.0[i] > HIGH {
+            (INVERSE_UNIT, -1.0)
+        } else {
+            (1.0, 0.0)
+        };
+        value.0[i] *= scale;
+        exponent.0[i] += change;
+    }
+}
+
+/// Whether P_lm of every l <= degree is negligible at a colatitude with this sine.
+///
+/// Below the turning point sin(theta) = m / l, P_lm falls as exp(-0.94 d^1.5 / (sqrt(m) cos(theta))) with
+/// d = m - l sin(theta) (WKB); d = 15 m^(1/3) is below 2^-78.
+pub(crate) fn negligible(m: usize, degree: usize, sine: f64) -> bool {
+    m as f64 > degree as f64 * sine + 15.0 * (m as f64).cbrt()
+}

@@ -1,0 +1,99 @@
+//! Slow, obvious forms that tests compare with, and what tests share.
+
+use std::path::PathBuf;
+
+use crate::{Degree, Expansion};
+
+/// P_lm(cos(theta)) for l = m ..= degree of the orthonormal real harmonics (sqrt(2) of m > 0 included), by the
+/// textbook recurrence in x with the logarithm of a common scale beside it.
+pub(crate) fn legendre(m: usize, degree: usize, theta: f64) -> Vec<f64> {
+    let (sine, x) = theta.sin_cos();
+    // x P = P - t P, so that the rounding of x near the pole does not turn theta.
+    let t = 2.0 * (theta / 2.0).sin().powi(2);
+    let times_x = |p: f64| if t < 0.5 { p - t * p } else { x * p };
+    let mut log_scale = 0.5 * (if m == 0 { 0.5f64 } else { 1.0 } / std::f64::consts::TAU).ln();
+    for k in 1..=m {
+        log_scale += 0.5 * ((2 * k + 1) as f64 / (2 * k) as f64).ln() + sine.ln();
+    }
+    let (mut earlier, mut now) = (0.0, 1.0f64);
+    let mut values = Vec::new();
+    for l in m..=degree {
+        values.push(now * log_scale.exp());
+        let (l1, m) = ((l + 1) as f64, m as f64);
+        let epsilon = |l: f64| ((l * l - m * m) / (4.0 * l * l - 1.0)).max(0.0).sqrt();
+        let next =
+            (times_x(now) - if l as f64 > m { epsilon(l1 - 1.0) * earlier } else { 0.0 }) / epsilon(l1);
+        (earlier, now) = (now, next);
+        if now.abs() > 1e100 {
+            (earlier, now) = (earlier * 1e-100, now * 1e-100);
+            log_scale += 100.0 * std::f64::consts::LN_10;
+        }
+    }
+    values
+}
+
+/// Y_lm of all rows up to `degree` at one direction.
+pub(crate) fn harmonics(degree: usize, theta: f64, phi: f64) -> Vec<f64> {
+    let mut rows = vec![0.0; (degree + 1) * (degree + 1)];
+    for m in 0..=degree {
+        let (sine, cosine) = (m as f64 * phi).sin_cos();
+        for (l, p) in (m..).zip(legendre(m, degree, theta)) {
+            rows[l * l + l - m] = p * sine;
+            rows[l * l + l + m] = p * cosine;
+        }
+    }
+    rows
+}
+
+/// Repeatable numbers in [-1, 1).
+pub(crate) struct Noise(u64);
+
+impl Noise {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    pub(crate) fn rgb(&mut self) -> [f64; 3] {
+        std::array::from_fn(|_| self.next())
+    }
+
+    pub(crate) fn expansion(&mut self, degree: usize) -> Expansion {
+        let degree = Degree::new(degree).unwrap();
+        let rows = (0..degree.rows()).map(|_| self.rgb()).collect();
+        Expansion::from_rows(degree, rows).unwrap()
+    }
+}
+
+/// The largest coefficient.
+pub(crate) fn largest(rows: &[[f64; 3]]) -> f64 {
+    rows.iter().flatten().fold(0.0, |max, value| value.abs().max(max))
+}
+
+/// The largest difference, relative to the largest value of `expected`.
+pub(crate) fn relative_error(actual: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
+    assert_eq!(actual.len(), expected.len());
+    let differences = actual.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
+    let worst =
+        differences.fold(0.0, |max: f64, value| if value.is_nan() { f64::NAN } else { value.max(max) });
+    worst / largest(expected)
+}
+
+/// A file of the reference folder; `None`, with a line on stderr, where `SPECULA_REFERENCE` is unset.
+#[expect(clippy::disallowed_methods, reason = "tests read reference files")]
+pub(crate) fn reference(test: &str, file: &str) -> Option<serde_json::Value> {
+    let Some(folder) = std::env::var_os("SPECULA_REFERENCE") else {
+        assert!(std::env::var_os("SPECULA_REQUIRE").is_none_or(|v| v != "1"), "SPECULA_REFERENCE is unset");
+        eprintln!("SKIPPED {test}: SPECULA_REFERENCE is unset");
+        return None;
+    };
+    let path = PathBuf::from(folder).join(file);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    Some(serde_json::from_str(&text).unwrap())
+}

@@ -1,0 +1,201 @@
+//! From pixels to coefficients: rows, then columns of equal m, then the order of [`Expansion`].
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use super::fourier::Sample;
+use super::grid::Grid;
+use super::lanes::{LANES, Lane};
+use super::resample::Resample;
+use super::sums::{Group, ODD, PARTS, Project};
+use super::{Plan, Workspace, order_pairs, split};
+use crate::legendre::Recurrence;
+use crate::{Expansion, quadrature};
+
+/// How a grid integrates along theta.
+pub(super) enum Colatitude {
+    /// One weight a row: northern rows in fours, zeros past the last.
+    Weights(Vec<Lane>),
+    /// Pixel-centred rows past half of their degree.
+    Resample(Resample),
+}
+
+/// Degrees in one task of the last step.
+const DEGREES: usize = 8;
+
+impl Colatitude {
+    pub(super) fn new(grid: &Grid, degree: usize) -> Self {
+        let (height, width) = (grid.height(), grid.width());
+        let scale = TAU / width as f64;
+        let weights = match grid {
+            Grid::LatLong(_) if 2 * degree > height - 1 => {
+                return Self::Resample(Resample::new(height, scale));
+            }
+            Grid::LatLong(_) => quadrature::fejer(height),
+            Grid::Gauss(grid) => grid.weights().to_vec(),
+        };
+        let northern = &weights[..height.div_ceil(2)];
+        let lane = |rows: &[f64]| {
+            let mut lane = Lane::ZERO;
+            rows.iter().zip(&mut lane.0).for_each(|(weight, value)| *value = scale * weight);
+            lane
+        };
+        Self::Weights(northern.chunks(LANES).map(lane).collect())
+    }
+}
+
+/// Memory of one task of the Legendre sums.
+struct Scratch {
+    recurrence: Recurrence,
+    columns: [Vec<Group>; 2],
+    current: Vec<Lane>,
+    previous: Vec<Lane>,
+    sums: Vec<Group>,
+    resample: Option<super::resample::ResampleScratch>,
+}
+
+pub(super) fn analyse_into<T: Sample>(
+    plan: &Plan,
+    colatitude: &Colatitude,
+    pixels: &[[T; 3]],
+    expansion: &mut Expansion,
+) {
+    assert_eq!(pixels.len(), plan.grid.len(), "the number of pixels is not that of the grid");
+    plan.with_workspace(|workspace| {
+        let Workspace { groups, orders } = workspace;
+        let count = plan.degree + 1;
+        groups.par_chunks_mut(count).enumerate().for_each_init(
+            || plan.fourier.scratch(),
+            |scratch, (group, output)| plan.fourier.analyse(group, pixels, scratch, output),
+        );
+
+        let pairs = order_pairs(plan.degree);
+        let lengths = pairs.iter().map(|pair| pair.clone().map(|m| count - m).sum());
+        let parts = split(orders, lengths);
+        pairs.into_par_iter().zip(parts).for_each_init(
+            || Scratch::new(plan, colatitude),
+            |scratch, (pair, output)| scratch.integrate(plan, colatitude, groups, pair, output),
+        );
+
+        reorder(plan.degree, orders, expansion.rows_mut());
+    });
+}
+
+impl Scratch {
+    fn new(plan: &Plan, colatitude: &Colatitude) -> Self {
+        let column = || vec![[Lane::ZERO; PARTS]; plan.rows.groups()];
+        let lanes = || vec![Lane::ZERO; plan.rows.groups()];
+        Self {
+            recurrence: Recurrence::default(),
+            columns: [column(), column()],
+            current: lanes(),
+            previous: lanes(),
+            sums: Vec::new(),
+            resample: match colatitude {
+                Colatitude::Weights(_) => None,
+                Colatitude::Resample(resample) => Some(resample.scratch()),
+            },
+        }
+    }
+
+    /// The coefficients of one or two orders, by m, then l.
+    fn integrate(
+        &mut self,
+        plan: &Plan,
+        colatitude: &Colatitude,
+        groups: &[Group],
+        pair: std::ops::Range<usize>,
+        output: &mut [[f64; 6]],
+    ) {
+        let count = plan.degree + 1;
+        for (m, column) in pair.clone().zip(&mut self.columns) {
+            for (value, input) in column.iter_mut().zip(groups[m..].iter().step_by(count)) {
+                *value = *input;
+            }
+        }
+        let [first, second] = &mut self.columns;
+        match (colatitude, &mut self.resample) {
+            (Colatitude::Resample(resample), Some(scratch)) => {
+                if pair.len() == 1 {
+                    second.fill([Lane::ZERO; PARTS]);
+                }
+                resample.apply(first, second, scratch);
+            }
+            (Colatitude::Weights(weights), _) => {
+                for column in [first, second] {
+                    for (values, weight) in column.iter_mut().zip(weights) {
+                        values.iter_mut().for_each(|value| multiply(value, weight));
+                    }
+                }
+            }
+            (Colatitude::Resample(_), None) => unreachable!("the scratch is made for the same colatitudes"),
+        }
+        let mut output = output;
+        for (m, column) in pair.zip(&mut self.columns) {
+            for (values, cosine) in column.iter_mut().zip(&plan.rows.cosine) {
+                values[ODD..].iter_mut().for_each(|value| multiply(value, cosine));
+            }
+            self.recurrence.prepare(m, plan.degree);
+            self.sums.resize(self.recurrence.steps().len(), [Lane::ZERO; PARTS]);
+            plan.level.run(Project {
+                rows: &plan.rows,
+                recurrence: &self.recurrence,
+                degree: plan.degree,
+                factor: plan.factors[m],
+                columns: column,
+                current: &mut self.current,
+                previous: &mut self.previous,
+                sums: &mut self.sums,
+            });
+            let (order, rest) = output.split_at_mut(count - m);
+            finish(&self.recurrence, &self.sums, order);
+            output = rest;
+        }
+    }
+}
+
+fn multiply(value: &mut Lane, factor: &Lane) {
+    value.0.iter_mut().zip(factor.0).for_each(|(value, factor)| *value *= factor);
+}
+
+/// From sums with lambda_k to sums with P_lm, l = m ..= degree.
+fn finish(recurrence: &Recurrence, sums: &[Group], order: &mut [[f64; 6]]) {
+    let mut earlier = [0.0; ODD];
+    for (k, (sum, degrees)) in sums.iter().zip(order.chunks_mut(2)).enumerate() {
+        let total = sum.map(|lane| (lane.0[0] + lane.0[1]) + (lane.0[2] + lane.0[3]));
+        let now = recurrence.even(k);
+        let before = if k > 0 { recurrence.even_after(k - 1) } else { 0.0 };
+        for part in 0..ODD {
+            degrees[0][part] = now * total[part] + before * earlier[part];
+            earlier[part] = total[part];
+        }
+        if let Some(odd) = degrees.get_mut(1) {
+            let factor = recurrence.odd(k);
+            for part in 0..ODD {
+                odd[part] = factor * total[ODD + part];
+            }
+        }
+    }
+}
+
+/// From rising m, then l, to rows l * l + l + m.
+fn reorder(degree: usize, orders: &[[f64; 6]], rows: &mut [[f64; 3]]) {
+    let blocks: Vec<_> = (0..=degree).step_by(DEGREES).map(|l| l..(l + DEGREES).min(degree + 1)).collect();
+    let lengths = blocks.iter().map(|block| block.end * block.end - block.start * block.start);
+    let parts = split(rows, lengths);
+    blocks.into_par_iter().zip(parts).for_each(|(block, part)| {
+        let mut start = 0;
+        for m in 0..block.end {
+            for l in block.start.max(m)..block.end {
+                let [r, r_sine, g, g_sine, b, b_sine] = orders[start + l - m];
+                let centre = l * l + l - block.start * block.start;
+                part[centre + m] = [r, g, b];
+                if m > 0 {
+                    part[centre - m] = [r_sine, g_sine, b_sine];
+                }
+            }
+            start += degree + 1 - m;
+        }
+    });
+}

@@ -1,0 +1,214 @@
+//! The sums over l and over rows for one order m: three channels, cosine and sine, both hemispheres.
+//!
+//! Rows theta and pi - theta share lambda, since P_lm is even or odd about the equator as l - m is: the even
+//! part E = N + S of a pair of rows meets only even l - m, the odd part O = N - S only odd ones.
+
+use super::lanes::{Kernel, LANES, Lane, Simd};
+use crate::legendre::{Entry, Form, Recurrence, Step, enter, negligible};
+
+/// Values that go together at four pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
+/// of the odd part O in 6 .. 12.
+pub(crate) type Group = [Lane; PARTS];
+
+/// Values in a group.
+pub(crate) const PARTS: usize = 12;
+
+/// Where the odd part starts in a group.
+pub(crate) const ODD: usize = 6;
+
+/// Groups whose sums run together: their values stay in the first-level cache.
+const BLOCK: usize = 64;
+
+/// The northern rows of a grid (the equator included), from the pole down, in fours; the last is repeated.
+pub(crate) struct Rows {
+    pub(crate) cosine: Vec<Lane>,
+    pub(crate) sine: Vec<Lane>,
+    /// y of the recurrence's steps; the first `polar` groups use the polar form.
+    argument: Vec<Lane>,
+    polar: usize,
+}
+
+impl Rows {
+    /// Rows of the given (cosine, sine).
+    pub(crate) fn new(rows: &[(f64, f64)]) -> Self {
+        let at = |group: usize, lane: usize| rows[(group * LANES + lane).min(rows.len() - 1)];
+        let groups = rows.len().div_ceil(LANES);
+        let form = |group: usize| Form::of(at(group, LANES - 1).1);
+        let lanes = |value: &dyn Fn(usize, (f64, f64)) -> f64| -> Vec<Lane> {
+            (0..groups).map(|group| Lane(std::array::from_fn(|lane| value(group, at(group, lane))))).collect()
+        };
+        Self {
+            cosine: lanes(&|_, (cosine, _)| cosine),
+            sine: lanes(&|_, (_, sine)| sine),
+            argument: lanes(&|group, (cosine, sine)| form(group).argument(cosine, sine)),
+            polar: (0..groups).take_while(|&group| form(group) == Form::POLAR).count(),
+        }
+    }
+
+    fn form(&self, group: usize) -> Form {
+        if group < self.polar { Form::POLAR } else { Form::EQUATORIAL }
+    }
+
+    /// The number of groups of four.
+    pub(crate) fn groups(&self) -> usize {
+        self.sine.len()
+    }
+}
+
+/// sums[k] = sum over rows of lambda_k times (E, x O), still in four lanes.
+///
+/// `columns` holds one group per four rows, O already multiplied by x, weights included. `current` and
+/// `previous` are scratch of one lane per group.
+pub(crate) struct Project<'a> {
+    pub(crate) rows: &'a Rows,
+    pub(crate) recurrence: &'a Recurrence,
+    pub(crate) degree: usize,
+    pub(crate) factor: f64,
+    pub(crate) columns: &'a [Group],
+    pub(crate) current: &'a mut [Lane],
+    pub(crate) previous: &'a mut [Lane],
+    pub(crate) sums: &'a mut [Group],
+}
+
+impl Kernel for Project<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { rows, recurrence, degree, factor, columns, mut current, mut previous, sums } = self;
+        let steps = recurrence.steps();
+        sums.fill([Lane::ZERO; PARTS]);
+        // The groups nearest the equator come first into range: of a block, those from `first` on take part.
+        let mut joins = [0usize; BLOCK];
+        for start in (0..rows.groups()).step_by(BLOCK) {
+            let end = (start + BLOCK).min(rows.groups());
+            let mut later = 0;
+            for group in (start..end).rev() {
+                let sine = &rows.sine[group];
+                let column = &columns[group];
+                if negligible(recurrence.order(), degree, sine.0[LANES - 1]) {
+                    joins[group - start] = steps.len();
+                    continue;
+                }
+                let argument = (rows.form(group), &rows.argument[group]);
+                let mut entry = enter(simd, recurrence, factor, sine, argument, |k, lambda| {
+                    accumulate(simd, &mut sums[k], lambda, column);
+                });
+                while entry.step < later.min(steps.len()) {
+                    accumulate(simd, &mut sums[entry.step], &entry.current, column);
+                    advance(simd, &mut entry, argument, steps);
+                }
+                later = entry.step;
+                joins[group - start] = entry.step;
+                // The two states change places with every step.
+                let swapped = entry.step % 2 == 1;
+                current[group] = if swapped { entry.previous } else { entry.current };
+                previous[group] = if swapped { entry.current } else { entry.previous };
+            }
+
+            let mut first = end;
+            let polar = rows.polar.clamp(start, end);
+            for (k, step) in steps.iter().enumerate() {
+                while first > start && joins[first - 1 - start] <= k {
+                    first -= 1;
+                }
+                if first < end {
+                    let sum = &mut sums[k];
+                    let a = simd.splat(step.a);
+                    let mut total: [S::Vector; PARTS] = std::array::from_fn(|part| simd.load(&sum[part]));
+                    for (range, form) in
+                        [(first.min(polar)..polar, Form::POLAR), (first.max(polar)..end, Form::EQUATORIAL)]
+                    {
+                        let b = simd.splat(step.b(form));
+                        let states = current[range.clone()].iter().zip(&mut previous[range.clone()]);
+                        let inputs = columns[range.clone()].iter().zip(&rows.argument[range]);
+                        for ((now, before), (column, y)) in states.zip(inputs) {
+                            let lambda = simd.load(now);
+                            for part in 0..PARTS {
+                                total[part] = simd.mul_add(lambda, simd.load(&column[part]), total[part]);
+                            }
+                            let factor = simd.mul_add(a, simd.load(y), b);
+                            simd.store(simd.mul_add(factor, lambda, simd.load(before)), before);
+                        }
+                    }
+                    for part in 0..PARTS {
+                        simd.store(total[part], &mut sum[part]);
+                    }
+                }
+                std::mem::swap(&mut current, &mut previous);
+            }
+            if steps.len() % 2 == 1 {
+                std::mem::swap(&mut current, &mut previous);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn accumulate<S: Simd>(simd: S, sum: &mut Group, lambda: &Lane, column: &Group) {
+    let lambda = simd.load(lambda);
+    for part in 0..PARTS {
+        let total = simd.mul_add(lambda, simd.load(&column[part]), simd.load(&sum[part]));
+        simd.store(total, &mut sum[part]);
+    }
+}
+
+#[inline(always)]
+fn advance<S: Simd>(simd: S, entry: &mut Entry, (form, argument): (Form, &Lane), steps: &[Step]) {
+    let step = steps[entry.step];
+    let factor = simd.mul_add(simd.splat(step.a), simd.load(argument), simd.splat(step.b(form)));
+    let next = simd.mul_add(factor, simd.load(&entry.current), simd.load(&entry.previous));
+    entry.previous = entry.current;
+    simd.store(next, &mut entry.current);
+    entry.step += 1;
+}
+
+/// columns = sum over k of lambda_k times terms[k]; O comes out multiplied by x.
+pub(crate) struct Evaluate<'a> {
+    pub(crate) rows: &'a Rows,
+    pub(crate) recurrence: &'a Recurrence,
+    pub(crate) degree: usize,
+    pub(crate) factor: f64,
+    pub(crate) terms: &'a [[f64; PARTS]],
+    pub(crate) columns: &'a mut [Group],
+}
+
+impl Kernel for Evaluate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { rows, recurrence, degree, factor, terms, columns } = self;
+        let steps = recurrence.steps();
+        for (group, column) in columns.iter_mut().enumerate() {
+            *column = [Lane::ZERO; PARTS];
+            let sine = &rows.sine[group];
+            if negligible(recurrence.order(), degree, sine.0[LANES - 1]) {
+                continue;
+            }
+            let (form, argument) = (rows.form(group), &rows.argument[group]);
+            let entry = enter(simd, recurrence, factor, sine, (form, argument), |k, lambda| {
+                let lambda = simd.load(lambda);
+                for part in 0..PARTS {
+                    let total = simd.load(&column[part]);
+                    simd.store(simd.mul_add(lambda, simd.splat(terms[k][part]), total), &mut column[part]);
+                }
+            });
+            let mut total: [S::Vector; PARTS] = std::array::from_fn(|part| simd.load(&column[part]));
+            let (mut current, mut previous) = (simd.load(&entry.current), simd.load(&entry.previous));
+            let y = simd.load(argument);
+            for (term, step) in terms[entry.step..].iter().zip(&steps[entry.step..]) {
+                for part in 0..PARTS {
+                    total[part] = simd.mul_add(current, simd.splat(term[part]), total[part]);
+                }
+                let factor = simd.mul_add(simd.splat(step.a), y, simd.splat(step.b(form)));
+                (current, previous) = (simd.mul_add(factor, current, previous), current);
+            }
+            let cosine = simd.load(&rows.cosine[group]);
+            for part in 0..PARTS {
+                let value = if part < ODD { total[part] } else { simd.mul(total[part], cosine) };
+                simd.store(value, &mut column[part]);
+            }
+        }
+    }
+}
