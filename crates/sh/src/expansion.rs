@@ -10,6 +10,9 @@ pub struct Degree(u16);
 pub struct DegreeTooHigh(pub usize);
 
 impl Degree {
+    /// Degree 0: constants.
+    pub const ZERO: Self = Self(0);
+
     /// The highest degree whose recurrences are tested: 2048.
     pub const MAX: Self = Self(2048);
 

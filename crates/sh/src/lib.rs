@@ -4,15 +4,21 @@ mod basis;
 mod energy;
 mod expansion;
 mod legendre;
+mod minimum;
+mod non_negative;
 pub mod quadrature;
 mod rotation;
 #[cfg(test)]
 mod testkit;
 mod transform;
 mod wigner;
+mod window;
 
 pub use basis::{Basis, lambda, zonal_into};
 pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree};
 pub use expansion::{Degree, DegreeTooHigh, Expansion};
+pub use minimum::{Minimum, minimum};
+pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
 pub use rotation::{rotate, rotate_into};
 pub use transform::{GaussGrid, Grid, Sample, Synthesis, Transform, TransformError};
+pub use window::{Penalty, PenaltyOutOfRange, Window};
