@@ -56,4 +56,12 @@ impl BrdfCoefficients {
         let side = self.p.get() + 1;
         self.rho[(l * side + p) * side + q]
     }
+
+    /// The same coefficients cut to a lower degree in the incident direction; unchanged where `f` is not lower.
+    pub fn cut(&self, f: Degree) -> Self {
+        let f = f.min(self.f);
+        let side = self.p.get() + 1;
+        let rho = self.rho[..(f.get() + 1) * side * side].to_vec();
+        Self { centre: self.centre, f, p: self.p, rho }
+    }
 }

@@ -2,4 +2,4 @@
 
 mod reflection;
 
-pub use reflection::Reflection;
+pub use reflection::{Reflection, ViewDependent};

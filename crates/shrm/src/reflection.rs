@@ -1,7 +1,16 @@
 //! The reflected light field B in spherical harmonics: lighting times BRDF (paper 1, equation 7).
+//!
+//! B(R, w_o) = sum over l, m, p, q of L_lm rho_lpq D^l_mq(alpha) e^(i m beta) Y_pq(w_o). Where rho_hat depends only
+//! on the angle between w_i and the central direction, p = q = 0. Then D^l_m0(alpha) e^(i m beta) = Lambda_l
+//! Y_lm(alpha, beta), Lambda_l = sqrt(4 pi / (2 l + 1)), and the field is a function of the central
+//! direction alone: a reflection map with coefficients
+//!
+//! B_lm = Lambda_l rho_l00 Y_00 L_lm.
+
+use std::f64::consts::PI;
 
 use brdf::BrdfCoefficients;
-use sh::Expansion;
+use sh::{Expansion, lambda};
 
 /// B_lmpq = L_lm rho_lpq, held as its two factors, both cut to the smaller degree.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +19,22 @@ pub struct Reflection {
     brdf: BrdfCoefficients,
 }
 
+/// A reflection that depends on the view beyond the central direction, where one that does not is needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the material depends on the view up to degree {p}: one reflection map cannot hold it")]
+pub struct ViewDependent {
+    /// The highest p with a coefficient that is not zero.
+    pub p: usize,
+}
+
 impl Reflection {
+    /// The reflection of `lighting` by a material: both cut to the smaller of their degrees, because what one of
+    /// them lacks the product lacks.
+    pub fn convolve(lighting: &Expansion, brdf: &BrdfCoefficients) -> Self {
+        let degree = lighting.degree().min(brdf.f());
+        Self { lighting: lighting.to_degree(degree), brdf: brdf.cut(degree) }
+    }
+
     /// The lighting's coefficients, L_lm.
     pub fn lighting(&self) -> &Expansion {
         &self.lighting
@@ -19,5 +43,51 @@ impl Reflection {
     /// The BRDF's coefficients, rho_lpq.
     pub fn brdf(&self) -> &BrdfCoefficients {
         &self.brdf
+    }
+
+    /// Reflected radiance as a function of the central direction, for a radially symmetric material.
+    ///
+    /// Its value at the direction that the material is centred on (the reflection vector R, or the normal N)
+    /// is the radiance toward the viewer. Exact up to the degree; tests compare it with brute force.
+    ///
+    /// # Errors
+    /// Where a coefficient with p > 0 is not zero.
+    ///
+    /// # Example: a white surface reflects a constant sky unchanged
+    /// ```
+    /// use brdf::{Choice, Lambert, Material, project};
+    /// use sh::{Degree, Expansion};
+    /// let sky = Expansion::from_rows(Degree::ZERO, vec![[0.2, 0.3, 0.5]]).unwrap();
+    /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
+    /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
+    /// let reflected = shrm::Reflection::convolve(&sky, &brdf).radial()?;
+    /// assert!((reflected.get(0, 0)[2] - 0.5).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn radial(&self) -> Result<Expansion, ViewDependent> {
+        if let Some(p) = self.highest_p() {
+            return Err(ViewDependent { p });
+        }
+        let mut field = self.lighting.clone();
+        let y_00 = 1.0 / (4.0 * PI).sqrt();
+        let rows = field.rows_mut();
+        for l in 0..=self.brdf.f().get() {
+            let factor = self.brdf.get(l, 0, 0).map(|rho| lambda(l) * rho * y_00);
+            for row in &mut rows[l * l..(l + 1) * (l + 1)] {
+                for channel in 0..3 {
+                    row[channel] *= factor[channel];
+                }
+            }
+        }
+        Ok(field)
+    }
+
+    /// The highest p > 0 that has a coefficient.
+    fn highest_p(&self) -> Option<usize> {
+        let side = self.brdf.p().get() + 1;
+        let used = |p: usize| {
+            (0..=self.brdf.f().get()).any(|l| (0..side).any(|q| self.brdf.get(l, p, q) != [0.0; 3]))
+        };
+        (1..side).rev().find(|&p| used(p))
     }
 }

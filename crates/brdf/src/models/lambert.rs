@@ -1,0 +1,46 @@
+//! `lambert`: matte, the same from every view.
+//!
+//! The BRDF is albedo / pi; taken about the normal and times the incident cosine,
+//! rho_hat = albedo / pi * max(0, cos(theta_i)). A constant sky of radiance 1 is reflected as `albedo`.
+
+use std::f64::consts::PI;
+
+use sphere::Direction;
+
+use super::ParameterError;
+use super::parameter::colour;
+use crate::Centre;
+use crate::clamped_cosine::ClampedCosine;
+
+/// A matte surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lambert {
+    albedo: [f64; 3],
+}
+
+impl Lambert {
+    /// The name in material files.
+    pub const NAME: &'static str = "lambert";
+    pub(super) const CENTRE: Centre = Centre::Normal;
+
+    /// A matte surface that reflects the share `albedo` of the light, RGB.
+    ///
+    /// # Errors
+    /// Where a channel is not a number from 0 to 1e6. A share above 1 makes light, but is no error.
+    pub fn new(albedo: [f64; 3]) -> Result<Self, ParameterError> {
+        Ok(Self { albedo: colour("albedo", albedo)? })
+    }
+
+    /// The share of light that is reflected, RGB.
+    pub fn albedo(&self) -> [f64; 3] {
+        self.albedo
+    }
+
+    pub(super) fn rho_hat(&self, incident: Direction, _: Direction) -> [f64; 3] {
+        self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
+    }
+
+    pub(super) fn lobe(&self) -> ClampedCosine {
+        ClampedCosine { peak: self.albedo.map(|albedo| albedo / PI), exponent: 1.0 }
+    }
+}
