@@ -83,7 +83,9 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let scored =
         candidates.into_iter().map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate));
     let best = scored.min_by_key(|(distance, _)| *distance)?;
-    (best.0 <= 1 + name.chars().count() / 3).then_some(best.1)
+    let length = name.chars().count();
+    // A word of which nothing is left is no misspelling.
+    (best.0 <= 1 + length / 3 && best.0 < length).then_some(best.1)
 }
 
 impl Parameter for f64 {

@@ -1,9 +1,30 @@
 //! The graph of stages and the items that they stand for.
+//!
+//! A manifest becomes a plan in three steps, and every fault of all of them is told at once:
+//!
+//! 1. `manifest.rs`: the text as declarations;
+//! 2. `graph.rs`: kinds, parameters, ports, types, order: a [`Graph`], which knows its [`Source`]s;
+//! 3. `items.rs`: what lies on the disk as items, their keys, what they take and where they write.
+//!
+//! The second needs no disk but the manifest. The third alone is repeated when files come and go: [`Graph::expand`].
 
-use std::path::PathBuf;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::{Configured, ErasedKind, ItemKey, Product};
+use crate::{Configured, Document, ErasedKind, Fault, Faults, ItemKey, Kinds, Product, nearest};
+
+mod cycles;
+mod folders;
+mod graph;
+mod items;
+mod manifest;
+mod source;
+mod template;
+
+pub use folders::{DiskFolders, Folders, Found, Name};
+pub use graph::Graph;
+pub use source::Source;
 
 /// The place of a stage in [`Plan::stages`].
 pub type StageIndex = usize;
@@ -52,3 +73,122 @@ pub struct Plan {
     /// The items, stage by stage in the order of `stages`, sorted by key within one.
     pub items: Vec<Item>,
 }
+
+impl Plan {
+    /// Reads a manifest and finds the files that it names.
+    ///
+    /// # Errors
+    /// Every fault of the manifest: of its text, of its stages, and of the files that they match. Where the text is
+    /// not TOML, or of another schema, nothing else is looked at.
+    pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Faults> {
+        let bytes = read(manifest)?;
+        Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
+    }
+
+    /// The plan of a manifest that has been read, among these folders.
+    pub(crate) fn of_bytes(
+        manifest: &Path,
+        bytes: &[u8],
+        kinds: &Kinds,
+        folders: &dyn Folders,
+    ) -> Result<Self, Faults> {
+        let (graph, mut faults) = draft(manifest, bytes, kinds)?;
+        let items = items::expand(&graph, folders, &mut faults);
+        assemble(&graph, items, faults)
+    }
+}
+
+impl Graph {
+    /// Reads a manifest, but not yet the folders that its sources name.
+    ///
+    /// # Errors
+    /// Every fault of the manifest that does not depend on other files.
+    pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Faults> {
+        let (graph, faults) = draft(manifest, &read(manifest)?, kinds)?;
+        if faults.is_empty() { Ok(graph) } else { Err(graph.faults(faults)) }
+    }
+
+    /// The plan of the files that are there now.
+    ///
+    /// # Errors
+    /// Every fault of files and of the paths that items are to be written to.
+    pub fn expand(&self, folders: &dyn Folders) -> Result<Plan, Faults> {
+        let mut faults = Vec::new();
+        let items = items::expand(self, folders, &mut faults);
+        assemble(self, items, faults)
+    }
+}
+
+fn draft(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Fault>), Faults> {
+    let document = Document::parse(manifest.display().to_string(), bytes)?;
+    let absolute = std::path::absolute(manifest)
+        .map_err(|error| document.faults(vec![Fault::of_file(format!("the path has no folder: {error}"))]))?;
+    let mut faults = Vec::new();
+    let (file, text) = (document.file.clone(), document.text.clone());
+    match Graph::draft(absolute, document, kinds, &mut faults) {
+        Some(graph) => Ok((graph, faults)),
+        None => Err(Faults::new(file, text, faults)),
+    }
+}
+
+/// The plan of a sound graph.
+fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan, Faults> {
+    if !faults.is_empty() {
+        return Err(graph.faults(faults));
+    }
+    let stages = graph.nodes.iter().map(|node| {
+        let kind = node.kind.clone()?;
+        let ports = kind.ports();
+        let inputs = node.edges.iter().map(|edge| Some((ports.get(edge.port?)?.name, edge.from)));
+        Some(Stage {
+            name: node.name.clone(),
+            inputs: inputs.collect::<Option<_>>()?,
+            configured: node.configured.clone()?,
+            product: node.product.clone()?,
+            kind,
+        })
+    });
+    match stages.collect() {
+        Some(stages) => {
+            let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
+            Ok(Plan { manifest, out, stages, items })
+        }
+        // Each unknown part of a stage comes with a fault; should one be forgotten, this is better than a guess.
+        None => Err(graph.faults(vec![Fault::of_file("a stage of the manifest could not be understood")])),
+    }
+}
+
+/// The bytes of the manifest, bounded.
+fn read(manifest: &Path) -> Result<Vec<u8>, Faults> {
+    let mut bytes = Vec::new();
+    let limit = Document::MAX_BYTES as u64 + 1;
+    let read = std::fs::File::open(manifest).and_then(|file| file.take(limit).read_to_end(&mut bytes));
+    match read {
+        Ok(_) => Ok(bytes),
+        Err(error) => {
+            Err(Faults::new(manifest.display().to_string(), "", vec![unreadable(manifest, &error)]))
+        }
+    }
+}
+
+fn unreadable(manifest: &Path, error: &std::io::Error) -> Fault {
+    if manifest.is_dir() {
+        return Fault::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
+    }
+    let fault = Fault::of_file(format!("cannot read the manifest: {error}"));
+    let folder = manifest.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
+    let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();
+    names.retain(|name| name.ends_with(".toml"));
+    names.sort_unstable();
+    let wanted = manifest.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    match nearest(&wanted, names.iter().map(String::as_str)) {
+        Some(near) => fault.help(format!("did you mean {near:?}?")),
+        None if folder.is_dir() && names.is_empty() => fault.help("there is no .toml file in that folder"),
+        None if folder.is_dir() => fault.help(format!("that folder has {}", source::listed(names))),
+        None => fault.help("that folder does not exist"),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,233 @@
+//! The items of a graph: what each stage makes, one by one.
+//!
+//! A source stage has an item for each asset. Every other stage has the natural join of the items that arrive at its
+//! single ports: keys that name the same source stage agree, others multiply. Since every stage that descends from a
+//! source descends from all of its assets, a join never drops an item: a stage's items are the full product of the
+//! assets of its keys' source stages. So an item is a number in mixed radix, one digit for each key (the most
+//! significant first, keys sorted by name), and the item at the other end of an edge is found by arithmetic, without
+//! a search. The order of these numbers is the order of the keys, because assets are sorted by stem.
+//!
+//! A `many` port receives the items that agree: those digits that the stage keeps are fixed, the others run over all
+//! their values.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::folders::Folders;
+use super::graph::{Graph, Node, Place};
+use super::source::{Asset, listed};
+use super::template::{self, Template};
+use crate::{Fault, Item, ItemIndex, ItemKey, Product};
+
+/// The most items of a plan.
+const MOST_ITEMS: usize = 1_000_000;
+/// The most arrivals at `many` ports of a plan.
+const MOST_ARRIVALS: usize = 16_000_000;
+
+/// The assets of source stages, by place.
+type Assets = HashMap<Place, Vec<Asset>>;
+
+/// The items of the stages whose keys and assets are known, and the faults of the others.
+pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Vec<Item> {
+    let mut assets = Assets::new();
+    for (place, node) in graph.nodes.iter().enumerate() {
+        if let Some(found) = node.source.as_ref().and_then(|source| source.assets(folders, faults)) {
+            assets.insert(place, found);
+        }
+    }
+    let mut items = Vec::new();
+    let (mut firsts, mut arrivals) = (vec![0; graph.nodes.len()], 0_usize);
+    let mut known = vec![false; graph.nodes.len()];
+    for (place, node) in graph.nodes.iter().enumerate() {
+        firsts[place] = items.len();
+        known[place] = node.edges.iter().all(|edge| known[edge.from]);
+        let keys = node.keys.as_deref().filter(|keys| keys.iter().all(|key| assets.contains_key(key)));
+        let (Some(keys), true) = (keys, known[place]) else {
+            known[place] = false;
+            continue;
+        };
+        let count = count(keys, &assets);
+        let gathered = node.edges.iter().map(|edge| gathered(graph, keys, edge.from, &assets));
+        arrivals = gathered.fold(arrivals, |sum, each| sum.saturating_add(each.saturating_mul(count)));
+        if items.len().saturating_add(count) > MOST_ITEMS || arrivals > MOST_ARRIVALS {
+            faults.push(too_many(graph, node, keys, &assets));
+            // All that follows would have too many, too.
+            return Vec::new();
+        }
+        items.extend((0..count).map(|number| item(graph, place, keys, number, &assets, &firsts)));
+    }
+    publish(graph, &known, &mut items, &assets, faults);
+    items
+}
+
+fn count(keys: &[Place], assets: &Assets) -> usize {
+    keys.iter().fold(1, |product: usize, key| product.saturating_mul(assets[key].len()))
+}
+
+/// The number of items of `from` that arrive at an item with these keys.
+fn gathered(graph: &Graph, keys: &[Place], from: Place, assets: &Assets) -> usize {
+    let free = graph.nodes[from].keys.iter().flatten().filter(|key| !keys.contains(key));
+    free.fold(1, |product: usize, key| product.saturating_mul(assets.get(key).map_or(0, Vec::len)))
+}
+
+fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Fault {
+    let factors = keys.iter().map(|key| format!("{} of {}", assets[key].len(), graph.nodes[*key].name));
+    let factors = listed(factors.collect()).replace(", ", " times ");
+    let message = format!("with stage {:?} there are too many items: {factors}", node.name);
+    Fault::at(node.header.clone(), message)
+        .expected(format!("expected at most {MOST_ITEMS} items, and {MOST_ARRIVALS} gathered, in all"))
+}
+
+fn item(
+    graph: &Graph,
+    place: Place,
+    keys: &[Place],
+    number: usize,
+    assets: &Assets,
+    firsts: &[ItemIndex],
+) -> Item {
+    let node = &graph.nodes[place];
+    let mut digits = vec![0; keys.len()];
+    let mut rest = number;
+    for (digit, key) in digits.iter_mut().zip(keys).rev() {
+        (*digit, rest) = (rest % assets[key].len(), rest / assets[key].len());
+    }
+    let asset = |index: usize| &assets[&keys[index]][digits[index]];
+    let named =
+        (0..keys.len()).map(|index| (graph.nodes[keys[index]].name.clone(), asset(index).stem.clone()));
+    let own = keys.iter().position(|key| *key == place);
+    Item {
+        stage: place,
+        key: ItemKey(named.collect::<BTreeMap<_, _>>()),
+        inputs: node
+            .edges
+            .iter()
+            .map(|edge| arriving(&graph.nodes[edge.from], firsts[edge.from], keys, &digits, assets))
+            .collect(),
+        source: own.map(|own| asset(own).path.clone()),
+        files: Vec::new(),
+    }
+}
+
+/// The items of a stage, the first of which is `first`, that agree with these digits of these keys.
+fn arriving(
+    from: &Node,
+    first: ItemIndex,
+    keys: &[Place],
+    digits: &[usize],
+    assets: &Assets,
+) -> Vec<ItemIndex> {
+    let mut found = vec![first];
+    let mut stride = 1;
+    // From the least significant key up: each free key puts its values around what was found below it.
+    for key in from.keys.iter().flatten().rev() {
+        let radix = assets[key].len();
+        match keys.iter().position(|own| own == key) {
+            Some(own) => found.iter_mut().for_each(|index| *index += digits[own] * stride),
+            None => {
+                let below = std::mem::take(&mut found);
+                found = (0..radix)
+                    .flat_map(|digit| below.iter().map(move |index| index + digit * stride))
+                    .collect();
+            }
+        }
+        stride *= radix;
+    }
+    found
+}
+
+/// Gives the items their files, and finds what cannot be written side by side.
+fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, faults: &mut Vec<Fault>) {
+    let mut done = vec![false; graph.nodes.len()];
+    for (place, node) in graph.nodes.iter().enumerate() {
+        let (Some(template), Some(keys), true) = (&node.template, &node.keys, known[place]) else { continue };
+        let several = (0..keys.len()).filter(|&key| assets[&keys[key]].len() > 1 && !template.has(key));
+        let several: Vec<_> = several.map(|key| format!("{{{}}}", graph.nodes[keys[key]].name)).collect();
+        done[place] = several.is_empty();
+        if !several.is_empty() {
+            let message = format!("the path does not tell the items of {:?} apart", node.name);
+            let fault = Fault::at(template.span.clone(), message);
+            faults.push(fault.expected(format!("expected {} in it", several.join(" and "))));
+        }
+    }
+    for item in items.iter_mut() {
+        let node = &graph.nodes[item.stage];
+        let (Some(template), Some(Product::Files(endings)), true) =
+            (&node.template, &node.product, done[item.stage])
+        else {
+            continue;
+        };
+        let stems: Vec<_> = item.key.0.values().collect();
+        let path = template.path(|key| stems[key]);
+        item.files = endings.iter().map(|ending| format!("{path}{ending}")).collect();
+        if let Some((file, problem)) =
+            item.files.iter().find_map(|file| Some((file, template::check(file, "\"out\"").err()?)))
+        {
+            // One of a stage's items shows it.
+            done[item.stage] = false;
+            let message = format!("the file {file:?} of item [{}] {}", item.key, problem.message);
+            faults.push(Fault::at(template.span.clone(), message).expected(problem.expected));
+            item.files.clear();
+        }
+    }
+    clashes(graph, items, faults);
+}
+
+/// Two items that write one file, or one that writes a file where another needs a folder. Names that differ in case
+/// only are one name on Windows and macOS.
+fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
+    let mut writers: HashMap<String, (usize, &str)> = HashMap::new();
+    let mut told = Vec::new();
+    let mut tell = |first: usize, second: usize, message: String, faults: &mut Vec<Fault>| {
+        let (a, b) = (items[first].stage, items[second].stage);
+        let (first, second) = if b >= a { (a, b) } else { (b, a) };
+        // One pair of files stands for all of two stages.
+        if told.contains(&(first, second)) {
+            return;
+        }
+        told.push((first, second));
+        let span = |template: &Option<Template>| template.as_ref().map(|template| template.span.clone());
+        let span = span(&graph.nodes[second].template).unwrap_or(graph.nodes[second].header.clone());
+        let help = if first == second {
+            "set the placeholders apart, by a / or another character"
+        } else {
+            "give one of them another path"
+        };
+        faults.push(Fault::at(span, message).expected("expected a path of its own").help(help));
+    };
+    let name = |item: usize| match items[item].key.0.len() {
+        0 => graph.nodes[items[item].stage].name.clone(),
+        _ => format!("{} [{}]", graph.nodes[items[item].stage].name, items[item].key),
+    };
+    for (index, item) in items.iter().enumerate() {
+        for file in &item.files {
+            if let Some(&(first, other)) = writers.get(&file.to_lowercase()) {
+                let message = if file == other {
+                    format!("{} and {} both write {file:?}", name(first), name(index))
+                } else {
+                    format!(
+                        "{} and {} write {other:?} and {file:?}, which are one file where case does not count",
+                        name(first),
+                        name(index)
+                    )
+                };
+                tell(first, index, message, faults);
+            } else {
+                writers.insert(file.to_lowercase(), (index, file));
+            }
+        }
+    }
+    let mut files: Vec<_> = writers.iter().collect();
+    files.sort_unstable();
+    for (path, &(index, file)) in files {
+        for (slash, _) in path.match_indices('/') {
+            if let Some(&(other, folder)) = writers.get(&path[..slash]) {
+                let message = format!(
+                    "{} writes the file {folder:?}, and {} needs a folder of that name for {file:?}",
+                    name(other),
+                    name(index)
+                );
+                tell(other, index, message, faults);
+            }
+        }
+    }
+}

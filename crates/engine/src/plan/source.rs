@@ -1,0 +1,389 @@
+//! What a stage's `source` names: a file, a folder, or the files that a glob matches.
+//!
+//! A glob is split at the last `/` before its first special character: the part before is the folder that is searched,
+//! the part after is matched against paths below it. `*` and `?` stop at `/`, `**` does not, `{a,b}` are alternatives,
+//! `[ab]` is a set. Case counts, on every system, so that a manifest means the same everywhere.
+//!
+//! Hidden files and folders, and what editors leave behind, never match; nor does anything in `out`, so that a build
+//! does not feed on its own exports.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::ops::Range;
+use std::path::{Component, Path, PathBuf};
+
+use globset::{GlobBuilder, GlobMatcher};
+
+use super::folders::{Folders, Found, Name};
+use super::manifest::Written;
+use crate::{Fault, nearest};
+
+/// The most folders that one glob searches.
+const MOST_FOLDERS: usize = 1 << 16;
+
+/// The `source` of a stage.
+#[derive(Clone, Debug)]
+pub struct Source {
+    text: String,
+    pub(crate) span: Range<usize>,
+    /// The manifest's folder.
+    base: PathBuf,
+    /// The folder that a glob searches, or the file or folder itself.
+    root: PathBuf,
+    /// The folder of exports, which is not searched.
+    out: Option<PathBuf>,
+    glob: Option<Pattern>,
+}
+
+#[derive(Clone, Debug)]
+struct Pattern {
+    whole: GlobMatcher,
+    /// What the names of folders must match, level by level, as far as the glob says it.
+    levels: Vec<GlobMatcher>,
+    /// The deepest level at which a file can match; `None` with `**`.
+    depth: Option<usize>,
+}
+
+/// A file or folder that makes one item.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Asset {
+    /// The name of the file without its extension, or the name of the folder.
+    pub(crate) stem: String,
+    /// Absolute.
+    pub(crate) path: PathBuf,
+}
+
+impl Source {
+    /// Understands a `source`, without looking at the disk.
+    pub(crate) fn parse(
+        written: &Written<String>,
+        base: &Path,
+        out: Option<&Path>,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Self> {
+        let (text, span) = (written.value.as_str(), written.span.clone());
+        if text.is_empty() {
+            faults
+                .push(Fault::at(span, "the source is empty").expected("expected a file, a folder or a glob"));
+            return None;
+        }
+        if text.contains('\\') {
+            let fault = Fault::at(span, "a source has no \\").expected("expected / between folders");
+            faults.push(fault.help(format!("write {:?}", text.replace('\\', "/"))));
+            return None;
+        }
+        let special = text.find(['*', '?', '[', '{']);
+        let (folder, glob) = match special {
+            None => (text, None),
+            Some(special) => {
+                let split = text[..special].rfind('/').map_or(0, |slash| slash + 1);
+                match Pattern::parse(&text[split..]) {
+                    Ok(pattern) => (&text[..split], Some(pattern)),
+                    Err(error) => {
+                        let fault = Fault::at(span, format!("{text:?} is not a glob: {error}"));
+                        faults.push(
+                            fault.help("a special character stands for itself in brackets: [[] or [*]"),
+                        );
+                        return None;
+                    }
+                }
+            }
+        };
+        let mut named = Path::new(folder).components().filter(|part| *part != Component::CurDir);
+        let root = base.join(named.clone().collect::<PathBuf>());
+        let plain = resolved(&root);
+        if out.is_some_and(|out| plain.starts_with(resolved(out))) {
+            let fault = Fault::at(span, format!("{text:?} lies in \"out\", where exports land"));
+            faults.push(fault.help("take the input of the stage that made the file, or move the file"));
+            return None;
+        }
+        if glob.is_none() && !matches!(named.next_back(), Some(Component::Normal(_))) {
+            let fault = Fault::at(span, format!("{text:?} has no name that could be its item's"));
+            faults.push(
+                fault.expected("expected a file, a folder or a glob").help("name the folder: \"../faces\""),
+            );
+            return None;
+        }
+        Some(Self { text: text.into(), span, base: base.into(), root, out: out.map(resolved), glob })
+    }
+
+    /// The source as the manifest has it.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The folder that a glob searches, or the file or folder itself. Absolute.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Whether it is a glob, rather than one file or folder.
+    pub fn is_glob(&self) -> bool {
+        self.glob.is_some()
+    }
+
+    /// Whether a glob searches folders below [`Source::root`].
+    pub fn is_deep(&self) -> bool {
+        self.glob.as_ref().is_some_and(|glob| glob.depth != Some(0))
+    }
+
+    /// Whether a file that appears, changes or goes at this absolute path concerns the source.
+    pub fn concerns(&self, path: &Path) -> bool {
+        let Ok(below) = path.strip_prefix(&self.root) else { return false };
+        match &self.glob {
+            None => true,
+            Some(glob) => {
+                glob.whole.is_match(below)
+                    && !below.components().any(|part| is_passed_over(part.as_os_str()))
+                    && !self.out.as_ref().is_some_and(|out| resolved(path).starts_with(out))
+            }
+        }
+    }
+
+    /// The assets that are there now, sorted by stem.
+    pub(crate) fn assets(&self, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Option<Vec<Asset>> {
+        let before = faults.len();
+        let found = match &self.glob {
+            None => self.literal(folders, faults),
+            Some(glob) => self.search(glob, folders, faults),
+        };
+        if faults.len() > before {
+            return None;
+        }
+        let mut stems: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+        for (path, found) in found {
+            let name = if found == Found::Folder { path.file_name() } else { path.file_stem() };
+            match name.and_then(OsStr::to_str) {
+                Some(stem) => stems.entry(stem.into()).or_default().push(path),
+                None => {
+                    let fault = format!("the name of {} is not Unicode", self.shown(&path));
+                    faults.push(Fault::at(self.span.clone(), fault).help("rename the file"));
+                }
+            }
+        }
+        for (stem, paths) in stems.iter().filter(|(_, paths)| paths.len() > 1) {
+            let names = paths.iter().map(|path| self.shown(path)).collect();
+            let message = format!("{} files have the stem {stem:?}: {}", paths.len(), listed(names));
+            let fault = Fault::at(self.span.clone(), message).expected("expected one file for each stem");
+            faults.push(
+                fault.help("a stem names an item: rename a file, or give each glob a stage of its own"),
+            );
+        }
+        let assets = stems
+            .into_iter()
+            .flat_map(|(stem, paths)| paths.into_iter().map(move |path| Asset { stem: stem.clone(), path }));
+        (faults.len() == before).then(|| assets.collect())
+    }
+
+    fn literal(&self, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Vec<(PathBuf, Found)> {
+        match folders.find(&self.root) {
+            Some(found @ (Found::File | Found::Folder)) => return vec![(self.root.clone(), found)],
+            Some(Found::Other) => {
+                let message = format!("{:?} is neither a file nor a folder", self.text);
+                faults.push(Fault::at(self.span.clone(), message));
+            }
+            None => {
+                let message = format!("there is no file or folder {:?}", self.text);
+                let fault =
+                    Fault::at(self.span.clone(), message).expected("expected a file, a folder or a glob");
+                faults.push(fault.help(self.surroundings(&self.root, folders)));
+            }
+        }
+        Vec::new()
+    }
+
+    fn search(
+        &self,
+        glob: &Pattern,
+        folders: &dyn Folders,
+        faults: &mut Vec<Fault>,
+    ) -> Vec<(PathBuf, Found)> {
+        let before = faults.len();
+        let mut found = Vec::new();
+        let mut searched = 0;
+        let mut open = vec![(PathBuf::new(), 0)];
+        while let Some((below, level)) = open.pop() {
+            let folder = if level == 0 { self.root.clone() } else { self.root.join(&below) };
+            searched += 1;
+            if searched > MOST_FOLDERS {
+                let message = format!("{:?} searches more than {MOST_FOLDERS} folders", self.text);
+                let fault = Fault::at(self.span.clone(), message).expected("expected a narrower glob");
+                faults.push(fault.help(format!("the search begins in {}", self.shown(&self.root))));
+                return Vec::new();
+            }
+            let names = match folders.list(&folder) {
+                Ok(names) => names,
+                Err(_) if folders.find(&folder) != Some(Found::Folder) => continue,
+                Err(error) => {
+                    let message = format!("cannot read the folder {}: {error}", self.shown(&folder));
+                    faults.push(Fault::at(self.span.clone(), message));
+                    continue;
+                }
+            };
+            for Name { name, found: kind, link } in names {
+                if is_passed_over(&name) {
+                    continue;
+                }
+                let path = below.join(&name);
+                match kind {
+                    Found::File if glob.whole.is_match(&path) => found.push((self.root.join(path), kind)),
+                    Found::Folder if glob.enters(&name, level, link) && !self.is_out(&folder, &name) => {
+                        open.push((path, level + 1));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        if found.is_empty() && faults.len() == before {
+            faults.push(self.nothing(folders));
+        }
+        found.sort_unstable();
+        found
+    }
+
+    fn nothing(&self, folders: &dyn Folders) -> Fault {
+        let fault = Fault::at(self.span.clone(), format!("no file matches {:?}", self.text))
+            .expected(format!("expected files in {}", self.shown(&self.root)));
+        if folders.find(&self.base.join(&self.text)).is_some() {
+            return fault
+                .help("a file has this very name: write its special characters in brackets, [[] for [");
+        }
+        fault.help(self.surroundings(&self.root, folders))
+    }
+
+    /// What a person needs who looks for a path that leads nowhere: what is there instead.
+    fn surroundings(&self, path: &Path, folders: &dyn Folders) -> String {
+        let plain = resolved(path);
+        let above: Vec<_> = plain.ancestors().collect();
+        let exists = |folder: &&&Path| folders.find(folder) == Some(Found::Folder);
+        let Some(folder) = above.iter().find(exists) else {
+            return format!(
+                "there is no folder {}",
+                above.last().map_or_else(String::new, |top| self.shown(top))
+            );
+        };
+        let Ok(mut names) = folders.list(folder) else {
+            return format!("the folder {} cannot be read", self.shown(folder));
+        };
+        names.sort_unstable();
+        // A hidden name is shown only as what a misspelt one may have meant.
+        let shown = names.iter().filter(|name| !is_passed_over(&name.name)).map(|name| {
+            format!("{}{}", name.name.to_string_lossy(), if name.found == Found::Folder { "/" } else { "" })
+        });
+        let shown: Vec<_> = shown.collect();
+        let holds = match shown.len() {
+            0 => format!("{} is empty", self.shown(folder)),
+            _ => format!("{} holds {}", self.shown(folder), listed(shown)),
+        };
+        let Some(missing) = above.iter().take_while(|above| above != &folder).last() else { return holds };
+        let wanted = missing.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy()).collect();
+        let near = nearest(&wanted, names.iter().map(AsRef::as_ref));
+        let near = near.map_or_else(String::new, |near| format!("; did you mean {near:?}?"));
+        if missing == &above[0] && self.glob.is_none() {
+            format!("{holds}{near}")
+        } else {
+            format!("the folder {} does not exist; {holds}{near}", self.shown(missing))
+        }
+    }
+
+    fn is_out(&self, folder: &Path, name: &OsStr) -> bool {
+        self.out
+            .as_ref()
+            .is_some_and(|out| out.file_name() == Some(name) && resolved(folder).join(name) == *out)
+    }
+
+    /// A path for people: relative to the manifest where it lies below it.
+    fn shown(&self, path: &Path) -> String {
+        let (plain, base) = (resolved(path), resolved(&self.base));
+        match plain.strip_prefix(&base) {
+            Ok(below) if below.as_os_str().is_empty() => plain.display().to_string(),
+            Ok(below) => below.display().to_string(),
+            Err(_) => plain.display().to_string(),
+        }
+    }
+}
+
+impl Pattern {
+    fn parse(glob: &str) -> Result<Self, String> {
+        let matcher = |glob: &str| {
+            let mut builder = GlobBuilder::new(glob);
+            let builder = builder.literal_separator(true).backslash_escape(false);
+            builder.build().map(|glob| glob.compile_matcher()).map_err(|error| error.kind().to_string())
+        };
+        let parts = parts(glob);
+        let deep = glob.contains("**");
+        // The last part names files; from the first that may span folders on, names of folders say nothing.
+        let levels =
+            parts[..parts.len() - 1].iter().take_while(|part| !part.contains('/') && !part.contains("**"));
+        Ok(Self {
+            whole: matcher(glob)?,
+            levels: levels.map(|part| matcher(part)).collect::<Result<_, _>>()?,
+            depth: (!deep).then(|| glob.matches('/').count()),
+        })
+    }
+
+    /// Whether files in the folder of this name, which stands at a level, can match.
+    fn enters(&self, name: &OsStr, level: usize, link: bool) -> bool {
+        match self.depth {
+            Some(depth) if level >= depth => return false,
+            None if link => return false,
+            _ => {}
+        }
+        self.levels.get(level).is_none_or(|matcher| matcher.is_match(name))
+    }
+}
+
+/// The parts of a glob between `/`, where no braces or brackets are open.
+fn parts(glob: &str) -> Vec<&str> {
+    let (mut depth, mut start, mut parts) = (0_usize, 0, Vec::new());
+    for (index, byte) in glob.bytes().enumerate() {
+        match byte {
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => depth = depth.saturating_sub(1),
+            b'/' if depth == 0 => {
+                parts.push(&glob[start..index]);
+                start = index + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&glob[start..]);
+    parts
+}
+
+/// Hidden names, and what editors and downloads leave beside a file.
+fn is_passed_over(name: &OsStr) -> bool {
+    const ENDINGS: [&str; 8] = ["~", ".swp", ".swo", ".swx", ".bak", ".tmp", ".orig", ".part"];
+    let name = name.to_string_lossy();
+    let lower = name.to_ascii_lowercase();
+    name.starts_with('.')
+        || ENDINGS.iter().any(|ending| lower.ends_with(ending))
+        || (name.starts_with('#') && name.ends_with('#'))
+}
+
+/// A path without `.` and, as far as names tell it, without `..`: for comparing and showing, not for opening.
+pub(crate) fn resolved(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(plain.components().next_back(), Some(Component::Normal(_))) => {
+                plain.pop();
+            }
+            _ => plain.push(part),
+        }
+    }
+    plain
+}
+
+/// The first names of a list, and how many more there are.
+pub(crate) fn listed(names: Vec<String>) -> String {
+    const SHOWN: usize = 8;
+    let more = names.len().saturating_sub(SHOWN);
+    let mut text = names.into_iter().take(SHOWN).collect::<Vec<_>>().join(", ");
+    if more > 0 {
+        text += &format!(" and {more} more");
+    }
+    text
+}
