@@ -1,6 +1,7 @@
 //! Real spherical harmonics: basis, quadrature, transform, rotation and windows.
 
 mod basis;
+mod cube_synthesis;
 mod energy;
 mod expansion;
 mod legendre;
@@ -15,6 +16,7 @@ mod wigner;
 mod window;
 
 pub use basis::{Basis, lambda, zonal_into};
+pub use cube_synthesis::synthesise_cube;
 pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree};
 pub use expansion::{Degree, DegreeTooHigh, Expansion};
 pub use minimum::{Minimum, minimum};
