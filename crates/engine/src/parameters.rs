@@ -324,3 +324,150 @@ macro_rules! choice {
         }
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+    use serde_json::json;
+
+    use super::*;
+    use crate::Faults;
+    use crate::testkit::shown;
+
+    choice! {
+        /// A filter.
+        enum Filter {
+            /// Nothing is done.
+            None = "none",
+            /// A raised cosine.
+            Hanning = "hanning",
+            /// A sinc.
+            Lanczos = "lanczos",
+        }
+    }
+
+    parameters! {
+        /// Parameters of a test.
+        struct Everything {
+            /// How much.
+            exposure: f64 = 0.0,
+            /// How many.
+            /// Or how few.
+            count: usize,
+            /// Whether to mirror.
+            mirrored: bool = false,
+            /// What it is called.
+            layer_name: Option<String> = None,
+            /// The weights.
+            weights: Vec<f64> = vec![1.0, 2.0],
+            /// The filter.
+            filter: Filter = Filter::None,
+        }
+    }
+
+    fn parse(text: &str) -> Result<Everything, Faults> {
+        let table = Table::parse(text).unwrap();
+        let mut faults = Vec::new();
+        let parsed = Everything::parse(&table, &mut faults);
+        assert_eq!(parsed.is_none(), !faults.is_empty());
+        parsed.ok_or_else(|| Faults::new("x.toml", text, faults))
+    }
+
+    fn check(text: &str, expected: Expect) {
+        expected.assert_eq(&shown(&parse(text).unwrap_err()));
+    }
+
+    #[test]
+    fn defaults_are_filled_in() {
+        let parsed = parse("count = 3").unwrap();
+        let expected = Everything {
+            exposure: 0.0,
+            count: 3,
+            mirrored: false,
+            layer_name: None,
+            weights: vec![1.0, 2.0],
+            filter: Filter::None,
+        };
+        assert_eq!(parsed, expected);
+        let text = "count = 0\nexposure = -1\nmirrored = true\nlayer-name = \"a\"\nweights = []\nfilter = \"lanczos\"";
+        let expected = Everything {
+            exposure: -1.0,
+            count: 0,
+            mirrored: true,
+            layer_name: Some("a".into()),
+            weights: vec![],
+            filter: Filter::Lanczos,
+        };
+        assert_eq!(parse(text).unwrap(), expected);
+    }
+
+    #[test]
+    fn every_fault_is_told_with_its_place() {
+        check(
+            "exposure = \"much\"\ncount = -1\nmirored = true\nlayer-name = 3\nweights = [1, \"two\"]\nfilter = \"hannin\"\nq = 1",
+            expect![[r#"
+                1:12 exposure: "much" is not a finite number | expected a finite number
+                2:9 count: -1 is not a whole number, 0 or more | expected a whole number, 0 or more
+                3:1 unknown key "mirored" | expected one of: exposure, count, mirrored, layer-name, weights, filter | did you mean "mirrored"?
+                4:14 layer-name: 3 is not a string | expected a string
+                5:15 weights: "two" is not a finite number | expected a finite number
+                6:10 filter: "hannin" is not "none" or "hanning" or "lanczos" | expected "none" or "hanning" or "lanczos" | did you mean "hanning"?
+                7:1 unknown key "q" | expected one of: exposure, count, mirrored, layer-name, weights, filter
+            "#]],
+        );
+        check(
+            "count = 1.0\nexposure = nan\nmirrored = 1\nweights = 1\nfilter = 2024-01-01",
+            expect![[r#"
+                1:9 count: 1.0 is not a whole number, 0 or more | expected a whole number, 0 or more
+                2:12 exposure: NaN is not a finite number | expected a finite number
+                3:12 mirrored: 1 is not true or false | expected true or false
+                4:11 weights: 1 is not an array, each a finite number | expected an array, each a finite number
+                5:10 filter: the date 2024-01-01 is not "none" or "hanning" or "lanczos" | expected "none" or "hanning" or "lanczos"
+            "#]],
+        );
+        check("", expect![[r#"
+            1:1 "count" is missing | expected count = a whole number, 0 or more
+        "#]]);
+        check("count = 1\nlayer_name = \"a\"", expect![[r#"
+            2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter | did you mean "layer-name"?
+        "#]]);
+    }
+
+    #[test]
+    fn equal_parameters_have_one_canonical_form() {
+        let canonical = |text: &str| parse(text).unwrap().canonical().to_string();
+        let whole = canonical("count = 1\nexposure = 30\nweights = [0]");
+        assert_eq!(whole, canonical("weights = [-0.0]\nexposure = 3e1\ncount = 0x1\nfilter = \"none\""));
+        assert_ne!(whole, canonical("count = 1\nexposure = 30.000000000000004\nweights = [0]"));
+        assert_eq!(
+            parse("count = 2").unwrap().canonical(),
+            json!({
+                "count": 2, "exposure": 0.0, "filter": "none", "layer-name": null, "mirrored": false,
+                "weights": [1.0, 2.0],
+            })
+        );
+    }
+
+    #[test]
+    fn the_manual_has_every_field() {
+        let fields = Everything::fields();
+        let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
+        assert_eq!(names, ["exposure", "count", "mirrored", "layer-name", "weights", "filter"]);
+        assert_eq!(fields[1].doc, "How many. Or how few.");
+        assert_eq!(fields[1].default, None);
+        assert_eq!(fields[3].default, Some(serde_json::Value::Null));
+        assert_eq!(fields[5].expected, "\"none\" or \"hanning\" or \"lanczos\"");
+        assert_eq!(fields[5].default, Some(json!("none")));
+    }
+
+    #[test]
+    fn the_nearest_spelling_is_near() {
+        let kinds = ["project-sh", "project-brdf", "rotate", "convolve"];
+        assert_eq!(nearest("projectsh", kinds), Some("project-sh"));
+        assert_eq!(nearest("Convolve", kinds), Some("convolve"));
+        assert_eq!(nearest("roatte", kinds), Some("rotate"));
+        assert_eq!(nearest("export", kinds), None);
+        assert_eq!(nearest("x", ["a"]), None);
+        assert_eq!(nearest("x", []), None);
+    }
+}

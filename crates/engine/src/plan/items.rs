@@ -10,6 +10,7 @@
 //! A `many` port receives the items that agree: those digits that the stage keeps are fixed, the others run over all
 //! their values.
 
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 
 use super::folders::Folders;
@@ -23,24 +24,20 @@ const MOST_ITEMS: usize = 1_000_000;
 /// The most arrivals at `many` ports of a plan.
 const MOST_ARRIVALS: usize = 16_000_000;
 
-/// The assets of source stages, by place.
-type Assets = HashMap<Place, Vec<Asset>>;
+/// The assets of source stages, by place; none where a stage has no source, or a fault in it.
+type Assets = Vec<Vec<Asset>>;
 
 /// The items of the stages whose keys and assets are known, and the faults of the others.
 pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Vec<Item> {
-    let mut assets = Assets::new();
-    for (place, node) in graph.nodes.iter().enumerate() {
-        if let Some(found) = node.source.as_ref().and_then(|source| source.assets(folders, faults)) {
-            assets.insert(place, found);
-        }
-    }
+    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, faults));
+    let assets: Assets = found.map(Option::unwrap_or_default).collect();
     let mut items = Vec::new();
     let (mut firsts, mut arrivals) = (vec![0; graph.nodes.len()], 0_usize);
     let mut known = vec![false; graph.nodes.len()];
     for (place, node) in graph.nodes.iter().enumerate() {
         firsts[place] = items.len();
         known[place] = node.edges.iter().all(|edge| known[edge.from]);
-        let keys = node.keys.as_deref().filter(|keys| keys.iter().all(|key| assets.contains_key(key)));
+        let keys = node.keys.as_deref().filter(|keys| keys.iter().all(|&key| !assets[key].is_empty()));
         let (Some(keys), true) = (keys, known[place]) else {
             known[place] = false;
             continue;
@@ -60,17 +57,17 @@ pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Faul
 }
 
 fn count(keys: &[Place], assets: &Assets) -> usize {
-    keys.iter().fold(1, |product: usize, key| product.saturating_mul(assets[key].len()))
+    keys.iter().fold(1, |product: usize, &key| product.saturating_mul(assets[key].len()))
 }
 
 /// The number of items of `from` that arrive at an item with these keys.
 fn gathered(graph: &Graph, keys: &[Place], from: Place, assets: &Assets) -> usize {
     let free = graph.nodes[from].keys.iter().flatten().filter(|key| !keys.contains(key));
-    free.fold(1, |product: usize, key| product.saturating_mul(assets.get(key).map_or(0, Vec::len)))
+    free.fold(1, |product: usize, key| product.saturating_mul(assets[*key].len()))
 }
 
 fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Fault {
-    let factors = keys.iter().map(|key| format!("{} of {}", assets[key].len(), graph.nodes[*key].name));
+    let factors = keys.iter().map(|&key| format!("{} of {}", assets[key].len(), graph.nodes[key].name));
     let factors = listed(factors.collect()).replace(", ", " times ");
     let message = format!("with stage {:?} there are too many items: {factors}", node.name);
     Fault::at(node.header.clone(), message)
@@ -88,10 +85,10 @@ fn item(
     let node = &graph.nodes[place];
     let mut digits = vec![0; keys.len()];
     let mut rest = number;
-    for (digit, key) in digits.iter_mut().zip(keys).rev() {
+    for (digit, &key) in digits.iter_mut().zip(keys).rev() {
         (*digit, rest) = (rest % assets[key].len(), rest / assets[key].len());
     }
-    let asset = |index: usize| &assets[&keys[index]][digits[index]];
+    let asset = |index: usize| &assets[keys[index]][digits[index]];
     let named =
         (0..keys.len()).map(|index| (graph.nodes[keys[index]].name.clone(), asset(index).stem.clone()));
     let own = keys.iter().position(|key| *key == place);
@@ -119,9 +116,9 @@ fn arriving(
     let mut found = vec![first];
     let mut stride = 1;
     // From the least significant key up: each free key puts its values around what was found below it.
-    for key in from.keys.iter().flatten().rev() {
+    for &key in from.keys.iter().flatten().rev() {
         let radix = assets[key].len();
-        match keys.iter().position(|own| own == key) {
+        match keys.iter().position(|&own| own == key) {
             Some(own) => found.iter_mut().for_each(|index| *index += digits[own] * stride),
             None => {
                 let below = std::mem::take(&mut found);
@@ -140,7 +137,7 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
     let mut done = vec![false; graph.nodes.len()];
     for (place, node) in graph.nodes.iter().enumerate() {
         let (Some(template), Some(keys), true) = (&node.template, &node.keys, known[place]) else { continue };
-        let several = (0..keys.len()).filter(|&key| assets[&keys[key]].len() > 1 && !template.has(key));
+        let several = (0..keys.len()).filter(|&key| assets[keys[key]].len() > 1 && !template.has(key));
         let several: Vec<_> = several.map(|key| format!("{{{}}}", graph.nodes[keys[key]].name)).collect();
         done[place] = several.is_empty();
         if !several.is_empty() {
@@ -200,34 +197,37 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
     };
     for (index, item) in items.iter().enumerate() {
         for file in &item.files {
-            if let Some(&(first, other)) = writers.get(&file.to_lowercase()) {
-                let message = if file == other {
-                    format!("{} and {} both write {file:?}", name(first), name(index))
-                } else {
-                    format!(
-                        "{} and {} write {other:?} and {file:?}, which are one file where case does not count",
-                        name(first),
-                        name(index)
-                    )
-                };
-                tell(first, index, message, faults);
-            } else {
-                writers.insert(file.to_lowercase(), (index, file));
+            match writers.entry(file.to_lowercase()) {
+                Entry::Vacant(place) => {
+                    place.insert((index, file));
+                }
+                Entry::Occupied(place) => {
+                    let &(first, other) = place.get();
+                    let names = format!("{} and {}", name(first), name(index));
+                    let message = if file == other {
+                        format!("{names} both write {file:?}")
+                    } else {
+                        format!(
+                            "{names} write {other:?} and {file:?}, which are one file where case does not count"
+                        )
+                    };
+                    tell(first, index, message, faults);
+                }
             }
         }
     }
-    let mut files: Vec<_> = writers.iter().collect();
-    files.sort_unstable();
-    for (path, &(index, file)) in files {
-        for (slash, _) in path.match_indices('/') {
-            if let Some(&(other, folder)) = writers.get(&path[..slash]) {
-                let message = format!(
-                    "{} writes the file {folder:?}, and {} needs a folder of that name for {file:?}",
-                    name(other),
-                    name(index)
-                );
-                tell(other, index, message, faults);
-            }
-        }
+    let mut blocked: Vec<(usize, &str, usize, &str)> = Vec::new();
+    for (path, &(index, file)) in &writers {
+        let above = path.match_indices('/').filter_map(|(slash, _)| writers.get(&path[..slash]));
+        blocked.extend(above.map(|&(other, folder)| (other, folder, index, file)));
+    }
+    // In the order of items, not of the hash table.
+    blocked.sort_unstable();
+    for (other, folder, index, file) in blocked {
+        let (writer, other_writer) = (name(other), name(index));
+        let message = format!(
+            "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
+        );
+        tell(other, index, message, faults);
     }
 }
