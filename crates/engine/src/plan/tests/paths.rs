@@ -1,0 +1,221 @@
+//! Where files land, and where they may not.
+
+use super::*;
+
+fn check(path: &str, expected: Expect) {
+    let stage = format!(
+        "[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = '{path}'\n"
+    );
+    let text = match load(FILES, &format!("{SOURCES}{stage}")) {
+        Ok(plan) => plan.items.iter().flat_map(|item| &item.files).map(|file| format!("{file}\n")).collect(),
+        Err(faults) => shown(&faults),
+    };
+    expected.assert_eq(&text);
+}
+
+#[test]
+fn placeholders_are_stems() {
+    check(
+        "{sky}/{paint}/map",
+        expect![[r#"
+        dawn/gold/map.txt
+        noon/gold/map.txt
+        dawn/red/map.txt
+        noon/red/map.txt
+    "#]],
+    );
+    check(
+        "all/{paint}-{sky}",
+        expect![[r#"
+        all/gold-dawn.txt
+        all/gold-noon.txt
+        all/red-dawn.txt
+        all/red-noon.txt
+    "#]],
+    );
+}
+
+#[test]
+fn the_default_is_the_stage_and_its_keys() {
+    let stage = "[stage.export]\nkind = \"write-pair\"\ninput = \"sky\"\n[stage.all]\nkind = \"collect\"\ninput = \"sky\"\n[stage.report]\nkind = \"write\"\ninput = \"all\"\n";
+    let plan = load(FILES, &format!("{SOURCES}{stage}")).unwrap();
+    let files: Vec<_> = plan.items.iter().flat_map(|item| &item.files).collect();
+    assert_eq!(
+        files,
+        [
+            "export/dawn/body.txt",
+            "export/dawn/index.txt",
+            "export/noon/body.txt",
+            "export/noon/index.txt",
+            "report.txt"
+        ]
+    );
+}
+
+#[test]
+fn a_path_that_some_system_cannot_hold_is_refused() {
+    for path in [
+        "../{sky}/{paint}",
+        "a/../../{sky}/{paint}",
+        "/abs/{sky}/{paint}",
+        "C:/{sky}/{paint}",
+        "{sky}\\{paint}",
+        "\\\\server\\{sky}{paint}",
+        "{sky}//{paint}",
+        "./{sky}/{paint}",
+        "{sky}/{paint}/",
+        ".{sky}/{paint}",
+        "con/{sky}/{paint}",
+        "{sky}/{paint}/Lpt1",
+        "{sky}./{paint}",
+        "{sky} /{paint}",
+        "{sky}/{paint}?",
+        "{sky}/a:b{paint}",
+        "{sky}/{paint}\u{7f}",
+    ] {
+        let faults = load(
+            FILES,
+            &format!(
+                "{SOURCES}[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = {}\n",
+                serde_json::json!(path)
+            ),
+        );
+        assert_eq!(faults.map(|plan| drawn(&plan)).unwrap_err().faults.len(), 1, "{path}");
+    }
+    check(
+        "../{sky}/{paint}",
+        expect![[r#"
+        15:8 "../{sky}/{paint}" leaves "out" | expected a path inside "out"
+    "#]],
+    );
+    check(
+        "C:/{sky}/{paint}",
+        expect![[r#"
+        15:8 "C:/{sky}/{paint}" is absolute and leaves "out" | expected a path inside "out"
+    "#]],
+    );
+    check(
+        r"{sky}\{paint}",
+        expect![[r#"
+        15:8 "{sky}\\{paint}" has a \ | expected / between folders
+    "#]],
+    );
+    check(
+        "nul/{sky}{paint}",
+        expect![[r#"
+        15:8 "nul/{sky}{paint}" has "nul", which is a device on Windows | expected another name
+    "#]],
+    );
+    check(
+        "{sky}/{paint}.",
+        expect![[r#"
+        15:8 "{sky}/{paint}." has a name that ends with a dot or a space, which Windows drops | expected another ending
+    "#]],
+    );
+    check(
+        "",
+        expect![[r#"
+        15:8 "" is empty | expected a path inside "out"
+    "#]],
+    );
+}
+
+#[test]
+fn a_stem_that_some_system_cannot_hold_is_refused() {
+    check_faults(
+        "a/con.txt a/b:c.txt",
+        "[stage.s]\nkind = \"text-source\"\nsource = \"a/*\"\n[stage.w]\nkind = \"write\"\ninput = \"s\"\n",
+        expect![[r#"
+            5:8 the file "w/b:c.txt" of item [b:c] has ':', which Windows cannot have in a name | expected another character
+        "#]],
+    );
+}
+
+#[test]
+fn placeholders_that_are_wrong() {
+    check(
+        "{skie}/{paint}",
+        expect![[r#"
+        15:8 {skie} names no source stage of this stage's items | expected one of: {paint}, {sky} | did you mean {sky}?
+    "#]],
+    );
+    check(
+        "{stage}/{mixed}",
+        expect![[r#"
+        15:8 {stage} names no source stage of this stage's items | expected one of: {paint}, {sky} | write the stage's name itself: export
+        15:8 {mixed} names no source stage of this stage's items | expected one of: {paint}, {sky}
+    "#]],
+    );
+    check(
+        "{sky}/{paint",
+        expect![[r#"
+        15:8 "{sky}/{paint" has a brace without its partner | expected {SOURCE STAGE}
+    "#]],
+    );
+    check(
+        "{sky}}/{paint}",
+        expect![[r#"
+        15:8 "{sky}}/{paint}" has a brace without its partner | expected {SOURCE STAGE}
+    "#]],
+    );
+    check(
+        "{sky}/x",
+        expect![[r#"
+        15:8 the path does not tell the items of "export" apart | expected {paint} in it
+    "#]],
+    );
+    check(
+        "x",
+        expect![[r#"
+        15:8 the path does not tell the items of "export" apart | expected {paint} and {sky} in it
+    "#]],
+    );
+}
+
+#[test]
+fn two_writers_of_one_file_are_told() {
+    let stages = r#"
+[stage.a]
+kind = "write"
+input = "sky"
+path = "maps/{sky}"
+[stage.b]
+kind = "write"
+input = "sky"
+path = "Maps/{sky}"
+[stage.c]
+kind = "write"
+input = "paint"
+path = "{paint}"
+[stage.d]
+kind = "write-pair"
+input = "paint"
+path = "{paint}.txt"
+"#;
+    check_faults(
+        FILES,
+        &format!("{SOURCES}{stages}"),
+        expect![[r#"
+        17:8 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are one file where case does not count | expected a path of its own | give one of them another path
+        25:8 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path of its own | give one of them another path
+    "#]],
+    );
+    check_faults(
+        "s/a.txt s/ab.txt p/bc.txt p/c.txt",
+        "[stage.s]\nkind = \"text-source\"\nsource = \"s/*\"\n[stage.p]\nkind = \"text-source\"\nsource = \"p/*\"\n[stage.m]\nkind = \"concat\"\ninputs = { left = \"s\", right = \"p\" }\n[stage.w]\nkind = \"write\"\ninput = \"m\"\npath = \"{s}{p}\"\n",
+        expect![[r#"
+            14:8 w [bc, a] and w [c, ab] both write "abc.txt" | expected a path of its own | set the placeholders apart, by a / or another character
+        "#]],
+    );
+}
+
+#[test]
+fn files_that_differ_in_case_only_are_one_export() {
+    check_faults(
+        "a/Sky.txt a/sky.txt",
+        "[stage.s]\nkind = \"text-source\"\nsource = \"a/*\"\n[stage.w]\nkind = \"write\"\ninput = \"s\"\n",
+        expect![[r#"
+            5:8 w [Sky] and w [sky] write "w/Sky.txt" and "w/sky.txt", which are one file where case does not count | expected a path of its own | set the placeholders apart, by a / or another character
+        "#]],
+    );
+}

@@ -1,0 +1,239 @@
+//! What a source finds, and what is said where it finds nothing.
+
+use super::*;
+
+fn check(files: &str, source: &str, expected: Expect) {
+    let manifest = format!("[stage.s]\nkind = \"text-source\"\nsource = \"{source}\"\n");
+    let text = match load(files, &manifest) {
+        Ok(plan) => {
+            plan.items.iter().map(|item| format!("{}\n", item.source.as_ref().unwrap().display())).collect()
+        }
+        Err(faults) => shown(&faults),
+    };
+    expected.assert_eq(&text);
+}
+
+#[test]
+fn alternatives_and_depth() {
+    let files = "a/x.exr a/y.hdr a/z.png a/b/w.exr a/b/c/v.exr q/u.exr";
+    check(
+        files,
+        "a/*.{exr,hdr}",
+        expect![[r#"
+        /project/a/x.exr
+        /project/a/y.hdr
+    "#]],
+    );
+    check(
+        files,
+        "a/**/*.exr",
+        expect![[r#"
+        /project/a/b/c/v.exr
+        /project/a/b/w.exr
+        /project/a/x.exr
+    "#]],
+    );
+    check(
+        files,
+        "{a/*.hdr,q/*.exr}",
+        expect![[r#"
+        /project/q/u.exr
+        /project/a/y.hdr
+    "#]],
+    );
+    check(
+        files,
+        "a/?/*.exr",
+        expect![[r#"
+        /project/a/b/w.exr
+    "#]],
+    );
+    check(
+        files,
+        "*/b/[v-x].exr",
+        expect![[r#"
+        /project/a/b/w.exr
+    "#]],
+    );
+    check(
+        files,
+        "**/v.*",
+        expect![[r#"
+        /project/a/b/c/v.exr
+    "#]],
+    );
+    check(
+        files,
+        "../project/q/*",
+        expect![[r#"
+        /project/../project/q/u.exr
+    "#]],
+    );
+}
+
+#[test]
+fn exports_hidden_folders_and_links_below_two_stars_are_not_searched() {
+    check(
+        "out/x.exr .specula/y.exr a/z.exr",
+        "**/*.exr",
+        expect![[r#"
+        /project/a/z.exr
+    "#]],
+    );
+    let mut tree = Tree::new("a/z.exr b/y.exr");
+    let names = tree.0.get_mut(Path::new("/project")).unwrap();
+    *names = names.iter().cloned().map(|name| Name { link: name.name == "b", ..name }).collect();
+    let found = |source: &str| {
+        let text = format!("schema = 1\n[stage.s]\nkind = \"text-source\"\nsource = \"{source}\"\n");
+        let plan = Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &tree).unwrap();
+        plan.items.iter().map(|item| item.key.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(found("**/*.exr"), ["z"]);
+    assert_eq!(found("*/*.exr"), ["y", "z"]);
+}
+
+#[test]
+fn a_glob_that_matches_nothing_says_what_is_there() {
+    check(
+        "a/x.png a/sub/y.exr",
+        "a/*.exr",
+        expect![[r#"
+        4:10 no file matches "a/*.exr" | expected files in a | a holds sub/, x.png
+    "#]],
+    );
+    check(
+        "a/sub/",
+        "a/sub/*.exr",
+        expect![[r#"
+        4:10 no file matches "a/sub/*.exr" | expected files in a/sub | a/sub is empty
+    "#]],
+    );
+    check(
+        "assets/environments/x.exr",
+        "assets/enviroments/*.exr",
+        expect![[r#"
+        4:10 no file matches "assets/enviroments/*.exr" | expected files in assets/enviroments | the folder assets/enviroments does not exist; assets holds environments/; did you mean "environments"?
+    "#]],
+    );
+    check(
+        "a/b.txt",
+        "x/y/z/*.exr",
+        expect![[r#"
+        4:10 no file matches "x/y/z/*.exr" | expected files in x/y/z | the folder x does not exist; /project holds a/
+    "#]],
+    );
+    check(
+        "../assets/x.png",
+        "../assets/*.exr",
+        expect![[r#"
+        4:10 no file matches "../assets/*.exr" | expected files in /assets | /assets holds x.png
+    "#]],
+    );
+    check(
+        "a/[x].exr",
+        "a/[x].exr",
+        expect![[r#"
+        4:10 no file matches "a/[x].exr" | expected files in a | a file has this very name: write its special characters in brackets, [[] for [
+    "#]],
+    );
+    check(
+        "a/1 a/2 a/3 a/4 a/5 a/6 a/7 a/8 a/9 a/10 a/11",
+        "a/*.exr",
+        expect![[r#"
+        4:10 no file matches "a/*.exr" | expected files in a | a holds 1, 10, 11, 2, 3, 4, 5, 6 and 3 more
+    "#]],
+    );
+}
+
+#[test]
+fn a_file_that_is_not_there_is_looked_for() {
+    check(
+        "a/sky.exr",
+        "a/sky.hdr",
+        expect![[r#"
+        4:10 there is no file or folder "a/sky.hdr" | expected a file, a folder or a glob | a holds sky.exr; did you mean "sky.exr"?
+    "#]],
+    );
+    check(
+        "a/sky.exr",
+        "b/sky.exr",
+        expect![[r#"
+        4:10 there is no file or folder "b/sky.exr" | expected a file, a folder or a glob | the folder b does not exist; /project holds a/
+    "#]],
+    );
+    check(
+        "a/sky.exr",
+        "a/b/c.exr",
+        expect![[r#"
+        4:10 there is no file or folder "a/b/c.exr" | expected a file, a folder or a glob | the folder a/b does not exist; a holds sky.exr
+    "#]],
+    );
+}
+
+#[test]
+fn sources_that_cannot_be() {
+    check(
+        "",
+        "",
+        expect![[r#"
+        4:10 the source is empty | expected a file, a folder or a glob
+    "#]],
+    );
+    check(
+        "",
+        "a\\\\*.exr",
+        expect![[r#"
+        4:10 a source has no \ | expected / between folders | write "a/*.exr"
+    "#]],
+    );
+    check(
+        "",
+        "a/{b",
+        expect![[r#"
+        4:10 "a/{b" is not a glob: unclosed alternate group; missing '}' (maybe escape '{' with '[{]'?) | a special character stands for itself in brackets: [[] or [*]
+    "#]],
+    );
+    check(
+        "",
+        "a/[b",
+        expect![[r#"
+        4:10 "a/[b" is not a glob: unclosed character class; missing ']' | a special character stands for itself in brackets: [[] or [*]
+    "#]],
+    );
+    check(
+        "",
+        "..",
+        expect![[r#"
+        4:10 ".." has no name that could be its item's | expected a file, a folder or a glob | name the folder: "../faces"
+    "#]],
+    );
+    check(
+        "",
+        ".",
+        expect![[r#"
+        4:10 "." has no name that could be its item's | expected a file, a folder or a glob | name the folder: "../faces"
+    "#]],
+    );
+    check(
+        "out/x.exr",
+        "out/*.exr",
+        expect![[r#"
+        4:10 "out/*.exr" lies in "out", where exports land | take the input of the stage that made the file, or move the file
+    "#]],
+    );
+    check(
+        "out/x.exr",
+        "a/../out/x.exr",
+        expect![[r#"
+        4:10 "a/../out/x.exr" lies in "out", where exports land | take the input of the stage that made the file, or move the file
+    "#]],
+    );
+    check(
+        "a/x.exr a/x.hdr a/y.exr a/y.hdr",
+        "a/*",
+        expect![[r#"
+        4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | a stem names an item: rename a file, or give each glob a stage of its own
+        4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | a stem names an item: rename a file, or give each glob a stage of its own
+    "#]],
+    );
+}
