@@ -239,6 +239,17 @@ mod tests {
         println!("largest error of a coefficient: {worst:e}");
     }
 
+    #[test]
+    fn a_rotation_is_the_same_with_any_number_of_threads() {
+        let f = noise(90);
+        let rotation = Rotation::from_yaw_pitch_roll(1.0, -0.4, 2.5);
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| rotate(&f, rotation))
+        };
+        assert_eq!(with(1), with(3));
+    }
+
     /// sin(beta / 2) = 1/e is where starts are smallest among those that come to matter: 1e-327 at degree 1024, 1e-654 at 2048.
     #[test]
     fn rotations_of_high_degree_keep_energy_and_invert() {

@@ -14,7 +14,7 @@ use crate::Centre;
 use crate::clamped_cosine::ClampedCosine;
 
 /// A material: one of the reflection models, with its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// `model = "lambert"`.
     Lambert(Lambert),
