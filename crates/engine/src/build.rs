@@ -1,6 +1,17 @@
 //! The build: runs what is out of date and publishes what it exports.
 
-use crate::{Cancel, Error, Event, Plan, Summary};
+use std::time::Instant;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::disk::Disk;
+use crate::judge::{Judge, Verdict, manifest_name};
+use crate::publish::{Publisher, sweep};
+use crate::run::Workshop;
+use crate::scheduler::{Scheduler, event_of};
+use crate::state::State;
+use crate::store::Blob;
+use crate::{Cancel, Error, ErrorKind, Event, Plan, Reason, Summary, nearest};
 
 /// What a build is asked to do.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +29,8 @@ pub struct BuildOptions {
 /// Runs the items of a plan that are out of date and publishes the files of exporting stages into `out`.
 ///
 /// Events come one at a time, from the calling thread. The failure of an item is told as an event and counted in the
-/// summary; it is not an error of the build.
+/// summary; it is not an error of the build. With one job the events come in one order; with more, those of
+/// different items may change places, but what is made does not.
 ///
 /// # Errors
 /// Where the build as a whole cannot go on: an unknown stage, another build at work, a state folder that is damaged
@@ -29,6 +41,157 @@ pub fn build(
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, Error> {
-    let _ = (plan, options, cancel, events);
-    Err(Error::new(crate::ErrorKind::Io, "not written yet"))
+    let clock = Instant::now();
+    let selected = select(plan, &options.stages)?;
+    let pool = pool(options.jobs)?;
+    let items = plan.items.iter().filter(|item| selected[item.stage]).count();
+    events(Event::Planned { stages: selected.iter().filter(|chosen| **chosen).count(), items });
+    let mut summary = if options.dry_run {
+        rehearse(plan, options, &selected, &pool, events)?
+    } else {
+        work(plan, options, &selected, &pool, cancel, events)?
+    };
+    summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
+    events(Event::Ended(summary.clone()));
+    Ok(summary)
+}
+
+/// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.
+///
+/// # Errors
+/// Where a name is no stage's.
+pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> {
+    let mut selected = vec![names.is_empty(); plan.stages.len()];
+    for name in names {
+        let found = plan.stages.iter().position(|stage| stage.name == *name);
+        selected[found.ok_or_else(|| unknown_stage(plan, name))?] = true;
+    }
+    // Stages come after those that they need.
+    for stage in (0..plan.stages.len()).rev().collect::<Vec<_>>() {
+        if selected[stage] {
+            plan.stages[stage].inputs.iter().for_each(|(_, from)| selected[*from] = true);
+        }
+    }
+    Ok(selected)
+}
+
+fn unknown_stage(plan: &Plan, name: &str) -> Error {
+    let message = format!("{} has no stage {name:?}", manifest_name(plan));
+    let error = Error::new(ErrorKind::UnknownTarget, message);
+    let names = plan.stages.iter().map(|stage| stage.name.as_str());
+    match nearest(name, names.clone()) {
+        Some(near) => error.with_help(format!("did you mean {near:?}?")),
+        None => error.with_help(format!("its stages are: {}", names.collect::<Vec<_>>().join(", "))),
+    }
+}
+
+fn pool(jobs: Option<usize>) -> Result<ThreadPool, Error> {
+    // 0 stands for the number of available cores.
+    let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
+    built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))
+}
+
+fn work(
+    plan: &Plan,
+    options: &BuildOptions,
+    selected: &[bool],
+    pool: &ThreadPool,
+    cancel: &Cancel,
+    events: &(dyn Fn(Event) + Sync),
+) -> Result<Summary, Error> {
+    let state = pool.install(|| State::lock(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
+    sweep(&state)?;
+    let disk = Disk::new(state.now);
+    let (judge, publisher) = pool.install(|| {
+        rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
+    });
+    let workshop = Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel };
+    let jobs = pool.current_num_threads();
+    let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, events);
+    let mut told = Vec::new();
+    publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told)?;
+    for (item, told) in told {
+        scheduler.tell(event_of(&item, told));
+    }
+    let settled = scheduler.settle_all(pool);
+    publisher.finish()?;
+    settled?;
+    Ok(scheduler.summary)
+}
+
+/// Tells what a build would do; writes nothing.
+fn rehearse(
+    plan: &Plan,
+    options: &BuildOptions,
+    selected: &[bool],
+    pool: &ThreadPool,
+    events: &(dyn Fn(Event) + Sync),
+) -> Result<Summary, Error> {
+    let state = pool.install(|| State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
+    let disk = Disk::new(state.now);
+    let (judge, publisher) = pool.install(|| {
+        rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
+    });
+    let mut summary = Summary::default();
+    for file in publisher.would_remove(plan, selected, options.stages.is_empty()) {
+        summary.removed += 1;
+        events(Event::Removed { file });
+    }
+    for (index, forecast) in forecast(&judge, selected).into_iter().enumerate() {
+        let item = judge.name(index);
+        match forecast {
+            None => {}
+            Some(Forecast::Runs(reasons)) => {
+                summary.ran += 1;
+                events(Event::Started { item, reasons });
+            }
+            Some(Forecast::Current(outputs)) => {
+                summary.up_to_date += 1;
+                events(Event::UpToDate { item: item.clone() });
+                for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
+                    if !publisher.is_intact(file, blob.digest) {
+                        summary.published += 1;
+                        let restored = publisher.is_restored(file, blob.digest);
+                        let (item, file) = (item.clone(), file.clone());
+                        events(Event::Published { item, file, bytes: blob.bytes, restored });
+                    }
+                }
+            }
+        }
+    }
+    Ok(summary)
+}
+
+/// What a build would do with an item.
+pub(crate) enum Forecast {
+    Current(Vec<Blob>),
+    Runs(Vec<Reason>),
+}
+
+/// What a build would do with each selected item. What an item that would run makes is not known, so that all that
+/// need it would run too, unless it makes what it made before.
+pub(crate) fn forecast(judge: &Judge<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
+    let mut forecasts = Vec::<Option<Forecast>>::with_capacity(judge.plan.items.len());
+    for (index, item) in judge.plan.items.iter().enumerate() {
+        if !selected[item.stage] {
+            forecasts.push(None);
+            continue;
+        }
+        let digest = |input: usize| match &forecasts[input] {
+            Some(Forecast::Current(outputs)) => outputs.first().map(|blob| blob.digest),
+            _ => None,
+        };
+        let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
+        let verdict = if known {
+            let key = judge.key(index, |input| digest(input).unwrap_or(crate::Digest([0; 32])));
+            judge.verdict(index, key)
+        } else {
+            Verdict::Run
+        };
+        forecasts.push(Some(match verdict {
+            Verdict::Current { outputs, .. } => Forecast::Current(outputs),
+            Verdict::Run => Forecast::Runs(judge.reasons(index, digest)),
+        }));
+    }
+    forecasts
 }

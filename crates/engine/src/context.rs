@@ -113,6 +113,7 @@ pub struct Read {
 pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
+    pub(crate) folder: Option<PathBuf>,
     pub(crate) key: Option<ItemKey>,
     pub(crate) recipe: String,
     pub(crate) files: &'a dyn Files,
@@ -120,6 +121,8 @@ pub struct Context<'a> {
     pub(crate) reads: Mutex<Vec<Read>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
+    /// Whether the item was told to stop.
+    pub(crate) stopped: AtomicBool,
 }
 
 impl<'a> Context<'a> {
@@ -128,6 +131,7 @@ impl<'a> Context<'a> {
         Self {
             inputs: BTreeMap::new(),
             source: None,
+            folder: None,
             key: None,
             recipe: String::new(),
             files,
@@ -135,6 +139,7 @@ impl<'a> Context<'a> {
             reads: Mutex::default(),
             warnings: Mutex::default(),
             notes: Mutex::default(),
+            stopped: AtomicBool::new(false),
         }
     }
 
@@ -149,6 +154,13 @@ impl<'a> Context<'a> {
     #[must_use]
     pub fn with_source(mut self, source: PathBuf) -> Self {
         self.source = Some(source);
+        self
+    }
+
+    /// Sets the folder that relative paths are taken from where the item has no source: the manifest's.
+    #[must_use]
+    pub fn with_folder(mut self, folder: PathBuf) -> Self {
+        self.folder = Some(folder);
         self
     }
 
@@ -194,6 +206,8 @@ impl<'a> Context<'a> {
 
     /// The artifacts at a `many` port, sorted by key.
     ///
+    /// The keys are there only for a kind that shows names (`SHOWS_KEYS`); for others they are empty.
+    ///
     /// # Errors
     /// Where one cannot be read.
     pub fn many<T: Artifact>(&self, port: &str) -> Result<Vec<(ItemKey, Arc<T>)>, Failure> {
@@ -214,7 +228,8 @@ impl<'a> Context<'a> {
         self.source.as_deref().ok_or_else(|| Failure::new("this stage has no source"))
     }
 
-    /// The content of a file; a relative path is taken from the folder of the item's source.
+    /// The content of a file; a relative path is taken from the folder of the item's source, or from the manifest's
+    /// where it has none.
     ///
     /// The engine notes the file: the item is rerun when its content changes.
     ///
@@ -241,8 +256,14 @@ impl<'a> Context<'a> {
     }
 
     /// Whether the path is a folder; relative paths as for [`Context::read`].
+    ///
+    /// The answer is noted as a reading of the folder's names, or of a folder that is not there.
     pub fn is_folder(&self, path: &Path) -> bool {
-        self.files.is_folder(&self.resolve(path))
+        let path = self.resolve(path);
+        let is_folder = self.files.is_folder(&path);
+        let names = if is_folder { self.files.list(&path).ok() } else { None };
+        self.noted(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
+        is_folder
     }
 
     /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.
@@ -285,11 +306,15 @@ impl<'a> Context<'a> {
     /// # Errors
     /// [`Failure::cancelled`] where the build was told to stop.
     pub fn check_cancelled(&self) -> Result<(), Failure> {
-        if self.cancel.is_cancelled() { Err(Failure::cancelled()) } else { Ok(()) }
+        if !self.cancel.is_cancelled() {
+            return Ok(());
+        }
+        self.stopped.store(true, Ordering::Relaxed);
+        Err(Failure::cancelled())
     }
 
     fn resolve(&self, path: &Path) -> PathBuf {
-        match self.source.as_deref().and_then(Path::parent) {
+        match self.source.as_deref().and_then(Path::parent).or(self.folder.as_deref()) {
             Some(folder) if path.is_relative() => folder.join(path),
             _ => path.to_path_buf(),
         }

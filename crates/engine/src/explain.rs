@@ -1,8 +1,16 @@
 //! Why an item would run or not, and what its last run did.
 
-use serde::Serialize;
+use std::path::{Component, Path, PathBuf};
 
-use crate::{Digest, Error, ItemName, Plan, Reason, Timestamp};
+use serde::{Deserialize, Serialize};
+
+use crate::build::{Forecast, forecast, select};
+use crate::disk::Disk;
+use crate::judge::Judge;
+use crate::publish::Publisher;
+use crate::record::{Record, recipe};
+use crate::state::State;
+use crate::{Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
 
 /// What is known about one item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,7 +56,7 @@ pub struct LastRun {
 }
 
 /// An artifact that a run used.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputUsed {
     /// The port where it arrived.
     pub port: String,
@@ -59,7 +67,7 @@ pub struct InputUsed {
 }
 
 /// A file or folder that a run read.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileRead {
     /// The path, relative to the manifest's folder where it lies inside.
     pub path: String,
@@ -88,6 +96,105 @@ pub struct ExportedFile {
 /// # Errors
 /// Where there is no such stage or file, or the records cannot be read.
 pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
-    let _ = (plan, target);
-    Err(Error::new(crate::ErrorKind::Io, "not written yet"))
+    let items = targets(plan, target)?;
+    let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
+    let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
+    let state = State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path()))?;
+    let disk = Disk::new(state.now);
+    let judge = Judge::new(plan, &state, &disk, &selected);
+    let publisher = Publisher::new(plan, &state);
+    let mut forecasts = forecast(&judge, &selected);
+    let explained = items.into_iter().map(|item| {
+        let reasons = match forecasts[item].take() {
+            Some(Forecast::Runs(reasons)) => Some(reasons),
+            _ => None,
+        };
+        let files = plan.items[item].files.iter().map(|file| {
+            let digest = publisher.entry(file).map(|line| line.digest);
+            let intact = digest.is_some_and(|digest| publisher.is_intact(file, digest));
+            ExportedFile { file: file.clone(), digest, intact }
+        });
+        Explanation {
+            item: judge.name(item),
+            would_run: reasons.is_some(),
+            reasons: reasons.unwrap_or_default(),
+            last: judge.record(item).map(|record| last_run(&judge, item, record)),
+            files: files.collect(),
+        }
+    });
+    Ok(explained.collect())
+}
+
+fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
+    let many = &judge.stages[judge.plan.items[item].stage].many;
+    let is_many = |port: &str| many.contains(port);
+    let failed = record.failure.is_some();
+    LastRun {
+        started: record.started,
+        milliseconds: record.milliseconds,
+        kind: record.kind_name(),
+        reasons: record.reasons.clone(),
+        warnings: record.warnings.clone(),
+        notes: record.notes.clone(),
+        inputs: record.inputs.clone(),
+        reads: record.reads.clone(),
+        recipe: recipe(&record.kind, record.revision, &record.parameters, &record.inputs, is_many),
+        results: record.outputs.iter().filter(|_| !failed).map(|blob| blob.digest).collect(),
+        failure: record.failure.clone(),
+    }
+}
+
+/// The items of a stage, or the item that exports a file.
+fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
+    if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
+        return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
+    }
+    let names = names_of(plan, target);
+    let exports = |item: &ItemIndex| plan.items[*item].files.iter().any(|file| names.contains(file));
+    if let Some(item) = (0..plan.items.len()).find(exports) {
+        return Ok(vec![item]);
+    }
+    let message = format!("{target:?} is neither a stage nor a file that one exports");
+    let error = Error::new(ErrorKind::UnknownTarget, message);
+    let stages = plan.stages.iter().map(|stage| stage.name.as_str());
+    let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
+    Err(match nearest(target, stages.chain(files)) {
+        Some(near) => error.with_help(format!("did you mean {near:?}?")),
+        None => error.with_help("name a stage, or a file in out"),
+    })
+}
+
+/// What a path may be called relative to `out`.
+fn names_of(plan: &Plan, target: &str) -> Vec<String> {
+    let path = Path::new(target);
+    let mut names = vec![slashed(&normal(path))];
+    let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));
+    let mut places = vec![normal(&absolute)];
+    if let (Some(folder), Some(name)) = (absolute.parent(), absolute.file_name())
+        && let Ok(folder) = std::fs::canonicalize(folder)
+    {
+        places.push(folder.join(name));
+    }
+    let roots = [Some(normal(&plan.out)), std::fs::canonicalize(&plan.out).ok()];
+    for root in roots.iter().flatten() {
+        names.extend(places.iter().filter_map(|place| place.strip_prefix(root).ok()).map(slashed));
+    }
+    names
+}
+
+/// The path without `.` and `..`, by its letters.
+fn normal(path: &Path) -> PathBuf {
+    let mut normal = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => _ = normal.pop(),
+            part => normal.push(part),
+        }
+    }
+    normal
+}
+
+fn slashed(path: &Path) -> String {
+    path.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }

@@ -186,6 +186,13 @@ impl Kinds {
         self
     }
 
+    /// Adds a kind that is erased already.
+    #[cfg(test)]
+    pub(crate) fn with_erased(mut self, kind: Arc<dyn ErasedKind>) -> Self {
+        self.0.push(kind);
+        self
+    }
+
     /// The kind of a name.
     pub fn get(&self, name: &str) -> Option<&Arc<dyn ErasedKind>> {
         self.0.iter().find(|kind| kind.name() == name)

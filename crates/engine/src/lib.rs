@@ -7,17 +7,29 @@
 mod artifact;
 mod build;
 mod context;
+mod disk;
 mod document;
 mod error;
 mod event;
 mod explain;
 mod fault;
+mod journal;
+mod judge;
 mod key;
 mod kind;
 mod parameters;
 mod plan;
+mod platform;
+mod publish;
+mod record;
+mod run;
+mod scheduler;
+mod state;
+mod store;
 #[cfg(test)]
 mod testkit;
+#[cfg(test)]
+mod tests;
 mod timestamp;
 
 pub use artifact::{Artifact, Handle};
@@ -31,7 +43,7 @@ pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
 pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
-pub use plan::{Item, ItemIndex, Plan, Stage, StageIndex};
+pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;
 
 #[doc(hidden)]

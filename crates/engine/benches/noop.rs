@@ -1,0 +1,159 @@
+//! A build that finds nothing to do: the manifest is read, every file looked at, every result looked up.
+
+use std::fs;
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use engine::{
+    Artifact, BuildOptions, Cancel, Context, Failure, Kind, Kinds, Output, Plan, Port, Product, build,
+    parameters,
+};
+
+struct Text(String);
+
+impl Artifact for Text {
+    const TYPE: &'static str = "text";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(self.0.clone().into_bytes())
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(String::from_utf8(bytes.to_vec())?))
+    }
+}
+
+parameters! {
+    /// No parameters.
+    struct Nothing {}
+}
+
+parameters! {
+    /// What is added.
+    struct Added {
+        /// The text.
+        text: String = "!".into(),
+    }
+}
+
+struct Source;
+
+impl Kind for Source {
+    type Parameters = Nothing;
+    const NAME: &'static str = "source";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Reads a text.\n";
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let bytes = context.read(context.source()?)?;
+        Output::artifact(Text(String::from_utf8(bytes.to_vec())?))
+    }
+}
+
+struct Add;
+
+impl Kind for Add {
+    type Parameters = Added;
+    const NAME: &'static str = "add";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Adds to a text.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Added, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(parameters: &Added, context: &Context<'_>) -> Result<Output, Failure> {
+        Output::artifact(Text(format!("{}{}", context.get::<Text>("text")?.0, parameters.text)))
+    }
+}
+
+struct Write;
+
+impl Kind for Write {
+    type Parameters = Nothing;
+    const NAME: &'static str = "write";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Writes a text.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        Ok(Output::Files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
+    }
+}
+
+const MANIFEST: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "source"
+source = "texts/*.txt"
+
+[stage.loud]
+kind = "add"
+input = "text"
+
+[stage.louder]
+kind = "add"
+input = "loud"
+text = "!!"
+
+[stage.file]
+kind = "write"
+input = "louder"
+"#;
+
+/// Reads the manifest and builds; returns how many items ran.
+fn run(folder: &Path, kinds: &Kinds) -> usize {
+    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest has no faults");
+    let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
+    build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event)).expect("the build goes on").ran
+}
+
+fn noop(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("engine");
+    for items in [1000, 10_000] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::create_dir(folder.path().join("texts")).expect("a folder");
+        fs::write(folder.path().join("pipeline.toml"), MANIFEST).expect("the manifest");
+        for n in 0..items / 4 {
+            let name = format!("texts/{n:05}.txt");
+            fs::write(folder.path().join(name), format!("text {n}")).expect("a source");
+        }
+        let kinds = Kinds::new().with(Source).with(Add).with(Write);
+        assert_eq!(run(folder.path(), &kinds), items);
+        // The stamps of files that are two seconds old are trusted.
+        std::thread::sleep(Duration::from_millis(2100));
+        assert_eq!(run(folder.path(), &kinds), 0);
+        group.sample_size(20);
+        group.bench_function(format!("noop_{items}_items"), |bencher| {
+            bencher.iter(|| run(folder.path(), &kinds));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, noop);
+criterion_main!(benches);

@@ -1,0 +1,147 @@
+//! The files of the outside world, and their digests.
+//!
+//! A file is hashed again only when its stamp differs from the one that it had when it was hashed last, or when that
+//! stamp was too young to be trusted. What an item reads is hashed by [`Context::read`](crate::Context::read) from
+//! the very bytes that the item gets.
+
+use std::collections::HashMap;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::context::listing_digest;
+use crate::journal::{Journal, Line, Tag, subject};
+use crate::platform::Stamp;
+use crate::{Digest, Files, Read};
+
+/// The disk as one build sees it.
+pub(crate) struct Disk {
+    /// The file system's time when the build began.
+    now: i64,
+    digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
+}
+
+/// The disk as one running item sees it.
+#[derive(Default)]
+pub(crate) struct Reader {
+    /// The stamps of files that did not change while they were read.
+    stamps: Mutex<HashMap<PathBuf, Stamp>>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Stamped {
+    stamp: Stamp,
+    digest: Digest,
+}
+
+impl Disk {
+    pub(crate) fn new(now: i64) -> Self {
+        Self { now, digests: Mutex::default() }
+    }
+
+    /// The digest of a file's content or a folder's listing at present; `None` where it cannot be read.
+    ///
+    /// Each is looked at once in a build.
+    pub(crate) fn digest(&self, path: &Path, listing: bool, journal: &Journal) -> Option<Digest> {
+        let place = (path.to_path_buf(), listing);
+        if let Some(known) = lock(&self.digests).get(&place) {
+            return *known;
+        }
+        let (digest, line) = self.look(path, listing, journal);
+        lock(&self.digests).insert(place, digest);
+        // A stamp that is not remembered is hashed again by the next build; nothing else depends on it.
+        let _ = journal.append(&line.into_iter().collect::<Vec<_>>());
+        digest
+    }
+
+    /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
+    pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
+        let looked = places.into_par_iter().map(|place| {
+            let (digest, line) = self.look(&place.0, place.1, journal);
+            ((place, digest), line)
+        });
+        let (digests, lines): (Vec<_>, Vec<_>) = looked.unzip();
+        lock(&self.digests).extend(digests);
+        let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
+    }
+
+    /// What is to be remembered of the files that an item read.
+    pub(crate) fn stamps_of(&self, reader: &Reader, reads: &[Read]) -> Vec<Line> {
+        let stamps = lock(&reader.stamps);
+        let stamped = reads.iter().filter(|read| !read.listing).filter_map(|read| {
+            let stamp = *stamps.get(&read.path)?;
+            stamp.is_settled(self.now).then_some((&read.path, Stamped { stamp, digest: read.digest? }))
+        });
+        stamped.map(|(path, stamped)| line(path, &stamped)).collect()
+    }
+
+    fn look(&self, path: &Path, listing: bool, journal: &Journal) -> (Option<Digest>, Option<Line>) {
+        if listing {
+            return (list(path).ok().map(|names| listing_digest(&names)), None);
+        }
+        let Ok(metadata) = fs::metadata(path) else { return (None, None) };
+        let stamp = Stamp::of(&metadata);
+        let known = journal.get::<Stamped>(Tag::Stamp, place(path));
+        if let Some(known) = known.filter(|known| known.stamp == stamp) {
+            return (Some(known.digest), None);
+        }
+        let Ok(digest) = hash(path) else { return (None, None) };
+        let same = fs::metadata(path).is_ok_and(|after| Stamp::of(&after) == stamp);
+        let line = (same && stamp.is_settled(self.now)).then(|| line(path, &Stamped { stamp, digest }));
+        (Some(digest), line)
+    }
+}
+
+impl Files for Reader {
+    fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
+        let before = Stamp::of(&fs::metadata(path)?);
+        let bytes = fs::read(path)?;
+        if fs::metadata(path).is_ok_and(|after| Stamp::of(&after) == before) {
+            lock(&self.stamps).insert(path.to_path_buf(), before);
+        } else {
+            lock(&self.stamps).remove(path);
+        }
+        Ok(Arc::new(bytes))
+    }
+
+    fn list(&self, path: &Path) -> io::Result<Vec<(String, bool)>> {
+        list(path)
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
+    }
+}
+
+fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(path)? {
+        let entry = entry?;
+        names.push((entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir()));
+    }
+    names.sort_unstable();
+    Ok(names)
+}
+
+/// The digest of a file's content.
+pub(crate) fn hash(path: &Path) -> io::Result<Digest> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(File::open(path)?)?;
+    Ok(Digest(*hasher.finalize().as_bytes()))
+}
+
+fn place(path: &Path) -> u128 {
+    subject(&[&path.to_string_lossy()])
+}
+
+fn line(path: &Path, stamped: &Stamped) -> Line {
+    Line::new(Tag::Stamp, place(path), Some(stamped))
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

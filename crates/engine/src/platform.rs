@@ -1,0 +1,137 @@
+//! What differs between operating systems: stamps of files, renames over open files, names that differ in case only.
+
+use std::fs::{self, Metadata};
+use std::io;
+use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+
+/// What the file system says of a file without reading it: size, times of change in nanoseconds, identity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Stamp {
+    size: u64,
+    modified: i64,
+    /// The last change of the file's own record (Unix) or its creation (Windows).
+    changed: i64,
+    inode: u64,
+}
+
+/// Times of change are as coarse as this on some file systems (FAT).
+const COARSEST: i64 = 2_000_000_000;
+
+impl Stamp {
+    pub(crate) fn of(metadata: &Metadata) -> Self {
+        let (changed, inode) = identity(metadata);
+        Self { size: metadata.len(), modified: modified(metadata), changed, inode }
+    }
+
+    /// Whether a later change of the file must show in the stamp: the last one is old, by the clock of its file
+    /// system. `now` is a time of change that the file system gave before the file was read.
+    pub(crate) fn is_settled(&self, now: i64) -> bool {
+        self.modified.max(self.changed).saturating_add(COARSEST) <= now
+    }
+}
+
+/// The time of the last change of the content, in nanoseconds since 1970.
+pub(crate) fn modified(metadata: &Metadata) -> i64 {
+    metadata.modified().map_or(i64::MAX, nanoseconds)
+}
+
+fn nanoseconds(time: std::time::SystemTime) -> i64 {
+    let magnitude = |span: Duration| i64::try_from(span.as_nanos()).unwrap_or(i64::MAX);
+    match time.duration_since(UNIX_EPOCH) {
+        Ok(since) => magnitude(since),
+        Err(before) => -magnitude(before.duration()),
+    }
+}
+
+#[cfg(unix)]
+fn identity(metadata: &Metadata) -> (i64, u64) {
+    use std::os::unix::fs::MetadataExt;
+    (metadata.ctime().saturating_mul(1_000_000_000).saturating_add(metadata.ctime_nsec()), metadata.ino())
+}
+
+#[cfg(not(unix))]
+fn identity(metadata: &Metadata) -> (i64, u64) {
+    (metadata.created().map_or(0, nanoseconds), 0)
+}
+
+/// Puts a file in the place of another (or of none) in one step, also while others have it open.
+///
+/// On Windows a virus scanner or viewer may hold the place for a moment; it is asked for again for two seconds.
+pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
+    patiently(|| fs::rename(from, to))
+}
+
+/// Removes a file; it is no error that it has gone already.
+pub(crate) fn remove(path: &Path) -> io::Result<()> {
+    match patiently(|| fs::remove_file(path)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+fn patiently(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
+    let mut pause = Duration::from_millis(1);
+    loop {
+        match act() {
+            Err(error) if is_held_by_another(&error) && pause < Duration::from_secs(1) => {
+                std::thread::sleep(pause);
+                pause *= 2;
+            }
+            other => return other,
+        }
+    }
+}
+
+/// `ERROR_ACCESS_DENIED`, `ERROR_SHARING_VIOLATION`, `ERROR_LOCK_VIOLATION`.
+fn is_held_by_another(error: &io::Error) -> bool {
+    cfg!(windows) && matches!(error.raw_os_error(), Some(5 | 32 | 33))
+}
+
+/// Whether two different spellings name one file: on a file system that ignores case, `Sky.exr` and `sky.exr` do.
+pub(crate) fn is_one_file(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stamp_is_settled_when_its_last_change_is_two_seconds_old() {
+        let stamp = Stamp { size: 1, modified: 5_000_000_000, changed: 4_000_000_000, inode: 1 };
+        assert!(!stamp.is_settled(6_999_999_999));
+        assert!(stamp.is_settled(7_000_000_000));
+        let stamp = Stamp { changed: 6_000_000_000, ..stamp };
+        assert!(!stamp.is_settled(7_000_000_000), "a file whose time of change was set back");
+        assert!(!stamp.is_settled(0), "a file from the future");
+    }
+
+    #[test]
+    fn replace_works_over_an_open_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let (new, old) = (folder.path().join("new"), folder.path().join("old"));
+        fs::write(&new, "new").unwrap();
+        fs::write(&old, "old").unwrap();
+        let open = fs::File::open(&old).unwrap();
+        replace(&new, &old).unwrap();
+        drop(open);
+        assert_eq!(fs::read_to_string(&old).unwrap(), "new");
+        assert!(!new.exists());
+    }
+
+    #[test]
+    fn different_files_are_not_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+        fs::write(&a, "x").unwrap();
+        fs::write(&b, "x").unwrap();
+        assert!(!is_one_file(&a, &b));
+        assert!(is_one_file(&a, &folder.path().join(".").join("a")));
+    }
+}

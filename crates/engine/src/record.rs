@@ -1,0 +1,176 @@
+//! What is remembered of a run, and the key under which its result is found again.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::store::Blob;
+use crate::{Digest, FileRead, InputUsed, ItemKey, Reason, Timestamp};
+
+/// Raised when the engine itself gives kinds something else for equal keys.
+const ENGINE_FORMAT: u32 = 1;
+
+/// A run: what it used, what it made, what it said.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Record {
+    /// All that the result depends on but the files read, which are known only after the run.
+    pub(crate) key: Digest,
+    pub(crate) kind: String,
+    pub(crate) revision: u32,
+    pub(crate) parameters: Value,
+    pub(crate) source: Option<String>,
+    pub(crate) inputs: Vec<InputUsed>,
+    pub(crate) reads: Vec<FileRead>,
+    /// What it made; of a failure, what the last good run made.
+    pub(crate) outputs: Vec<Blob>,
+    pub(crate) started: Timestamp,
+    pub(crate) milliseconds: f64,
+    pub(crate) reasons: Vec<Reason>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) notes: Vec<String>,
+    pub(crate) failure: Option<Vec<String>>,
+}
+
+impl Record {
+    /// Kind and revision as people read them.
+    pub(crate) fn kind_name(&self) -> String {
+        kind_name(&self.kind, self.revision)
+    }
+}
+
+/// Kind and revision as people read them: `project-sh 3`.
+pub(crate) fn kind_name(kind: &str, revision: u32) -> String {
+    format!("{kind} {revision}")
+}
+
+/// Collects what a key depends on; each part is told apart from its neighbours by its length.
+pub(crate) struct KeyHasher(blake3::Hasher);
+
+impl KeyHasher {
+    pub(crate) fn new(kind: &str, revision: u32, parameters: &str, source: Option<&str>) -> Self {
+        let mut hasher = Self(blake3::Hasher::new());
+        hasher.number(u64::from(ENGINE_FORMAT)).text(kind).number(u64::from(revision)).text(parameters);
+        hasher.number(u64::from(source.is_some())).text(source.unwrap_or_default());
+        hasher
+    }
+
+    pub(crate) fn text(&mut self, text: &str) -> &mut Self {
+        self.number(text.len() as u64);
+        self.0.update(text.as_bytes());
+        self
+    }
+
+    pub(crate) fn number(&mut self, number: u64) -> &mut Self {
+        self.0.update(&number.to_le_bytes());
+        self
+    }
+
+    pub(crate) fn digest(&mut self, digest: Digest) -> &mut Self {
+        self.0.update(&digest.0);
+        self
+    }
+
+    pub(crate) fn item_key(&mut self, key: &ItemKey) -> &mut Self {
+        self.number(key.0.len() as u64);
+        for (stage, stem) in &key.0 {
+            self.text(stage).text(stem);
+        }
+        self
+    }
+
+    pub(crate) fn finish(&self) -> Digest {
+        Digest(*self.0.finalize().as_bytes())
+    }
+}
+
+/// JSON with sorted keys, so that equal values are equal texts.
+pub(crate) fn canonical(value: &Value) -> Value {
+    match value {
+        Value::Array(values) => values.iter().map(canonical).collect(),
+        Value::Object(object) => {
+            let mut entries = object.iter().collect::<Vec<_>>();
+            entries.sort_unstable_by_key(|(name, _)| *name);
+            Value::Object(entries.into_iter().map(|(name, value)| (name.clone(), canonical(value))).collect())
+        }
+        other => other.clone(),
+    }
+}
+
+/// The recipe of an exported file: canonical JSON of kind, revision, parameters and, by port, the digests of the
+/// direct inputs (one, or for a port that takes many a list in order of their keys).
+pub(crate) fn recipe(
+    kind: &str,
+    revision: u32,
+    parameters: &Value,
+    inputs: &[InputUsed],
+    is_many: impl Fn(&str) -> bool,
+) -> String {
+    let mut ports = Map::new();
+    for InputUsed { port, digest, .. } in inputs {
+        let digest = Value::from(digest.to_string());
+        if is_many(port) {
+            let list = ports.entry(port.clone()).or_insert_with(|| Value::Array(Vec::new()));
+            if let Value::Array(list) = list {
+                list.push(digest);
+            }
+        } else {
+            ports.insert(port.clone(), digest);
+        }
+    }
+    let recipe =
+        serde_json::json!({ "kind": kind, "revision": revision, "parameters": parameters, "inputs": ports });
+    canonical(&recipe).to_string()
+}
+
+/// A path as records hold it: relative to the manifest's folder where it lies inside, with `/` between folders.
+pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
+    match path.strip_prefix(folder) {
+        Ok(inside) => {
+            inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+        }
+        Err(_) => path.to_string_lossy().into_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ItemName;
+
+    #[test]
+    fn a_recipe_is_sorted_and_holds_no_names_of_items() {
+        let used = |port: &str, stem: &str| InputUsed {
+            port: port.into(),
+            item: ItemName { stage: stem.into(), key: ItemKey::default() },
+            digest: Digest([0xab; 32]),
+        };
+        let parameters = serde_json::from_str(r#"{"z":1,"a":{"y":2,"b":null}}"#).unwrap();
+        let inputs = [used("one", "x"), used("all", "y"), used("all", "z")];
+        let recipe = recipe("export", 3, &parameters, &inputs, |port| port == "all");
+        let digest = "ab".repeat(32);
+        assert_eq!(
+            recipe,
+            format!(
+                r#"{{"inputs":{{"all":["{digest}","{digest}"],"one":"{digest}"}},"kind":"export","parameters":{{"a":{{"b":null,"y":2}},"z":1}},"revision":3}}"#
+            )
+        );
+    }
+
+    #[test]
+    fn paths_inside_are_relative() {
+        assert_eq!(path_name(Path::new("/a/b"), Path::new("/a/b/c/d.exr")), "c/d.exr");
+        assert_eq!(path_name(Path::new("/a/b"), Path::new("/a/c.exr")), "/a/c.exr");
+    }
+
+    #[test]
+    fn parts_of_a_key_do_not_run_together() {
+        let key = |kind: &str, parameters: &str| KeyHasher::new(kind, 1, parameters, None).finish();
+        assert_ne!(key("ab", "c"), key("a", "bc"));
+        assert_ne!(
+            KeyHasher::new("a", 1, "", None).finish(),
+            KeyHasher::new("a", 1, "", Some("")).finish(),
+            "a source without a name is still a source"
+        );
+    }
+}

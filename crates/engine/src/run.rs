@@ -1,0 +1,272 @@
+//! One run of one item: its context, its outcome, what is stored and remembered of it.
+
+use std::any::Any;
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use crate::disk::{Disk, Reader};
+use crate::journal::{Line, Tag, short};
+use crate::judge::Judge;
+use crate::publish::{Obstacle, Publisher, Told};
+use crate::record::{Record, path_name, recipe};
+use crate::store::Blob;
+use crate::{
+    Cancel, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
+    Product, Read, Reason, Timestamp,
+};
+
+/// What running items share.
+pub(crate) struct Workshop<'a> {
+    pub(crate) judge: &'a Judge<'a>,
+    pub(crate) disk: &'a Disk,
+    pub(crate) publisher: &'a Publisher<'a>,
+    pub(crate) cancel: &'a Cancel,
+}
+
+/// What arrives at a port, sorted by key.
+pub(crate) type Arrivals = Vec<(ItemKey, Arc<Handle>)>;
+
+/// An item that is to run: what it gets.
+pub(crate) struct Order {
+    pub(crate) item: ItemIndex,
+    pub(crate) key: Digest,
+    pub(crate) inputs: Vec<InputUsed>,
+    pub(crate) handles: Vec<(&'static str, Arrivals)>,
+    pub(crate) reasons: Vec<Reason>,
+}
+
+/// What came of it.
+pub(crate) struct Outcome {
+    pub(crate) made: Result<Made, Failure>,
+    pub(crate) milliseconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) notes: Vec<String>,
+    pub(crate) told: Vec<Told>,
+}
+
+/// What a good run made.
+pub(crate) struct Made {
+    pub(crate) outputs: Vec<Blob>,
+    pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
+    /// Why its files could not be published, although they are stored.
+    pub(crate) unpublished: Option<Failure>,
+}
+
+/// An output that is in the store.
+struct Stored {
+    outputs: Vec<Blob>,
+    /// The value of an artifact.
+    value: Option<Arc<dyn Any + Send + Sync>>,
+    /// The contents of exported files.
+    files: Option<Vec<Vec<u8>>>,
+}
+
+impl Workshop<'_> {
+    /// Runs an item, stores and remembers its outputs and publishes its files.
+    ///
+    /// # Errors
+    /// Where the journal cannot be written: nothing can be remembered then.
+    pub(crate) fn run(&self, order: Order) -> Result<Outcome, Error> {
+        let state = self.judge.state;
+        let item = &self.judge.plan.items[order.item];
+        let stage = &self.judge.plan.stages[item.stage];
+        let facts = &self.judge.stages[item.stage];
+        let reader = Reader::default();
+        let context = self.context(&order, &reader);
+        let started = Timestamp::now();
+        let clock = Instant::now();
+        let ran = catch_unwind(AssertUnwindSafe(|| stage.configured.run(&context)));
+        let milliseconds = clock.elapsed().as_secs_f64() * 1e3;
+        let stopped = context.stopped.load(Ordering::Relaxed);
+        let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
+        let output = match ran {
+            Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
+            Ok(_) if stopped => Err(Failure::cancelled()),
+            Ok(output) => output.and_then(|output| self.checked(order.item, output, &reads)),
+        };
+        let stored = output.and_then(|output| self.stored(output));
+        let mut outcome =
+            Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, told: Vec::new() };
+        if let Err(failure) = &stored
+            && failure.cancelled
+        {
+            return Ok(outcome);
+        }
+        let before = self.judge.record(order.item).map(|record| record.outputs.clone()).unwrap_or_default();
+        let record = Record {
+            key: order.key,
+            kind: stage.kind.name().into(),
+            revision: facts.revision,
+            parameters: facts.parameters.clone(),
+            source: self.judge.source(order.item),
+            inputs: order.inputs,
+            reads: self.reads(&reads),
+            outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
+            started,
+            milliseconds,
+            reasons: order.reasons,
+            warnings: outcome.warnings.clone(),
+            notes: outcome.notes.clone(),
+            failure: stored.as_ref().err().map(|failure| failure.chain.clone()),
+        };
+        let mut lines = self.disk.stamps_of(&reader, &reads);
+        if stored.is_ok() {
+            lines.push(Line::new(Tag::Result, short(record.key), Some(&record)));
+        }
+        lines.push(Line::new(Tag::Item, self.judge.subject(order.item), Some(&record)));
+        state.journal.append(&lines)?;
+        outcome.made = match stored {
+            Err(failure) => Err(failure),
+            Ok(Stored { outputs, value, files }) => {
+                let published = self.publish(order.item, &outputs, files, &mut outcome.told);
+                let unpublished = match published {
+                    Ok(()) => None,
+                    Err(Obstacle::Lost) => Some(Failure::new("a result that was just stored is gone")),
+                    Err(Obstacle::Error(error)) => Some(failure_of(error)),
+                };
+                Ok(Made { outputs, value, unpublished })
+            }
+        };
+        Ok(outcome)
+    }
+
+    /// Puts an item's files in place, and removes those that it does not export any more.
+    ///
+    /// # Errors
+    /// As [`Publisher::publish`].
+    pub(crate) fn publish(
+        &self,
+        item: ItemIndex,
+        outputs: &[Blob],
+        bytes: Option<Vec<Vec<u8>>>,
+        told: &mut Vec<Told>,
+    ) -> Result<(), Obstacle> {
+        let files = self.judge.plan.items[item].files.iter().cloned().zip(outputs.iter().copied());
+        let name = self.judge.name(item);
+        self.publisher.publish(&name, &files.collect::<Vec<_>>(), bytes, told)?;
+        Ok(self.publisher.remove_stale(&name, told)?)
+    }
+
+    /// The value of a stored artifact; `None` where it is lost or cannot be understood.
+    pub(crate) fn fetch(&self, item: ItemIndex, digest: Digest) -> Result<Option<Arc<Handle>>, Error> {
+        let Some(bytes) = self.judge.state.store.get(digest)? else { return Ok(None) };
+        let Some((name, decoder)) = self.judge.stages[self.judge.plan.items[item].stage].artifact else {
+            return Ok(None);
+        };
+        let Some(decoder) = decoder else { return Ok(None) };
+        // What another version encoded otherwise is made again.
+        match catch_unwind(AssertUnwindSafe(|| decoder(&bytes))) {
+            Ok(Ok(value)) => Ok(Some(Arc::new(self.handle(name, digest).with_value(value)))),
+            _ => {
+                self.judge.state.store.forget(digest);
+                Ok(None)
+            }
+        }
+    }
+
+    /// A handle on a stored artifact.
+    pub(crate) fn handle(&self, type_name: &'static str, digest: Digest) -> Handle {
+        let store = Arc::clone(&self.judge.state.store);
+        Handle::new(type_name, digest, move || match store.get(digest) {
+            Ok(Some(bytes)) => Ok(bytes),
+            Ok(None) => {
+                Err(Failure::new(format!("the stored artifact {digest} is gone")).help("build again"))
+            }
+            Err(error) => Err(failure_of(error)),
+        })
+    }
+
+    fn context<'c>(&self, order: &Order, reader: &'c Reader) -> Context<'c> {
+        let item = &self.judge.plan.items[order.item];
+        let stage = &self.judge.plan.stages[item.stage];
+        let facts = &self.judge.stages[item.stage];
+        let mut context = Context::new(reader)
+            .with_cancel(self.cancel.clone())
+            .with_folder(self.judge.folder.to_path_buf());
+        for (port, handles) in &order.handles {
+            let shown = |key: &ItemKey| if facts.shows_keys { key.clone() } else { ItemKey::default() };
+            let handles = handles.iter().map(|(key, handle)| (shown(key), Arc::clone(handle)));
+            context = context.with_input(port, handles.collect());
+        }
+        if let Some(source) = &item.source {
+            context = context.with_source(source.clone());
+        }
+        if facts.shows_keys {
+            context = context.with_key(item.key.clone());
+        }
+        // An artifact holds no provenance, so that only kinds that export see a recipe.
+        if matches!(stage.product, Product::Files(_)) {
+            let is_many = |port: &str| facts.many.contains(port);
+            let kind = stage.kind.name();
+            context =
+                context.with_recipe(recipe(kind, facts.revision, &facts.parameters, &order.inputs, is_many));
+        }
+        context
+    }
+
+    /// The output, where it is what the plan says and the files held still.
+    fn checked(&self, item: ItemIndex, output: Output, reads: &[Read]) -> Result<Output, Failure> {
+        let item = &self.judge.plan.items[item];
+        let stage = &self.judge.plan.stages[item.stage];
+        let fits = match (&output, &stage.product) {
+            (Output::Artifact { .. }, Product::Artifact(_)) => true,
+            (Output::Files(made), Product::Files(_)) => made.len() == item.files.len(),
+            _ => false,
+        };
+        if !fits {
+            return Err(bug(stage.kind.name(), "its output is not what it declared"));
+        }
+        let mut digests = HashMap::<(&PathBuf, bool), Option<Digest>>::new();
+        for read in reads {
+            let first = *digests.entry((&read.path, read.listing)).or_insert(read.digest);
+            if first != read.digest {
+                return Err(Failure::new(format!("{} changed while it was read", read.path.display()))
+                    .help("build again when it is written"));
+            }
+        }
+        Ok(output)
+    }
+
+    fn stored(&self, output: Output) -> Result<Stored, Failure> {
+        let store = &self.judge.state.store;
+        match output {
+            Output::Artifact { bytes, value } => {
+                let outputs = vec![store.put(&bytes).map_err(failure_of)?];
+                Ok(Stored { outputs, value: Some(value), files: None })
+            }
+            Output::Files(files) => {
+                let outputs = files.iter().map(|bytes| store.put(bytes)).collect::<Result<Vec<_>, _>>();
+                Ok(Stored { outputs: outputs.map_err(failure_of)?, value: None, files: Some(files) })
+            }
+        }
+    }
+
+    fn reads(&self, reads: &[Read]) -> Vec<FileRead> {
+        let named = reads.iter().map(|read| FileRead {
+            path: path_name(self.judge.folder, &read.path),
+            listing: read.listing,
+            digest: read.digest,
+        });
+        named.collect()
+    }
+}
+
+/// The failure of an item that met an error of the engine.
+pub(crate) fn failure_of(error: Error) -> Failure {
+    Failure { chain: error.chain().to_vec(), help: error.help().map(str::to_owned), cancelled: false }
+}
+
+fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
+    let message = panic.downcast_ref::<String>().map(String::as_str);
+    let message = message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    bug(kind, &format!("panicked: {message}"))
+}
+
+fn bug(kind: &str, what: &str) -> Failure {
+    Failure::new(format!("a bug in kind {kind}: {what}"))
+        .help("tell the kind's author; its other items and the last good outputs are not touched")
+}

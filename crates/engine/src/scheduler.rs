@@ -1,0 +1,544 @@
+//! Which item does what when.
+//!
+//! One thread (the caller's) decides and tells; a pool of threads works. An item whose inputs are settled is judged;
+//! where its result is not at hand it becomes a task. Before a task runs, the stored artifacts that it needs are
+//! fetched, each once; one that turns out to be lost is made again first. Of the tasks that are ready those nearest
+//! to the end of the graph go first, so that artifacts are let go soon: one is held only while somebody may need it.
+//!
+//! No thread ever waits for another item's result: kernels share the pool, and a waiting thread could be the one that
+//! has to do the work.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
+
+use rayon::{Scope, ThreadPool};
+
+use crate::journal::{Line, Tag};
+use crate::judge::{Judge, Verdict};
+use crate::publish::{Obstacle, Told};
+use crate::record::Record;
+use crate::run::{Made, Order, Outcome, Workshop, failure_of};
+use crate::store::Blob;
+use crate::{Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary};
+
+/// How far an item is.
+#[derive(Clone, Debug, PartialEq)]
+enum Phase {
+    /// It waits for its inputs, or its turn.
+    Waiting,
+    /// It is being fetched for, run or published.
+    Busy,
+    /// Its result is at hand.
+    Done,
+    /// It failed, or was skipped because of the item named.
+    Failed(ItemName),
+}
+
+/// An item as the scheduler sees it.
+struct Progress {
+    phase: Phase,
+    /// The inputs that are not settled.
+    waiting: usize,
+    /// The consumers that may still need the artifact.
+    users: usize,
+    /// The inputs that have to be fetched before it can run.
+    missing: usize,
+    outputs: Vec<Blob>,
+    handle: Option<Arc<Handle>>,
+    /// The consumers that cannot run before the artifact is fetched or made again.
+    fetchers: Vec<ItemIndex>,
+    /// Whether consumers have been told that it is settled.
+    announced: bool,
+    /// Whether its stored result turned out to be lost.
+    lost: bool,
+    /// Whether it ran in this build.
+    ran: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Task {
+    Run(ItemIndex),
+    Publish(ItemIndex),
+    Fetch(ItemIndex),
+}
+
+enum Message {
+    Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
+    Ran(ItemIndex, Result<Outcome, Error>),
+    Published(ItemIndex, Vec<Told>, Result<(), Obstacle>),
+    /// The engine itself panicked in a task.
+    Broken(ItemIndex),
+}
+
+/// A build under way.
+pub(crate) struct Scheduler<'a, 'e> {
+    workshop: &'a Workshop<'a>,
+    judge: &'a Judge<'a>,
+    keep_going: bool,
+    jobs: usize,
+    events: &'e (dyn Fn(Event) + Sync),
+    items: Vec<Progress>,
+    /// The items that need each item's artifact.
+    consumers: Vec<Vec<ItemIndex>>,
+    selected: Vec<ItemIndex>,
+    to_judge: BTreeSet<ItemIndex>,
+    tasks: BinaryHeap<(usize, Reverse<ItemIndex>, Task)>,
+    busy: usize,
+    pub(crate) summary: Summary,
+    fatal: Option<Error>,
+}
+
+impl<'a, 'e> Scheduler<'a, 'e> {
+    pub(crate) fn new(
+        workshop: &'a Workshop<'a>,
+        selected: &[bool],
+        keep_going: bool,
+        jobs: usize,
+        events: &'e (dyn Fn(Event) + Sync),
+    ) -> Self {
+        let judge = workshop.judge;
+        let plan = judge.plan;
+        let mut consumers = vec![Vec::new(); plan.items.len()];
+        let mut items = Vec::with_capacity(plan.items.len());
+        let mut chosen = Vec::new();
+        for (index, item) in plan.items.iter().enumerate() {
+            let mut waiting = 0;
+            if selected[item.stage] {
+                chosen.push(index);
+                for input in distinct(&item.inputs) {
+                    consumers[input].push(index);
+                    waiting += 1;
+                }
+            }
+            items.push(Progress {
+                phase: Phase::Waiting,
+                waiting,
+                users: 0,
+                missing: 0,
+                outputs: Vec::new(),
+                handle: None,
+                fetchers: Vec::new(),
+                announced: false,
+                lost: false,
+                ran: false,
+            });
+        }
+        for (progress, consumers) in items.iter_mut().zip(&consumers) {
+            progress.users = consumers.len();
+        }
+        let to_judge = chosen.iter().copied().filter(|item| items[*item].waiting == 0).collect();
+        Self {
+            workshop,
+            judge,
+            keep_going,
+            jobs,
+            events,
+            items,
+            consumers,
+            selected: chosen,
+            to_judge,
+            tasks: BinaryHeap::new(),
+            busy: 0,
+            summary: Summary::default(),
+            fatal: None,
+        }
+    }
+
+    /// Settles every item.
+    ///
+    /// # Errors
+    /// Where the journal cannot be written.
+    pub(crate) fn settle_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
+        let (sender, receiver) = channel();
+        pool.in_place_scope(|scope| {
+            loop {
+                while let Some(item) = self.next_to_judge() {
+                    self.judge_item(item);
+                }
+                while self.busy < self.jobs
+                    && !self.is_stopping()
+                    && let Some((_, _, task)) = self.tasks.pop()
+                {
+                    self.start(task, scope, &sender);
+                }
+                if self.busy == 0 {
+                    break;
+                }
+                // A sender is alive in this function, so that there is always a message to come.
+                if let Ok(message) = receiver.recv() {
+                    self.busy -= 1;
+                    self.hear(message);
+                }
+            }
+        });
+        if let Some(error) = self.fatal.take() {
+            return Err(error);
+        }
+        self.skip_the_rest();
+        Ok(())
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.fatal.is_some()
+            || self.workshop.cancel.is_cancelled()
+            || (!self.keep_going && self.summary.failed > 0)
+    }
+
+    fn next_to_judge(&mut self) -> Option<ItemIndex> {
+        if self.is_stopping() { None } else { self.to_judge.pop_first() }
+    }
+
+    fn judge_item(&mut self, item: ItemIndex) {
+        if let Some(root) = self.failed_input(item) {
+            return self.skip(item, Some(root));
+        }
+        let verdict = self.judge.verdict(item, self.key(item));
+        match verdict {
+            Verdict::Run => self.want(item),
+            Verdict::Current { outputs, restored } => {
+                if let Some(record) = restored {
+                    self.bring_into_effect(item, *record);
+                }
+                self.items[item].outputs = outputs;
+                if self.is_published(item) {
+                    self.up_to_date(item, Vec::new());
+                } else {
+                    self.items[item].phase = Phase::Busy;
+                    self.push(item, Task::Publish(item));
+                }
+            }
+        }
+    }
+
+    /// An earlier result is the one in effect again; the next run is compared with it.
+    fn bring_into_effect(&mut self, item: ItemIndex, record: Record) {
+        let inputs = self.judge.inputs(item, |input| self.digest(input));
+        let record = Record { inputs, source: self.judge.source(item), ..record };
+        let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
+        if let Err(error) = self.judge.state.journal.append(&[line]) {
+            self.fatal = Some(error);
+        }
+    }
+
+    fn is_published(&self, item: ItemIndex) -> bool {
+        let files = &self.judge.plan.items[item].files;
+        let outputs = &self.items[item].outputs;
+        files.len() <= outputs.len()
+            && files
+                .iter()
+                .zip(outputs)
+                .all(|(file, blob)| self.workshop.publisher.is_intact(file, blob.digest))
+            && !self.workshop.publisher.has_stale(&self.judge.name(item))
+    }
+
+    /// Makes an item run as soon as the artifacts that it needs are there.
+    fn want(&mut self, item: ItemIndex) {
+        self.items[item].phase = Phase::Busy;
+        for input in distinct(&self.judge.plan.items[item].inputs) {
+            if self.items[input].handle.is_some() {
+                continue;
+            }
+            self.items[item].missing += 1;
+            self.items[input].fetchers.push(item);
+            if self.items[input].fetchers.len() == 1 && self.items[input].phase == Phase::Done {
+                self.push(item, Task::Fetch(input));
+            }
+        }
+        if self.items[item].missing == 0 {
+            self.push(item, Task::Run(item));
+        }
+    }
+
+    /// Tasks of later stages go first; within a stage, those of earlier items.
+    fn push(&mut self, item: ItemIndex, task: Task) {
+        self.tasks.push((self.judge.plan.items[item].stage, Reverse(item), task));
+    }
+
+    fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<Message>)
+    where
+        'a: 's,
+    {
+        let workshop = self.workshop;
+        let sender = sender.clone();
+        self.busy += 1;
+        let (item, work): (_, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
+            Task::Fetch(item) => {
+                let digest = self.digest(item);
+                (item, Box::new(move || Message::Fetched(item, workshop.fetch(item, digest))))
+            }
+            Task::Publish(item) => {
+                let outputs = self.items[item].outputs.clone();
+                let work = move || {
+                    let mut told = Vec::new();
+                    let result = workshop.publish(item, &outputs, None, &mut told);
+                    Message::Published(item, told, result)
+                };
+                (item, Box::new(work))
+            }
+            Task::Run(item) => {
+                let order = self.order(item);
+                self.tell(Event::Started { item: self.judge.name(item), reasons: order.reasons.clone() });
+                (item, Box::new(move || Message::Ran(item, workshop.run(order))))
+            }
+        };
+        scope.spawn(move |_| {
+            let message = catch_unwind(AssertUnwindSafe(work)).unwrap_or(Message::Broken(item));
+            let _ = sender.send(message);
+        });
+    }
+
+    fn order(&self, item: ItemIndex) -> Order {
+        let plan = self.judge.plan;
+        let this = &plan.items[item];
+        let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
+        let handles = ports.map(|((port, _), inputs)| {
+            let handles = inputs.iter().filter_map(|input| {
+                Some((plan.items[*input].key.clone(), Arc::clone(self.items[*input].handle.as_ref()?)))
+            });
+            (*port, handles.collect())
+        });
+        let reasons = if self.items[item].lost {
+            vec![crate::Reason::ResultLost]
+        } else {
+            self.judge.reasons(item, |input| Some(self.digest(input)))
+        };
+        Order {
+            item,
+            key: self.key(item),
+            inputs: self.judge.inputs(item, |input| self.digest(input)),
+            handles: handles.collect(),
+            reasons,
+        }
+    }
+
+    fn hear(&mut self, message: Message) {
+        match message {
+            Message::Fetched(item, Ok(Some(handle))) => {
+                self.items[item].handle = Some(handle);
+                self.release_fetchers(item);
+            }
+            Message::Fetched(item, Ok(None)) => self.make_again(item),
+            Message::Fetched(item, Err(error)) => {
+                self.reopen(item);
+                self.fail(item, &failure_of(error));
+            }
+            Message::Ran(item, Ok(outcome)) => self.hear_outcome(item, outcome),
+            Message::Ran(_, Err(error)) => self.fatal = Some(error),
+            Message::Published(item, told, Ok(())) => self.up_to_date(item, told),
+            Message::Published(item, _, Err(Obstacle::Lost)) => {
+                self.items[item].lost = true;
+                self.want(item);
+            }
+            Message::Published(item, told, Err(Obstacle::Error(error))) => {
+                self.tell_all(item, told);
+                self.fail(item, &failure_of(error));
+            }
+            Message::Broken(item) => {
+                let name = self.judge.name(item);
+                self.fatal = Some(Error::new(ErrorKind::Io, format!("the engine panicked at {name}")));
+            }
+        }
+    }
+
+    fn hear_outcome(&mut self, item: ItemIndex, outcome: Outcome) {
+        let name = self.judge.name(item);
+        let Outcome { made, milliseconds, warnings, notes, told } = outcome;
+        if let Err(failure) = &made
+            && failure.cancelled
+        {
+            return self.skip(item, None);
+        }
+        for message in warnings {
+            self.tell(Event::Warning { item: name.clone(), message });
+        }
+        for message in notes {
+            self.tell(Event::Note { item: name.clone(), message });
+        }
+        let Made { outputs, value, unpublished } = match made {
+            Ok(made) => made,
+            Err(failure) => return self.fail(item, &failure),
+        };
+        if let Some(failure) = unpublished {
+            self.tell_all(item, told);
+            return self.fail(item, &failure);
+        }
+        let before = self.judge.record(item).map(|record| record.outputs.as_slice());
+        let changed = before != Some(outputs.as_slice());
+        self.summary.ran += 1;
+        self.tell(Event::Finished { item: name, milliseconds, changed });
+        self.tell_all(item, told);
+        let artifact = self.judge.stages[self.judge.plan.items[item].stage].artifact;
+        let progress = &mut self.items[item];
+        progress.outputs = outputs;
+        progress.ran = true;
+        if let (Some(value), Some((type_name, _)), true) = (value, artifact, progress.users > 0) {
+            let handle = self.workshop.handle(type_name, progress.outputs[0].digest).with_value(value);
+            progress.handle = Some(Arc::new(handle));
+        }
+        self.done(item);
+        self.release_fetchers(item);
+    }
+
+    fn up_to_date(&mut self, item: ItemIndex, told: Vec<Told>) {
+        self.summary.up_to_date += 1;
+        self.tell(Event::UpToDate { item: self.judge.name(item) });
+        self.tell_all(item, told);
+        self.done(item);
+    }
+
+    /// The artifact of an item that was up to date is not in the store any more.
+    fn make_again(&mut self, item: ItemIndex) {
+        self.reopen(item);
+        self.items[item].lost = true;
+        self.want(item);
+    }
+
+    /// Takes back that an item was settled.
+    fn reopen(&mut self, item: ItemIndex) {
+        if self.items[item].ran {
+            self.summary.ran -= 1;
+        } else {
+            self.summary.up_to_date -= 1;
+        }
+        for input in distinct(&self.judge.plan.items[item].inputs) {
+            self.items[input].users += 1;
+        }
+    }
+
+    fn fail(&mut self, item: ItemIndex, failure: &Failure) {
+        let name = self.judge.name(item);
+        self.summary.failed += 1;
+        let (error, help) = (failure.chain.clone(), failure.help.clone());
+        self.tell(Event::Failed { item: name.clone(), error, help });
+        self.lose(item, &name);
+    }
+
+    fn skip(&mut self, item: ItemIndex, because: Option<ItemName>) {
+        let name = self.judge.name(item);
+        self.summary.skipped += 1;
+        self.tell(Event::Skipped { item: name.clone(), because: because.clone() });
+        match because {
+            Some(root) => self.lose(item, &root),
+            // The build is being stopped: the rest follows at the end.
+            None => self.items[item].phase = Phase::Failed(name),
+        }
+    }
+
+    /// Settles an item without a result.
+    fn lose(&mut self, item: ItemIndex, root: &ItemName) {
+        self.items[item].phase = Phase::Failed(root.clone());
+        self.settled(item);
+        for waiter in std::mem::take(&mut self.items[item].fetchers) {
+            if self.items[waiter].phase == Phase::Busy {
+                self.skip(waiter, Some(root.clone()));
+            }
+        }
+    }
+
+    fn done(&mut self, item: ItemIndex) {
+        self.items[item].phase = Phase::Done;
+        self.settled(item);
+    }
+
+    /// Tells the consumers of an item, and lets go of the artifacts that only it still needed.
+    fn settled(&mut self, item: ItemIndex) {
+        for input in distinct(&self.judge.plan.items[item].inputs) {
+            let input = &mut self.items[input];
+            input.users = input.users.saturating_sub(1);
+            if input.users == 0 {
+                input.handle = None;
+            }
+        }
+        if std::mem::replace(&mut self.items[item].announced, true) {
+            return;
+        }
+        for index in 0..self.consumers[item].len() {
+            let consumer = self.consumers[item][index];
+            self.items[consumer].waiting -= 1;
+            if self.items[consumer].waiting == 0 {
+                self.to_judge.insert(consumer);
+            }
+        }
+    }
+
+    fn release_fetchers(&mut self, item: ItemIndex) {
+        for waiter in std::mem::take(&mut self.items[item].fetchers) {
+            self.items[waiter].missing -= 1;
+            if self.items[waiter].missing == 0 && self.items[waiter].phase == Phase::Busy {
+                self.push(waiter, Task::Run(waiter));
+            }
+        }
+    }
+
+    fn skip_the_rest(&mut self) {
+        self.summary.cancelled = self.workshop.cancel.is_cancelled();
+        for index in 0..self.selected.len() {
+            let item = self.selected[index];
+            if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {
+                let root = self.failed_input(item);
+                self.summary.skipped += 1;
+                let name = self.judge.name(item);
+                if let Some(root) = &root {
+                    self.items[item].phase = Phase::Failed(root.clone());
+                }
+                self.tell(Event::Skipped { item: name, because: root });
+            }
+        }
+    }
+
+    /// The item on whose account this one cannot run.
+    fn failed_input(&self, item: ItemIndex) -> Option<ItemName> {
+        let inputs = self.judge.plan.items[item].inputs.iter().flatten();
+        inputs.into_iter().find_map(|input| match &self.items[*input].phase {
+            Phase::Failed(root) => Some(root.clone()),
+            _ => None,
+        })
+    }
+
+    fn key(&self, item: ItemIndex) -> Digest {
+        self.judge.key(item, |input| self.digest(input))
+    }
+
+    fn digest(&self, item: ItemIndex) -> Digest {
+        self.items[item].outputs.first().map_or(Digest([0; 32]), |blob| blob.digest)
+    }
+
+    fn tell_all(&mut self, item: ItemIndex, told: Vec<Told>) {
+        let name = self.judge.name(item);
+        for told in told {
+            self.tell(event_of(&name, told));
+        }
+    }
+
+    /// Tells an event, and counts files.
+    pub(crate) fn tell(&mut self, event: Event) {
+        match &event {
+            Event::Published { .. } => self.summary.published += 1,
+            Event::Removed { .. } => self.summary.removed += 1,
+            _ => {}
+        }
+        (self.events)(event);
+    }
+}
+
+/// The event of something that publishing did.
+pub(crate) fn event_of(name: &ItemName, told: Told) -> Event {
+    match told {
+        Told::Published { file, bytes, restored } => {
+            Event::Published { item: name.clone(), file, bytes, restored }
+        }
+        Told::Removed { file } => Event::Removed { file },
+        Told::Warning(message) => Event::Warning { item: name.clone(), message },
+    }
+}
+
+/// The items that arrive at any port, each once.
+fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
+    let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
+    all.sort_unstable();
+    all.dedup();
+    all
+}

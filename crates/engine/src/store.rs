@@ -1,0 +1,130 @@
+//! The content-addressed store: artifacts and exported files under the digest of their bytes.
+//!
+//! A blob is written to `tmp/` and renamed to `blobs/ab/cdef...`, so that a reader finds it whole or not at all. A
+//! read verifies the digest: a blob that a crash or a bad disk has damaged is dropped and made again, so that no
+//! write has to wait for the disk. A blob that no record names is garbage; nothing else refers to it.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Digest, Error, platform};
+
+/// A stored output: its digest and size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Blob {
+    pub(crate) digest: Digest,
+    pub(crate) bytes: u64,
+}
+
+/// The blobs of a state folder.
+#[derive(Debug)]
+pub(crate) struct Store {
+    folder: PathBuf,
+    next: AtomicU64,
+}
+
+impl Store {
+    pub(crate) fn new(state: &Path) -> Self {
+        Self { folder: state.to_path_buf(), next: AtomicU64::new(0) }
+    }
+
+    /// Whether a blob is there, by its name and size.
+    pub(crate) fn has(&self, blob: &Blob) -> bool {
+        fs::metadata(self.path(blob.digest)).is_ok_and(|metadata| metadata.len() == blob.bytes)
+    }
+
+    /// Stores bytes.
+    ///
+    /// # Errors
+    /// Where the file cannot be written; nothing is left of it then.
+    pub(crate) fn put(&self, bytes: &[u8]) -> Result<Blob, Error> {
+        let blob = Blob { digest: Digest::of(bytes), bytes: bytes.len() as u64 };
+        if self.has(&blob) {
+            return Ok(blob);
+        }
+        let number = self.next.fetch_add(1, Ordering::Relaxed);
+        let temporary = self.temporaries().join(format!("{}-{number}", std::process::id()));
+        let place = self.path(blob.digest);
+        let written = fs::write(&temporary, bytes).and_then(|()| {
+            fs::create_dir_all(place.parent().unwrap_or(&place))?;
+            platform::replace(&temporary, &place)
+        });
+        written.map_err(|error| {
+            let _ = fs::remove_file(&temporary);
+            Error::io(&error, "store a result in", &self.folder)
+        })?;
+        Ok(blob)
+    }
+
+    /// The bytes of a blob; `None` where it is not there or damaged, and then it is dropped.
+    ///
+    /// # Errors
+    /// Where the file is there and cannot be read.
+    pub(crate) fn get(&self, digest: Digest) -> Result<Option<Vec<u8>>, Error> {
+        let place = self.path(digest);
+        match fs::read(&place) {
+            Ok(bytes) if Digest::of(&bytes) == digest => Ok(Some(bytes)),
+            Ok(_) => {
+                platform::remove(&place).map_err(|error| Error::io(&error, "remove the damaged", &place))?;
+                Ok(None)
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(Error::io(&error, "read", &place)),
+        }
+    }
+
+    /// Forgets a blob whose bytes are intact and yet of no use.
+    pub(crate) fn forget(&self, digest: Digest) {
+        let _ = platform::remove(&self.path(digest));
+    }
+
+    /// Makes the folders, and removes what a killed build left half written.
+    ///
+    /// # Errors
+    /// Where the folders cannot be made.
+    pub(crate) fn prepare(&self) -> Result<(), Error> {
+        let temporaries = self.temporaries();
+        fs::create_dir_all(&temporaries).map_err(|error| Error::io(&error, "create", &temporaries))?;
+        for entry in fs::read_dir(&temporaries).into_iter().flatten().flatten() {
+            let _ = fs::remove_file(entry.path());
+        }
+        Ok(())
+    }
+
+    fn temporaries(&self) -> PathBuf {
+        self.folder.join("tmp")
+    }
+
+    fn path(&self, digest: Digest) -> PathBuf {
+        let name = digest.to_string();
+        self.folder.join("blobs").join(&name[..2]).join(&name[2..])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_damaged_blob_is_dropped() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::new(folder.path());
+        store.prepare().unwrap();
+        let blob = store.put(b"light").unwrap();
+        assert!(store.has(&blob));
+        assert_eq!(store.get(blob.digest).unwrap().unwrap(), b"light");
+        assert_eq!(fs::read_dir(store.temporaries()).unwrap().count(), 0);
+
+        fs::write(store.path(blob.digest), "lighu").unwrap();
+        assert_eq!(store.get(blob.digest).unwrap(), None);
+        assert!(!store.has(&blob));
+        fs::write(store.path(blob.digest), "").unwrap();
+        assert!(!store.has(&blob), "a crash of the machine may leave an empty file");
+        store.put(b"light").unwrap();
+        assert_eq!(store.get(blob.digest).unwrap().unwrap(), b"light");
+    }
+}

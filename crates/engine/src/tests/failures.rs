@@ -1,0 +1,287 @@
+//! What happens when something goes wrong.
+
+use std::sync::Arc;
+
+use expect_test::expect;
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::{Context, ErrorKind, Failure, Kind, Output, Port};
+
+const REFUSING: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.checked]
+kind = "refuse"
+input = "text"
+
+[stage.loud]
+kind = "upper"
+input = "checked"
+
+[stage.file]
+kind = "write"
+input = "loud"
+"#;
+
+fn refusing() -> Project {
+    let project = Project::new(REFUSING);
+    project.write("a.txt", "bad");
+    project.write("b.txt", "good");
+    project
+}
+
+#[test]
+fn others_go_on_and_dependants_are_skipped_and_named() {
+    let project = refusing();
+    expect![[r#"
+        planned 4 stages, 8 items
+        run text [a]: never built
+        ran text [a]
+        run checked [a]: never built
+        FAILED checked [a]: the text holds "bad" (take it out)
+        skipped loud [a] because of checked [a]
+        skipped file [a] because of checked [a]
+        run text [b]: never built
+        ran text [b]
+        run checked [b]: never built
+        ran checked [b]
+        run loud [b]: never built
+        ran loud [b]
+        run file [b]: never built
+        ran file [b]
+        published file/b.txt 4
+        ended: 5 ran, 0 up to date, 1 failed, 2 skipped, 1 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    let checked = &project.explain("checked")[0];
+    assert!(checked.would_run);
+    assert_eq!(checked.reasons, [Reason::FailedBefore]);
+    assert_eq!(checked.last.as_ref().unwrap().failure.as_ref().unwrap()[0], "the text holds \"bad\"");
+}
+
+#[test]
+fn a_failure_is_not_cached_and_the_last_good_file_stays() {
+    let project = refusing();
+    project.write("a.txt", "fine");
+    project.build();
+    project.write("a.txt", "bad");
+    for reasons in ["text text [a] some -> some", "failed before"] {
+        let log = project.build();
+        assert!(log.contains(&format!("run checked [a]: {reasons}\nFAILED checked [a]")), "{log}");
+        assert_eq!(project.read("out/file/a.txt"), "FINE");
+    }
+    project.write("a.txt", "fine");
+    assert!(project.build().contains("0 ran, 8 up to date, 0 failed"));
+    // The failure is forgotten with its cause.
+    project.write("a.txt", "finer");
+    assert!(project.build().contains("run checked [a]: text text [a] some -> some\nran checked [a]\n"));
+}
+
+#[test]
+fn fail_fast_stops_what_has_not_begun() {
+    let mut project = refusing();
+    project.options.keep_going = false;
+    expect![[r#"
+        planned 4 stages, 8 items
+        run text [a]: never built
+        ran text [a]
+        run checked [a]: never built
+        FAILED checked [a]: the text holds "bad" (take it out)
+        skipped text [b]
+        skipped checked [b]
+        skipped loud [a] because of checked [a]
+        skipped loud [b]
+        skipped file [a] because of checked [a]
+        skipped file [b]
+        ended: 1 ran, 0 up to date, 1 failed, 6 skipped, 0 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+}
+
+struct Careless;
+
+impl Kind for Careless {
+    type Parameters = Nothing;
+    const NAME: &'static str = "upper";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Cannot count to five.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = context.get::<Text>("text")?;
+        assert!(text.0.len() < 5, "{} is too long", text.0);
+        Output::artifact((*text).clone())
+    }
+}
+
+#[test]
+fn a_panic_is_the_failure_of_its_item() {
+    let mut project = refusing();
+    project.write("a.txt", "longer");
+    let mut list = Kinds::new().with(Careless);
+    for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
+        list = list.with_erased(Arc::clone(kind));
+    }
+    project.kinds = list;
+    let log = project.build();
+    assert!(log.contains("FAILED loud [a]: a bug in kind upper: panicked: longer is too long"), "{log}");
+    assert!(
+        log.ends_with("ended: 6 ran, 0 up to date, 1 failed, 1 skipped, 1 published, 0 removed\n"),
+        "{log}"
+    );
+}
+
+#[test]
+fn a_lost_result_is_made_again() {
+    let project = refusing();
+    project.write("a.txt", "fine");
+    project.remove("b.txt");
+    project.build();
+    std::fs::remove_file(project.blob("FINE")).unwrap();
+    let log = project.build();
+    // The artifact of `loud` and the file of `file` have the same bytes: one blob.
+    assert!(
+        log.contains("run loud [a]: result lost\nran loud [a], the same result\nup to date file [a]\n"),
+        "{log}"
+    );
+    assert!(project.build().contains("0 ran, 4 up to date"));
+}
+
+#[test]
+fn a_damaged_result_is_found_when_it_is_read_and_made_again() {
+    let mut project = refusing();
+    project.write("a.txt", "fine");
+    project.write("b.txt", "good");
+    project.build();
+    // Of the same size, so that only reading can tell.
+    std::fs::write(project.blob("fine"), "fi!e").unwrap();
+    assert!(project.build().contains("0 ran, 8 up to date"));
+    // `text` and `checked` share the blob; a new `loud` has to read it.
+    project.edit(
+        "kind = \"upper\"\ninput = \"checked\"",
+        "kind = \"suffix\"\ninput = \"checked\"\ntext = \"!\"",
+    );
+    project.options.stages = vec!["loud".into()];
+    std::fs::write(project.blob("fine"), "fi!e").unwrap();
+    expect![[r#"
+        planned 3 stages, 6 items
+        up to date text [a]
+        up to date text [b]
+        up to date checked [a]
+        up to date checked [b]
+        run loud [b]: kind upper 1 -> suffix 1; place null -> "after"; text null -> "!"; times null -> 1
+        ran loud [b]
+        run text [a]: result lost
+        ran text [a], the same result
+        run checked [a]: result lost
+        ran checked [a], the same result
+        run loud [a]: kind upper 1 -> suffix 1; place null -> "after"; text null -> "!"; times null -> 1
+        ran loud [a]
+        ended: 4 ran, 2 up to date, 0 failed, 0 skipped, 0 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+}
+
+#[test]
+fn a_damaged_journal_costs_reruns_and_no_files() {
+    let project = refusing();
+    project.write("a.txt", "fine");
+    project.build();
+    let journal = std::fs::read(project.path(".specula/journal")).unwrap();
+    let out = project.files("out");
+    for damage in [journal[..journal.len() / 2].to_vec(), vec![0; 1000], Vec::new()] {
+        std::fs::write(project.path(".specula/journal"), damage).unwrap();
+        let log = project.build();
+        assert!(log.contains("0 failed, 0 skipped, 0 published, 0 removed"), "{log}");
+        assert_eq!(project.files("out"), out);
+        assert!(project.build().contains("0 ran, 8 up to date"));
+    }
+}
+
+#[test]
+fn a_newer_state_folder_is_left_alone() {
+    let project = refusing();
+    project.build();
+    project.write(".specula/journal", "specula journal 99\nwhatever that means");
+    let before = project.files(".specula");
+    let error = project.try_build().1.unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::NewerState);
+    assert!(error.help().unwrap().contains("delete"));
+    assert_eq!(crate::explain(&project.plan(), "text").unwrap_err().kind(), ErrorKind::NewerState);
+    assert_eq!(project.files(".specula"), before);
+}
+
+#[test]
+fn errors_of_the_system_are_told_apart() {
+    use std::io::{Error as Io, ErrorKind as Kind};
+    for (kind, expected) in [
+        (Kind::StorageFull, ErrorKind::DiskFull),
+        (Kind::QuotaExceeded, ErrorKind::DiskFull),
+        (Kind::ReadOnlyFilesystem, ErrorKind::ReadOnly),
+        (Kind::PermissionDenied, ErrorKind::ReadOnly),
+        (Kind::NotFound, ErrorKind::Io),
+    ] {
+        let error = Error::io(&Io::from(kind), "write", Path::new("out/a.exr"));
+        assert_eq!(error.kind(), expected);
+        assert!(error.to_string().starts_with("cannot write out/a.exr: "));
+        assert_eq!(error.help().is_some(), expected != ErrorKind::Io);
+    }
+}
+
+/// Root may write anywhere; where the test runs as root it has nothing to show.
+#[cfg(unix)]
+fn is_enforced(folder: &Path) -> bool {
+    let probe = folder.join("probe");
+    let enforced = std::fs::write(&probe, "").is_err();
+    let _ = std::fs::remove_file(probe);
+    enforced
+}
+
+#[cfg(unix)]
+fn set_mode(folder: &Path, mode: u32) {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::set_permissions(folder, std::fs::Permissions::from_mode(mode)).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_folder_is_named() {
+    let project = refusing();
+    project.write("a.txt", "fine");
+    project.build();
+    let out = project.path("out/file");
+    set_mode(&out, 0o555);
+    if !is_enforced(&out) {
+        eprintln!("SKIPPED a_read_only_folder_is_named: this user may write anywhere");
+        set_mode(&out, 0o755);
+        return;
+    }
+    project.write("a.txt", "other");
+    let log = project.build();
+    set_mode(&out, 0o755);
+    assert!(
+        log.contains("FAILED file [a]: cannot write") && log.contains("make the place writable"),
+        "{log}"
+    );
+    assert_eq!(project.read("out/file/a.txt"), "FINE");
+    assert_eq!(project.files("out").len(), 2);
+    assert!(project.build().contains("published file/a.txt"));
+    set_mode(&project.path(".specula"), 0o555);
+    project.remove(".specula/lock");
+    let error = project.try_build().1;
+    set_mode(&project.path(".specula"), 0o755);
+    assert_eq!(error.unwrap_err().kind(), ErrorKind::ReadOnly);
+}

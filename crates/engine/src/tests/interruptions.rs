@@ -1,0 +1,174 @@
+//! Builds that are stopped, killed, or not alone.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::{Context, ErrorKind, Failure, Kind, Output, Port};
+
+const CHAIN: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.loud]
+kind = "upper"
+input = "text"
+
+[stage.file]
+kind = "write"
+input = "loud"
+"#;
+
+fn chain() -> Project {
+    let project = Project::new(CHAIN);
+    project.write("a.txt", "one");
+    project.write("b.txt", "two");
+    project
+}
+
+#[test]
+fn a_cancelled_build_stops_between_items_and_the_next_goes_on() {
+    let project = chain();
+    let plan = project.plan();
+    let ran = AtomicUsize::new(0);
+    let events = Mutex::new(Vec::new());
+    let summary = crate::build(&plan, &project.options, &project.cancel, &|event| {
+        if matches!(event, Event::Finished { .. }) && ran.fetch_add(1, Ordering::Relaxed) == 1 {
+            project.cancel.cancel();
+        }
+        events.lock().unwrap().push(event);
+    });
+    assert!(summary.unwrap().cancelled);
+    let log = log(&events.into_inner().unwrap());
+    assert!(
+        log.ends_with("ended: 2 ran, 0 up to date, 0 failed, 4 skipped, 0 published, 0 removed, cancelled\n")
+    );
+    let project = Project { cancel: Cancel::default(), ..project };
+    assert!(project.build().contains("ended: 4 ran, 2 up to date"));
+}
+
+/// Is cancelled in the middle of its run, and then makes half of what it should.
+struct Hasty;
+
+impl Kind for Hasty {
+    type Parameters = Nothing;
+    const NAME: &'static str = "upper";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Stops when it is told to.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = context.get::<Text>("text")?;
+        let half = context.check_cancelled().is_err();
+        Output::artifact(Text(text.0[..text.0.len() / if half { 2 } else { 1 }].to_uppercase()))
+    }
+}
+
+#[test]
+fn the_partial_result_of_a_cancelled_item_is_not_kept() {
+    let mut project = chain();
+    let mut list = Kinds::new().with(Hasty);
+    for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
+        list = list.with_erased(Arc::clone(kind));
+    }
+    project.kinds = list;
+    let plan = project.plan();
+    let summary = crate::build(&plan, &project.options, &project.cancel, &|event| {
+        if matches!(&event, Event::Started { item, .. } if item.stage == "loud") {
+            project.cancel.cancel();
+        }
+    });
+    let summary = summary.unwrap();
+    assert_eq!((summary.ran, summary.failed, summary.skipped, summary.cancelled), (1, 0, 5, true));
+    project.cancel = Cancel::default();
+    project.build();
+    assert_eq!(project.read("out/file/a.txt"), "ONE");
+}
+
+#[test]
+fn a_second_build_is_refused_while_one_is_at_work() {
+    let project = chain();
+    let plan = project.plan();
+    let seen = Mutex::new(None);
+    crate::build(&plan, &project.options, &project.cancel, &|event| {
+        if matches!(event, Event::Started { .. }) && seen.lock().unwrap().is_none() {
+            let second = crate::build(&plan, &project.options, &project.cancel, &|_| {});
+            *seen.lock().unwrap() = Some(second);
+            let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
+            crate::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
+        }
+    })
+    .unwrap();
+    let error = seen.into_inner().unwrap().unwrap().unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Locked);
+    assert!(error.to_string().contains(&format!("process {}, since 20", std::process::id())), "{error}");
+}
+
+/// A process killed at any moment leaves the journal at some length, `out` with the files of that moment, and
+/// temporary files. The journal tells of a file before it appears, so that the next build always knows its own.
+#[test]
+fn a_build_killed_after_any_line_of_the_journal_is_taken_up() {
+    let first = chain();
+    first.build();
+    first.write("a.txt", "three");
+    let before = std::fs::read(first.path(".specula/journal")).unwrap();
+    let old_out = first.files("out");
+    first.build();
+    let after = std::fs::read(first.path(".specula/journal")).unwrap();
+    let new_out = first.files("out");
+    assert!(after.starts_with(&before));
+    assert_ne!(old_out, new_out);
+    let mut cuts = vec![before.len()];
+    cuts.extend((before.len()..after.len()).filter(|at| after[*at] == b'\n').map(|at| at + 1));
+    cuts.extend((before.len()..after.len()).step_by(97));
+    let intent = after.windows(9).rposition(|text| text == b"\"replaces").unwrap();
+    for cut in cuts {
+        let intents = String::from_utf8_lossy(&after[before.len()..cut]).matches("\"stamp\":null").count();
+        for out in [&old_out, &new_out] {
+            // The new file can be there only when the journal says that it may be.
+            if intents == 0 && out == &new_out {
+                continue;
+            }
+            std::fs::write(first.path(".specula/journal"), &after[..cut]).unwrap();
+            for (name, content) in out {
+                std::fs::write(first.path("out").join(name), content).unwrap();
+            }
+            first.write("out/file/.specula-1-1.tmp", "half");
+            let log = first.build();
+            assert!(log.contains("0 failed, 0 skipped"), "cut at {cut} of {intent}: {log}");
+            assert_eq!(first.read("out/file/a.txt"), "THREE");
+            first.write("a.txt", "four");
+            first.build();
+            assert_eq!(first.read("out/file/a.txt"), "FOUR");
+            first.write("a.txt", "three");
+        }
+    }
+}
+
+#[test]
+fn temporary_files_of_a_killed_build_are_swept() {
+    let project = chain();
+    project.build();
+    let journal = project.read(".specula/journal");
+    // Without its last line the journal says that a build is still publishing.
+    let end = journal.trim_end().rfind('\n').unwrap() + 1;
+    assert!(journal[end + 16..].starts_with(" o "));
+    project.write(".specula/journal", &journal[..end]);
+    project.write("out/file/.specula-1-1.tmp", "half");
+    project.write(".specula/tmp/1-1", "half");
+    project.build();
+    assert!(!project.exists("out/file/.specula-1-1.tmp") && !project.exists(".specula/tmp/1-1"));
+    assert_eq!(project.files("out").len(), 2);
+}

@@ -1,0 +1,171 @@
+//! What a build does, by its events.
+
+mod failures;
+mod interruptions;
+mod publishing;
+mod rebuilds;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use crate::testkit::kinds;
+use crate::{BuildOptions, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary};
+
+/// A project in a folder of its own.
+struct Project {
+    folder: tempfile::TempDir,
+    kinds: Kinds,
+    options: BuildOptions,
+    cancel: Cancel,
+}
+
+impl Project {
+    fn new(manifest: &str) -> Self {
+        let options = BuildOptions { jobs: Some(1), keep_going: true, ..BuildOptions::default() };
+        let folder = tempfile::tempdir().unwrap();
+        let project = Self { folder, kinds: kinds(), options, cancel: Cancel::default() };
+        project.write("pipeline.toml", manifest);
+        project
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().canonicalize().unwrap().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn exists(&self, name: &str) -> bool {
+        self.path(name).exists()
+    }
+
+    fn remove(&self, name: &str) {
+        let path = self.path(name);
+        if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }.unwrap();
+    }
+
+    fn remove_link(&self, name: &str) {
+        std::fs::remove_file(self.path(name)).unwrap();
+    }
+
+    /// Changes the manifest.
+    fn edit(&self, old: &str, new: &str) {
+        let text = self.read("pipeline.toml");
+        assert!(text.contains(old), "{old:?} is not in the manifest");
+        self.write("pipeline.toml", &text.replace(old, new));
+    }
+
+    fn plan(&self) -> Plan {
+        Plan::load(&self.path("pipeline.toml"), &self.kinds).unwrap()
+    }
+
+    fn try_build(&self) -> (Vec<Event>, Result<Summary, Error>) {
+        let events = Mutex::new(Vec::new());
+        let summary = crate::build(&self.plan(), &self.options, &self.cancel, &|event| {
+            events.lock().unwrap().push(event)
+        });
+        (events.into_inner().unwrap(), summary)
+    }
+
+    /// Builds, and returns the events as lines.
+    fn build(&self) -> String {
+        let (events, summary) = self.try_build();
+        summary.unwrap();
+        log(&events)
+    }
+
+    fn explain(&self, target: &str) -> Vec<Explanation> {
+        crate::explain(&self.plan(), target).unwrap()
+    }
+
+    /// Every file under a folder with its content, sorted.
+    fn files(&self, folder: &str) -> Vec<(String, Vec<u8>)> {
+        let mut found = Vec::new();
+        collect(&self.path(folder), "", &mut found);
+        found.sort();
+        found
+    }
+
+    /// The stored blob that has some content.
+    fn blob(&self, content: &str) -> PathBuf {
+        let name = crate::Digest::of(content.as_bytes()).to_string();
+        self.path(".specula/blobs").join(&name[..2]).join(&name[2..])
+    }
+}
+
+fn collect(folder: &Path, prefix: &str, found: &mut Vec<(String, Vec<u8>)>) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            collect(&entry.path(), &format!("{name}/"), found);
+        } else {
+            found.push((name, std::fs::read(entry.path()).unwrap()));
+        }
+    }
+}
+
+/// Events as lines, without times and with digests cut short.
+fn log(events: &[Event]) -> String {
+    let mut text = String::new();
+    for event in events {
+        let _ = match event {
+            Event::Planned { stages, items } => writeln!(text, "planned {stages} stages, {items} items"),
+            Event::UpToDate { item } => writeln!(text, "up to date {item}"),
+            Event::Started { item, reasons } => {
+                let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
+                writeln!(text, "run {item}: {}", reasons.join("; "))
+            }
+            Event::Warning { item, message } => writeln!(text, "warning {item}: {message}"),
+            Event::Note { item, message } => writeln!(text, "note {item}: {message}"),
+            Event::Finished { item, changed, .. } => {
+                writeln!(text, "ran {item}{}", if *changed { "" } else { ", the same result" })
+            }
+            Event::Failed { item, error, help } => {
+                let help = help.as_ref().map_or_else(String::new, |help| format!(" ({help})"));
+                writeln!(text, "FAILED {item}: {}{help}", error.join(": "))
+            }
+            Event::Skipped { item, because } => match because {
+                Some(because) => writeln!(text, "skipped {item} because of {because}"),
+                None => writeln!(text, "skipped {item}"),
+            },
+            Event::Published { file, bytes, restored, .. } => {
+                writeln!(text, "{} {file} {bytes}", if *restored { "restored" } else { "published" })
+            }
+            Event::Removed { file } => writeln!(text, "removed {file}"),
+            Event::Ended(Summary {
+                ran, up_to_date, failed, skipped, published, removed, cancelled, ..
+            }) => {
+                let cancelled = if *cancelled { ", cancelled" } else { "" };
+                writeln!(
+                    text,
+                    "ended: {ran} ran, {up_to_date} up to date, {failed} failed, {skipped} skipped, \
+                     {published} published, {removed} removed{cancelled}"
+                )
+            }
+        };
+    }
+    text
+}
+
+fn reason(reason: &Reason) -> String {
+    let known = |digest: &Option<crate::Digest>| if digest.is_some() { "some" } else { "none" };
+    match reason {
+        Reason::NeverBuilt => "never built".into(),
+        Reason::FailedBefore => "failed before".into(),
+        Reason::Parameter { name, old, new } => format!("{name} {old} -> {new}"),
+        Reason::Input { port, item, old, new } => {
+            format!("{port} {item} {} -> {}", known(old), known(new))
+        }
+        Reason::File { path, old, new } => format!("file {path} {} -> {}", known(old), known(new)),
+        Reason::Kind { old, new } => format!("kind {old} -> {new}"),
+        Reason::ResultLost => "result lost".into(),
+    }
+}

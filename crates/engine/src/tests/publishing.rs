@@ -1,0 +1,234 @@
+//! What is in `out`, and what is left alone.
+
+use expect_test::expect;
+
+use super::*;
+
+const PAIR: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.pair]
+kind = "write-pair"
+input = "text"
+path = "pairs/{text}"
+
+[stage.loud]
+kind = "upper"
+input = "text"
+
+[stage.file]
+kind = "write"
+input = "loud"
+path = "loud/{text}"
+"#;
+
+fn pair() -> Project {
+    let project = Project::new(PAIR);
+    project.write("a.txt", "one");
+    project
+}
+
+/// The events of files, and warnings, of a build.
+fn told(project: &Project) -> String {
+    let log = project.build();
+    let lines = log.lines().filter(|line| {
+        ["published", "restored", "removed", "warning", "FAILED", "run"]
+            .iter()
+            .any(|word| line.starts_with(word))
+    });
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+#[test]
+fn the_index_is_published_last() {
+    let project = pair();
+    expect![[r#"
+        run text [a]: never built
+        run loud [a]: never built
+        run file [a]: never built
+        published loud/a.txt 3
+        run pair [a]: never built
+        published pairs/a/body.txt 3
+        published pairs/a/index.txt 1
+    "#]]
+    .assert_eq(&told(&project));
+}
+
+#[test]
+fn a_deleted_file_comes_back_without_a_run() {
+    let project = pair();
+    project.build();
+    project.remove("out/pairs/a/body.txt");
+    assert!(!project.explain("pairs/a/body.txt")[0].files[0].intact);
+    assert_eq!(told(&project), "restored pairs/a/body.txt 3\n");
+    project.remove("out");
+    expect![[r#"
+        restored loud/a.txt 3
+        restored pairs/a/body.txt 3
+        restored pairs/a/index.txt 1
+    "#]]
+    .assert_eq(&told(&project));
+    assert_eq!(told(&project), "");
+}
+
+#[test]
+fn a_file_that_a_person_changed_is_put_back_with_a_warning() {
+    let project = pair();
+    project.build();
+    project.write("out/loud/a.txt", "mine");
+    let told_now = told(&project);
+    assert!(told_now.starts_with("warning file [a]: "), "{told_now}");
+    assert!(
+        told_now.contains("a.txt had been changed since it was published; the published file was put back")
+    );
+    assert!(told_now.ends_with("restored loud/a.txt 3\n"));
+    assert_eq!(project.read("out/loud/a.txt"), "ONE");
+    // Written anew with the same content: nothing to do, nothing to say.
+    project.remove("out/loud/a.txt");
+    project.write("out/loud/a.txt", "ONE");
+    assert_eq!(told(&project), "");
+}
+
+#[test]
+fn a_stranger_in_the_way_is_an_error_and_survives() {
+    let project = pair();
+    project.write("out/pairs/a/body.txt", "theirs");
+    let told_now = told(&project);
+    let line = told_now.lines().find(|line| line.starts_with("FAILED pair [a]")).unwrap();
+    assert!(line.contains("body.txt is in the way: it was not published by this manifest"), "{line}");
+    assert!(line.contains("move it away or delete it"), "{line}");
+    assert_eq!(project.read("out/pairs/a/body.txt"), "theirs");
+    assert!(!project.exists("out/pairs/a/index.txt"), "all of an item's files or none");
+    project.remove("out/pairs/a/body.txt");
+    // The result was good and is in the cache: it only has to be published.
+    assert_eq!(told(&project), "published pairs/a/body.txt 3\npublished pairs/a/index.txt 1\n");
+}
+
+#[test]
+fn a_stranger_with_the_same_content_is_adopted() {
+    let project = pair();
+    project.write("out/loud/a.txt", "ONE");
+    assert!(!told(&project).contains("loud/a.txt"));
+    project.remove("a.txt");
+    project.write("b.txt", "two");
+    assert!(told(&project).contains("removed loud/a.txt"));
+}
+
+#[test]
+fn a_file_where_a_folder_has_to_be_and_the_other_way_round() {
+    let project = pair();
+    project.write("out/pairs", "a file");
+    project.write("out/loud/a.txt/inside", "a folder");
+    let log = project.build();
+    assert!(log.contains("FAILED pair [a]") && log.contains("FAILED file [a]"), "{log}");
+    assert_eq!(log.matches("is in the way").count(), 2);
+    assert_eq!(project.read("out/loud/a.txt/inside"), "a folder");
+}
+
+#[test]
+fn files_of_an_item_or_stage_that_has_gone_are_removed_with_their_folders() {
+    let mut project = pair();
+    project.write("b.txt", "two");
+    project.build();
+    project.write("out/pairs/b/mine.txt", "keep me");
+    project.remove("b.txt");
+    project.options.stages = vec!["loud".into()];
+    assert_eq!(told(&project), "", "their stages are not selected");
+    project.options.stages = vec!["pair".into()];
+    assert_eq!(told(&project), "removed pairs/b/body.txt\nremoved pairs/b/index.txt\n");
+    assert!(project.exists("out/pairs/b/mine.txt"));
+    project.options.stages.clear();
+    assert_eq!(told(&project), "removed loud/b.txt\n");
+    project.edit("[stage.pair]\nkind = \"write-pair\"\ninput = \"text\"\npath = \"pairs/{text}\"\n", "");
+    project.options.stages = vec!["file".into()];
+    assert_eq!(told(&project), "", "a stage that has gone is not selected by name");
+    project.options.stages.clear();
+    assert_eq!(told(&project), "removed pairs/a/body.txt\nremoved pairs/a/index.txt\n");
+    assert!(!project.exists("out/pairs/a") && project.exists("out/pairs/b/mine.txt"));
+    assert!(project.exists("out/loud/a.txt"));
+}
+
+#[test]
+fn a_changed_file_whose_item_has_gone_is_left_to_the_person() {
+    let project = pair();
+    project.write("b.txt", "two");
+    project.build();
+    project.write("out/loud/b.txt", "mine now");
+    project.remove("b.txt");
+    let told_now = told(&project);
+    assert!(told_now.contains("warning file [b]: ") && told_now.contains("it was left there"), "{told_now}");
+    assert_eq!(project.read("out/loud/b.txt"), "mine now");
+    assert_eq!(told(&project), "");
+}
+
+#[test]
+fn a_changed_path_moves_the_files_without_a_run() {
+    let project = pair();
+    project.build();
+    project.edit("loud/{text}", "loud/{text}.txt/deep");
+    expect![[r#"
+        removed loud/a.txt
+        published loud/a.txt/deep.txt 3
+    "#]]
+    .assert_eq(&told(&project));
+    project.edit("loud/{text}.txt/deep", "loud/{text}");
+    expect![[r#"
+        removed loud/a.txt/deep.txt
+        published loud/a.txt 3
+    "#]]
+    .assert_eq(&told(&project));
+    project.edit("loud/{text}", "quiet/{text}");
+    expect![[r#"
+        published quiet/a.txt 3
+        removed loud/a.txt
+    "#]]
+    .assert_eq(&told(&project));
+    assert!(!project.exists("out/loud"));
+}
+
+#[test]
+fn a_stage_with_a_new_name_takes_over_its_files() {
+    let project = pair();
+    project.build();
+    project.edit("[stage.file]", "[stage.shout]");
+    assert_eq!(told(&project), "");
+    assert!(project.build().contains("0 ran, 4 up to date"));
+    project.remove("a.txt");
+    project.write("b.txt", "two");
+    assert!(told(&project).contains("removed loud/a.txt"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_that_leads_out_is_not_followed() {
+    let project = pair();
+    let elsewhere = tempfile::tempdir().unwrap();
+    std::fs::create_dir(project.path("out")).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path(), project.path("out/pairs")).unwrap();
+    let log = project.build();
+    assert!(log.contains("FAILED pair [a]: ") && log.contains("is a link that leads out of"), "{log}");
+    assert_eq!(std::fs::read_dir(elsewhere.path()).unwrap().count(), 0);
+    std::fs::create_dir(project.path("out/real")).unwrap();
+    project.remove_link("out/pairs");
+    std::os::unix::fs::symlink(project.path("out/real"), project.path("out/pairs")).unwrap();
+    assert!(told(&project).contains("published pairs/a/index.txt"));
+    assert!(project.exists("out/real/a/index.txt"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_in_place_of_a_file_is_replaced_not_followed() {
+    let project = pair();
+    project.build();
+    project.write("precious.txt.keep", "precious");
+    project.remove("out/loud/a.txt");
+    std::os::unix::fs::symlink(project.path("precious.txt.keep"), project.path("out/loud/a.txt")).unwrap();
+    assert!(told(&project).contains("warning file [a]"));
+    assert_eq!(project.read("out/loud/a.txt"), "ONE");
+    assert_eq!(project.read("precious.txt.keep"), "precious");
+}

@@ -1,0 +1,450 @@
+//! What is rerun, and why.
+
+use std::sync::Arc;
+
+use expect_test::expect;
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::{Context, Failure, Kind, Output, Port};
+
+const CHAIN: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.loud]
+kind = "upper"
+input = "text"
+
+[stage.marked]
+kind = "suffix"
+input = "loud"
+text = "!"
+
+[stage.file]
+kind = "write"
+input = "marked"
+"#;
+
+fn chain() -> Project {
+    let project = Project::new(CHAIN);
+    project.write("a.txt", "one");
+    project.write("b.txt", "two");
+    project
+}
+
+#[test]
+fn a_first_build_runs_everything_and_the_next_nothing() {
+    let project = chain();
+    expect![[r#"
+        planned 4 stages, 8 items
+        run text [a]: never built
+        ran text [a]
+        run loud [a]: never built
+        ran loud [a]
+        run marked [a]: never built
+        ran marked [a]
+        run file [a]: never built
+        ran file [a]
+        published file/a.txt 4
+        run text [b]: never built
+        ran text [b]
+        run loud [b]: never built
+        ran loud [b]
+        run marked [b]: never built
+        ran marked [b]
+        run file [b]: never built
+        ran file [b]
+        published file/b.txt 4
+        ended: 8 ran, 0 up to date, 0 failed, 0 skipped, 2 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    assert_eq!(project.read("out/file/a.txt"), "ONE!");
+    expect![[r#"
+        planned 4 stages, 8 items
+        up to date text [a]
+        up to date text [b]
+        up to date loud [a]
+        up to date loud [b]
+        up to date marked [a]
+        up to date marked [b]
+        up to date file [a]
+        up to date file [b]
+        ended: 0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+}
+
+#[test]
+fn a_changed_source_reruns_what_depends_on_it_and_a_revert_runs_nothing() {
+    let project = chain();
+    project.build();
+    project.write("a.txt", "three");
+    expect![[r#"
+        planned 4 stages, 8 items
+        up to date text [b]
+        up to date loud [b]
+        up to date marked [b]
+        up to date file [b]
+        run text [a]: file a.txt some -> some
+        ran text [a]
+        run loud [a]: text text [a] some -> some
+        ran loud [a]
+        run marked [a]: text loud [a] some -> some
+        ran marked [a]
+        run file [a]: value marked [a] some -> some
+        ran file [a]
+        published file/a.txt 6
+        ended: 4 ran, 4 up to date, 0 failed, 0 skipped, 1 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    project.write("a.txt", "one");
+    expect![[r#"
+        planned 4 stages, 8 items
+        up to date text [a]
+        up to date text [b]
+        up to date loud [a]
+        up to date loud [b]
+        up to date marked [a]
+        up to date marked [b]
+        up to date file [b]
+        up to date file [a]
+        published file/a.txt 4
+        ended: 0 ran, 8 up to date, 0 failed, 0 skipped, 1 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    assert_eq!(project.read("out/file/a.txt"), "ONE!");
+    assert!(
+        project.build().contains("ended: 0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed")
+    );
+}
+
+#[test]
+fn an_edit_that_leaves_a_result_unchanged_stops_there() {
+    let project = chain();
+    project.build();
+    project.write("a.txt", "oNe");
+    expect![[r#"
+        planned 4 stages, 8 items
+        up to date text [b]
+        up to date loud [b]
+        up to date marked [b]
+        up to date file [b]
+        run text [a]: file a.txt some -> some
+        ran text [a]
+        run loud [a]: text text [a] some -> some
+        ran loud [a], the same result
+        up to date marked [a]
+        up to date file [a]
+        ended: 2 ran, 6 up to date, 0 failed, 0 skipped, 0 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+}
+
+#[test]
+fn a_touched_file_is_up_to_date() {
+    let project = chain();
+    project.build();
+    let file = std::fs::File::options().append(true).open(project.path("a.txt")).unwrap();
+    file.set_modified(std::time::SystemTime::now() + std::time::Duration::from_secs(3600)).unwrap();
+    assert!(project.build().contains("ended: 0 ran, 8 up to date"));
+    // Same size, same time of change: contents decide.
+    let time = std::fs::metadata(project.path("a.txt")).unwrap().modified().unwrap();
+    project.write("a.txt", "six");
+    std::fs::File::options().append(true).open(project.path("a.txt")).unwrap().set_modified(time).unwrap();
+    assert!(project.build().contains("ended: 4 ran, 4 up to date"));
+}
+
+#[test]
+fn old_files_are_told_apart_by_their_stamps_and_young_ones_by_their_contents() {
+    let project = chain();
+    let old = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
+    std::fs::File::options().append(true).open(project.path("a.txt")).unwrap().set_modified(old).unwrap();
+    project.build();
+    let stamps =
+        || project.read(".specula/journal").lines().filter(|line| line[16..].starts_with(" s ")).count();
+    // Their times of change are old and young, but that of a's record is young: neither stamp can be trusted yet.
+    assert_eq!(stamps(), 0);
+    if cfg!(unix) {
+        std::thread::sleep(std::time::Duration::from_millis(2100));
+        assert!(project.build().contains("0 ran, 8 up to date"));
+        assert_eq!(stamps(), 2);
+        assert!(project.build().contains("0 ran, 8 up to date"));
+        assert_eq!(stamps(), 2);
+        project.write("a.txt", "ten");
+        assert!(project.build().contains("4 ran, 4 up to date"));
+    }
+}
+
+#[test]
+fn a_changed_parameter_is_told_with_old_and_new_value() {
+    let project = chain();
+    project.build();
+    project.edit("text = \"!\"", "text = \"?\"\ntimes = 2");
+    let log = project.build();
+    let line = log.lines().find(|line| line.starts_with("run marked [a]")).unwrap();
+    assert_eq!(line, r#"run marked [a]: text "!" -> "?"; times 1 -> 2"#);
+    assert!(log.contains("4 ran, 4 up to date"), "{log}");
+    project.edit("times = 2", "times = 1");
+    let log = project.build();
+    assert!(log.contains("run marked [a]: times 2 -> 1"), "{log}");
+    // Taking a default out of the manifest changes nothing.
+    project.edit("\ntimes = 1", "");
+    assert!(project.build().contains("0 ran, 8 up to date"));
+}
+
+#[test]
+fn what_is_compared_is_the_result_in_effect_not_the_last_run() {
+    let project = chain();
+    project.build();
+    project.edit("\"!\"", "\"?\"");
+    project.build();
+    project.edit("\"?\"", "\"!\"");
+    assert!(project.build().contains("0 ran"));
+    project.edit("\"!\"", "\".\"");
+    assert!(project.build().contains(r#"run marked [a]: text "!" -> ".""#));
+}
+
+struct Revised;
+
+impl Kind for Revised {
+    type Parameters = Nothing;
+    const NAME: &'static str = "upper";
+    const REVISION: u32 = 2;
+    const TEXT: &'static str = "//! Makes a text upper case, and bold.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        context.warn("bold is loud");
+        context.note("two stars");
+        Output::artifact(Text(format!("*{}*", context.get::<Text>("text")?.0.to_uppercase())))
+    }
+}
+
+/// The list of kinds with one of them in another revision.
+fn revised() -> Kinds {
+    let others = kinds();
+    let mut list = Kinds::new().with(Revised);
+    for kind in others.iter().filter(|kind| kind.name() != "upper") {
+        list = list.with_erased(Arc::clone(kind));
+    }
+    list
+}
+
+#[test]
+fn a_raised_revision_reruns_and_its_warnings_are_kept_for_explain() {
+    let mut project = chain();
+    project.remove("b.txt");
+    project.build();
+    project.kinds = revised();
+    expect![[r#"
+        planned 4 stages, 4 items
+        up to date text [a]
+        run loud [a]: kind upper 1 -> upper 2
+        warning loud [a]: bold is loud
+        note loud [a]: two stars
+        ran loud [a]
+        run marked [a]: text loud [a] some -> some
+        ran marked [a]
+        run file [a]: value marked [a] some -> some
+        ran file [a]
+        published file/a.txt 6
+        ended: 3 ran, 1 up to date, 0 failed, 0 skipped, 1 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    assert!(!project.build().contains("warning"));
+    let loud = &project.explain("loud")[0];
+    assert!(!loud.would_run);
+    let last = loud.last.as_ref().unwrap();
+    assert_eq!(
+        (&last.warnings[..], &last.notes[..]),
+        (&["bold is loud".into()][..], &["two stars".into()][..])
+    );
+    assert_eq!(reason(&last.reasons[0]), "kind upper 1 -> upper 2");
+    assert_eq!(last.inputs[0].item.to_string(), "text [a]");
+    assert_eq!(last.results, [crate::Digest::of(b"*ONE*")]);
+}
+
+#[test]
+fn files_that_a_source_names_and_folders_that_it_lists_count() {
+    let project = Project::new(
+        "schema = 1\nout = \"out\"\n[stage.text]\nkind = \"text-source\"\nsource = \"main.txt\"\n\
+         [stage.names]\nkind = \"text-source\"\nsource = \"faces\"\n",
+    );
+    project.write("main.txt", "include part.inc\n");
+    project.write("part.inc", "part");
+    project.write("faces/px.exr", "");
+    project.build();
+    assert!(project.build().contains("0 ran, 2 up to date"));
+    project.write("part.inc", "whole");
+    let log = project.build();
+    assert!(log.contains("run text [main]: file part.inc some -> some\nran text [main]\n"), "{log}");
+    project.write("faces/nx.exr", "");
+    assert!(project.build().contains("run names [faces]: file faces some -> some\nran names [faces]\n"));
+    // What is in the faces was not read.
+    project.write("faces/px.exr", "x");
+    assert!(project.build().contains("0 ran, 2 up to date"));
+    project.remove("part.inc");
+    let log = project.build();
+    assert!(
+        log.contains("run text [main]: file part.inc some -> none\nFAILED text [main]: cannot read"),
+        "{log}"
+    );
+    project.write("part.inc", "third");
+    assert!(
+        project
+            .build()
+            .contains("run text [main]: failed before; file part.inc none -> some\nran text [main]\n")
+    );
+    project.write("part.inc", "whole");
+    assert!(project.build().contains("0 ran, 2 up to date"));
+}
+
+const GATHER: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.sheet]
+kind = "collect"
+input = "text"
+per = []
+
+[stage.file]
+kind = "write"
+input = "sheet"
+"#;
+
+#[test]
+fn a_gather_reruns_when_a_member_joins_leaves_or_is_renamed() {
+    let project = Project::new(GATHER);
+    project.write("a.txt", "one");
+    project.build();
+    assert_eq!(project.read("out/file.txt"), "a=one\n");
+    project.write("b.txt", "two");
+    let log = project.build();
+    assert!(log.contains("run sheet: texts text [b] none -> some\n"), "{log}");
+    assert_eq!(project.read("out/file.txt"), "a=one\nb=two\n");
+    std::fs::rename(project.path("b.txt"), project.path("c.txt")).unwrap();
+    let log = project.build();
+    assert!(log.contains("run sheet: texts text [c] none -> some; texts text [b] some -> none\n"), "{log}");
+    assert_eq!(project.read("out/file.txt"), "a=one\nc=two\n");
+    project.remove("c.txt");
+    let log = project.build();
+    assert!(log.contains("0 ran, 3 up to date"), "the sheet of a alone is in the cache: {log}");
+    assert_eq!(project.read("out/file.txt"), "a=one\n");
+}
+
+#[test]
+fn a_selected_stage_brings_what_it_needs_and_no_more() {
+    let mut project = chain();
+    project.options.stages = vec!["loud".into()];
+    assert!(
+        project
+            .build()
+            .ends_with("ended: 4 ran, 0 up to date, 0 failed, 0 skipped, 0 published, 0 removed\n")
+    );
+    project.options.stages = vec!["maked".into()];
+    let error = project.try_build().1.unwrap_err();
+    assert_eq!(error.kind(), crate::ErrorKind::UnknownTarget);
+    assert_eq!(error.help(), Some("did you mean \"marked\"?"));
+}
+
+#[test]
+fn a_dry_run_tells_and_writes_nothing() {
+    let mut project = chain();
+    project.options.dry_run = true;
+    assert!(project.build().contains("run text [a]: never built\n"));
+    assert!(!project.exists(".specula") && !project.exists("out"));
+    project.options.dry_run = false;
+    project.build();
+    project.options.dry_run = true;
+    project.write("a.txt", "three");
+    project.remove("out/file/b.txt");
+    let before = project.files("");
+    expect![[r#"
+        planned 4 stages, 8 items
+        run text [a]: file a.txt some -> some
+        up to date text [b]
+        run loud [a]: text text [a] some -> none
+        up to date loud [b]
+        run marked [a]: text loud [a] some -> none
+        up to date marked [b]
+        run file [a]: value marked [a] some -> none
+        up to date file [b]
+        restored file/b.txt 4
+        ended: 4 ran, 4 up to date, 0 failed, 0 skipped, 1 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    assert_eq!(project.files(""), before);
+}
+
+#[test]
+fn explain_tells_of_a_file_by_any_of_its_names() {
+    let project = chain();
+    project.build();
+    let absolute = project.path("out/file/a.txt");
+    for target in ["file/a.txt", absolute.to_str().unwrap()] {
+        let found = project.explain(target);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].item.to_string(), "file [a]");
+        assert!(found[0].files[0].intact);
+        let recipe = &found[0].last.as_ref().unwrap().recipe;
+        let digest = crate::Digest::of(b"ONE!");
+        assert_eq!(
+            *recipe,
+            format!(r#"{{"inputs":{{"value":"{digest}"}},"kind":"write","parameters":{{}},"revision":1}}"#)
+        );
+    }
+    assert_eq!(project.explain("text").len(), 2);
+    let error = crate::explain(&project.plan(), "fil/a.txt").unwrap_err();
+    assert_eq!(error.help(), Some("did you mean \"file/a.txt\"?"));
+    project.edit("\"!\"", "\"?\"");
+    let reasons = |target| project.explain(target)[0].reasons.iter().map(reason).collect::<Vec<_>>();
+    assert_eq!(reasons("marked"), [r#"text "!" -> "?""#]);
+    assert_eq!(reasons("file"), ["value marked [a] some -> none"]);
+    assert!(reasons("loud").is_empty());
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_jobs() {
+    let mut outs = Vec::new();
+    for jobs in [1, 2, 7] {
+        let mut project = Project::new(GATHER);
+        project.options.jobs = Some(jobs);
+        for n in 0..40 {
+            project.write(&format!("{n}.txt"), &format!("text {n}"));
+        }
+        let log = project.build();
+        assert!(log.contains("42 ran, 0 up to date"));
+        assert!(project.build().contains("0 ran, 42 up to date"));
+        outs.push((project.files("out"), project.files(".specula/blobs")));
+    }
+    assert_eq!(outs[0], outs[1]);
+    assert_eq!(outs[0], outs[2]);
+}
+
+#[test]
+fn manifests_that_share_a_folder_share_results() {
+    let project = chain();
+    project.build();
+    project.write("other.toml", &CHAIN.replace("\"out\"", "\"other\""));
+    let plan = Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
+    let summary = crate::build(&plan, &project.options, &project.cancel, &|_| {}).unwrap();
+    assert_eq!((summary.ran, summary.up_to_date, summary.published), (0, 8, 2));
+    assert!(project.build().contains("0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed"));
+}
