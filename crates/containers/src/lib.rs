@@ -1,1 +1,36 @@
-//! Bytes to values and back.
+//! Bytes to values and back. Nothing here opens a file: every function takes or gives bytes.
+//!
+//! | bytes | value | module |
+//! | --- | --- | --- |
+//! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`] |
+//! | safetensors | coefficients and environments | [`tensors`] |
+//! | JSON | lighting for people and engines | [`lighting_json`] |
+//!
+//! A format is known by its content, never by a file's name. Every written file may hold a *recipe*, the
+//! canonical JSON that says how it was made; [`read_recipe`] finds it again in any of them. Written bytes
+//! depend on the arguments alone: no clock, no version, no order of a hash map.
+//!
+//! Bytes are never trusted. A header's claim of size is compared with [`MAX_PIXELS`] and with what a file of
+//! that length can hold before anything of that size is allocated, and damage is an [`Error`], not a panic.
+
+mod chromaticity;
+mod error;
+mod format;
+mod image;
+mod jpeg;
+pub mod lighting_json;
+mod limits;
+mod open_exr;
+mod png;
+mod radiance;
+mod recipe;
+pub mod tensors;
+
+pub use error::{Error, ErrorKind};
+pub use format::Format;
+pub use image::{Decoded, Encoded, OpenExrEnvmap, ReadOptions, read_image};
+pub use limits::MAX_PIXELS;
+pub use open_exr::{Precision, write_exr};
+pub use png::write_png;
+pub use radiance::write_rgbe;
+pub use recipe::read_recipe;

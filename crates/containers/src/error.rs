@@ -1,0 +1,76 @@
+//! The one error of this crate: a kind, what happened, and where.
+
+use std::fmt;
+
+/// What is wrong with the bytes, or with the request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The file has no bytes.
+    Empty,
+    /// A Git LFS pointer stands where the file should be.
+    GitLfsPointer,
+    /// The content is of no format that is read here.
+    UnknownFormat,
+    /// The bytes end before the data does.
+    Truncated,
+    /// The bytes contradict themselves or the format.
+    Damaged,
+    /// The declared size is over the limit, or more than the bytes can hold.
+    TooLarge,
+    /// The file is sound but uses something that is not read here.
+    Unsupported,
+    /// The file has no layer of the wanted name.
+    NoSuchLayer,
+    /// The value cannot be written in this format.
+    Unwritable,
+}
+
+/// Why bytes could not be read or written: a kind, what happened and, outermost first, where.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    kind: ErrorKind,
+    message: String,
+    context: Vec<String>,
+}
+
+impl Error {
+    pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), context: Vec::new() }
+    }
+
+    pub(crate) fn truncated(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Truncated, message)
+    }
+
+    pub(crate) fn damaged(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Damaged, message)
+    }
+
+    pub(crate) fn unsupported(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Unsupported, message)
+    }
+
+    /// The same error, said to have happened in `place`.
+    #[must_use]
+    pub fn within(mut self, place: impl Into<String>) -> Self {
+        self.context.push(place.into());
+        self
+    }
+
+    /// What kind of fault this is.
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for place in self.context.iter().rev() {
+            write!(f, "{place}: ")?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,50 @@
+//! JPEG, read only: 8 bits, taken for sRGB.
+
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+
+use envmap::Image;
+
+use crate::error::Error;
+use crate::image::Decoded;
+use crate::{Format, limits, png};
+
+/// A block of 64 pixels takes at least one bit, so that a byte holds at most 512 pixels of 3 bytes.
+const RATIO: usize = 512 * 3;
+
+pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_max_width(usize::from(u16::MAX))
+        .set_max_height(usize::from(u16::MAX))
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(describe)?;
+    let info = decoder.info().ok_or_else(|| Error::damaged("the header holds no size"))?;
+    let (width, height) = (usize::from(info.width), usize::from(info.height));
+    limits::plausible(limits::pixels(width, height)? * 3, bytes.len(), RATIO)?;
+    let samples = decoder.decode().map_err(describe)?;
+    // The decoder fills what is missing with grey, even when it is told to be strict. Markers do not occur within
+    // the coded data, so that the end of the image is the one after the last start of a scan.
+    let last_scan = bytes.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap_or(0);
+    if !bytes[last_scan..].windows(2).any(|marker| marker == [0xff, 0xd9]) {
+        return Err(Error::truncated("the file ends before its end-of-image marker"));
+    }
+    let table = png::srgb_to_linear_8();
+    let pixels = samples.chunks_exact(3).map(|rgb| [0, 1, 2].map(|c| table[usize::from(rgb[c])])).collect();
+    let image = Image::new(width, height, pixels)
+        .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
+    Ok(Decoded::new(Format::Jpeg, image))
+}
+
+fn describe(error: DecodeErrors) -> Error {
+    match error {
+        DecodeErrors::ExhaustedData => Error::truncated("the file ends before its data does"),
+        DecodeErrors::IoErrors(_) => Error::truncated("the file ends before its data does"),
+        DecodeErrors::Unsupported(scheme) => Error::unsupported(format!("not read: {scheme:?}")),
+        other => Error::damaged(format!("{other:?}")),
+    }
+}

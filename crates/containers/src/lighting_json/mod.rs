@@ -1,0 +1,109 @@
+//! Lighting as JSON, for people and engines: one file per preset of [`Preset`].
+//!
+//! ```json
+//! {
+//!   "preset": "three",
+//!   "frame": "right-handed, +Y up: x = x, y = z, z = -y of Specula's frame",
+//!   "yaw": "...", "signs": "...", "scale": "...", "source": "...",
+//!   "degree": 2,
+//!   "coefficients": [[r, g, b], ...],
+//!   "specula": { the recipe }
+//! }
+//! ```
+//!
+//! Numbers are the shortest that read back as the same f64. Presets differ in the members that hold them.
+
+mod frame;
+mod preset;
+
+pub use preset::{Preset, Table};
+
+use serde::Deserialize;
+use serde_json::{json, value::RawValue};
+use sh::{Degree, Expansion};
+
+use crate::error::{Error, ErrorKind};
+use crate::format::refuse_non_files;
+use crate::recipe::{self, KEY};
+
+/// Lighting in the convention of an engine, as JSON.
+///
+/// Every preset but `specula` has a fixed degree: higher ones are cut off, missing ones are zero.
+///
+/// # Errors
+/// Where a coefficient is not finite, or the recipe is not JSON on one line.
+pub fn encode(lighting: &Expansion, preset: Preset, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    let unwritable = |message: &str| Error::new(ErrorKind::Unwritable, message).within("JSON");
+    recipe::check(recipe).map_err(|error| error.within("JSON"))?;
+    if recipe.is_some_and(|recipe| serde_json::from_str::<&RawValue>(recipe).is_err()) {
+        return Err(unwritable("the recipe is not JSON"));
+    }
+    if !lighting.rows().as_flattened().iter().all(|value| value.is_finite()) {
+        return Err(unwritable("a coefficient is not finite"));
+    }
+    let mut members = vec![("preset", json!(preset.name()).to_string())];
+    members.extend(preset.definition().members().map(|(name, text)| (name, json!(text).to_string())));
+    members.push(("degree", preset.degree(lighting.degree()).to_string()));
+    members.extend(preset.convert(lighting).iter().map(|table| (table.name, layout(table))));
+    members.extend(recipe.map(|recipe| (KEY, recipe.to_owned())));
+    let members: Vec<String> = members.iter().map(|(name, value)| format!("  \"{name}\": {value}")).collect();
+    Ok(format!("{{\n{}\n}}\n", members.join(",\n")).into_bytes())
+}
+
+/// Lighting from JSON of the preset `specula`, the only one of any degree and without loss.
+///
+/// # Errors
+/// Where the bytes are not JSON, of another preset, or the rows are not (degree + 1)^2 times three finite numbers.
+pub fn decode(bytes: &[u8]) -> Result<Expansion, Error> {
+    #[derive(Deserialize)]
+    struct File {
+        preset: String,
+        degree: usize,
+        coefficients: Vec<[f64; 3]>,
+    }
+    refuse_non_files(bytes)?;
+    let file: File = serde_json::from_slice(bytes).map_err(|error| match error.is_eof() {
+        true => Error::truncated(format!("the JSON ends too early: {error}")),
+        false => Error::damaged(format!("not the JSON of lighting: {error}")),
+    })?;
+    if file.preset != Preset::Specula.name() {
+        return Err(Error::damaged(format!("`preset`: expected `specula`, found `{}`", file.preset)));
+    }
+    let degree =
+        Degree::new(file.degree).map_err(|error| Error::new(ErrorKind::TooLarge, error.to_string()))?;
+    let rows = file.coefficients.len();
+    if !file.coefficients.as_flattened().iter().all(|value| value.is_finite()) {
+        return Err(Error::damaged("`coefficients`: expected finite numbers"));
+    }
+    Expansion::from_rows(degree, file.coefficients).ok_or_else(|| {
+        Error::damaged(format!(
+            "`coefficients`: expected {} rows for degree {}, found {rows}",
+            degree.rows(),
+            file.degree
+        ))
+    })
+}
+
+pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
+    #[derive(Deserialize)]
+    struct File<'a> {
+        #[serde(borrow)]
+        specula: &'a RawValue,
+    }
+    serde_json::from_slice::<File<'_>>(bytes).ok().map(|file| file.specula.get().to_owned())
+}
+
+/// A table as JSON: a row on each line, or the one row alone.
+fn layout(table: &Table) -> String {
+    let row = |row: &Vec<f64>| {
+        let numbers: Vec<String> = row.iter().map(|value| json!(value).to_string()).collect();
+        format!("[{}]", numbers.join(", "))
+    };
+    match table.rows.as_slice() {
+        [only] if table.single => row(only),
+        rows => {
+            let rows: Vec<String> = rows.iter().map(|values| format!("    {}", row(values))).collect();
+            format!("[\n{}\n  ]", rows.join(",\n"))
+        }
+    }
+}

@@ -1,0 +1,465 @@
+//! The conventions of engines for spherical-harmonic lighting, each read in that engine's own source.
+//!
+//! A preset fixes the frame (how w, a direction of ours, becomes the engine's), the yaw (where the centre of a
+//! lat-long image looks when the engine itself loads it), the signs of the basis, the scale, and the members of the
+//! file. `A_l` is Ramamoorthi and Hanrahan's cosine factor: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
+
+use std::f64::consts::PI;
+
+use sh::{Degree, Expansion};
+use sphere::{DVec3, to_cube, to_file};
+
+use super::frame;
+
+/// An engine's convention for lighting in spherical harmonics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Preset {
+    /// Ours, of any degree.
+    Specula,
+    /// DirectXMath and cmft.
+    DirectX,
+    /// Unreal Engine.
+    Unreal,
+    /// Unity.
+    Unity,
+    /// Filament.
+    Filament,
+    /// three.js.
+    Three,
+    /// Babylon.js.
+    Babylon,
+}
+
+/// What a preset means, in words that stand in its files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Handedness, the axis up, and the engine's axes in terms of ours.
+    pub frame: &'static str,
+    /// Where the centre of a lat-long image looks.
+    pub yaw: &'static str,
+    /// The signs of the basis, and the order of the coefficients.
+    pub signs: &'static str,
+    /// What is expanded, and by which factors.
+    pub scale: &'static str,
+    /// Where that is written down.
+    pub source: &'static str,
+}
+
+impl Definition {
+    pub(super) fn members(&self) -> [(&'static str, &'static str); 5] {
+        [
+            ("frame", self.frame),
+            ("yaw", self.yaw),
+            ("signs", self.signs),
+            ("scale", self.scale),
+            ("source", self.source),
+        ]
+    }
+}
+
+/// A named table of numbers of a preset's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// The member's name.
+    pub name: &'static str,
+    /// Its rows.
+    pub rows: Vec<Vec<f64>>,
+    /// Whether the one row stands alone, not in a table of one row.
+    pub(super) single: bool,
+}
+
+const PHASE: &str = "Condon-Shortley phase: odd m carry a minus; row l*l + l + m";
+const NO_PHASE: &str = "no Condon-Shortley phase: l = 1 rows are 0.488603 (y, z, x); row l*l + l + m";
+
+impl Preset {
+    /// Every preset.
+    pub const ALL: [Self; 7] =
+        [Self::Specula, Self::DirectX, Self::Unreal, Self::Unity, Self::Filament, Self::Three, Self::Babylon];
+
+    /// The name in manifests and files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Specula => "specula",
+            Self::DirectX => "directx",
+            Self::Unreal => "unreal",
+            Self::Unity => "unity",
+            Self::Filament => "filament",
+            Self::Three => "three",
+            Self::Babylon => "babylon",
+        }
+    }
+
+    /// The preset of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|preset| preset.name() == name)
+    }
+
+    /// What the preset means.
+    pub const fn definition(self) -> &'static Definition {
+        match self {
+            Self::Specula => &Definition {
+                frame: "right-handed, +Z up",
+                yaw: "the centre of a lat-long image looks along +X, its left quarter along +Y",
+                signs: NO_PHASE,
+                scale: "radiance, orthonormal basis",
+                source: "Specula, CONVENTIONS.md",
+            },
+            Self::DirectX => &Definition {
+                frame: "left-handed, +Y up: x = -y, y = z, z = x of Specula's frame",
+                yaw: "the centre of a lat-long image looks along +Z, its right quarter along +X (cmft, latLongFromVec)",
+                signs: PHASE,
+                scale: "radiance, orthonormal basis; degree 1 to 5 (order 2 to 6)",
+                source: "DirectXMath SHMath/DirectXSH.cpp, sh_eval_basis; cmft src/cmft/cubemapfilter.cpp, evalSHBasis5, and cubemaputils.h",
+            },
+            Self::Unreal => &Definition {
+                frame: "left-handed, +Z up: x = -y, y = -x, z = z of Specula's frame",
+                yaw: "the centre of a lat-long image looks along -Y, its right quarter along +X (long-lat textures)",
+                signs: PHASE,
+                scale: "radiance, orthonormal basis",
+                source: "Unreal Engine Shaders/Private/SHCommon.ush, SHBasisFunction3; TextureCompressorModule.cpp, LookupLongLat and TransformSideToWorldSpace",
+            },
+            Self::Unity => &Definition {
+                frame: "left-handed, +Y up: x = x, y = z, z = y of Specula's frame",
+                yaw: "the centre of a lat-long image looks along +X, its left quarter along +Z (Skybox/Panoramic)",
+                signs: "coefficients of polynomials: SHA of (x, y, z, 1), SHB of (xy, yz, zz, zx), SHC of xx - yy",
+                scale: "A_l / pi times radiance: what a white diffuse surface reflects",
+                source: "Unity EntityLighting.hlsl, SHEvalLinearL0L1 and SHEvalLinearL2; HDRP SphericalHarmonics.cs, PackCoefficients; Skybox-Panoramic.shader, ToRadialCoords",
+            },
+            Self::Filament => &Definition {
+                frame: "right-handed, +Y up: x = y, y = z, z = x of Specula's frame",
+                yaw: "the centre of a lat-long image looks along +Z, its left quarter along +X (cmgen, mirrored as by default)",
+                signs: "coefficients of 1, y, z, x, xy, yz, 3zz - 1, zx, xx - yy",
+                scale: "A_l / pi times radiance times the basis' constants: what a white diffuse surface reflects, ready for IndirectLight::Builder::irradiance(3, sh)",
+                source: "Filament libs/ibl/src/CubemapSH.cpp, computeIrradianceSH3Bands and renderPreScaledSH3Bands; CubemapUtils.cpp, equirectangularToCubemap; cmgen.cpp",
+            },
+            Self::Three => &Definition {
+                frame: "right-handed, +Y up: x = x, y = z, z = -y of Specula's frame",
+                yaw: "the centre of a lat-long image looks along +X, its right quarter along +Z (equirectUv)",
+                signs: NO_PHASE,
+                scale: "radiance, orthonormal basis; getIrradianceAt applies A_l",
+                source: "three.js src/math/SphericalHarmonics3.js; ShaderChunk/common.glsl.js, equirectUv",
+            },
+            Self::Babylon => &Definition {
+                frame: "left-handed, +Y up: x = -y, y = z, z = x of Specula's frame",
+                yaw: "the centre of a lat-long image looks along +Z, its right quarter along +X (panoramaToCubemap.ts)",
+                signs: PHASE,
+                scale: "A_l / pi times radiance, orthonormal basis: SphericalPolynomial.FromHarmonics(SphericalHarmonics.FromArray(coefficients)); preScaledHarmonics then applies the basis' constants",
+                source: "Babylon.js Maths/sphericalPolynomial.ts; Misc/HighDynamicRange/cubemapToSphericalPolynomial.ts; harmonicsFunctions.fx, computeEnvironmentIrradiance",
+            },
+        }
+    }
+
+    /// The degree that lighting of degree `given` is written with.
+    pub fn degree(self, given: Degree) -> usize {
+        match self {
+            Self::Specula => given.get(),
+            Self::DirectX => given.get().clamp(1, 5),
+            _ => 2,
+        }
+    }
+
+    /// The numbers of the preset's file.
+    pub fn convert(self, lighting: &Expansion) -> Vec<Table> {
+        let degree = Degree::new(self.degree(lighting.degree())).unwrap_or(lighting.degree());
+        let mut lighting = lighting.to_degree(degree);
+        if let Some(to) = self.frame() {
+            lighting = frame::seen_in(&lighting, to);
+        }
+        match self {
+            Self::Specula | Self::Three => {}
+            Self::DirectX | Self::Unreal => scale(&mut lighting, phase),
+            Self::Babylon => scale(&mut lighting, |l, m| phase(l, m) * reflected(l)),
+            Self::Unity | Self::Filament => scale(&mut lighting, |l, m| reflected(l) * constant(l, m)),
+        }
+        match self {
+            Self::Unity => unity(&lighting),
+            _ => vec![Table {
+                name: "coefficients",
+                rows: lighting.rows().iter().map(|row| row.to_vec()).collect(),
+                single: false,
+            }],
+        }
+    }
+
+    /// From our frame to the engine's.
+    fn frame(self) -> Option<fn(DVec3) -> DVec3> {
+        match self {
+            Self::Specula => None,
+            Self::DirectX | Self::Babylon => Some(to_cube),
+            Self::Unreal => Some(|w| DVec3::new(-w.y, -w.x, w.z)),
+            Self::Unity => Some(|w| DVec3::new(w.x, w.z, w.y)),
+            Self::Filament => Some(to_file),
+            Self::Three => Some(|w| DVec3::new(w.x, w.z, -w.y)),
+        }
+    }
+}
+
+/// Multiplies each row by a factor of (l, m).
+fn scale(lighting: &mut Expansion, factor: impl Fn(usize, isize) -> f64) {
+    for l in 0..=lighting.degree().get() {
+        for m in -(l as isize)..=l as isize {
+            let row = &mut lighting.rows_mut()[(l * l + l).wrapping_add_signed(m)];
+            *row = row.map(|value| value * factor(l, m));
+        }
+    }
+}
+
+/// The Condon-Shortley phase.
+fn phase(_: usize, m: isize) -> f64 {
+    if m % 2 == 0 { 1.0 } else { -1.0 }
+}
+
+/// A_l / pi, l <= 2.
+fn reflected(l: usize) -> f64 {
+    [1.0, 2.0 / 3.0, 0.25][l]
+}
+
+/// The constant of Y_lm, l <= 2, before the polynomials 1; y, z, x; xy, yz, 3zz - 1, zx, xx - yy.
+fn constant(l: usize, m: isize) -> f64 {
+    match (l, m) {
+        (0, _) => (0.25 / PI).sqrt(),
+        (1, _) => (0.75 / PI).sqrt(),
+        (_, 0) => (5.0 / (16.0 * PI)).sqrt(),
+        (_, 2) => (15.0 / (16.0 * PI)).sqrt(),
+        _ => (15.0 / (4.0 * PI)).sqrt(),
+    }
+}
+
+/// Unity's seven vectors: the constant of 3zz - 1 joins that of 1.
+fn unity(polynomial: &Expansion) -> Vec<Table> {
+    let c = polynomial.rows();
+    let single = |name, row: Vec<f64>| Table { name, rows: vec![row], single: true };
+    let linear = |name, k: usize| single(name, vec![c[3][k], c[1][k], c[2][k], c[0][k] - c[6][k]]);
+    let quadratic = |name, k: usize| single(name, vec![c[4][k], c[5][k], 3.0 * c[6][k], c[7][k]]);
+    vec![
+        linear("SHAr", 0),
+        linear("SHAg", 1),
+        linear("SHAb", 2),
+        quadratic("SHBr", 0),
+        quadratic("SHBg", 1),
+        quadratic("SHBb", 2),
+        single("SHC", vec![c[8][0], c[8][1], c[8][2], 1.0]),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use serde_json::Value;
+    use sh::Basis;
+    use sphere::Direction;
+
+    use super::super::{decode, encode};
+    use super::*;
+
+    fn lighting(degree: usize) -> Expansion {
+        let degree = Degree::new(degree).unwrap();
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        Expansion::from_rows(degree, (0..degree.rows()).map(|_| [random(), random(), random()]).collect())
+            .unwrap()
+    }
+
+    /// Where the engine's own code looks at (u, v) of a lat-long image, v downward.
+    fn looks(preset: Preset, u: f64, v: f64) -> [f64; 3] {
+        let (sine, up) = (PI * v).sin_cos();
+        let turn = TAU * (u - 0.5);
+        let (s, c) = (sine * turn.sin(), sine * turn.cos());
+        match preset {
+            // phi = 2 pi (0.5 - u).
+            Preset::Specula => [c, -s, up],
+            // vecFromLatLong: (-sin(theta) sin(2 pi u), cos(theta), -sin(theta) cos(2 pi u)).
+            Preset::DirectX => [-sine * (TAU * u).sin(), up, -sine * (TAU * u).cos()],
+            // u = (1 + atan2(x, -y) / pi) / 2, v = acos(z) / pi, on the axes that the texture is sampled with.
+            Preset::Unreal => [s, -c, up],
+            // u = 0.5 - atan2(z, x) / (2 pi).
+            Preset::Unity => [c, up, -s],
+            // u = (atan2(x, z) / pi + 1) / 2 before x is mirrored.
+            Preset::Filament => [-s, up, c],
+            // u = atan2(z, x) / (2 pi) + 0.5.
+            Preset::Three => [c, up, s],
+            // u = atan2(z', x') / (2 pi) + 0.5, and the front face, +z, has x' = 1 and z' to the right, +x.
+            Preset::Babylon => [s, up, c],
+        }
+    }
+
+    /// The associated Legendre function with the phase, times the constants, from Rodrigues' formula.
+    fn with_phase(l: usize, m: isize, [x, y, z]: [f64; 3]) -> f64 {
+        let order = m.unsigned_abs();
+        // (z^2 - 1)^l / (2^l l!), derived l + |m| times.
+        let mut polynomial = vec![0.0; 2 * l + 1];
+        let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
+        for k in 0..=l {
+            let binomial = factorial(l) / (factorial(k) * factorial(l - k));
+            let sign = if (l - k).is_multiple_of(2) { 1.0 } else { -1.0 };
+            polynomial[2 * k] = sign * binomial / (2.0_f64.powi(l as i32) * factorial(l));
+        }
+        for _ in 0..l + order {
+            polynomial = polynomial.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect();
+        }
+        let derivative = polynomial.iter().rev().fold(0.0, |sum, c| sum * z + c);
+        let constant = ((2 * l + 1) as f64 * factorial(l - order) / (4.0 * PI * factorial(l + order))).sqrt();
+        // (x + i y)^|m| is sin^|m|(theta) e^(i |m| phi).
+        let (mut cosine, mut sine) = (1.0, 0.0);
+        for _ in 0..order {
+            (cosine, sine) = (cosine * x - sine * y, sine * x + cosine * y);
+        }
+        let sign = if order.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let azimuth = if m < 0 { sine } else { cosine } * if m == 0 { 1.0 } else { 2.0_f64.sqrt() };
+        sign * constant * derivative * azimuth
+    }
+
+    fn row(value: &Value) -> Vec<f64> {
+        value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+    }
+
+    /// Evaluates a preset's file as that engine's shader does.
+    fn shaded(preset: Preset, file: &Value, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let coefficients =
+            || -> Vec<Vec<f64>> { file["coefficients"].as_array().unwrap().iter().map(row).collect() };
+        let sum = |basis: &[f64]| {
+            let rows = coefficients();
+            assert_eq!(rows.len(), basis.len());
+            [0, 1, 2].map(|c| rows.iter().zip(basis).map(|(row, y)| row[c] * y).sum())
+        };
+        let polynomials = [1.0, y, z, x, y * x, y * z, 3.0 * z * z - 1.0, z * x, x * x - y * y];
+        // The constants as printed in SphericalHarmonics3.js and SHCommon.ush.
+        let printed =
+            [0.282095, 0.488603, 0.488603, 0.488603, 1.092548, 1.092548, 0.315392, 1.092548, 0.546274];
+        let signs = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0];
+        let product = |a: [f64; 9], b: [f64; 9]| -> [f64; 9] { std::array::from_fn(|i| a[i] * b[i]) };
+        match preset {
+            Preset::Specula => {
+                let expansion = decode(&serde_json::to_vec(file).unwrap()).unwrap();
+                Basis::new(expansion.degree())
+                    .evaluate(&expansion, Direction::new(DVec3::new(x, y, z)).unwrap())
+            }
+            Preset::DirectX => {
+                let degree = file["degree"].as_u64().unwrap() as usize;
+                let lm = (0..=degree).flat_map(|l| (-(l as isize)..=l as isize).map(move |m| (l, m)));
+                sum(&lm.map(|(l, m)| with_phase(l, m, [x, y, z])).collect::<Vec<_>>())
+            }
+            Preset::Unreal => sum(&product(product(printed, signs), polynomials)),
+            Preset::Three => sum(&product(printed, polynomials)),
+            Preset::Filament => sum(&polynomials),
+            // preScaleForRendering multiplies by the signed constants; the shader sums the polynomials.
+            Preset::Babylon => sum(&product(product(printed, signs), polynomials)),
+            Preset::Unity => {
+                let dot = |name: &str, v: [f64; 4]| -> f64 {
+                    row(&file[name]).iter().zip(v).map(|(a, b)| a * b).sum()
+                };
+                let (a, b) = ([x, y, z, 1.0], [x * y, y * z, z * z, z * x]);
+                let c = row(&file["SHC"]);
+                [("SHAr", "SHBr"), ("SHAg", "SHBg"), ("SHAb", "SHBb")]
+                    .map(|(linear, quadratic)| dot(linear, a) + dot(quadratic, b))
+                    .into_iter()
+                    .zip(c)
+                    .map(|(sum, c)| sum + c * (x * x - y * y))
+                    .collect::<Vec<_>>()
+                    .try_into()
+                    .unwrap()
+            }
+        }
+    }
+
+    #[test]
+    fn each_sh_preset_matches_its_definition() {
+        for preset in Preset::ALL {
+            for degree in [0, 1, 2, 5, 7] {
+                let lighting = lighting(degree);
+                let file: Value = serde_json::from_slice(&encode(&lighting, preset, None).unwrap()).unwrap();
+                assert_eq!(file["preset"], preset.name());
+                let kept = Degree::new(preset.degree(lighting.degree())).unwrap();
+                assert_eq!(file["degree"], kept.get());
+                let mut expected = lighting.to_degree(kept);
+                if matches!(preset, Preset::Unity | Preset::Filament | Preset::Babylon) {
+                    scale(&mut expected, |l, _| [PI, TAU / 3.0, PI / 4.0][l] / PI);
+                }
+                let basis = Basis::new(kept);
+                for i in 0..60 {
+                    let (u, v) = ((i as f64 * 0.618_034) % 1.0, (i as f64 + 0.5) / 60.0);
+                    let ours = basis.evaluate(&expected, Direction::from_angles(PI * v, TAU * (0.5 - u)));
+                    let theirs = shaded(preset, &file, looks(preset, u, v));
+                    // Six printed digits of nine constants, coefficients below 0.5; else rounding.
+                    let tolerance = match preset {
+                        Preset::Unreal | Preset::Three | Preset::Babylon => 9.0 * 0.5 * 1.5e-6,
+                        _ => 1e-13,
+                    };
+                    for c in 0..3 {
+                        let error = (ours[c] - theirs[c]).abs();
+                        assert!(error < tolerance, "{} at ({u}, {v}): {ours:?} {theirs:?}", preset.name());
+                    }
+                }
+            }
+        }
+    }
+
+    /// Constants as they stand in DirectXMath's `sh_eval_basis_5`.
+    #[test]
+    fn the_phase_is_that_of_directx() {
+        for (l, m, w, expected) in [
+            (1, -1, [0.0, 1.0, 0.0], -0.488_602_511_902_919_9),
+            (1, 1, [1.0, 0.0, 0.0], -0.488_602_511_902_919_9),
+            (2, 2, [1.0, 0.0, 0.0], 0.546_274_215_296_039_6),
+            (3, 3, [1.0, 0.0, 0.0], -0.590_043_589_926_643_5),
+            (4, 4, [1.0, 0.0, 0.0], 0.625_835_735_449_176),
+            (5, 5, [1.0, 0.0, 0.0], -0.656_382_056_840_170_2),
+        ] {
+            assert!((with_phase(l, m, w) - expected).abs() < 1e-15, "({l}, {m})");
+        }
+    }
+
+    #[test]
+    fn a_change_of_frame_leaves_no_dust() {
+        // One coefficient of degree 1 stays one coefficient, exactly; so does x^2 - y^2 of Unreal's frame.
+        let alone = |row: usize| {
+            let mut lighting = Expansion::zero(Degree::new(2).unwrap());
+            lighting.rows_mut()[row] = [1.0; 3];
+            lighting
+        };
+        let cases = [Preset::DirectX, Preset::Unreal, Preset::Three].map(|preset| (preset, 2));
+        for (preset, row) in cases.into_iter().chain([(Preset::Unreal, 8)]) {
+            let mut values: Vec<f64> =
+                preset.convert(&alone(row))[0].rows.iter().map(|row| row[0].abs()).collect();
+            values.sort_by(f64::total_cmp);
+            assert_eq!(values, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], "{}", preset.name());
+        }
+    }
+
+    /// T is orthogonal to the last digits in every degree, so that rounding was undone and not made worse.
+    #[test]
+    fn a_change_of_frame_keeps_the_norm() {
+        for preset in [Preset::DirectX, Preset::Unreal] {
+            let lighting =
+                lighting(5).to_degree(Degree::new(preset.degree(Degree::new(5).unwrap())).unwrap());
+            let norm = |rows: &[[f64; 3]]| rows.as_flattened().iter().map(|value| value * value).sum::<f64>();
+            let turned = frame::seen_in(&lighting, preset.frame().unwrap());
+            assert!((norm(turned.rows()) / norm(lighting.rows()) - 1.0).abs() < 1e-15 * 36.0);
+        }
+    }
+
+    #[test]
+    fn names_are_unique_and_known() {
+        for preset in Preset::ALL {
+            assert_eq!(Preset::from_name(preset.name()), Some(preset));
+        }
+        assert_eq!(Preset::from_name("godot"), None);
+    }
+
+    #[test]
+    fn specula_json_comes_back_bit_for_bit() {
+        for degree in [0, 3, 12] {
+            let lighting = lighting(degree);
+            let recipe = r#"{"kind":"project-sh","parameters":{"degree":0.1}}"#;
+            let bytes = encode(&lighting, Preset::Specula, Some(recipe)).unwrap();
+            assert_eq!(decode(&bytes).unwrap(), lighting);
+            assert_eq!(super::super::read_recipe(&bytes).as_deref(), Some(recipe));
+        }
+        let error = decode(&encode(&lighting(2), Preset::Three, None).unwrap()).unwrap_err();
+        assert_eq!(error.to_string(), "`preset`: expected `specula`, found `three`");
+    }
+}

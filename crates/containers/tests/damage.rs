@@ -1,0 +1,248 @@
+//! Damaged files: never a panic that escapes, never an allocation that the bytes do not justify.
+//!
+//! The limit: whatever a header of a file of a few kilobytes says, one request for memory stays below 64 MiB and
+//! all of them together below 256 MiB at any moment. Each test runs alone in turn, so that the count is its own.
+
+#![allow(clippy::unwrap_used)] // as in any test
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::Cursor;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
+
+use containers::lighting_json::{self, Preset};
+use containers::{
+    Precision, ReadOptions, read_image, read_recipe, tensors, write_exr, write_png, write_rgbe,
+};
+use envmap::{Environment, Image};
+use exr::prelude::*;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use sh::{Degree, Expansion};
+use sphere::LatLong;
+
+const LARGEST: usize = 64 << 20;
+const TOTAL: usize = 256 << 20;
+
+/// The system's allocator, counting.
+struct Counting;
+
+static HELD: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+static BIGGEST: AtomicUsize = AtomicUsize::new(0);
+
+fn took(size: usize) {
+    BIGGEST.fetch_max(size, Relaxed);
+    PEAK.fetch_max(HELD.fetch_add(size, Relaxed) + size, Relaxed);
+}
+
+// SAFETY: every call goes to the system's allocator unchanged; only numbers are kept beside it. There is no safe
+// way to see what a decoder asks for.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        took(layout.size());
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        took(layout.size());
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        took(size);
+        HELD.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        HELD.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// Runs a decoder and checks what it asked for.
+fn within_limits(what: &str, decode: impl FnOnce()) {
+    let before = HELD.load(Relaxed);
+    PEAK.store(before, Relaxed);
+    BIGGEST.store(0, Relaxed);
+    decode();
+    let (peak, biggest) = (PEAK.load(Relaxed).saturating_sub(before), BIGGEST.load(Relaxed));
+    assert!(biggest <= LARGEST && peak <= TOTAL, "{what}: one request of {biggest} bytes, {peak} in all");
+}
+
+fn picture() -> Image {
+    let pixels = (0..20 * 18).map(|i| [i as f32, (i % 7) as f32 * 0.1, 1e-3 * (i / 20) as f32]).collect();
+    Image::new(20, 18, pixels).unwrap()
+}
+
+fn exr_of(compression: Compression, blocks: Blocks) -> Vec<u8> {
+    let size = (12, 10);
+    let channel = |name: &str| {
+        AnyChannel::new(name, FlatSamples::F16((0..120).map(|i| f16::from_f32(i as f32)).collect()))
+    };
+    let channels = AnyChannels::sort(["R", "G", "B"].map(channel).into_iter().collect());
+    let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let mut bytes = Vec::new();
+    let image = exr::image::Image::from_encoded_channels(size, encoding, channels);
+    image.write().non_parallel().to_buffered(Cursor::new(&mut bytes)).unwrap();
+    bytes
+}
+
+/// One small file of each format and, for OpenEXR, of each compression.
+fn pictures() -> Vec<(String, Vec<u8>)> {
+    let codes: Vec<[u8; 3]> = (0..60_u8).map(|i| [i, 3 * i, 255 - i]).collect();
+    let mut files = vec![
+        ("exr float".into(), write_exr(&picture(), Precision::Float, Some("{}")).unwrap().bytes),
+        ("rgbe".into(), write_rgbe(&picture(), Some("{}")).unwrap().bytes),
+        (
+            "rgbe old".into(),
+            b"#?RADIANCE\nEXPOSURE=2\n\n+X 3 -Y 40\n"
+                .iter()
+                .copied()
+                .chain((0..3).flat_map(|_| [9, 8, 7, 128, 1, 1, 1, 39]))
+                .collect(),
+        ),
+        ("png".into(), write_png(10, 6, &codes, Some("{}")).unwrap()),
+        ("png 16".into(), include_bytes!("data/grey-16.png").to_vec()),
+        ("png palette".into(), include_bytes!("data/palette.png").to_vec()),
+        ("jpeg".into(), include_bytes!("data/gradient.jpg").to_vec()),
+        ("jpeg progressive".into(), include_bytes!("data/gradient-progressive.jpg").to_vec()),
+        ("jpeg grey".into(), include_bytes!("data/grey.jpg").to_vec()),
+        ("exr dwaa".into(), include_bytes!("data/dwaa.exr").to_vec()),
+        ("exr deep".into(), include_bytes!("data/deep.exr").to_vec()),
+    ];
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::B44A,
+    ] {
+        files.push((format!("exr {compression}"), exr_of(compression, Blocks::ScanLines)));
+    }
+    files.push(("exr tiles".into(), exr_of(Compression::ZIP16, Blocks::Tiles(Vec2(8, 4)))));
+    files
+}
+
+fn coefficients() -> Vec<(String, Vec<u8>)> {
+    let degree = Degree::new(2).unwrap();
+    let lighting = Expansion::from_rows(degree, (0..9).map(|i| [f64::from(i), 0.1, -2.5]).collect()).unwrap();
+    let environment = Environment::new(LatLong { width: 4, height: 2 }, vec![[0.5; 3]; 8]).unwrap();
+    vec![
+        ("lighting".into(), tensors::encode_lighting(&lighting, Some("{}")).unwrap()),
+        ("environment".into(), tensors::encode_environment(&environment, None).unwrap()),
+        ("json".into(), lighting_json::encode(&lighting, Preset::Specula, Some("{}")).unwrap()),
+    ]
+}
+
+/// Decodes in every way that could apply; what comes of it does not matter.
+fn decode_all(bytes: &[u8]) {
+    let _ = read_image(bytes, &ReadOptions::default());
+    let _ = read_recipe(bytes);
+}
+
+fn decode_coefficients(bytes: &[u8]) {
+    let _ = tensors::describe(bytes);
+    let _ = tensors::decode_lighting(bytes);
+    let _ = tensors::decode_brdf(bytes);
+    let _ = tensors::decode_reflection(bytes);
+    let _ = tensors::decode_environment(bytes);
+    let _ = lighting_json::decode(bytes);
+    let _ = read_recipe(bytes);
+}
+
+#[test]
+fn every_truncated_length_is_an_error() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    for (name, bytes) in pictures() {
+        let whole = read_image(&bytes, &ReadOptions::default());
+        assert!(whole.is_ok() || name == "exr deep", "{name}: {whole:?}");
+        for length in 0..bytes.len() {
+            within_limits(&format!("{name}, {length} bytes"), || {
+                let result = read_image(&bytes[..length], &ReadOptions::default());
+                // A file may end in what no reader needs: the checksum of PNG's last chunk, or nothing at all.
+                let needless = name.starts_with("png") && length + 16 >= bytes.len();
+                assert!(result.is_err() || needless, "{name}: {length} of {} bytes were read", bytes.len());
+            });
+        }
+    }
+    for (name, bytes) in coefficients() {
+        for length in 0..bytes.len() - 1 {
+            within_limits(&format!("{name}, {length} bytes"), || {
+                let cut = &bytes[..length];
+                // The JSON's last byte is a line end.
+                assert!(tensors::decode_lighting(cut).is_err() && tensors::decode_environment(cut).is_err());
+                assert!(
+                    lighting_json::decode(cut).is_err(),
+                    "{name}: {length} of {} bytes were read",
+                    bytes.len()
+                );
+                decode_coefficients(cut);
+            });
+        }
+    }
+}
+
+#[test]
+fn changed_bytes_never_panic_nor_allocate_wildly() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    // Silence the panics that are caught inside.
+    std::panic::set_hook(Box::new(|_| {}));
+    let files = [pictures(), coefficients()].concat();
+    let flips = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6);
+    let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };
+    let result = TestRunner::new_with_rng(
+        config,
+        prop::test_runner::TestRng::deterministic_rng(prop::test_runner::RngAlgorithm::XorShift),
+    )
+    .run(&(any::<prop::sample::Index>(), flips), |(file, flips)| {
+        let (name, bytes) = file.get(&files);
+        let mut damaged = bytes.clone();
+        for (position, value) in &flips {
+            damaged[position.index(bytes.len())] = *value;
+        }
+        within_limits(name, || {
+            decode_all(&damaged);
+            decode_coefficients(&damaged);
+        });
+        Ok(())
+    });
+    let _ = std::panic::take_hook();
+    result.unwrap();
+}
+
+/// Every byte of every header set to the values that numbers break at.
+#[test]
+fn hostile_headers_never_panic_nor_allocate_wildly() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    std::panic::set_hook(Box::new(|_| {}));
+    let files = [pictures(), coefficients()].concat();
+    let outcome = std::panic::catch_unwind(|| {
+        for (name, bytes) in &files {
+            for position in 0..bytes.len().min(420) {
+                for value in [0x00, 0x7f, 0x80, 0xff] {
+                    let mut damaged = bytes.clone();
+                    damaged[position] = value;
+                    within_limits(&format!("{name}, byte {position} = {value:#x}"), || {
+                        decode_all(&damaged);
+                        decode_coefficients(&damaged);
+                    });
+                }
+            }
+        }
+    });
+    let _ = std::panic::take_hook();
+    if let Err(panic) = outcome {
+        std::panic::resume_unwind(panic);
+    }
+}
