@@ -1,6 +1,17 @@
 //! Distant light as an image on the sphere.
 
-use sphere::{Cube, LatLong};
+use std::f64::consts::TAU;
+
+use sphere::{AngularProbe, Cube, Direction, LatLong, MirrorBall, OpenExrCube, OpenExrLatLong, Rotation};
+
+use crate::canvas::LatLongCanvas;
+use crate::faces::Arrangement;
+use crate::resample::resample;
+use crate::texels::{Texels, Turned};
+use crate::{CubeMap, Error, Image, Layout, area, audit};
+
+/// The most texels of an environment: 2^28, which take 3 GiB.
+pub(crate) const MOST_TEXELS: usize = 1 << 28;
 
 /// Distant light: linear Rec. 709 radiance on a lat-long grid of Specula's frame.
 ///
@@ -12,9 +23,78 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// An environment; `None` where the number of pixels is not that of the grid.
+    /// An environment; `None` where the number of pixels is not that of the grid, or a value is not finite.
     pub fn new(grid: LatLong, pixels: Vec<[f32; 3]>) -> Option<Self> {
-        (!grid.is_empty() && pixels.len() == grid.len()).then_some(Self { grid, pixels })
+        let fits = grid.width.checked_mul(grid.height) == Some(pixels.len()) && !pixels.is_empty();
+        (fits && pixels.as_flattened().iter().all(|value| value.is_finite())).then_some(Self { grid, pixels })
+    }
+
+    /// The environment that a picture shows, on a lat-long grid of the size asked for or of
+    /// [`Layout::default_grid`].
+    ///
+    /// A lat-long image that keeps its size is taken as it is; one that shrinks by whole factors is averaged by
+    /// exact areas ([`Environment::downsampled`]). Everything else is interpolated bilinearly, over poles, seams and the
+    /// edges of cubes, at nine points or more on each of the picture's texels, and averaged over each new
+    /// texel. A constant stays constant to rounding. Lights of a texel or two keep their energy to f32
+    /// rounding; smooth pictures of texel size h are blurred by h^2 / 12 + g^2 / 24 times their Laplacian, g the
+    /// new texels' size (`tests/conversion.rs` measures both for every layout).
+    ///
+    /// Pixels that the layout does not use (the corners of a disk, blank cells) are never read.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where the picture does not have the shape of the layout, [`Error::BadPixels`] where a
+    /// value that is used is NaN or infinite, [`Error::Resolution`] where the grid is empty or larger than 2^28
+    /// texels.
+    ///
+    /// # A constant probe makes a constant sky
+    ///
+    /// ```
+    /// use envmap::{Environment, Image, Layout};
+    ///
+    /// let probe = Image::new(8, 8, vec![[0.5; 3]; 64]).expect("64 pixels");
+    /// let sky = Environment::from_image(probe, Layout::Probe, None)?;
+    /// assert_eq!((sky.grid().width, sky.grid().height), (8, 4));
+    /// assert!(sky.pixels().iter().all(|pixel| *pixel == [0.5; 3]));
+    /// # Ok::<(), envmap::Error>(())
+    /// ```
+    pub fn from_image(image: Image, layout: Layout, grid: Option<LatLong>) -> Result<Self, Error> {
+        let (width, height) = (image.width(), image.height());
+        let own = layout.default_grid(width, height)?;
+        let grid = checked(grid.unwrap_or(own))?;
+        let bad = audit(&image, layout)?;
+        if bad.nan.is_some() || bad.infinite.is_some() {
+            return Err(Error::BadPixels(Box::new(bad)));
+        }
+        if layout == Layout::LatLong {
+            let whole = Self { grid: own, pixels: image.into_pixels() };
+            return if grid == own { Ok(whole) } else { whole.resized(grid) };
+        }
+        let pixels = image.pixels();
+        let canvas = LatLongCanvas::new(grid);
+        let pixels = match layout {
+            Layout::LatLong => resample(own, width, pixels, &canvas),
+            Layout::OpenExrLatLong => resample(OpenExrLatLong { width, height }, width, pixels, &canvas),
+            Layout::OpenExrCube => resample(OpenExrCube { edge: width }, width, pixels, &canvas),
+            Layout::Probe => resample(AngularProbe { edge: width }, width, pixels, &canvas),
+            Layout::MirrorBall => resample(MirrorBall { edge: width }, width, pixels, &canvas),
+            Layout::Cube | Layout::CubeCross | Layout::CubeStrip => {
+                let faces =
+                    Arrangement::of(layout, width, height).ok_or(Error::Shape { layout, width, height })?;
+                let cube = Cube { edge: faces.edge() };
+                resample(cube, cube.edge, &faces.gather(pixels), &canvas)
+            }
+        };
+        Ok(Self { grid, pixels })
+    }
+
+    /// The environment of a cube map, resampled as by [`Environment::from_image`].
+    ///
+    /// # Errors
+    /// [`Error::Resolution`] where the grid is empty or larger than 2^28 texels.
+    pub fn from_cube_map(map: &CubeMap, grid: LatLong) -> Result<Self, Error> {
+        let grid = checked(grid)?;
+        let pixels = resample(map.cube(), map.cube().edge, map.pixels(), &LatLongCanvas::new(grid));
+        Ok(Self { grid, pixels })
     }
 
     /// The grid of the texels.
@@ -26,28 +106,99 @@ impl Environment {
     pub fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
     }
+
+    /// Radiance in a direction, interpolated bilinearly between the four nearest texels, over the seam and over
+    /// the poles.
+    pub fn radiance(&self, direction: Direction) -> [f64; 3] {
+        self.grid.taps(direction).blend(&self.pixels)
+    }
+
+    /// The integral of radiance over the sphere, in the unit of radiance times sr.
+    pub fn integral(&self) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (row, pixels) in self.pixels.chunks(self.grid.width).enumerate() {
+            let mut of_row = [0.0; 3];
+            for pixel in pixels {
+                for channel in 0..3 {
+                    of_row[channel] += f64::from(pixel[channel]);
+                }
+            }
+            for channel in 0..3 {
+                sum[channel] += of_row[channel] * self.grid.solid_angle(row);
+            }
+        }
+        sum
+    }
+
+    /// Radiance times 2^stops; `None` where a value becomes infinite.
+    pub fn exposed(&self, stops: f64) -> Option<Self> {
+        let scale = stops.exp2();
+        let pixels =
+            self.pixels.iter().map(|pixel| pixel.map(|value| (f64::from(value) * scale) as f32)).collect();
+        Self::new(self.grid, pixels)
+    }
+
+    /// The light turned by an active rotation R: the result at w is this environment at R^-1 w. The grid stays.
+    ///
+    /// A yaw by whole columns moves them, exactly. Otherwise the image is interpolated bilinearly and averaged
+    /// over the new texels, as by [`Environment::from_image`]: with square texels of size h = pi / height, a
+    /// harmonic of degree l comes back smaller by l (l + 1) h^2 / 8 at most (0.4 percent at degree 30 of 1024 x 512),
+    /// less toward the poles, never negative, and lights of one texel keep their energy. To turn light without
+    /// that loss, turn its harmonics.
+    pub fn rotated(&self, rotation: Rotation) -> Self {
+        let grid = self.grid;
+        if let Some(shift) = whole_columns(rotation, grid.width) {
+            let mut pixels = self.pixels.clone();
+            // A positive yaw turns +X (the centre) toward +Y (the left quarter).
+            pixels.chunks_mut(grid.width).for_each(|row| row.rotate_left(shift));
+            return Self { grid, pixels };
+        }
+        let turned = Turned::new(grid, rotation);
+        let pixels = resample(turned, grid.width, &self.pixels, &LatLongCanvas::new(grid));
+        Self { grid, pixels }
+    }
+
+    /// The means over the texels of a coarser grid, by exact solid angles: the integral over the sphere is
+    /// kept to f32 rounding of the values.
+    ///
+    /// A finer grid gets blocks of equal values; [`Environment::resized`] interpolates instead.
+    ///
+    /// # Errors
+    /// [`Error::Resolution`] where the grid is empty or larger than 2^28 texels.
+    pub fn downsampled(&self, grid: LatLong) -> Result<Self, Error> {
+        let grid = checked(grid)?;
+        Ok(Self { grid, pixels: area::means(self.grid, &self.pixels, grid) })
+    }
+
+    /// The same light on another grid: by [`Environment::downsampled`] where each new texel is made of whole
+    /// ones, otherwise interpolated and averaged as by [`Environment::from_image`].
+    ///
+    /// # Errors
+    /// [`Error::Resolution`] where the grid is empty or larger than 2^28 texels.
+    pub fn resized(&self, grid: LatLong) -> Result<Self, Error> {
+        let grid = checked(grid)?;
+        if self.grid.width.is_multiple_of(grid.width) && self.grid.height.is_multiple_of(grid.height) {
+            return self.downsampled(grid);
+        }
+        let pixels = resample(self.grid, self.grid.width, &self.pixels, &LatLongCanvas::new(grid));
+        Ok(Self { grid, pixels })
+    }
 }
 
-/// A cube map of RGB values: six faces of `cube.edge`^2 texels in file order, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CubeMap {
-    cube: Cube,
-    pixels: Vec<[f32; 3]>,
+/// A grid that can be allocated.
+fn checked(grid: LatLong) -> Result<LatLong, Error> {
+    match grid.width.checked_mul(grid.height) {
+        Some(1..=MOST_TEXELS) => Ok(grid),
+        _ => Err(Error::Resolution { width: grid.width, height: grid.height }),
+    }
 }
 
-impl CubeMap {
-    /// A cube map; `None` where the number of pixels is not that of the cube.
-    pub fn new(cube: Cube, pixels: Vec<[f32; 3]>) -> Option<Self> {
-        (!cube.is_empty() && pixels.len() == cube.len()).then_some(Self { cube, pixels })
-    }
-
-    /// The size of the cube.
-    pub fn cube(&self) -> Cube {
-        self.cube
-    }
-
-    /// RGB values, face by face, row by row from the top.
-    pub fn pixels(&self) -> &[[f32; 3]] {
-        &self.pixels
-    }
+/// The number of columns that a rotation turns an image to the left, where it is a pure yaw by a whole number.
+fn whole_columns(rotation: Rotation, width: usize) -> Option<usize> {
+    let matrix = rotation.matrix();
+    // A column of the largest image is 2^28 of a turn; rounding is far below a thousandth of that.
+    let upright = matrix.z_axis.x.abs().max(matrix.z_axis.y.abs()) < 1e-14 && matrix.z_axis.z > 0.0;
+    let columns = matrix.x_axis.y.atan2(matrix.x_axis.x) / TAU * width as f64;
+    (upright && (columns - columns.round()).abs() < 1e-9)
+        .then(|| (columns.round() as isize).rem_euclid(width as isize) as usize)
 }

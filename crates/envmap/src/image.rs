@@ -11,7 +11,8 @@ pub struct Image {
 impl Image {
     /// A picture; `None` where it is empty or the number of pixels is not width x height.
     pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Option<Self> {
-        (width > 0 && height > 0 && pixels.len() == width * height).then_some(Self { width, height, pixels })
+        let fits = width.checked_mul(height) == Some(pixels.len());
+        (width > 0 && height > 0 && fits).then_some(Self { width, height, pixels })
     }
 
     /// Columns.
@@ -27,5 +28,15 @@ impl Image {
     /// RGB values, row by row from the top.
     pub fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
+    }
+
+    /// RGB values, row by row from the top.
+    pub fn pixels_mut(&mut self) -> &mut [[f32; 3]] {
+        &mut self.pixels
+    }
+
+    /// The pixels alone, row by row from the top.
+    pub fn into_pixels(self) -> Vec<[f32; 3]> {
+        self.pixels
     }
 }

@@ -1,0 +1,252 @@
+//! What is wrong with the pixels of a decoded image, and what to do about it before anything is resampled.
+
+use std::fmt;
+
+use sphere::{Direction, Face};
+
+use crate::{Error, Image, Layout};
+
+/// What to do with NaN, infinite and negative values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum BadPixels {
+    /// Refuse the image.
+    #[default]
+    Error,
+    /// Set each bad value to 0.
+    Zero,
+    /// NaN becomes 0, a negative value (-infinity too) becomes 0, +infinity becomes the largest finite value that the
+    /// layout uses in the image, of any channel.
+    Clamp,
+}
+
+impl BadPixels {
+    /// All policies.
+    pub const ALL: [Self; 3] = [Self::Error, Self::Zero, Self::Clamp];
+
+    /// The name in a manifest.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Zero => "zero",
+            Self::Clamp => "clamp",
+        }
+    }
+
+    /// The policy of a name in a manifest.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|policy| policy.name() == name)
+    }
+}
+
+/// The pixel of a value, and where it looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The face of a cube that holds the pixel, where the layout has the faces of [`sphere::Cube`].
+    pub face: Option<Face>,
+    /// Row of the image, from the top; with [`Layout::Cube`], of that face's own image.
+    pub row: usize,
+    /// Column of the image, from the left.
+    pub column: usize,
+    /// 0 red, 1 green, 2 blue.
+    pub channel: usize,
+    /// Where the pixel looks.
+    pub direction: Direction,
+}
+
+/// How many values are bad in one way, and the first of them in the order of rows, columns, channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// The number of values (of channels, not of pixels).
+    pub count: usize,
+    /// The first of them.
+    pub first: Place,
+}
+
+/// The bad values of an image, among the pixels that its layout uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelAudit {
+    /// Values that are not a number.
+    pub nan: Option<Finding>,
+    /// Values that are +infinity or -infinity.
+    pub infinite: Option<Finding>,
+    /// Finite values below 0.
+    pub negative: Option<Finding>,
+}
+
+impl PixelAudit {
+    /// Whether no value is bad.
+    pub fn is_clean(&self) -> bool {
+        self.nan.is_none() && self.infinite.is_none() && self.negative.is_none()
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let channel = ["red", "green", "blue"][self.channel.min(2)];
+        let (theta, phi) = (self.direction.theta().to_degrees(), self.direction.phi().to_degrees());
+        if let Some(face) = self.face {
+            write!(f, "face {}, ", face.name())?;
+        }
+        write!(
+            f,
+            "row {}, column {}, {channel} (theta {theta:.1}, phi {phi:.1} degrees)",
+            self.row, self.column
+        )
+    }
+}
+
+impl fmt::Display for PixelAudit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_clean() {
+            return write!(f, "none");
+        }
+        let mut separator = "";
+        for (finding, name) in [(self.nan, "NaN"), (self.infinite, "infinite"), (self.negative, "negative")] {
+            if let Some(Finding { count, first }) = finding {
+                write!(f, "{separator}{count} {name}, the first at {first}")?;
+                separator = "; ";
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Counts the bad values of an image; pixels that the layout does not use do not count.
+///
+/// # Errors
+/// [`Error::Shape`] where the image does not have the shape of the layout.
+pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
+    layout.check(image.width(), image.height())?;
+    let mut audit = PixelAudit::default();
+    for (index, pixel) in image.pixels().iter().enumerate() {
+        // What is neither NaN, infinite nor negative passes in one comparison a channel.
+        if pixel.iter().all(|value| (0.0..=f32::MAX).contains(value)) {
+            continue;
+        }
+        let (row, column) = (index / image.width(), index % image.width());
+        let Some(direction) = layout.direction(image.width(), image.height(), row, column) else { continue };
+        for (channel, value) in pixel.iter().enumerate() {
+            let finding = if value.is_nan() {
+                &mut audit.nan
+            } else if value.is_infinite() {
+                &mut audit.infinite
+            } else if *value < 0.0 {
+                &mut audit.negative
+            } else {
+                continue;
+            };
+            let face = layout.face(image.width(), image.height(), row, column);
+            let row = if layout == Layout::Cube { row % image.width() } else { row };
+            let first = Place { face, row, column, channel, direction };
+            finding.get_or_insert(Finding { count: 0, first }).count += 1;
+        }
+    }
+    Ok(audit)
+}
+
+/// Audits an image, and applies the policy to its bad values.
+///
+/// The audit is that of the image before. Pixels that the layout does not use are repaired too, but not counted.
+///
+/// # Errors
+/// [`Error::Shape`] where the image does not have the shape of the layout; [`Error::BadPixels`] where a value
+/// is bad and the policy is [`BadPixels::Error`].
+pub fn repair(mut image: Image, layout: Layout, policy: BadPixels) -> Result<(Image, PixelAudit), Error> {
+    let found = audit(&image, layout)?;
+    if policy == BadPixels::Error && !found.is_clean() {
+        return Err(Error::BadPixels(Box::new(found)));
+    }
+    let bright = if policy == BadPixels::Clamp && found.infinite.is_some() {
+        largest_finite(&image, layout)
+    } else {
+        0.0
+    };
+    for value in image.pixels_mut().as_flattened_mut() {
+        if !(0.0..=f32::MAX).contains(value) {
+            *value = if *value == f32::INFINITY { bright } else { 0.0 };
+        }
+    }
+    Ok((image, found))
+}
+
+/// The largest finite value of the pixels that the layout uses, or 0.
+fn largest_finite(image: &Image, layout: Layout) -> f32 {
+    let mut largest = 0.0;
+    for (index, pixel) in image.pixels().iter().enumerate() {
+        let brightest = pixel.iter().copied().filter(|value| value.is_finite()).fold(0.0, f32::max);
+        let (row, column) = (index / image.width(), index % image.width());
+        if brightest > largest && layout.direction(image.width(), image.height(), row, column).is_some() {
+            largest = brightest;
+        }
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sphere::LatLong;
+
+    /// 8 x 4, 1 everywhere but a NaN, two infinities, a negative value and the brightest.
+    fn damaged() -> Image {
+        let mut image = Image::new(8, 4, vec![[1.0; 3]; 32]).unwrap();
+        image.pixels_mut()[9] = [1.0, f32::NAN, -2.0];
+        image.pixels_mut()[18] = [f32::INFINITY, 7.0, f32::NEG_INFINITY];
+        image.pixels_mut()[31] = [-0.0, -1.0, f32::NAN];
+        image
+    }
+
+    #[test]
+    fn an_audit_counts_and_gives_the_first_place() {
+        let audit = audit(&damaged(), Layout::LatLong).unwrap();
+        let direction = |row, column| LatLong::with_rows(4).direction(row, column);
+        let place = |row, column, channel| Place {
+            face: None,
+            row,
+            column,
+            channel,
+            direction: direction(row, column),
+        };
+        assert_eq!(audit.nan, Some(Finding { count: 2, first: place(1, 1, 1) }));
+        assert_eq!(audit.infinite, Some(Finding { count: 2, first: place(2, 2, 0) }));
+        assert_eq!(audit.negative, Some(Finding { count: 2, first: place(1, 1, 2) }));
+        assert_eq!(
+            audit.to_string(),
+            "2 NaN, the first at row 1, column 1, green (theta 67.5, phi 112.5 degrees); \
+             2 infinite, the first at row 2, column 2, red (theta 112.5, phi 67.5 degrees); \
+             2 negative, the first at row 1, column 1, blue (theta 67.5, phi 112.5 degrees)"
+        );
+    }
+
+    #[test]
+    fn policies_refuse_zero_or_clamp() {
+        let refused = repair(damaged(), Layout::LatLong, BadPixels::Error).unwrap_err();
+        assert!(matches!(refused, Error::BadPixels(audit) if audit.nan.is_some()));
+        let (zeroed, found) = repair(damaged(), Layout::LatLong, BadPixels::Zero).unwrap();
+        assert!(!found.is_clean());
+        assert_eq!(zeroed.pixels()[9], [1.0, 0.0, 0.0]);
+        assert_eq!(zeroed.pixels()[18], [0.0, 7.0, 0.0]);
+        let (clamped, _) = repair(damaged(), Layout::LatLong, BadPixels::Clamp).unwrap();
+        assert_eq!(clamped.pixels()[9], [1.0, 0.0, 0.0]);
+        assert_eq!(clamped.pixels()[18], [7.0, 7.0, 0.0]);
+        assert_eq!(clamped.pixels()[31], [0.0, 0.0, 0.0]);
+        let mut cube = Image::new(2, 12, vec![[1.0; 3]; 24]).unwrap();
+        cube.pixels_mut()[2 * 7 + 1][0] = f32::NAN;
+        let refused = repair(cube, Layout::Cube, BadPixels::Error).unwrap_err().to_string();
+        assert!(refused.contains("1 NaN, the first at face ny, row 1, column 1, red"), "{refused}");
+        let clean = Image::new(2, 1, vec![[0.0, 1.0, f32::MAX]; 2]).unwrap();
+        let (same, found) = repair(clean.clone(), Layout::LatLong, BadPixels::Error).unwrap();
+        assert!(found.is_clean() && same == clean);
+    }
+
+    #[test]
+    fn pixels_that_a_layout_does_not_use_do_not_count() {
+        let mut image = Image::new(8, 8, vec![[1.0; 3]; 64]).unwrap();
+        image.pixels_mut()[0] = [f32::NAN, f32::INFINITY, 1e30];
+        assert!(audit(&image, Layout::Probe).unwrap().is_clean());
+        image.pixels_mut()[36] = [f32::INFINITY; 3];
+        let (clamped, found) = repair(image, Layout::Probe, BadPixels::Clamp).unwrap();
+        assert_eq!(found.infinite.map(|finding| finding.count), Some(3));
+        assert_eq!(clamped.pixels()[36], [1.0; 3]);
+    }
+}

@@ -1,0 +1,101 @@
+//! Texels that are far brighter than what surrounds them, and the energy that they must keep.
+//!
+//! Resampling blends texels at points of the new grid. Over a smooth picture the small errors of that
+//! quadrature cancel; a sun of one texel has nothing to cancel against. So the resampling measures, for each such
+//! *lamp*, the solid angle c that its weights were given in all, and scales its radiance by w / c, w its own
+//! solid angle: its energy is then kept exactly, and values stay non-negative.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::texels::Texels;
+
+/// A lamp exceeds the mean of the 5 x 5 pixels around it, of those that the layout uses, by this factor.
+const BRIGHTER: f32 = 2.0;
+
+/// Solid angles are summed as whole numbers of 2^-58 sr, so that no order of threads matters; 4 pi fits 64 bits.
+const UNIT: f64 = (1u64 << 58) as f64;
+
+/// The lamps of a picture.
+pub(crate) struct Lamps {
+    /// Whether each texel is a lamp; empty where none is.
+    is_lamp: Vec<bool>,
+    /// The lamps' texels, ascending.
+    texels: Vec<usize>,
+    /// The solid angle that each lamp was given.
+    given: Vec<AtomicU64>,
+}
+
+impl Lamps {
+    /// Finds the lamps of a picture of `width` columns; all layouts are searched as flat pictures.
+    pub(crate) fn find<T: Texels>(picture: T, width: usize, pixels: &[[f32; 3]]) -> Self {
+        let height = pixels.len() / width;
+        // Brightness, and 1 for a pixel that counts.
+        let weighed: Vec<[f32; 2]> = (pixels.iter().enumerate())
+            .map(|(texel, &[r, g, b])| match picture.uses(texel) {
+                true => [r.abs() + g.abs() + b.abs(), 1.0],
+                false => [0.0, 0.0],
+            })
+            .collect();
+        let mut is_lamp = vec![false; pixels.len()];
+        let mut texels = Vec::new();
+        let mut columns = vec![[0.0; 2]; width];
+        for row in 0..height {
+            columns.fill([0.0; 2]);
+            for near in row.saturating_sub(2)..(row + 3).min(height) {
+                for (sum, value) in columns.iter_mut().zip(&weighed[near * width..]) {
+                    *sum = [sum[0] + value[0], sum[1] + value[1]];
+                }
+            }
+            for column in 0..width {
+                let near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
+                let [light, count] =
+                    near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
+                let texel = row * width + column;
+                // light / count is the mean; unused pixels are 0 and never brighter.
+                if weighed[texel][0] * count > BRIGHTER * light {
+                    is_lamp[texel] = true;
+                    texels.push(texel);
+                }
+            }
+        }
+        if texels.is_empty() {
+            is_lamp = Vec::new();
+        }
+        let given = texels.iter().map(|_| AtomicU64::new(0)).collect();
+        Self { is_lamp, texels, given }
+    }
+
+    /// Whether the picture has no lamp.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.texels.is_empty()
+    }
+
+    /// Notes that a texel was given a solid angle; whether it is a lamp.
+    pub(crate) fn give(&self, texel: usize, solid_angle: f64) -> bool {
+        if !self.is_lamp[texel] {
+            return false;
+        }
+        if let Ok(lamp) = self.texels.binary_search(&texel) {
+            self.given[lamp].fetch_add((solid_angle * UNIT) as u64, Ordering::Relaxed);
+        }
+        true
+    }
+
+    /// Scales the lamps among `pixels` so that they keep their energy, and returns those that no point of the
+    /// new grid has seen, with their solid angles.
+    pub(crate) fn balance<T: Texels>(&self, picture: T, pixels: &mut [[f32; 3]]) -> Vec<(usize, f64)> {
+        let mut unseen = Vec::new();
+        for (&texel, given) in self.texels.iter().zip(&self.given) {
+            let own = picture.solid_angle(texel);
+            let given = given.load(Ordering::Relaxed) as f64 / UNIT;
+            if given < 1e-3 * own {
+                unseen.push((texel, own));
+                continue;
+            }
+            for value in &mut pixels[texel] {
+                *value = ((f64::from(*value) * own / given) as f32).clamp(f32::MIN, f32::MAX);
+            }
+        }
+        unseen
+    }
+}
