@@ -16,9 +16,9 @@ use crate::recipe::KEY;
 
 /// Runs a part of the `exr` crate.
 ///
-/// Damaged files make it panic: it computes with the header's numbers unchecked (positions, tile sizes) and
-/// indexes with the results. All sizes are checked before, so that no panic is one of memory; this turns the
-/// others into an error.
+/// Damaged files make it panic: it adds and indexes with a file's numbers unchecked (B44's unpacking does, seen in
+/// the tests of damage). All sizes are checked before, so that no panic is one of memory; this turns the others into
+/// an error. The panic's own message still goes to the process' panic hook.
 fn guarded<T>(work: impl FnOnce() -> exr::error::Result<T>) -> Result<T, Error> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(result) => result.map_err(describe),
