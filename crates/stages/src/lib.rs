@@ -1,1 +1,33 @@
-//! The kinds of stage.
+//! The kinds of stage: the only place where engine and kernels meet.
+//!
+//! One file per kind: its module text is its manual page, its `run` converts parameters and calls kernels. A studio
+//! adds its own kinds to the list: `stages::kinds().with(ItsKind)`. They speak to these through [`artifacts`].
+
+pub mod artifacts;
+mod colour;
+mod convolve;
+mod degree_choice;
+mod export_reflection_map;
+mod export_sh;
+mod import_environment;
+mod import_material;
+mod project_brdf;
+mod project_sh;
+mod rotate;
+mod share;
+mod six_faces;
+
+pub use colour::Rgb;
+
+/// Every kind, in the order in which a pipeline uses them.
+pub fn kinds() -> engine::Kinds {
+    engine::Kinds::new()
+        .with(import_environment::ImportEnvironment)
+        .with(import_material::ImportMaterial)
+        .with(project_sh::ProjectSh)
+        .with(rotate::Rotate)
+        .with(project_brdf::ProjectBrdf)
+        .with(convolve::Convolve)
+        .with(export_reflection_map::ExportReflectionMap)
+        .with(export_sh::ExportSh)
+}

@@ -1,0 +1,115 @@
+//! The values on the edges of the graph, and the containers that hold their bytes.
+//!
+//! | type | value | bytes |
+//! | --- | --- | --- |
+//! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
+//! | `lighting` | [`sh::Expansion`] | safetensors: `sh` [(F+1)^2, 3] f64 |
+//! | `material` | [`brdf::Material`] | JSON: `model` and its parameters |
+//! | `brdf` | [`brdf::BrdfCoefficients`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64 |
+//! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho` |
+//!
+//! No bytes hold where a value came from: equal values are equal bytes.
+
+use containers::tensors;
+use engine::{Artifact, Failure};
+use serde::{Deserialize, Serialize};
+
+/// Distant light as a lat-long image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Environment(pub envmap::Environment);
+
+impl Artifact for Environment {
+    const TYPE: &'static str = "environment";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_environment(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_environment(bytes)?))
+    }
+}
+
+/// Distant light as spherical-harmonic coefficients.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lighting(pub sh::Expansion);
+
+impl Artifact for Lighting {
+    const TYPE: &'static str = "lighting";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_lighting(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_lighting(bytes)?))
+    }
+}
+
+/// A reflection model and its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material(pub brdf::Material);
+
+/// A material as JSON.
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
+enum MaterialJson {
+    Lambert { albedo: [f64; 3] },
+    Phong { exponent: f64, specular: [f64; 3] },
+}
+
+impl Artifact for Material {
+    const TYPE: &'static str = "material";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(serde_json::to_vec(&match self.0 {
+            brdf::Material::Lambert(model) => MaterialJson::Lambert { albedo: model.albedo() },
+            brdf::Material::Phong(model) => {
+                MaterialJson::Phong { exponent: model.exponent(), specular: model.specular() }
+            }
+        })?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(match serde_json::from_slice(bytes)? {
+            MaterialJson::Lambert { albedo } => brdf::Material::Lambert(brdf::Lambert::new(albedo)?),
+            MaterialJson::Phong { exponent, specular } => {
+                brdf::Material::Phong(brdf::Phong::new(exponent, specular)?)
+            }
+        }))
+    }
+}
+
+/// The coefficients of a material's transfer function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Brdf(pub brdf::BrdfCoefficients);
+
+impl Artifact for Brdf {
+    const TYPE: &'static str = "brdf";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_brdf(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_brdf(bytes)?))
+    }
+}
+
+/// A reflected light field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reflection(pub shrm::Reflection);
+
+impl Artifact for Reflection {
+    const TYPE: &'static str = "reflection";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_reflection(self.0.lighting(), self.0.brdf(), None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        // The two factors are of one degree, so that nothing is cut here.
+        let (lighting, brdf) = tensors::decode_reflection(bytes)?;
+        Ok(Self(shrm::Reflection::convolve(&lighting, &brdf)))
+    }
+}

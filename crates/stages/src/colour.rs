@@ -1,0 +1,74 @@
+//! Colours in manifests and material files: one number means grey.
+
+use engine::{Fault, Parameter, Value, ValueKind, unexpected};
+
+/// A linear Rec. 709 colour, each channel 0 or more.
+///
+/// Written as `[0.95, 0.6, 0.2]`, or as one number for a grey.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rgb(pub [f64; 3]);
+
+impl Rgb {
+    /// A grey.
+    pub const fn grey(value: f64) -> Self {
+        Self([value; 3])
+    }
+}
+
+impl Parameter for Rgb {
+    fn expected() -> String {
+        "a colour: [red, green, blue] or one number for a grey, each 0 or more".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        let channel = |value: &Value| match f64::parse(value) {
+            Ok(number) if number >= 0.0 => Ok(number),
+            _ => Err(unexpected(value, "a number, 0 or more")),
+        };
+        match &value.kind {
+            ValueKind::Array(channels) => match channels.as_slice() {
+                [red, green, blue] => Ok(Self([channel(red)?, channel(green)?, channel(blue)?])),
+                _ => {
+                    Err(Fault::at(value.span.clone(), format!("{} numbers are not a colour", channels.len()))
+                        .expected(format!("expected {}", Self::expected())))
+                }
+            },
+            ValueKind::Float(_) | ValueKind::Integer(_) => channel(value).map(Self::grey),
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    /// Always three channels: a grey has one form only.
+    fn canonical(&self) -> serde_json::Value {
+        self.0.iter().map(Parameter::canonical).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(kind: ValueKind) -> Value {
+        Value { span: 3..7, kind }
+    }
+
+    fn numbers(numbers: &[f64]) -> Value {
+        value(ValueKind::Array(numbers.iter().map(|&number| value(ValueKind::Float(number))).collect()))
+    }
+
+    #[test]
+    fn one_number_means_grey() {
+        let grey = Rgb::parse(&value(ValueKind::Integer(1))).unwrap();
+        assert_eq!(grey, Rgb([1.0; 3]));
+        assert_eq!(grey.canonical(), Rgb::parse(&numbers(&[1.0; 3])).unwrap().canonical());
+    }
+
+    #[test]
+    fn a_colour_has_three_channels_that_are_not_negative() {
+        assert_eq!(Rgb::parse(&numbers(&[0.1, 0.2, 0.3])).unwrap(), Rgb([0.1, 0.2, 0.3]));
+        for bad in [numbers(&[0.1, 0.2]), numbers(&[0.1, -0.2, 0.3]), value(ValueKind::Float(-1.0))] {
+            assert_eq!(Rgb::parse(&bad).unwrap_err().span, Some(3..7));
+        }
+        assert!(Rgb::parse(&value(ValueKind::String("gold".into()))).is_err());
+    }
+}

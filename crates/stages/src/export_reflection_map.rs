@@ -1,0 +1,239 @@
+//! Writes a reflection map: the light that a material reflects, per direction.
+//!
+//! A texel in direction w holds the radiance that is reflected where the material's central direction is w. For a
+//! phong material that direction is the reflection vector: look the map up by it. For a lambert material it is the
+//! surface normal, and the map is an *irradiance map*: with albedo 1 it holds the irradiance divided by pi, which is
+//! what a renderer multiplies by a surface's albedo.
+//!
+//! The map is evaluated from coefficients at the centre of each texel: no filtering is needed where the resolution
+//! exceeds twice the degree. Values are linear Rec. 709 radiance.
+//!
+//! ## Files
+//!
+//! | `layout` | files, after the item's `path` |
+//! | --- | --- |
+//! | `lat-long` | `.exr`: twice as wide as high, the image centre looks along +X |
+//! | `cube` | `/px.exr`, `/nx.exr`, `/py.exr`, `/ny.exr`, `/pz.exr`, `/nz.exr`: a folder of six faces |
+//! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
+//! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
+//!
+//! `.hdr` and `.png` take the place of `.exr` with the other formats. `import-environment` reads each back under the
+//! same `layout`.
+//!
+//! ## Negative values
+//!
+//! A series that is cut rings, so that a map of a material much sharper than its lighting's degree can hold small
+//! negative values. They are counted in a note. OpenEXR keeps them, because they are part of the function; Radiance
+//! and PNG cannot, and write 0 with a warning. A `window` of `project-sh` removes their cause.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.irradiance]
+//! kind = "export-reflection-map"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! path = "{environment}/{material}/reflection"
+//! ```
+
+use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use envmap::{Image, ToneMap, to_srgb8};
+use sh::{Expansion, Synthesis, synthesise_cube};
+use sphere::{Cube, Face, LatLong};
+
+use crate::artifacts;
+
+choice! {
+    /// How the sphere lies on the written images.
+    pub(crate) enum Layout {
+        /// One image of latitude and longitude.
+        LatLong = "lat-long",
+        /// Six files.
+        Cube = "cube",
+        /// One image, faces below each other.
+        CubeStrip = "cube-strip",
+        /// One image, faces unfolded.
+        CubeCross = "cube-cross",
+    }
+}
+
+choice! {
+    /// The container of the written images.
+    pub(crate) enum Format {
+        /// OpenEXR.
+        Exr = "exr",
+        /// Radiance.
+        Rgbe = "rgbe",
+        /// PNG, tone-mapped.
+        Png = "png",
+    }
+}
+
+choice! {
+    /// The numbers of an OpenEXR file.
+    pub(crate) enum Numbers {
+        /// 16 bits.
+        Half = "half",
+        /// 32 bits.
+        Float = "float",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-reflection-map`.
+    pub(crate) struct Parameters {
+        /// How the sphere lies on the written images; see Files.
+        layout: Layout = Layout::LatLong,
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        resolution: usize = 128,
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        format: Format = Format::Exr,
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
+        precision: Numbers = Numbers::Half,
+        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        exposure: f64 = 0.0,
+    }
+}
+
+/// The largest `resolution`: a cube of this edge has 100 million texels.
+const MOST: usize = 4096;
+
+/// The kind `export-reflection-map`.
+pub(crate) struct ExportReflectionMap;
+
+impl Kind for ExportReflectionMap {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-reflection-map";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("export_reflection_map.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Reflection>("reflection")]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        let extension = match parameters.format {
+            Format::Exr => ".exr",
+            Format::Rgbe => ".hdr",
+            Format::Png => ".png",
+        };
+        Product::Files(match parameters.layout {
+            Layout::Cube => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
+            _ => vec![extension.to_owned()],
+        })
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = Vec::new();
+        if !(1..=MOST).contains(&parameters.resolution) {
+            faults.push(("resolution", format!("resolution: {} is not 1 to {MOST}", parameters.resolution)));
+        }
+        if parameters.exposure != 0.0 && parameters.format != Format::Png {
+            faults.push(("exposure", "exposure: only format = \"png\" uses it".into()));
+        }
+        if parameters.precision != Numbers::Half && parameters.format != Format::Exr {
+            faults.push(("precision", "precision: only format = \"exr\" uses it".into()));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reflection = context.get::<artifacts::Reflection>("reflection")?;
+        let field = reflection.0.radial().map_err(|error| {
+            Failure::from(error).help("export-reflection-map is for radially symmetric materials, P = 0")
+        })?;
+        let images = images(parameters, &field)?;
+        context.check_cancelled()?;
+        tell_negatives(parameters.format, &images, context);
+        let encoded = images.iter().map(|image| encode(parameters, image, context));
+        Ok(Output::Files(encoded.collect::<Result<_, _>>()?))
+    }
+}
+
+/// The field on the images of a layout.
+fn images(parameters: &Parameters, field: &Expansion) -> Result<Vec<Image>, Failure> {
+    let resolution = parameters.resolution;
+    if parameters.layout == Layout::LatLong {
+        let grid = LatLong::with_rows(resolution);
+        let pixels = Synthesis::new(grid, field.degree())?.synthesise(field);
+        return Ok(vec![image(grid.width, grid.height, pixels)?]);
+    }
+    let cube = Cube { edge: resolution };
+    let pixels: Vec<[f32; 3]> = synthesise_cube(field, cube)?;
+    match parameters.layout {
+        Layout::Cube => {
+            let faces = pixels.chunks_exact(resolution * resolution);
+            faces.map(|face| image(resolution, resolution, face.to_vec())).collect()
+        }
+        Layout::CubeCross => Ok(vec![cross(cube, &pixels)?]),
+        // Six faces below each other are a strip.
+        Layout::CubeStrip | Layout::LatLong => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
+    }
+}
+
+/// The vertical cross, each of its pixels taken from the texel that looks the same way.
+fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
+    let edge = cube.edge;
+    let (width, height) = (3 * edge, 4 * edge);
+    let texel = |position: f64| ((position * edge as f64) as usize).min(edge - 1);
+    let at = |index: usize| {
+        let looks = envmap::Layout::CubeCross.direction(width, height, index / width, index % width);
+        looks.map_or([0.0; 3], |direction| {
+            let (face, s, t) = cube.position(direction);
+            pixels[(face as usize * edge + texel(t)) * edge + texel(s)]
+        })
+    };
+    image(width, height, (0..width * height).map(at).collect())
+}
+
+/// A picture of these pixels.
+fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
+    let found = pixels.len();
+    Image::new(width, height, pixels)
+        .ok_or_else(|| Failure::new(format!("{found} pixels do not fill {width} x {height}")))
+}
+
+/// Counts what rings below zero.
+fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
+    let values = || images.iter().flat_map(|image| image.pixels().as_flattened()).copied();
+    let negative = values().filter(|value| *value < 0.0).count();
+    if negative == 0 {
+        return;
+    }
+    let (least, total) = (values().fold(0.0, f32::min), values().count());
+    let found = format!(
+        "{negative} of {total} values are negative, the least {least:.3e}, because the series is cut"
+    );
+    match format {
+        Format::Exr => context.note(found),
+        Format::Rgbe | Format::Png => context.warn(format!("{found}; they are written as 0")),
+    }
+}
+
+/// The file of an image.
+fn encode(parameters: &Parameters, image: &Image, context: &Context<'_>) -> Result<Vec<u8>, Failure> {
+    let recipe = Some(context.recipe());
+    let precision = match parameters.precision {
+        Numbers::Half => Precision::Half,
+        Numbers::Float => Precision::Float,
+    };
+    match parameters.format {
+        Format::Exr => {
+            let Encoded { bytes, clamped } = write_exr(image, precision, recipe)?;
+            if clamped > 0 {
+                context.warn(format!(
+                    "{clamped} values are past 65504, the largest half, and became it; precision = \"float\" keeps them"
+                ));
+            }
+            Ok(bytes)
+        }
+        Format::Rgbe => Ok(write_rgbe(image, recipe)?.bytes),
+        Format::Png => {
+            let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);
+            Ok(write_png(image.width(), image.height(), &codes, recipe)?)
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Writes a lighting's coefficients, for people and for engines.
+//!
+//! Every JSON file states what it holds: frame, signs, scale, where that is written down, degree and coefficients.
+//!
+//! | `preset` | what the file holds | degree |
+//! | --- | --- | --- |
+//! | `specula` | Specula's own: right-handed, +Z up, orthonormal, no Condon-Shortley phase, radiance | all |
+//! | `directx` | DirectXMath and cmft: left-handed, +Y up, Condon-Shortley signs, radiance | 1 to 5 |
+//! | `unreal` | left-handed, +Z up, Condon-Shortley signs, radiance | 2 |
+//! | `unity` | left-handed, +Y up: SHA, SHB, SHC of what a white diffuse surface reflects | 2 |
+//! | `filament` | right-handed, +Y up: polynomials of what a white diffuse surface reflects | 2 |
+//! | `three` | right-handed, +Y up, no phase, radiance | 2 |
+//! | `babylon` | left-handed, +Y up, Condon-Shortley signs: what a white diffuse surface reflects | 2 |
+//!
+//! A preset that holds less than the lighting takes its first coefficients (nine for degree 2), and the build notes
+//! it. Nothing is lost for a diffuse surface: degree 2 holds over 99 % of its irradiance.
+//!
+//! `format = "safetensors"` writes the tensor `sh` of shape [(degree + 1)^2, 3], f64, in row order l*l + l + m, of the
+//! preset `specula`. In Python:
+//!
+//! ```python
+//! sh = safetensors.numpy.load_file("sh.safetensors")["sh"]
+//! ```
+//!
+//! ## Files
+//!
+//! `.json` or `.safetensors` after the item's `path`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.sh]
+//! kind = "export-sh"
+//! input = "lighting"
+//! preset = "three"
+//! path = "{environment}/sh"
+//! ```
+
+use containers::{lighting_json, tensors};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+
+use crate::artifacts;
+
+choice! {
+    /// The container.
+    pub(crate) enum Format {
+        /// JSON.
+        Json = "json",
+        /// Safetensors.
+        Safetensors = "safetensors",
+    }
+}
+
+choice! {
+    /// The convention of the coefficients.
+    pub(crate) enum Preset {
+        /// Specula's own.
+        Specula = "specula",
+        /// DirectXMath and cmft.
+        DirectX = "directx",
+        /// Unreal Engine.
+        Unreal = "unreal",
+        /// Unity.
+        Unity = "unity",
+        /// Filament.
+        Filament = "filament",
+        /// three.js.
+        Three = "three",
+        /// Babylon.js.
+        Babylon = "babylon",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-sh`.
+    pub(crate) struct Parameters {
+        /// The container: JSON for people and engines, safetensors for programs.
+        format: Format = Format::Json,
+        /// With format "json": the convention of the coefficients; see the table.
+        preset: Preset = Preset::Specula,
+    }
+}
+
+impl Preset {
+    fn definition(self) -> lighting_json::Preset {
+        match self {
+            Self::Specula => lighting_json::Preset::Specula,
+            Self::DirectX => lighting_json::Preset::DirectX,
+            Self::Unreal => lighting_json::Preset::Unreal,
+            Self::Unity => lighting_json::Preset::Unity,
+            Self::Filament => lighting_json::Preset::Filament,
+            Self::Three => lighting_json::Preset::Three,
+            Self::Babylon => lighting_json::Preset::Babylon,
+        }
+    }
+}
+
+/// The kind `export-sh`.
+pub(crate) struct ExportSh;
+
+impl Kind for ExportSh {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-sh";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("export_sh.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Lighting>("lighting")]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec![match parameters.format {
+            Format::Json => ".json".into(),
+            Format::Safetensors => ".safetensors".into(),
+        }])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        if parameters.format == Format::Safetensors && parameters.preset != Preset::Specula {
+            return vec![("preset", "preset: safetensors hold Specula's own coefficients only".into())];
+        }
+        Vec::new()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
+        let recipe = Some(context.recipe());
+        if parameters.format == Format::Safetensors {
+            return Ok(Output::Files(vec![tensors::encode_lighting(lighting, recipe)?]));
+        }
+        let preset = parameters.preset.definition();
+        let (given, written) = (lighting.degree().get(), preset.degree(lighting.degree()));
+        if written < given {
+            context.note(format!(
+                "preset {} holds degree {written}: the first {} of {} coefficients",
+                preset.name(),
+                (written + 1) * (written + 1),
+                lighting.degree().rows()
+            ));
+        }
+        Ok(Output::Files(vec![lighting_json::encode(lighting, preset, recipe)?]))
+    }
+}

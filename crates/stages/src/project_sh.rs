@@ -1,0 +1,242 @@
+//! Projects an environment into spherical harmonics: the lighting's coefficients.
+//!
+//! > L_lm = integral of L(w) Y_lm(w) dw, for l from 0 to `degree`
+//!
+//! A pixel-centred lat-long image of H rows is integrated exactly up to degree (H - 1) / 2 by Fejér's first rule, and
+//! up to H - 1 after its rows are resampled in theta; columns must number more than twice the degree. A higher degree
+//! is an error that names the highest possible.
+//!
+//! ## Choosing a degree
+//!
+//! `degree = "auto"` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations 5.15 and 5.16):
+//!
+//! > sum over l <= F, m of L_lm^2 >= (1 - tolerance) * integral of L(w)^2 dw
+//!
+//! The energy of an environment with a small bright sun decays slowly, so that its degree is high; where no degree of
+//! the image holds enough, the highest possible is taken, with a warning. A material needs less: `convolve` works to
+//! the smaller degree of lighting and material. The build notes the degree, the energy that it holds, and (up to
+//! degree 128) the minimum of the function that is left.
+//!
+//! ## Windows
+//!
+//! Cutting a series at degree F makes it ring around bright lights, even below zero. A window scales the
+//! coefficients of each l, which trades sharpness for calm:
+//!
+//! | `window` | factor of L_lm |
+//! | --- | --- |
+//! | `none` | 1 |
+//! | `hanning` | (1 + cos(pi l / (F + 1))) / 2 |
+//! | `lanczos` | sin(x) / x with x = pi l / (F + 1) |
+//! | `laplacian` | 1 / (1 + `lambda` l^2 (l + 1)^2), the least squares with the squared Laplacian as a penalty |
+//! | `non-negative` | the weakest `laplacian` window that makes the function non-negative |
+//!
+//! `lambda` = 1 / (F (F + 1))^2 halves the highest degree. `non-negative` notes the function's minimum before and after;
+//! the mean of each colour is kept by every window.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.lighting]
+//! kind = "project-sh"
+//! input = "environment"
+//! degree = 30
+//! window = "lanczos"
+//! ```
+
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use envmap::Environment;
+use sh::{
+    Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree, minimum,
+    non_negative,
+};
+use sphere::LatLong;
+
+use crate::artifacts;
+use crate::degree_choice::DegreeChoice;
+use crate::share::share;
+
+choice! {
+    /// What is done against ringing.
+    pub(crate) enum Window {
+        /// Nothing.
+        None = "none",
+        /// Half a cosine period.
+        Hanning = "hanning",
+        /// The main lobe of a sinc.
+        Lanczos = "lanczos",
+        /// A penalty on the squared Laplacian.
+        Laplacian = "laplacian",
+        /// The weakest penalty that leaves nothing negative.
+        NonNegative = "non-negative",
+    }
+}
+
+parameters! {
+    /// Parameters of `project-sh`.
+    pub(crate) struct Parameters {
+        /// The highest l, inclusive, or "auto" for the least degree that meets `tolerance`.
+        degree: DegreeChoice = DegreeChoice::Auto,
+        /// With degree "auto": the share of the energy that may be lost, above 0 and below 1. Without it, 0.01.
+        tolerance: Option<f64> = None,
+        /// What is done against ringing.
+        window: Window = Window::None,
+        /// With window "laplacian": the weight of the penalty, 0 or more.
+        lambda: Option<f64> = None,
+    }
+}
+
+impl Parameters {
+    fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(0.01)
+    }
+}
+
+/// Up to this degree the minimum of the function is searched and noted.
+const MINIMUM_UP_TO: usize = 128;
+
+/// The kind `project-sh`.
+pub(crate) struct ProjectSh;
+
+impl Kind for ProjectSh {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "project-sh";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("project_sh.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>("environment")]
+    }
+
+    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::Lighting::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = Vec::new();
+        if let Err(error) = Tolerance::new(parameters.tolerance()) {
+            faults.push(("tolerance", error.to_string()));
+        }
+        if parameters.tolerance.is_some() && parameters.degree != DegreeChoice::Auto {
+            faults.push(("tolerance", "tolerance: only degree = \"auto\" uses it".into()));
+        }
+        match (parameters.window, parameters.lambda) {
+            (Window::Laplacian, None) => {
+                faults
+                    .push(("window", "window: \"laplacian\" needs lambda, the weight of its penalty".into()));
+            }
+            (Window::Laplacian, Some(lambda)) => {
+                faults.extend(Penalty::new(lambda).err().map(|error| ("lambda", format!("lambda: {error}"))));
+            }
+            (_, Some(_)) => faults.push(("lambda", "lambda: only window = \"laplacian\" uses it".into())),
+            (_, None) => {}
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let environment = &context.get::<artifacts::Environment>("environment")?.0;
+        let lighting = match parameters.degree {
+            DegreeChoice::Fixed(degree) => fixed(environment, degree, context)?,
+            DegreeChoice::Auto => least(environment, Tolerance::new(parameters.tolerance())?, context)?,
+        };
+        context.check_cancelled()?;
+        let lighting = match parameters.window {
+            Window::None => lighting,
+            Window::Hanning => sh::Window::Hanning.apply(&lighting),
+            Window::Lanczos => sh::Window::Lanczos.apply(&lighting),
+            Window::Laplacian => {
+                let penalty = Penalty::new(parameters.lambda.unwrap_or_default())?;
+                sh::Window::Laplacian(penalty).apply(&lighting)
+            }
+            Window::NonNegative => {
+                let found = non_negative(&lighting)?;
+                context.note(format!(
+                    "window laplacian with lambda {:.4e}: minimum {} before, {} after",
+                    found.penalty.get(),
+                    told(found.before),
+                    told(found.after)
+                ));
+                return Output::artifact(artifacts::Lighting(found.expansion));
+            }
+        };
+        if lighting.degree().get() <= MINIMUM_UP_TO {
+            context.note(format!("minimum {}", told(minimum(&lighting))));
+        }
+        Output::artifact(artifacts::Lighting(lighting))
+    }
+}
+
+/// The coefficients to a degree that the manifest gives.
+fn fixed(environment: &Environment, degree: Degree, context: &Context<'_>) -> Result<Expansion, Failure> {
+    let LatLong { width, height } = environment.grid();
+    let highest = highest_degree(environment.grid());
+    let transform = Transform::new(environment.grid(), degree).map_err(|error| {
+        Failure::from(error)
+            .context(format!(
+                "degree {} is too high for an image of {width} x {height}: the highest possible is {}",
+                degree.get(),
+                highest.get()
+            ))
+            .help(format!("give degree = {} or less, or import a larger image", highest.get()))
+    })?;
+    let lighting = transform.analyse(environment.pixels());
+    let held: f64 = energy_per_degree(&lighting).iter().flatten().sum();
+    context.note(format!(
+        "degree {} holds {} of the energy",
+        degree.get(),
+        told_share(held, total(environment)?)
+    ));
+    Ok(lighting)
+}
+
+/// The coefficients to the least degree that meets a tolerance.
+fn least(
+    environment: &Environment,
+    tolerance: Tolerance,
+    context: &Context<'_>,
+) -> Result<Expansion, Failure> {
+    let highest = highest_degree(environment.grid());
+    let whole = Transform::new(environment.grid(), highest)?.analyse(environment.pixels());
+    let energy: Vec<f64> = energy_per_degree(&whole).iter().map(|rgb| rgb.iter().sum()).collect();
+    let total = total(environment)?;
+    let enough = degree_holding(&energy, total, tolerance);
+    let degree = enough.map_or(Ok(highest), Degree::new)?;
+    let held = told_share(energy[..=degree.get()].iter().sum(), total);
+    if enough.is_none() {
+        context.warn(format!(
+            "no degree of this image meets tolerance {}: degree {}, the highest, holds {held} of the energy",
+            tolerance.get(),
+            degree.get()
+        ));
+    } else {
+        context.note(format!("degree {} holds {held} of the energy", degree.get()));
+    }
+    Ok(whole.to_degree(degree))
+}
+
+/// The highest degree that an image carries.
+fn highest_degree(grid: LatLong) -> Degree {
+    let highest = (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1));
+    Degree::new(highest).unwrap_or(Degree::MAX)
+}
+
+/// The integral of the squared radiance over the sphere, all channels together.
+fn total(environment: &Environment) -> Result<f64, Failure> {
+    let squares: Vec<[f64; 3]> =
+        environment.pixels().iter().map(|rgb| rgb.map(|value| f64::from(value) * f64::from(value))).collect();
+    let mean = Transform::new(environment.grid(), Degree::ZERO)?.analyse(&squares);
+    // The integral of f is its coefficient f_00 over Y_00.
+    Ok(mean.get(0, 0).iter().sum::<f64>() * sh::lambda(0))
+}
+
+fn told_share(held: f64, total: f64) -> String {
+    share(if total > 0.0 { (held / total).min(1.0) } else { 1.0 })
+}
+
+/// `-0.0123 (blue, at theta 40.0, phi -12.0 degrees)`
+fn told(minimum: Minimum) -> String {
+    let channel = ["red", "green", "blue"][minimum.channel.min(2)];
+    let (theta, phi) = (minimum.direction.theta().to_degrees(), minimum.direction.phi().to_degrees());
+    format!("{:.4} ({channel}, at theta {theta:.1}, phi {phi:.1} degrees)", minimum.value)
+}

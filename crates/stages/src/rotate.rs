@@ -1,0 +1,117 @@
+//! Turns a lighting or an environment.
+//!
+//! The rotation is active and right-handed in Specula's frame (+Z up, +X the image centre):
+//!
+//! > R = R_z(yaw) R_y(pitch) R_x(roll)
+//!
+//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch lowers
+//! what was at +X. Instead of angles a `quaternion` may be given.
+//!
+//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever the
+//! angles. An environment's pixels are resampled, which loses a little sharpness: rotate the lighting where both
+//! would do.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.turned]
+//! kind = "rotate"
+//! input = "lighting"
+//! yaw = 30.0
+//! ```
+
+use engine::{
+    Artifact, Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, parameters, unexpected,
+};
+use sphere::Rotation;
+
+use crate::artifacts;
+
+/// A rotation as [x, y, z, w].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Quaternion([f64; 4]);
+
+impl Parameter for Quaternion {
+    fn expected() -> String {
+        "[x, y, z, w], not all 0".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        let numbers = Vec::<f64>::parse(value)?;
+        <[f64; 4]>::try_from(numbers)
+            .ok()
+            .filter(|&[x, y, z, w]| Rotation::from_quaternion(x, y, z, w).is_some())
+            .map(Self)
+            .ok_or_else(|| unexpected(value, &Self::expected()))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.0.iter().map(Parameter::canonical).collect()
+    }
+}
+
+parameters! {
+    /// Parameters of `rotate`.
+    pub(crate) struct Parameters {
+        /// The turn about +Z, in degrees, counter-clockwise as seen from above.
+        yaw: f64 = 0.0,
+        /// The turn about +Y, in degrees, applied before yaw; positive lowers +X.
+        pitch: f64 = 0.0,
+        /// The turn about +X, in degrees, applied first.
+        roll: f64 = 0.0,
+        /// The rotation as a quaternion [x, y, z, w] instead of angles; its length does not matter.
+        quaternion: Option<Quaternion> = None,
+    }
+}
+
+impl Parameters {
+    fn rotation(&self) -> Rotation {
+        let Some(Quaternion([x, y, z, w])) = self.quaternion else {
+            let [yaw, pitch, roll] = [self.yaw, self.pitch, self.roll].map(f64::to_radians);
+            return Rotation::from_yaw_pitch_roll(yaw, pitch, roll);
+        };
+        Rotation::from_quaternion(x, y, z, w).unwrap_or(Rotation::IDENTITY)
+    }
+}
+
+/// The kind `rotate`.
+pub(crate) struct Rotate;
+
+impl Kind for Rotate {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "rotate";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("rotate.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Lighting>("lighting").or::<artifacts::Environment>()]
+    }
+
+    /// The type that arrives leaves.
+    fn product(_: &Parameters, types: &[(&'static str, &'static str)]) -> Product {
+        let arrives = types.iter().find(|(port, _)| *port == "lighting").map(|(_, arrives)| *arrives);
+        Product::Artifact(arrives.unwrap_or(artifacts::Lighting::TYPE))
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let angles = [parameters.yaw, parameters.pitch, parameters.roll];
+        if parameters.quaternion.is_some() && angles != [0.0; 3] {
+            return vec![(
+                "quaternion",
+                "quaternion: the rotation is already given by yaw, pitch or roll".into(),
+            )];
+        }
+        Vec::new()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let rotation = parameters.rotation();
+        if context.type_at("lighting") == Some(artifacts::Environment::TYPE) {
+            let environment = context.get::<artifacts::Environment>("lighting")?;
+            return Output::artifact(artifacts::Environment(environment.0.rotated(rotation)));
+        }
+        let lighting = context.get::<artifacts::Lighting>("lighting")?;
+        Output::artifact(artifacts::Lighting(sh::rotate(&lighting.0, rotation)))
+    }
+}

@@ -1,0 +1,147 @@
+use engine::Product;
+use sphere::{Cube, Face, LatLong};
+use stages::artifacts::{Environment, Reflection};
+
+use crate::fixture::{Case, case, difference, environment, lambert, phong, pixels, reflection, sky};
+
+fn export(parameters: &str) -> Case {
+    case("export-reflection-map", parameters).input("reflection", reflection(lambert(1.0), 2))
+}
+
+/// What a white matte surface reflects of [`sky`] where its normal is w: degree 1 times 2/3, xy times 1/4.
+fn irradiance(w: sphere::DVec3) -> [f64; 3] {
+    let base = 1.0 + w.z / 3.0;
+    [base + 0.2 * w.x, base, base + 0.2 * w.y + 0.05 * w.x * w.y]
+}
+
+/// The sky's pixels were f32: 6e-8 of the largest radiance.
+const F32: f64 = 4e-7;
+
+#[test]
+fn a_map_of_a_white_matte_material_is_the_irradiance_over_pi() {
+    let (width, height, found) = pixels(&export("resolution = 12\nprecision = \"float\"").files()[0]);
+    assert_eq!((width, height), (24, 12));
+    let error = difference(&found, environment(12, irradiance).0.pixels());
+    assert!(error < F32, "{error:e}");
+}
+
+#[test]
+fn cube_faces_look_where_the_cube_looks() {
+    let case = export("layout = \"cube\"\nresolution = 5\nprecision = \"float\"");
+    let endings = ["/px.exr", "/nx.exr", "/py.exr", "/ny.exr", "/pz.exr", "/nz.exr"];
+    assert_eq!(case.product(), Product::Files(endings.map(str::to_owned).into()));
+    let cube = Cube { edge: 5 };
+    for (face, file) in Face::ALL.into_iter().zip(case.files()) {
+        let (_, _, found) = pixels(&file);
+        let expected: Vec<_> =
+            (0..25).map(|i| irradiance(cube.direction(face, i / 5, i % 5).vector())).collect();
+        let error = difference(&found, &expected);
+        assert!(error < F32, "{face:?}: {error:e}");
+    }
+}
+
+#[test]
+fn strip_and_cross_hold_the_faces() {
+    let faces = export("layout = \"cube\"\nresolution = 4\nprecision = \"float\"").files();
+    let faces: Vec<_> = faces.iter().flat_map(|file| pixels(file).2).collect();
+    let (width, height, strip) =
+        pixels(&export("layout = \"cube-strip\"\nresolution = 4\nprecision = \"float\"").files()[0]);
+    assert_eq!((width, height), (4, 24));
+    assert_eq!(strip, faces);
+    let (width, height, cross) =
+        pixels(&export("layout = \"cube-cross\"\nresolution = 4\nprecision = \"float\"").files()[0]);
+    assert_eq!((width, height), (12, 16));
+    // The centre of the cross is +Z; the last cell is -Z, turned by half a turn; the corner is black.
+    assert_eq!(cross[5 * 12 + 6], faces[4 * 16 + 4 + 2]);
+    assert_eq!(cross[12 * 12 + 4], faces[5 * 16 + 15]);
+    assert_eq!(cross[0], [0.0; 3]);
+}
+
+/// What is written is read back under the same layout; cubes are resampled, and a texel of 2 / 32 blurs by its square.
+#[test]
+fn every_layout_is_imported_again() {
+    let truth = environment(64, irradiance);
+    for layout in ["lat-long", "cube", "cube-strip", "cube-cross"] {
+        let resolution = if layout == "lat-long" { 64 } else { 32 };
+        let files =
+            export(&format!("layout = \"{layout}\"\nresolution = {resolution}\nprecision = \"float\""))
+                .files();
+        let mut import = case("import-environment", &format!("layout = \"{layout}\""));
+        if layout == "cube" {
+            for (face, file) in Face::ALL.into_iter().zip(files) {
+                import = import.file(&format!("map/{}.exr", face.name()), file);
+            }
+            import = import.source("map");
+        } else {
+            import = import.file("map.exr", files.into_iter().next().unwrap()).source("map.exr");
+        }
+        let error = difference(import.artifact::<Environment>().0.pixels(), truth.0.pixels());
+        assert!(error < 0.002, "{layout}: {error}");
+    }
+}
+
+#[test]
+fn each_format_holds_the_map() {
+    let truth = environment(8, irradiance);
+    // 11 bits of a half; 8 bits of RGBE, of the largest channel, which is below 2.
+    for (format, ending, error) in [("exr", ".exr", 1.6 / 2048.0), ("rgbe", ".hdr", 2.0 / 256.0)] {
+        let case = export(&format!("resolution = 8\nformat = \"{format}\""));
+        assert_eq!(case.product(), Product::Files(vec![ending.into()]));
+        let file = &case.files()[0];
+        assert!(difference(&pixels(file).2, truth.0.pixels()) <= error, "{format}");
+        assert_eq!(containers::read_recipe(file).as_deref(), Some("{\"kind\":\"export-reflection-map\"}"));
+    }
+    let brightness = |exposure: f64| {
+        let png = &export(&format!("resolution = 8\nformat = \"png\"\nexposure = {exposure:?}")).files()[0];
+        pixels(png).2.iter().flatten().sum::<f32>()
+    };
+    assert!(brightness(-2.0) < brightness(0.0) && brightness(0.0) < brightness(2.0));
+}
+
+/// A lamp on black, cut at degree 6: the map rings.
+fn ringing(parameters: &str) -> Case {
+    let grid = LatLong::with_rows(32);
+    let lamp = environment(32, |w| if w.x > 0.95 { [70.0, 7.0, 0.7] } else { [0.0; 3] });
+    let degree = sh::Degree::new(6).unwrap();
+    let lighting = sh::Transform::new(grid, degree).unwrap().analyse(lamp.0.pixels());
+    let choice = brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO };
+    let brdf = brdf::project(&phong(500.0), choice).unwrap().coefficients;
+    let reflection = Reflection(shrm::Reflection::convolve(&lighting, &brdf));
+    case("export-reflection-map", parameters).input("reflection", reflection)
+}
+
+#[test]
+fn what_rings_below_zero_is_counted_and_kept_where_it_can_be() {
+    let ran = ringing("resolution = 16").run().unwrap();
+    assert!(ran.notes[0].contains("values are negative, the least -"), "{:?}", ran.notes);
+    assert!(ran.warnings.is_empty());
+    assert!(pixels(&ringing("resolution = 16").files()[0]).2.iter().flatten().any(|value| *value < 0.0));
+    for format in ["rgbe", "png"] {
+        let case = ringing(&format!("resolution = 16\nformat = \"{format}\""));
+        assert!(case.run().unwrap().warnings[0].ends_with("they are written as 0"));
+        assert!(pixels(&case.files()[0]).2.iter().flatten().all(|value| *value >= 0.0));
+    }
+}
+
+#[test]
+fn values_past_the_largest_half_are_told() {
+    let bright = environment(8, |w| sky(w).map(|value| 1e5 * value));
+    let lighting = case("project-sh", "degree = 2").input("environment", bright);
+    let lighting = lighting.artifact::<stages::artifacts::Lighting>();
+    let choice = brdf::Choice::Degree { f: sh::Degree::new(2).unwrap(), p: sh::Degree::ZERO };
+    let brdf = brdf::project(&lambert(1.0), choice).unwrap().coefficients;
+    let reflection = Reflection(shrm::Reflection::convolve(&lighting.0, &brdf));
+    let ran = case("export-reflection-map", "resolution = 4").input("reflection", reflection).run().unwrap();
+    assert!(ran.warnings[0].contains("values are past 65504"), "{:?}", ran.warnings);
+}
+
+#[test]
+fn parameters_that_would_have_no_effect_are_faults() {
+    for (parameters, expected) in [
+        ("resolution = 0", "resolution: 0 is not 1 to 4096"),
+        ("exposure = 1", "exposure: only format = \"png\" uses it"),
+        ("format = \"png\"\nprecision = \"float\"", "precision: only format = \"exr\" uses it"),
+    ] {
+        assert_eq!(case("export-reflection-map", parameters).faults(), [expected]);
+    }
+}

@@ -1,0 +1,53 @@
+use engine::Product;
+use serde_json::Value;
+use stages::artifacts::Lighting;
+
+use crate::fixture::{Case, case, environment, sky, sky_lighting};
+
+fn export(parameters: &str) -> Case {
+    case("export-sh", parameters).input("lighting", sky_lighting())
+}
+
+fn json(case: &Case) -> Value {
+    serde_json::from_slice(&case.files()[0]).unwrap()
+}
+
+#[test]
+fn json_and_safetensors_hold_every_coefficient() {
+    let expected = sky_lighting().0;
+    assert_eq!(export("").product(), Product::Files(vec![".json".into()]));
+    assert_eq!(containers::lighting_json::decode(&export("").files()[0]).unwrap(), expected);
+    let case = export("format = \"safetensors\"");
+    assert_eq!(case.product(), Product::Files(vec![".safetensors".into()]));
+    let file = &case.files()[0];
+    assert_eq!(containers::tensors::decode_lighting(file).unwrap(), expected);
+    assert_eq!(containers::read_recipe(file).as_deref(), Some("{\"kind\":\"export-sh\"}"));
+}
+
+#[test]
+fn a_preset_takes_the_degrees_that_it_holds_and_says_so() {
+    let lighting =
+        case("project-sh", "degree = 5").input("environment", environment(16, sky)).artifact::<Lighting>();
+    let export = case("export-sh", "preset = \"three\"").input("lighting", (*lighting).clone());
+    assert_eq!(export.run().unwrap().notes, ["preset three holds degree 2: the first 9 of 36 coefficients"]);
+    let rows = json(&export)["coefficients"].as_array().unwrap().clone();
+    assert_eq!(rows.len(), 9);
+    // three.js has our +Z as +Y: its row 1 (y) is our row 2 (z).
+    let found = rows[1][0].as_f64().unwrap();
+    assert!((found - lighting.0.rows()[2][0]).abs() < 1e-12, "{found}");
+}
+
+#[test]
+fn every_preset_is_written() {
+    for preset in containers::lighting_json::Preset::ALL {
+        let file = json(&export(&format!("preset = \"{}\"", preset.name())));
+        assert_eq!(file["preset"], preset.name());
+        assert_eq!(file["specula"]["kind"], "export-sh");
+    }
+}
+
+#[test]
+fn safetensors_take_no_preset() {
+    let faults = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").faults();
+    assert_eq!(faults, ["preset: safetensors hold Specula's own coefficients only"]);
+}

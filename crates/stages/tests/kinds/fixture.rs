@@ -1,0 +1,264 @@
+//! Runs one kind on values in memory, the way the engine does.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use engine::{
+    Artifact, Configured, Context, Digest, Failure, Fault, Files, Handle, ItemKey, Output, Product, Read,
+    Table,
+};
+use sh::{Degree, Transform};
+use sphere::{DVec3, LatLong};
+use stages::artifacts;
+
+/// A path in memory; the engine gives items absolute ones.
+fn absolute(path: &str) -> PathBuf {
+    Path::new("/memory").join(path)
+}
+
+/// Files that exist only here.
+#[derive(Default)]
+pub(crate) struct Memory(BTreeMap<PathBuf, Arc<Vec<u8>>>);
+
+impl Memory {
+    pub(crate) fn with(mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Self {
+        self.0.insert(absolute(path), Arc::new(bytes.into()));
+        self
+    }
+}
+
+impl Files for Memory {
+    fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
+        self.0.get(path).cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+
+    fn list(&self, path: &Path) -> io::Result<Vec<(String, bool)>> {
+        let mut names = BTreeMap::new();
+        for inside in self.0.keys().filter_map(|file| file.strip_prefix(path).ok()) {
+            let mut parts = inside.components();
+            if let Some(name) = parts.next() {
+                names.insert(name.as_os_str().to_string_lossy().into_owned(), parts.next().is_some());
+            }
+        }
+        if names.is_empty() { Err(io::ErrorKind::NotFound.into()) } else { Ok(names.into_iter().collect()) }
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        !self.0.contains_key(path) && self.0.keys().any(|file| file.starts_with(path))
+    }
+}
+
+/// A kind with parameters and inputs, not yet run.
+pub(crate) struct Case {
+    kind: &'static str,
+    parameters: String,
+    inputs: Vec<(&'static str, ItemKey, Arc<Handle>)>,
+    files: Memory,
+    source: Option<PathBuf>,
+}
+
+/// What a run made and said.
+pub(crate) struct Ran {
+    pub(crate) output: Output,
+    pub(crate) notes: Vec<String>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) reads: Vec<Read>,
+}
+
+/// A case of a kind with parameters in TOML.
+pub(crate) fn case(kind: &'static str, parameters: &str) -> Case {
+    Case { kind, parameters: parameters.into(), inputs: Vec::new(), files: Memory::default(), source: None }
+}
+
+impl Case {
+    /// Connects a port.
+    pub(crate) fn input<T: Artifact>(self, port: &'static str, value: T) -> Self {
+        self.keyed_input(port, &[], value)
+    }
+
+    /// Connects a port to an item of this key; a gather is connected several times.
+    pub(crate) fn keyed_input<T: Artifact>(
+        mut self,
+        port: &'static str,
+        key: &[(&str, &str)],
+        value: T,
+    ) -> Self {
+        let key = key.iter().map(|(stage, stem)| ((*stage).to_owned(), (*stem).to_owned())).collect();
+        self.inputs.push((port, ItemKey(key), handle(value)));
+        self
+    }
+
+    /// Adds a file.
+    pub(crate) fn file(mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Self {
+        self.files = self.files.with(path, bytes);
+        self
+    }
+
+    /// Sets the source.
+    pub(crate) fn source(mut self, path: &str) -> Self {
+        self.source = Some(absolute(path));
+        self
+    }
+
+    fn configure(&self) -> Result<Arc<dyn Configured>, Vec<Fault>> {
+        let kinds = stages::kinds();
+        kinds.get(self.kind).unwrap().configure(&table(&self.parameters))
+    }
+
+    /// The messages of the faults of the parameters.
+    pub(crate) fn faults(&self) -> Vec<String> {
+        self.configure().err().unwrap_or_default().into_iter().map(|fault| fault.message).collect()
+    }
+
+    /// What an item makes.
+    pub(crate) fn product(&self) -> Product {
+        let mut types: Vec<_> =
+            self.inputs.iter().map(|(port, _, handle)| (*port, handle.type_name())).collect();
+        types.dedup();
+        self.configure().unwrap().product(&types)
+    }
+
+    /// Runs it, and checks that what came is what was promised, twice the same, and that an artifact's bytes
+    /// decode to the value.
+    pub(crate) fn run(&self) -> Result<Ran, Failure> {
+        let configured = self.configure().unwrap();
+        let mut context = Context::new(&self.files).with_recipe(format!("{{\"kind\":\"{}\"}}", self.kind));
+        if stages::kinds().get(self.kind).unwrap().shows_keys() {
+            context = context.with_key(ItemKey([("environment".into(), "sky".into())].into()));
+        }
+        if let Some(source) = &self.source {
+            context = context.with_source(source.clone());
+        }
+        let mut ports: BTreeMap<&str, Vec<_>> = BTreeMap::new();
+        for (port, key, handle) in &self.inputs {
+            ports.entry(port).or_default().push((key.clone(), Arc::clone(handle)));
+        }
+        for (port, items) in ports {
+            context = context.with_input(port, items);
+        }
+        let output = configured.run(&context)?;
+        assert_eq!(output.digests(), configured.run(&context)?.digests(), "{} is not repeatable", self.kind);
+        match (self.product(), &output) {
+            (Product::Artifact(_), Output::Artifact { .. }) => {}
+            (Product::Files(endings), Output::Files(files)) => assert_eq!(endings.len(), files.len()),
+            _ => panic!("{} makes another product than it promises", self.kind),
+        }
+        let half = |mut said: Vec<String>| {
+            said.truncate(said.len() / 2);
+            said
+        };
+        Ok(Ran {
+            notes: half(context.notes()),
+            warnings: half(context.warnings()),
+            reads: context.reads(),
+            output,
+        })
+    }
+
+    /// The message of the failure of a run.
+    pub(crate) fn failure(&self) -> String {
+        match self.run() {
+            Ok(_) => panic!("{} did not fail", self.kind),
+            Err(failure) => failure.to_string(),
+        }
+    }
+
+    /// Runs it and takes the artifact.
+    pub(crate) fn artifact<T: Artifact + PartialEq>(&self) -> Arc<T> {
+        match self.run() {
+            Ok(ran) => ran.artifact(),
+            Err(failure) => panic!("{}: {failure}", self.kind),
+        }
+    }
+
+    /// Runs it and takes the files.
+    pub(crate) fn files(&self) -> Vec<Vec<u8>> {
+        match self.run() {
+            Ok(Ran { output: Output::Files(files), .. }) => files,
+            Ok(_) => panic!("{} makes no files", self.kind),
+            Err(failure) => panic!("{}: {failure}", self.kind),
+        }
+    }
+}
+
+impl Ran {
+    /// The artifact, which is also what its bytes decode to.
+    pub(crate) fn artifact<T: Artifact + PartialEq>(&self) -> Arc<T> {
+        let Output::Artifact { bytes, value } = &self.output else { panic!("not an artifact") };
+        let value = Arc::clone(value).downcast::<T>().ok().unwrap();
+        assert!(T::decode(bytes).unwrap() == *value, "the bytes are not those of the value");
+        value
+    }
+}
+
+/// A handle on a value, without its bytes.
+fn handle<T: Artifact>(value: T) -> Arc<Handle> {
+    let value: Arc<dyn Any + Send + Sync> = Arc::new(value);
+    let digest = Digest::of(T::TYPE.as_bytes());
+    Arc::new(Handle::new(T::TYPE, digest, || Err(Failure::new("not stored"))).with_value(value))
+}
+
+/// A TOML text as the engine parses it.
+fn table(text: &str) -> Table {
+    Table::parse(text).unwrap()
+}
+
+/// A lat-long environment of `rows` rows whose radiance is that of a function of the direction (x, y, z).
+pub(crate) fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> artifacts::Environment {
+    let grid = LatLong::with_rows(rows);
+    let looks = |index: usize| grid.direction(index / grid.width, index % grid.width).vector();
+    let pixels = (0..grid.len()).map(|index| radiance(looks(index)).map(|value| value as f32)).collect();
+    artifacts::Environment(envmap::Environment::new(grid, pixels).unwrap())
+}
+
+/// A soft sky: bright above, reddish toward +X, bluish toward +Y; of degree 2.
+pub(crate) fn sky(w: DVec3) -> [f64; 3] {
+    [1.0 + 0.5 * w.z + 0.3 * w.x, 1.0 + 0.5 * w.z, 1.0 + 0.5 * w.z + 0.3 * w.y + 0.2 * w.x * w.y]
+}
+
+/// The expansion of [`sky`].
+pub(crate) fn sky_lighting() -> artifacts::Lighting {
+    let environment = environment(16, sky);
+    let transform = Transform::new(LatLong::with_rows(16), Degree::new(2).unwrap()).unwrap();
+    artifacts::Lighting(transform.analyse(environment.0.pixels()))
+}
+
+/// The reflection of [`sky`] by a material.
+pub(crate) fn reflection(material: brdf::Material, degree: usize) -> artifacts::Reflection {
+    let f = Degree::new(degree).unwrap();
+    let brdf = brdf::project(&material, brdf::Choice::Degree { f, p: Degree::ZERO }).unwrap();
+    artifacts::Reflection(shrm::Reflection::convolve(&sky_lighting().0, &brdf.coefficients))
+}
+
+/// A matte material of this albedo.
+pub(crate) fn lambert(albedo: f64) -> brdf::Material {
+    brdf::Material::Lambert(brdf::Lambert::new([albedo; 3]).unwrap())
+}
+
+/// A grey highlight.
+pub(crate) fn phong(exponent: f64) -> brdf::Material {
+    brdf::Material::Phong(brdf::Phong::new(exponent, [1.0; 3]).unwrap())
+}
+
+/// A picture as a 32-bit OpenEXR file.
+pub(crate) fn exr(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Vec<u8> {
+    let image = envmap::Image::new(width, height, pixels).unwrap();
+    containers::write_exr(&image, containers::Precision::Float, None).unwrap().bytes
+}
+
+/// The pixels of a written picture.
+pub(crate) fn pixels(bytes: &[u8]) -> (usize, usize, Vec<[f32; 3]>) {
+    let image = containers::read_image(bytes, &containers::ReadOptions::default()).unwrap().image;
+    (image.width(), image.height(), image.into_pixels())
+}
+
+/// The largest difference of two lists of colours.
+#[track_caller]
+pub(crate) fn difference<A: Copy + Into<f64>, B: Copy + Into<f64>>(a: &[[A; 3]], b: &[[B; 3]]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    pairs.map(|(&a, &b)| (a.into() - b.into()).abs()).fold(0.0, f64::max)
+}

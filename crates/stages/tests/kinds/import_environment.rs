@@ -1,0 +1,205 @@
+use std::io::Cursor;
+
+use exr::meta::attribute::EnvironmentMap;
+use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
+use sphere::{Cube, Face, LatLong, OpenExrCube, OpenExrLatLong};
+use stages::artifacts::Environment;
+
+use crate::fixture::{Case, case, difference, environment, exr, sky};
+
+/// A case whose source is one file.
+fn import(parameters: &str, file: &str, bytes: impl Into<Vec<u8>>) -> Case {
+    case("import-environment", parameters).file(file, bytes).source(file)
+}
+
+fn lat_long(rows: usize) -> Vec<u8> {
+    exr(2 * rows, rows, environment(rows, sky).0.pixels().to_vec())
+}
+
+/// An OpenEXR file with an `envmap` attribute.
+fn declared(width: usize, height: usize, map: EnvironmentMap, pixels: &[[f32; 3]]) -> Vec<u8> {
+    let attributes = LayerAttributes { environment_map: Some(map), ..LayerAttributes::default() };
+    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+        let [red, green, blue] = pixels[at.y() * width + at.x()];
+        (red, green, blue)
+    });
+    let layer = Layer::new((width, height), attributes, Encoding::UNCOMPRESSED, channels);
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn a_lat_long_image_keeps_its_pixels() {
+    let imported = import("", "a.exr", lat_long(8)).artifact::<Environment>();
+    assert_eq!(*imported, environment(8, sky));
+}
+
+#[test]
+fn exposure_is_in_stops() {
+    let imported = import("exposure = -1.0", "a.exr", lat_long(8)).artifact::<Environment>();
+    assert_eq!(*imported, environment(8, |w| sky(w).map(|value| value / 2.0)));
+    assert_eq!(import("exposure = 101", "a.exr", "").faults().len(), 1);
+    let bright = exr(2, 1, vec![[1e30; 3]; 2]);
+    assert_eq!(import("exposure = 40", "a.exr", bright).failure(), "exposure 40 makes a value infinite");
+}
+
+#[test]
+fn resolution_resizes() {
+    let imported = import("resolution = 4", "a.exr", lat_long(8)).artifact::<Environment>();
+    assert_eq!(imported.0.grid(), LatLong::with_rows(4));
+    // A texel is the mean of four: with the sky's slope below 1 a radian, off by h^2 / 8 times its bend at most.
+    assert!(difference(imported.0.pixels(), environment(4, sky).0.pixels()) < 0.1);
+    let message = &case("import-environment", "resolution = 0").faults()[0];
+    assert_eq!(message, "resolution: 0 is not 1 to 8192");
+}
+
+/// The same sky in OpenEXR's own lat-long and cube, whose pixel centres lie on the poles and the edges.
+///
+/// Bilinear interpolation and the mean over a texel blur by (h^2 + g^2 / 2) / 12 of the Laplacian (1.8 at most; h = 2 / 15 in
+/// the middle of a face, g = pi / 32): 0.003. A texel at a pole is a triangle, whose mean lies g / 6 farther out than its
+/// centre, where the sky's slope is 0.36: 0.006.
+#[test]
+fn openexr_envmap_attribute_is_honoured() {
+    let truth = environment(32, sky);
+    let map = OpenExrLatLong { width: 64, height: 32 };
+    let looks = |row, column| sky(map.direction(row, column).vector()).map(|value| value as f32);
+    let pixels: Vec<_> = (0..64 * 32).map(|index| looks(index / 64, index % 64)).collect();
+    let file = declared(64, 32, EnvironmentMap::LatitudeLongitude, &pixels);
+    let imported = import("", "a.exr", file.clone()).artifact::<Environment>();
+    assert_eq!(imported.0.grid(), LatLong::with_rows(32));
+    let error = difference(imported.0.pixels(), truth.0.pixels());
+    assert!(error < 0.009, "{error}");
+
+    let cube = OpenExrCube { edge: 16 };
+    let looks = |row, column| sky(cube.direction(row, column).vector()).map(|value| value as f32);
+    let pixels: Vec<_> = (0..16 * 96).map(|index| looks(index / 16, index % 16)).collect();
+    let imported =
+        import("", "a.exr", declared(16, 96, EnvironmentMap::Cube, &pixels)).artifact::<Environment>();
+    let error = difference(imported.0.pixels(), truth.0.pixels());
+    assert!(error < 0.009, "{error}");
+
+    // The manifest's word stands against the attribute's, aloud.
+    let ran = import("layout = \"lat-long\"", "a.exr", file).run().unwrap();
+    assert_eq!(
+        ran.warnings,
+        ["the file's envmap attribute says openexr-lat-long, the manifest says lat-long"]
+    );
+    assert!(difference(ran.artifact::<Environment>().0.pixels(), truth.0.pixels()) > 0.012);
+}
+
+/// Six files, each of one colour that tells its face.
+fn faces(names: [&str; 6], edge: usize) -> Case {
+    let mut case = case("import-environment", "").source("sets/sky").file("sets/sky/notes.txt", "");
+    for (index, name) in names.iter().enumerate() {
+        let colour = [index as f32, 1.0, 0.0];
+        case = case.file(&format!("sets/sky/{name}"), exr(edge, edge, vec![colour; edge * edge]));
+    }
+    case
+}
+
+const NAMES: [&str; 6] = ["a_px.exr", "a_nx.exr", "a_py.exr", "a_ny.exr", "a_pz.exr", "a_nz.exr"];
+
+#[test]
+fn a_folder_is_six_faces() {
+    let ran = faces(NAMES, 8).run().unwrap();
+    assert_eq!(ran.notes, ["layout cube: 8 x 48 pixels resampled to 32 x 16"]);
+    // The engine knows every file and the listing.
+    assert_eq!(ran.reads.iter().filter(|read| read.path.extension().is_some_and(|e| e == "exr")).count(), 6);
+    assert!(ran.reads.iter().any(|read| read.listing && read.digest.is_some()));
+    let environment = ran.artifact::<Environment>();
+    for (index, face) in Face::ALL.into_iter().enumerate() {
+        let colour = environment.0.radiance(Cube { edge: 1 }.direction(face, 0, 0));
+        assert!((colour[0] - index as f64).abs() < 1e-6, "{face:?}: {colour:?}");
+    }
+}
+
+#[test]
+fn one_face_names_its_set() {
+    let set = faces(NAMES, 4);
+    let whole = set.artifact::<Environment>();
+    let one = case("import-environment", "layout = \"cube\"").source("sets/a_px.exr");
+    let one = NAMES.iter().enumerate().fold(one, |one, (index, name)| {
+        one.file(&format!("sets/{name}"), exr(4, 4, vec![[index as f32, 1.0, 0.0]; 16]))
+    });
+    let one = one.file("sets/b_px.exr", "another set");
+    assert_eq!(one.artifact::<Environment>(), whole);
+}
+
+#[test]
+fn faces_that_are_missing_or_wrong_are_told() {
+    let failure = faces(["px.exr", "nx.exr", "py.exr", "top.exr", "pz.exr", "nz.exr"], 2).failure();
+    assert_eq!(failure, "sky: py.exr and top.exr are the same face");
+    let failure = faces(["px.exr", "nx.exr", "py.exr", "down.txt", "pz.exr", "nz.exr"], 2).failure();
+    assert!(failure.contains("found nx.exr, nz.exr, px.exr, py.exr, pz.exr; missing: ny or"), "{failure}");
+    let failure = import("layout = \"cube\"", "sky.exr", lat_long(4)).failure();
+    assert!(failure.starts_with("sky.exr does not end in a face's word"), "{failure}");
+}
+
+#[test]
+fn crosses_and_strips_are_told_by_their_shape() {
+    let cube = Cube { edge: 6 };
+    let looks = |face, row, column| sky(cube.direction(face, row, column).vector()).map(|value| value as f32);
+    let strip: Vec<_> = (0..6 * 36).map(|i| looks(Face::ALL[i / 36], i / 6 % 6, i % 6)).collect();
+    let imported = import("layout = \"cube-strip\"", "a.exr", exr(6, 36, strip)).artifact::<Environment>();
+    // Texels in the middle of a face span 1/3: bilinear and mean err by 0.02 where the sky bends most.
+    assert!(difference(imported.0.pixels(), environment(12, sky).0.pixels()) < 0.04);
+    let failure = import("layout = \"cube-cross\"", "a.exr", exr(6, 1, vec![[1.0; 3]; 6])).failure();
+    assert!(failure.contains("cube cross is 4 cells wide and 3 high"), "{failure}");
+}
+
+#[test]
+fn a_wrong_aspect_is_an_error_that_names_the_file_and_the_layout_that_fits() {
+    let failure = import("", "room.exr", exr(4, 4, vec![[1.0; 3]; 16])).failure();
+    assert_eq!(
+        failure,
+        "cannot import room.exr: a lat-long image is twice as wide as high; this one is 4 x 4: \
+         is it layout = \"probe\"?"
+    );
+}
+
+#[test]
+fn bad_pixels_are_counted_placed_and_treated_as_asked() {
+    let mut pixels = vec![[1.0; 3]; 8];
+    pixels[5] = [f32::NAN, -2.0, f32::INFINITY];
+    let file = exr(4, 2, pixels);
+    let failure = import("", "a.exr", file.clone()).run().err().unwrap();
+    let message = failure.to_string();
+    assert!(
+        message.contains("1 NaN, the first at row 1, column 1, red (theta 135.0, phi 45.0 degrees)"),
+        "{message}"
+    );
+    assert!(message.contains("1 infinite") && message.contains("1 negative"), "{message}");
+    assert!(failure.help.unwrap().contains("bad-pixels = \"zero\""));
+    for (policy, expected) in [("zero", [0.0, 0.0, 0.0]), ("clamp", [0.0, 0.0, 1.0])] {
+        let ran = import(&format!("bad-pixels = \"{policy}\""), "a.exr", file.clone()).run().unwrap();
+        assert_eq!(ran.artifact::<Environment>().0.pixels()[5], expected);
+        assert!(ran.warnings[0].starts_with("bad pixels were replaced: 1 NaN"), "{:?}", ran.warnings);
+    }
+}
+
+#[test]
+fn files_that_are_none_say_what_they_are() {
+    for (bytes, expected) in [
+        (Vec::new(), "the file is empty"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n".to_vec(), "git lfs pull"),
+        (b"hello".to_vec(), "begins with the bytes 68 65 6c 6c 6f"),
+        (lat_long(8)[..400].to_vec(), "OpenEXR"),
+    ] {
+        let failure = import("", "a.exr", bytes).failure();
+        assert!(failure.starts_with("cannot import a.exr: ") && failure.contains(expected), "{failure}");
+    }
+    assert!(
+        case("import-environment", "").source("no.exr").failure().starts_with("cannot read /memory/no.exr: ")
+    );
+}
+
+#[test]
+fn a_png_is_told_to_hold_no_high_dynamic_range() {
+    let png = containers::write_png(2, 1, &[[255, 0, 188]; 2], None).unwrap();
+    let ran = import("", "a.png", png).run().unwrap();
+    assert!(ran.warnings[0].starts_with("a.png: PNG holds no high dynamic range"), "{:?}", ran.warnings);
+    let pixel = ran.artifact::<Environment>().0.pixels()[0];
+    // sRGB 188 is linear 0.5029.
+    assert!(pixel[0] == 1.0 && pixel[1] == 0.0 && (pixel[2] - 0.5029).abs() < 1e-4, "{pixel:?}");
+}

@@ -1,0 +1,94 @@
+//! What must hold for every kind of the list.
+
+use std::collections::HashSet;
+
+use engine::{Product, Table, ValueKind};
+
+/// The TOML blocks of a manual, each with its stage tables.
+fn examples(manual: &str) -> Vec<Table> {
+    let blocks = manual.split("```toml\n").skip(1);
+    blocks.map(|block| Table::parse(block.split("```").next().unwrap()).unwrap()).collect()
+}
+
+/// The keys of a stage that the engine owns.
+const OWNED: [&str; 6] = ["kind", "source", "input", "inputs", "path", "per"];
+
+#[test]
+fn names_are_unique_and_in_kebab_case() {
+    let kinds = stages::kinds();
+    let names: HashSet<_> = kinds.iter().map(|kind| kind.name()).collect();
+    assert_eq!(names.len(), kinds.iter().count());
+    assert!(names.iter().all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-')), "{names:?}");
+}
+
+#[test]
+fn every_manual_has_an_example_that_parses_with_its_kind() {
+    for kind in stages::kinds().iter() {
+        let mut found = 0;
+        for example in examples(&kind.manual()) {
+            let Some(entry) = example.get("stage") else { continue };
+            let ValueKind::Table(stages) = &entry.value.kind else { panic!("{}: stage", kind.name()) };
+            for stage in &stages.entries {
+                let ValueKind::Table(table) = &stage.value.kind else { panic!("{}: stage", kind.name()) };
+                let name = &table.get("kind").unwrap().value.kind;
+                assert_eq!(*name, ValueKind::String(kind.name().into()));
+                assert_eq!(table.get("source").is_some(), kind.has_source(), "{}", kind.name());
+                let own = table.entries.iter().filter(|entry| !OWNED.contains(&entry.key.as_str()));
+                let parameters = Table { span: table.span.clone(), entries: own.cloned().collect() };
+                let faults = kind.configure(&parameters).err();
+                assert!(faults.is_none(), "{}: {faults:?}", kind.name());
+                if let Some(inputs) = table.get("inputs") {
+                    let ValueKind::Table(inputs) = &inputs.value.kind else { panic!("inputs") };
+                    let ports: Vec<_> = kind.ports().iter().map(|port| port.name).collect();
+                    assert!(inputs.entries.iter().all(|entry| ports.contains(&entry.key.as_str())));
+                }
+                found += 1;
+            }
+        }
+        assert!(found > 0, "the manual of {} has no example", kind.name());
+    }
+}
+
+#[test]
+fn every_manual_begins_with_a_sentence() {
+    for kind in stages::kinds().iter() {
+        let manual = kind.manual();
+        let first = manual.split("\n\n").next().unwrap();
+        assert!(first.ends_with('.') && first.len() < 200 && !first.starts_with('#'), "{first}");
+        assert!(kind.revision() > 0);
+    }
+}
+
+#[test]
+fn every_parameter_is_documented() {
+    for kind in stages::kinds().iter() {
+        for field in kind.fields() {
+            assert!(field.doc.len() > 10 && field.doc.ends_with('.'), "{} {}", kind.name(), field.name);
+        }
+    }
+}
+
+/// What a kind makes with its defaults, for each type that may arrive at its first port.
+fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
+    let configured = kind.configure(&Table::default()).unwrap();
+    let Some(first) = kind.ports().into_iter().next() else { return vec![configured.product(&[])] };
+    first.types.iter().map(|arrives| configured.product(&[(first.name, arrives)])).collect()
+}
+
+#[test]
+fn every_type_that_a_port_takes_has_a_producer() {
+    let kinds = stages::kinds();
+    let made: HashSet<_> = kinds
+        .iter()
+        .flat_map(|kind| products(kind.as_ref()))
+        .filter_map(|product| match product {
+            Product::Artifact(name) => Some(name),
+            Product::Files(_) => None,
+        })
+        .collect();
+    for kind in kinds.iter() {
+        for port in kind.ports() {
+            assert!(port.types.iter().all(|name| made.contains(name)), "{} {}", kind.name(), port.name);
+        }
+    }
+}

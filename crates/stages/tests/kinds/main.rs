@@ -1,0 +1,15 @@
+//! Every kind, run in memory through the engine's own door.
+
+#![allow(clippy::unwrap_used, missing_docs)] // a test may panic
+
+mod corpus;
+mod export_reflection_map;
+mod export_sh;
+mod fixture;
+mod import_environment;
+mod import_material;
+mod list;
+mod project_sh;
+mod reflect;
+mod revisions;
+mod rotate;

@@ -1,0 +1,97 @@
+use std::f64::consts::PI;
+
+use stages::artifacts::Lighting;
+
+use crate::fixture::{Case, case, difference, environment, sky, sky_lighting};
+
+fn project(parameters: &str) -> Case {
+    case("project-sh", parameters).input("environment", environment(16, sky))
+}
+
+#[test]
+fn a_constant_sky_has_one_coefficient() {
+    let lighting = case("project-sh", "degree = 4").input("environment", environment(8, |_| [1.0, 2.0, 0.5]));
+    let lighting = lighting.artifact::<Lighting>();
+    let one = (4.0 * PI).sqrt();
+    let mut expected = vec![[0.0; 3]; 25];
+    expected[0] = [one, 2.0 * one, 0.5 * one];
+    assert!(difference(lighting.0.rows(), &expected) < 1e-13);
+}
+
+#[test]
+fn auto_takes_the_least_degree_that_holds_enough() {
+    // The sky is of degree 2. Its degree 0 holds 4 pi 3; z, x and y 4 pi / 3 (3 0.25 + 2 0.09), 7 percent of the
+    // whole; xy the rest, 4 pi / 15 0.04, less than a thousandth.
+    for (tolerance, degree) in [(0.2, 0), (0.01, 1), (1e-5, 2)] {
+        let ran = project(&format!("degree = \"auto\"\ntolerance = {tolerance}")).run().unwrap();
+        assert_eq!(ran.artifact::<Lighting>().0.degree().get(), degree, "{tolerance}");
+    }
+    let ran = project("").run().unwrap();
+    assert!(ran.notes[0].starts_with("degree 1 holds 99.9"), "{:?}", ran.notes);
+    // min of 1 + z / 2 + 0.3 x is 1 - hypot(0.5, 0.3).
+    assert!(ran.notes[1].starts_with("minimum 0.4169 (red, at theta 149.0, phi "), "{:?}", ran.notes);
+}
+
+#[test]
+fn a_light_too_small_for_any_degree_takes_the_highest_and_says_so() {
+    let lamp =
+        environment(16, |w| if w.z > 0.99 && w.x > 0.0 && w.y.abs() < 0.02 { [9e4; 3] } else { [0.01; 3] });
+    let ran = case("project-sh", "tolerance = 0.001").input("environment", lamp).run().unwrap();
+    assert_eq!(ran.artifact::<Lighting>().0.degree().get(), 15);
+    assert!(
+        ran.warnings[0].starts_with("no degree of this image meets tolerance 0.001: degree 15"),
+        "{:?}",
+        ran.warnings
+    );
+}
+
+#[test]
+fn a_degree_too_high_names_the_highest() {
+    let failure = project("degree = 16").failure();
+    assert!(
+        failure.starts_with("degree 16 is too high for an image of 32 x 16: the highest possible is 15"),
+        "{failure}"
+    );
+    assert_eq!(project("degree = 15").artifact::<Lighting>().0.degree().get(), 15);
+}
+
+#[test]
+fn windows_scale_each_degree() {
+    let plain = sky_lighting().0;
+    for (window, factors) in [
+        ("window = \"none\"", [1.0, 1.0, 1.0]),
+        ("window = \"hanning\"", [1.0, 0.75, 0.25]),
+        ("window = \"lanczos\"", [1.0, 0.826_993_343_132, 0.413_496_671_566]),
+        ("window = \"laplacian\"\nlambda = 0.25", [1.0, 0.5, 0.1]),
+    ] {
+        let windowed = project(&format!("degree = 2\n{window}")).artifact::<Lighting>();
+        let expected: Vec<_> =
+            (0..9_usize).map(|row| plain.rows()[row].map(|value| value * factors[row.isqrt()])).collect();
+        assert!(difference(windowed.0.rows(), &expected) < 1e-12, "{window}");
+    }
+}
+
+#[test]
+fn the_non_negative_window_leaves_nothing_negative() {
+    let sun = environment(32, |w| if w.x > 0.97 { [50.0, 40.0, 30.0] } else { [0.1, 0.1, 0.2] });
+    let ran =
+        case("project-sh", "degree = 8\nwindow = \"non-negative\"").input("environment", sun).run().unwrap();
+    let lighting = ran.artifact::<Lighting>();
+    assert!(sh::minimum(&lighting.0).value >= 0.0);
+    let note = &ran.notes[1];
+    assert!(note.contains("minimum -") && note.contains(" before, ") && note.contains(" after"), "{note}");
+}
+
+#[test]
+fn parameters_that_would_have_no_effect_are_faults() {
+    for (parameters, expected) in [
+        ("degree = 3\ntolerance = 0.1", "tolerance: only degree = \"auto\" uses it"),
+        ("tolerance = 1.0", "tolerance 1 is not above 0 and below 1"),
+        ("lambda = 0.1", "lambda: only window = \"laplacian\" uses it"),
+        ("window = \"laplacian\"", "window: \"laplacian\" needs lambda, the weight of its penalty"),
+        ("window = \"laplacian\"\nlambda = -1", "lambda: penalty -1 is not a finite number of 0 or more"),
+        ("degree = \"all\"", "degree: \"all\" is not a degree from 0 to 2048 or \"auto\""),
+    ] {
+        assert_eq!(project(parameters).faults(), [expected]);
+    }
+}

@@ -1,0 +1,57 @@
+//! `project-brdf` and `convolve`.
+
+use std::f64::consts::PI;
+
+use stages::artifacts::{Brdf, Material, Reflection};
+
+use crate::fixture::{case, lambert, phong, sky_lighting};
+
+#[test]
+fn a_tolerance_chooses_the_degrees() {
+    // Paper 1, appendix D: an exponent of 64 needs degree 17 for 99 percent.
+    for (parameters, degrees) in [("", (17, 0)), ("tolerance = 0.03", (15, 0)), ("degree = [5, 0]", (5, 0))] {
+        let ran = case("project-brdf", parameters).input("material", Material(phong(64.0))).run().unwrap();
+        let brdf = ran.artifact::<Brdf>();
+        assert_eq!((brdf.0.f().get(), brdf.0.p().get()), degrees, "{parameters}");
+        assert!(ran.notes[0].starts_with(&format!("degrees [{}, {}] hold ", degrees.0, degrees.1)));
+    }
+}
+
+#[test]
+fn lambert_has_the_coefficients_of_the_irradiance_paper() {
+    let brdf =
+        case("project-brdf", "degree = [3, 0]").input("material", Material(lambert(1.0))).artifact::<Brdf>();
+    // A_l / pi = Lambda_l rho_l Y_00 = 1, 2/3, 1/4, 0.
+    for (l, expected) in [1.0, 2.0 / 3.0, 0.25, 0.0].into_iter().enumerate() {
+        let factor = sh::lambda(l) * brdf.0.get(l, 0, 0)[0] / (4.0 * PI).sqrt();
+        assert!((factor - expected).abs() < 1e-15, "{l}: {factor}");
+    }
+}
+
+#[test]
+fn parameters_that_contradict_each_other_are_faults() {
+    for (parameters, expected) in [
+        ("degree = [3, 0]\ntolerance = 0.1", "tolerance: degree already sets the degrees"),
+        ("tolerance = 0", "tolerance 0 is not above 0 and below 1"),
+        ("degree = 3", "degree: 3 is not [F, P], two degrees from 0 to 2048"),
+    ] {
+        assert_eq!(case("project-brdf", parameters).faults(), [expected]);
+    }
+}
+
+#[test]
+fn convolution_works_to_the_smaller_degree() {
+    let brdf =
+        case("project-brdf", "degree = [9, 0]").input("material", Material(lambert(0.5))).artifact::<Brdf>();
+    let reflection = case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone());
+    let reflection = reflection.artifact::<Reflection>();
+    assert_eq!(reflection.0.lighting().degree().get(), 2);
+    let field = reflection.0.radial().unwrap();
+    let lighting = sky_lighting().0;
+    for (row, factor) in [(0, 0.5), (2, 0.5 * 2.0 / 3.0), (4, 0.5 * 0.25)] {
+        for channel in 0..3 {
+            let expected = lighting.rows()[row][channel] * factor;
+            assert!((field.rows()[row][channel] - expected).abs() < 1e-14);
+        }
+    }
+}

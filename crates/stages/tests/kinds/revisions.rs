@@ -1,0 +1,125 @@
+//! The revision guard: a kind whose output changes beyond rounding must raise its revision, or old results in
+//! caches would pass for new ones.
+//!
+//! [`TABLE`] holds, for each kind, its revision and a fingerprint of what its fixture makes: how many numbers, their
+//! sum, the sum of their sizes and two sums with weights that tell their order. When a test fails because a change was
+//! meant, raise `REVISION` in the kind's file and put the printed line into the table.
+
+use engine::{Artifact, Output, Product};
+use serde_json::Value;
+use stages::artifacts::{Brdf, Environment, Lighting, Material, Reflection};
+
+use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
+
+/// Kind, revision, fingerprint.
+const TABLE: &[(&str, u32, [f64; 5])] = &[
+    ("import-environment", 1, [96.00000000, 294.15642142, 294.15642142, 1.42842033, -16.81971523]),
+    ("import-material", 1, [4.00000000, 9.00000000, 9.00000000, 8.75279504, 0.48240101]),
+    ("project-sh", 1, [147.00000000, 31.35296443, 32.22187693, 4.72306370, 1.13808098]),
+    ("rotate", 1, [27.00000000, 9.81585951, 15.94363884, 7.85013800, -0.04349477]),
+    ("project-brdf", 1, [30.00000000, 41.14625603, 41.14625603, -2.53847722, -0.02699258]),
+    ("convolve", 1, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
+    ("export-reflection-map", 1, [1296.00000000, 518.40527344, 518.40527344, 1.53200292, -0.96969274]),
+    ("export-sh", 1, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
+];
+
+/// A small run of a kind that uses what can change in it.
+fn fixture(kind: &str) -> Case {
+    match kind {
+        "import-environment" => {
+            let pixels = (0..64).map(|i| [1.0 + (i % 8) as f32, 0.5 * (i / 8) as f32, 0.25]).collect();
+            case("import-environment", "layout = \"probe\"\nexposure = 0.5")
+                .file("a.exr", exr(8, 8, pixels))
+                .source("a.exr")
+        }
+        "import-material" => case("import-material", "")
+            .file("a.toml", "model = \"phong\"\nexponent = 7.5\nspecular = [0.9, 0.5, 0.1]")
+            .source("a.toml"),
+        "project-sh" => case("project-sh", "degree = 6\nwindow = \"lanczos\"")
+            .input("environment", environment(16, |w| sky(w).map(|value| value.powi(3)))),
+        "rotate" => case("rotate", "yaw = 20\npitch = -35\nroll = 110").input("lighting", sky_lighting()),
+        "project-brdf" => case("project-brdf", "tolerance = 0.01").input("material", Material(phong(20.0))),
+        "convolve" => {
+            let brdf = case("project-brdf", "").input("material", Material(phong(3.0))).artifact::<Brdf>();
+            case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone())
+        }
+        "export-reflection-map" => case("export-reflection-map", "layout = \"cube-cross\"\nresolution = 6")
+            .input("reflection", reflection(lambert(0.8), 2)),
+        "export-sh" => case("export-sh", "preset = \"unity\"").input("lighting", sky_lighting()),
+        "contact-sheet" => case("contact-sheet", "degrees = [1]")
+            .input("environment", environment(16, sky))
+            .input("lighting", sky_lighting())
+            .keyed_input("reflection", &[("material", "chalk")], reflection(lambert(0.8), 2)),
+        other => panic!("give {other} a fixture here"),
+    }
+}
+
+/// Every number of an output, in order.
+fn numbers(case: &Case) -> Vec<f64> {
+    let colours = |rows: &[[f64; 3]]| rows.as_flattened().to_vec();
+    match (case.run().unwrap().output, case.product()) {
+        (Output::Artifact { bytes, .. }, Product::Artifact(name)) => match name {
+            Environment::TYPE => {
+                let environment = Environment::decode(&bytes).unwrap().0;
+                environment.pixels().as_flattened().iter().map(|&value| value.into()).collect()
+            }
+            Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.rows()),
+            Brdf::TYPE => colours(Brdf::decode(&bytes).unwrap().0.rho()),
+            Reflection::TYPE => {
+                let reflection = Reflection::decode(&bytes).unwrap().0;
+                [colours(reflection.lighting().rows()), colours(reflection.brdf().rho())].concat()
+            }
+            Material::TYPE => json_numbers(&serde_json::from_slice(&bytes).unwrap()),
+            other => panic!("read the numbers of {other} here"),
+        },
+        (Output::Files(files), _) => files.iter().flat_map(|file| file_numbers(file)).collect(),
+        _ => unreachable!("checked by the run"),
+    }
+}
+
+fn file_numbers(file: &[u8]) -> Vec<f64> {
+    match serde_json::from_slice(file) {
+        Ok(json) => json_numbers(&json),
+        Err(_) => pixels(file).2.as_flattened().iter().map(|&value| value.into()).collect(),
+    }
+}
+
+fn json_numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Number(number) => number.as_f64().into_iter().collect(),
+        Value::Array(values) => values.iter().flat_map(json_numbers).collect(),
+        Value::Object(members) => members.values().flat_map(json_numbers).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn fingerprint(numbers: &[f64]) -> [f64; 5] {
+    let sum = |weight: &dyn Fn(f64) -> f64| -> f64 {
+        numbers.iter().enumerate().map(|(index, value)| value * weight(index as f64)).sum()
+    };
+    let size = numbers.iter().map(|value| value.abs()).sum();
+    [numbers.len() as f64, sum(&|_| 1.0), size, sum(&|i| (0.37 * i).cos()), sum(&|i| (1.91 * i).sin())]
+}
+
+#[test]
+fn an_output_that_changes_has_a_new_revision() {
+    let mut faults = Vec::new();
+    for kind in stages::kinds().iter() {
+        let found = fingerprint(&numbers(&fixture(kind.name())));
+        let line = format!("(\"{}\", {}, {found:.8?}),", kind.name(), kind.revision());
+        match TABLE.iter().find(|(name, ..)| *name == kind.name()) {
+            None => faults.push(format!("add: {line}")),
+            Some((_, revision, _)) if *revision != kind.revision() => faults.push(format!("update: {line}")),
+            Some((_, _, expected)) => {
+                // Rounding of another processor or of 8 and 16-bit files moves sums by less than 1e-5 of their size.
+                let same = found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-5 * found[2].max(1.0));
+                if !same {
+                    faults.push(format!("raise the revision of {0}, then update: {line}", kind.name()));
+                }
+            }
+        }
+    }
+    let listed = |name: &str| stages::kinds().get(name).is_some();
+    faults.extend(TABLE.iter().filter(|(name, ..)| !listed(name)).map(|(name, ..)| format!("remove {name}")));
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}

@@ -1,0 +1,60 @@
+use engine::Product;
+use sphere::Rotation;
+use stages::artifacts::{Environment, Lighting};
+
+use crate::fixture::{case, difference, environment, sky, sky_lighting};
+
+#[test]
+fn a_yaw_of_a_quarter_moves_what_was_at_x_to_y() {
+    // w turned back by a quarter about z is (y, -x, z).
+    let turned = environment(16, |w| sky(sphere::DVec3::new(w.y, -w.x, w.z)));
+    let rotated =
+        case("rotate", "yaw = 90").input("lighting", environment(16, sky)).artifact::<Environment>();
+    assert!(difference(rotated.0.pixels(), turned.0.pixels()) < 1e-6);
+    let projected = case("project-sh", "degree = 2").input("environment", turned).artifact::<Lighting>();
+    let rotated = case("rotate", "yaw = 90").input("lighting", sky_lighting()).artifact::<Lighting>();
+    // The pixels are f32, so the two expansions agree to 6e-8 of 3.5.
+    assert!(difference(rotated.0.rows(), projected.0.rows()) < 1e-6);
+}
+
+#[test]
+fn angles_compose_as_the_manual_says() {
+    let rotated = case("rotate", "yaw = 20\npitch = 30\nroll = 40").input("lighting", sky_lighting());
+    let [yaw, pitch, roll] = [20.0, 30.0, 40.0].map(f64::to_radians);
+    let expected = sh::rotate(&sky_lighting().0, Rotation::from_yaw_pitch_roll(yaw, pitch, roll));
+    assert_eq!(rotated.artifact::<Lighting>().0, expected);
+}
+
+#[test]
+fn a_quaternion_of_any_length_is_a_rotation() {
+    // Half a turn about z, and a third about (1, 1, 1), which takes x to y.
+    for (quaternion, angles) in [("[0, 0, 2, 0]", "yaw = 180"), ("[1, 1, 1, 1]", "yaw = 90\nroll = 90")] {
+        let by = |parameters: &str| {
+            case("rotate", parameters).input("lighting", sky_lighting()).artifact::<Lighting>()
+        };
+        let quaternion = by(&format!("quaternion = {quaternion}"));
+        assert!(difference(quaternion.0.rows(), by(angles).0.rows()) < 1e-14, "{angles}");
+    }
+}
+
+#[test]
+fn a_rotation_given_twice_or_not_at_all_is_a_fault() {
+    for (parameters, expected) in [
+        (
+            "yaw = 10\nquaternion = [0, 0, 1, 0]",
+            "quaternion: the rotation is already given by yaw, pitch or roll",
+        ),
+        ("quaternion = [0, 0, 0, 0]", "quaternion: an array is not [x, y, z, w], not all 0"),
+        ("quaternion = [0, 0, 1]", "quaternion: an array is not [x, y, z, w], not all 0"),
+    ] {
+        assert_eq!(case("rotate", parameters).faults(), [expected]);
+    }
+}
+
+#[test]
+fn the_type_that_arrives_leaves() {
+    let product = case("rotate", "yaw = 1").input("lighting", environment(4, sky)).product();
+    assert_eq!(product, Product::Artifact("environment"));
+    let product = case("rotate", "yaw = 1").input("lighting", sky_lighting()).product();
+    assert_eq!(product, Product::Artifact("lighting"));
+}
