@@ -36,29 +36,102 @@ const fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((1023 + exponent) as u64) << 52)
 }
 
-/// c_m of P_mm = c_m sin^m(theta) for m = 0 ..= degree.
-pub(crate) fn sectoral_factors(degree: usize) -> Vec<f64> {
-    // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as m^(-1/2).
-    let mut product = 1.0;
-    (0..=degree)
-        .map(|m| {
-            if m > 0 {
-                product *= (2 * m - 1) as f64 / (2 * m) as f64;
+/// P_mm = c_m sin^m(theta) of rows in fours, for every m up to a degree.
+pub(crate) struct Sectoral {
+    /// c_m.
+    factors: Vec<f64>,
+    /// sin^j, j = 0 .. FINE, group by group.
+    fine: Vec<Scaled>,
+    /// sin^(FINE j), j = 0 ..= degree / FINE, group by group.
+    coarse: Vec<Scaled>,
+    groups: usize,
+}
+
+/// Powers that one table steps over.
+const FINE: usize = 16;
+
+/// Four values v 2^(-160 e).
+#[derive(Clone, Copy)]
+pub(crate) struct Scaled {
+    value: Lane,
+    exponent: Lane,
+}
+
+impl Scaled {
+    const ONE: Self = Self { value: Lane([1.0; LANES]), exponent: Lane::ZERO };
+
+    /// The product, between 2^-80 and 2^80 where e > 0.
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        let mut product = self;
+        for i in 0..LANES {
+            product.value.0[i] *= other.value.0[i];
+            product.exponent.0[i] += other.exponent.0[i];
+            let low = product.value.0[i] < LOW;
+            let high = product.value.0[i] > HIGH;
+            product.value.0[i] *= if low {
+                UNIT
+            } else if high {
+                INVERSE_UNIT
+            } else {
+                1.0
+            };
+            product.exponent.0[i] += f64::from(u8::from(low)) - f64::from(u8::from(high));
+        }
+        product
+    }
+}
+
+impl Sectoral {
+    /// For rows of the given sines.
+    pub(crate) fn new(sines: &[Lane], degree: usize) -> Self {
+        let groups = sines.len();
+        let mut fine = vec![Scaled::ONE; groups];
+        for j in 0..FINE {
+            for (group, &sine) in sines.iter().enumerate() {
+                fine.push(fine[j * groups + group].times(Scaled { value: sine, exponent: Lane::ZERO }));
             }
-            let sign_count = if m == 0 { 1.0 } else { 2.0 };
-            (sign_count * product * (2 * m + 1) as f64 / (4.0 * PI)).sqrt()
-        })
-        .collect()
+        }
+        let step = fine.split_off(FINE * groups);
+        let mut coarse = vec![Scaled::ONE; groups];
+        for j in 0..degree / FINE {
+            for group in 0..groups {
+                coarse.push(coarse[j * groups + group].times(step[group]));
+            }
+        }
+        // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as m^(-1/2).
+        let mut product = 1.0;
+        let factors = (0..=degree)
+            .map(|m| {
+                if m > 0 {
+                    product *= (2 * m - 1) as f64 / (2 * m) as f64;
+                }
+                let signs = if m == 0 { 1.0 } else { 2.0 };
+                (signs * product * (2 * m + 1) as f64 / (4.0 * PI)).sqrt()
+            })
+            .collect();
+        Self { factors, fine, coarse, groups }
+    }
+
+    #[inline(always)]
+    fn start(&self, m: usize, group: usize) -> Scaled {
+        let coarse = self.coarse[m / FINE * self.groups + group];
+        let mut start = coarse.times(self.fine[m % FINE * self.groups + group]);
+        start.value.0.iter_mut().for_each(|value| *value *= self.factors[m]);
+        start
+    }
 }
 
 /// One step of the recurrence: lambda_(k+1) = (a y + b) lambda_k + lambda_(k-1).
 ///
 /// In mid-latitudes and at the equator y is x^2 and b is b_k. Near the poles, where x^2 rounded is worth a turn
 /// of theta by eps / theta, y is -sin^2(theta) and b is b_k + a_k.
+///
+/// Held once for each lane: four loads fewer registers than a broadcast.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
-    pub(crate) a: f64,
-    pub(crate) b: [f64; 2],
+    pub(crate) a: Lane,
+    pub(crate) b: [Lane; 2],
 }
 
 /// Which of the two forms of a [`Step`] four rows use: 0 for x^2, 1 for -sin^2(theta).
@@ -82,8 +155,8 @@ impl Form {
 
 impl Step {
     #[inline(always)]
-    pub(crate) fn b(&self, form: Form) -> f64 {
-        self.b[form.0]
+    pub(crate) fn b(&self, form: Form) -> &Lane {
+        &self.b[form.0]
     }
 }
 
@@ -122,7 +195,10 @@ impl Recurrence {
             let a = sign * alpha * alpha;
             self.alpha.push(alpha);
             let squares = e1 * e1 + e2 * e2;
-            self.steps.push(Step { a, b: [-a * squares, a * (1.0 - squares)] });
+            self.steps.push(Step {
+                a: Lane([a; LANES]),
+                b: [-a * squares, a * (1.0 - squares)].map(|b| Lane([b; LANES])),
+            });
             alpha = sign / (alpha * e2 * e3);
             sign = -sign;
         }
@@ -171,88 +247,52 @@ pub(crate) struct Entry {
 pub(crate) fn enter<S: Simd>(
     simd: S,
     recurrence: &Recurrence,
-    factor: f64,
-    sine: &Lane,
+    sectoral: &Sectoral,
+    group: usize,
     (form, argument): (Form, &Lane),
     mut partial: impl FnMut(usize, &Lane),
 ) -> Entry {
-    let (mut current, mut exponent) = sectoral(recurrence.m, factor, sine);
-    let mut previous = Lane::ZERO;
-    let y = simd.load(argument);
-    for (k, step) in recurrence.steps.iter().enumerate() {
-        let inside = exponent.0.map(|e| e == 0.0);
-        if inside == [true; LANES] {
-            return Entry { step: k, current, previous };
+    let start = sectoral.start(recurrence.m, group);
+    let mut exponent = start.exponent.0;
+    let mut state = Entry { step: 0, current: start.value, previous: Lane::ZERO };
+    let (steps, y) = (&recurrence.steps[..], simd.load(argument));
+    let advance = |current, previous, step: &Step| {
+        let factor = simd.mul_add(simd.load(&step.a), y, simd.load(step.b(form)));
+        simd.mul_add(factor, current, previous)
+    };
+    while exponent != [0.0; LANES] && state.step < steps.len() {
+        if exponent.contains(&0.0) {
+            let mut masked = state.current;
+            (0..LANES).filter(|&i| exponent[i] > 0.0).for_each(|i| masked.0[i] = 0.0);
+            partial(state.step, &masked);
         }
-        if inside != [false; LANES] {
-            let mut masked = current;
-            for i in 0..LANES {
-                if !inside[i] {
-                    masked.0[i] = 0.0;
-                }
+        // One step where some rows are in range; otherwise as many as it takes.
+        let (mut current, mut previous) = (simd.load(&state.current), simd.load(&state.previous));
+        for step in &steps[state.step..] {
+            (current, previous) = (advance(current, previous, step), current);
+            state.step += 1;
+            if simd.any_beyond(current, HIGH) || exponent.contains(&0.0) {
+                break;
             }
-            partial(k, &masked);
         }
-        let factor = simd.mul_add(simd.splat(step.a), y, simd.splat(step.b(form)));
-        let now = simd.load(&current);
-        let next = simd.mul_add(factor, now, simd.load(&previous));
-        previous = current;
-        simd.store(next, &mut current);
+        simd.store(current, &mut state.current);
+        simd.store(previous, &mut state.previous);
         for i in 0..LANES {
-            if current.0[i].abs() > HIGH && exponent.0[i] > 0.0 {
-                current.0[i] *= INVERSE_UNIT;
-                previous.0[i] *= INVERSE_UNIT;
-                exponent.0[i] -= 1.0;
+            if state.current.0[i].abs() > HIGH && exponent[i] > 0.0 {
+                state.current.0[i] *= INVERSE_UNIT;
+                state.previous.0[i] *= INVERSE_UNIT;
+                exponent[i] -= 1.0;
             }
         }
     }
-    Entry { step: recurrence.steps.len(), current, previous }
+    state
 }
 
-/// P_mm of four rows as values v and exponents e >= 0 of v 2^(-160 e).
-#[inline(always)]
-fn sectoral(m: usize, factor: f64, sine: &Lane) -> (Lane, Lane) {
-    let (mut value, mut exponent) = (Lane([factor; LANES]), Lane::ZERO);
-    let (mut base, mut base_exponent) = (*sine, Lane::ZERO);
-    let mut power = m;
-    while power > 0 {
-        if power & 1 == 1 {
-            for i in 0..LANES {
-                value.0[i] *= base.0[i];
-                exponent.0[i] += base_exponent.0[i];
-            }
-            settle(&mut value, &mut exponent);
-        }
-        for i in 0..LANES {
-            base.0[i] *= base.0[i];
-            base_exponent.0[i] *= 2.0;
-        }
-        settle(&mut base, &mut base_exponent);
-        power >>= 1;
-    }
-    (value, exponent)
-}
-
-/// Brings values back between 2^-80 and 2^80.
-#[inline(always)]
-fn settle(value: &mut Lane, exponent: &mut Lane) {
-    for i in 0..LANES {
-        let (scale, change) = if value.0[i] < LOW {
-            (UNIT, 1.0)
-        } else if value.0[i] > HIGH {
-            (INVERSE_UNIT, -1.0)
-        } else {
-            (1.0, 0.0)
-        };
-        value.0[i] *= scale;
-        exponent.0[i] += change;
-    }
-}
-
-/// Whether P_lm of every l <= degree is negligible at a colatitude with this sine.
+/// The sine of the colatitude below which P_lm of every l <= degree is negligible.
 ///
 /// Below the turning point sin(theta) = m / l, P_lm falls as exp(-0.94 d^1.5 / (sqrt(m) cos(theta))) with
 /// d = m - l sin(theta) (WKB); d = 15 m^(1/3) is below 2^-78.
-pub(crate) fn negligible(m: usize, degree: usize, sine: f64) -> bool {
-    m as f64 > degree as f64 * sine + 15.0 * (m as f64).cbrt()
+pub(crate) fn least_sine(m: usize, degree: usize) -> f64 {
+    let m = m as f64;
+    if m == 0.0 { 0.0 } else { (m - 15.0 * m.cbrt()) / degree as f64 }
 }

@@ -4,19 +4,19 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::fourier::Sample;
+use super::fourier::{AnalyseRows, Sample};
 use super::grid::Grid;
-use super::lanes::{LANES, Lane};
+use super::lanes::{Kernel, LANES, Lane, Simd};
 use super::resample::Resample;
-use super::sums::{Group, ODD, PARTS, Project};
+use super::sums::{Group, ODD, PARTS, Project, Rows};
 use super::{Plan, Workspace, order_pairs, split};
 use crate::legendre::Recurrence;
 use crate::{Expansion, quadrature};
 
 /// How a grid integrates along theta.
 pub(super) enum Colatitude {
-    /// One weight a row: northern rows in fours, zeros past the last.
-    Weights(Vec<Lane>),
+    /// A weight w for each northern row, in fours, zeros past the last: w for even parts, w x for odd ones.
+    Weights(Vec<[Lane; 2]>),
     /// Pixel-centred rows past half of their degree.
     Resample(Resample),
 }
@@ -25,7 +25,7 @@ pub(super) enum Colatitude {
 const DEGREES: usize = 8;
 
 impl Colatitude {
-    pub(super) fn new(grid: &Grid, degree: usize) -> Self {
+    pub(super) fn new(grid: &Grid, rows: &Rows, degree: usize) -> Self {
         let (height, width) = (grid.height(), grid.width());
         let scale = TAU / width as f64;
         let weights = match grid {
@@ -36,12 +36,11 @@ impl Colatitude {
             Grid::Gauss(grid) => grid.weights().to_vec(),
         };
         let northern = &weights[..height.div_ceil(2)];
-        let lane = |rows: &[f64]| {
-            let mut lane = Lane::ZERO;
-            rows.iter().zip(&mut lane.0).for_each(|(weight, value)| *value = scale * weight);
-            lane
-        };
-        Self::Weights(northern.chunks(LANES).map(lane).collect())
+        let lanes = northern.chunks(LANES).zip(&rows.cosine).map(|(weights, cosine)| {
+            let even = std::array::from_fn(|lane| weights.get(lane).map_or(0.0, |weight| scale * weight));
+            [Lane(even), Lane(std::array::from_fn(|lane| even[lane] * cosine.0[lane]))]
+        });
+        Self::Weights(lanes.collect())
     }
 }
 
@@ -67,7 +66,9 @@ pub(super) fn analyse_into<T: Sample>(
         let count = plan.degree + 1;
         groups.par_chunks_mut(count).enumerate().for_each_init(
             || plan.fourier.scratch(),
-            |scratch, (group, output)| plan.fourier.analyse(group, pixels, scratch, output),
+            |scratch, (group, output)| {
+                plan.level.run(AnalyseRows { fourier: &plan.fourier, group, pixels, scratch, output });
+            },
         );
 
         let pairs = order_pairs(plan.degree);
@@ -110,39 +111,34 @@ impl Scratch {
     ) {
         let count = plan.degree + 1;
         for (m, column) in pair.clone().zip(&mut self.columns) {
-            for (value, input) in column.iter_mut().zip(groups[m..].iter().step_by(count)) {
-                *value = *input;
+            let input = &groups[m..];
+            match colatitude {
+                Colatitude::Weights(weights) => plan.level.run(Gather { input, count, weights, column }),
+                Colatitude::Resample(_) => {
+                    column.iter_mut().zip(input.iter().step_by(count)).for_each(|(to, from)| *to = *from);
+                }
             }
         }
-        let [first, second] = &mut self.columns;
-        match (colatitude, &mut self.resample) {
-            (Colatitude::Resample(resample), Some(scratch)) => {
-                if pair.len() == 1 {
-                    second.fill([Lane::ZERO; PARTS]);
-                }
-                resample.apply(first, second, scratch);
+        if let (Colatitude::Resample(resample), Some(scratch)) = (colatitude, &mut self.resample) {
+            let [first, second] = &mut self.columns;
+            if pair.len() == 1 {
+                second.fill([Lane::ZERO; PARTS]);
             }
-            (Colatitude::Weights(weights), _) => {
-                for column in [first, second] {
-                    for (values, weight) in column.iter_mut().zip(weights) {
-                        values.iter_mut().for_each(|value| multiply(value, weight));
-                    }
+            resample.apply(first, second, scratch);
+            for column in [first, second] {
+                for (values, cosine) in column.iter_mut().zip(&plan.rows.cosine) {
+                    values[ODD..].iter_mut().for_each(|value| multiply(value, cosine));
                 }
             }
-            (Colatitude::Resample(_), None) => unreachable!("the scratch is made for the same colatitudes"),
         }
         let mut output = output;
         for (m, column) in pair.zip(&mut self.columns) {
-            for (values, cosine) in column.iter_mut().zip(&plan.rows.cosine) {
-                values[ODD..].iter_mut().for_each(|value| multiply(value, cosine));
-            }
             self.recurrence.prepare(m, plan.degree);
             self.sums.resize(self.recurrence.steps().len(), [Lane::ZERO; PARTS]);
             plan.level.run(Project {
                 rows: &plan.rows,
                 recurrence: &self.recurrence,
                 degree: plan.degree,
-                factor: plan.factors[m],
                 columns: column,
                 current: &mut self.current,
                 previous: &mut self.previous,
@@ -151,6 +147,30 @@ impl Scratch {
             let (order, rest) = output.split_at_mut(count - m);
             finish(&self.recurrence, &self.sums, order);
             output = rest;
+        }
+    }
+}
+
+/// column = weights times every `count`-th group of the input.
+struct Gather<'a> {
+    input: &'a [Group],
+    count: usize,
+    weights: &'a [[Lane; 2]],
+    column: &'a mut [Group],
+}
+
+impl Kernel for Gather<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let inputs = self.input.iter().step_by(self.count);
+        for ((to, from), weights) in self.column.iter_mut().zip(inputs).zip(self.weights) {
+            let [even, odd] = [simd.load(&weights[0]), simd.load(&weights[1])];
+            for part in 0..PARTS {
+                let weight = if part < ODD { even } else { odd };
+                simd.store(simd.mul(simd.load(&from[part]), weight), &mut to[part]);
+            }
         }
     }
 }

@@ -23,9 +23,13 @@ pub(crate) trait Simd: Copy {
     fn load(self, lane: &Lane) -> Self::Vector;
     fn store(self, vector: Self::Vector, lane: &mut Lane);
     fn splat(self, value: f64) -> Self::Vector;
+    fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+    fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// a * b + c, fused where that is one instruction.
     fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
+    /// Whether the size of any lane is above a limit.
+    fn any_beyond(self, vector: Self::Vector, limit: f64) -> bool;
 }
 
 /// A computation that any level can run. Implementations are `#[inline(always)]`, so that they are compiled
@@ -87,6 +91,16 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|i| a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|i| a[i] - b[i])
+    }
+
+    #[inline(always)]
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
         std::array::from_fn(|i| a[i] * b[i])
     }
@@ -95,11 +109,16 @@ impl Simd for Portable {
     fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector {
         std::array::from_fn(|i| a[i] * b[i] + c[i])
     }
+
+    #[inline(always)]
+    fn any_beyond(self, vector: Self::Vector, limit: f64) -> bool {
+        vector.iter().any(|value| value.abs() > limit)
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
 mod v3 {
-    use core::arch::x86_64::__m256d;
+    use core::arch::x86_64::{__m256d, _CMP_GT_OQ};
 
     use pulp::x86::V3;
 
@@ -138,6 +157,16 @@ mod v3 {
         }
 
         #[inline(always)]
+        fn add(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_add_pd(a, b)
+        }
+
+        #[inline(always)]
+        fn sub(self, a: __m256d, b: __m256d) -> __m256d {
+            self.avx._mm256_sub_pd(a, b)
+        }
+
+        #[inline(always)]
         fn mul(self, a: __m256d, b: __m256d) -> __m256d {
             self.avx._mm256_mul_pd(a, b)
         }
@@ -145,6 +174,13 @@ mod v3 {
         #[inline(always)]
         fn mul_add(self, a: __m256d, b: __m256d, c: __m256d) -> __m256d {
             self.fma._mm256_fmadd_pd(a, b, c)
+        }
+
+        #[inline(always)]
+        fn any_beyond(self, vector: __m256d, limit: f64) -> bool {
+            let size = self.avx._mm256_andnot_pd(self.splat(-0.0), vector);
+            let above = self.avx._mm256_cmp_pd::<_CMP_GT_OQ>(size, self.splat(limit));
+            self.avx._mm256_movemask_pd(above) != 0
         }
     }
 }

@@ -4,7 +4,7 @@
 //! part E = N + S of a pair of rows meets only even l - m, the odd part O = N - S only odd ones.
 
 use super::lanes::{Kernel, LANES, Lane, Simd};
-use crate::legendre::{Entry, Form, Recurrence, Step, enter, negligible};
+use crate::legendre::{Entry, Form, Recurrence, Sectoral, Step, enter, least_sine};
 
 /// Values that go together at four pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
 /// of the odd part O in 6 .. 12.
@@ -19,6 +19,9 @@ pub(crate) const ODD: usize = 6;
 /// Groups whose sums run together: their values stay in the first-level cache.
 const BLOCK: usize = 64;
 
+/// Steps of one group that go together in a synthesis.
+const CHUNK: usize = 64;
+
 /// The northern rows of a grid (the equator included), from the pole down, in fours; the last is repeated.
 pub(crate) struct Rows {
     pub(crate) cosine: Vec<Lane>,
@@ -26,22 +29,25 @@ pub(crate) struct Rows {
     /// y of the recurrence's steps; the first `polar` groups use the polar form.
     argument: Vec<Lane>,
     polar: usize,
+    sectoral: Sectoral,
 }
 
 impl Rows {
-    /// Rows of the given (cosine, sine).
-    pub(crate) fn new(rows: &[(f64, f64)]) -> Self {
+    /// Rows of the given (cosine, sine), for m up to `degree`.
+    pub(crate) fn new(rows: &[(f64, f64)], degree: usize) -> Self {
         let at = |group: usize, lane: usize| rows[(group * LANES + lane).min(rows.len() - 1)];
         let groups = rows.len().div_ceil(LANES);
         let form = |group: usize| Form::of(at(group, LANES - 1).1);
         let lanes = |value: &dyn Fn(usize, (f64, f64)) -> f64| -> Vec<Lane> {
             (0..groups).map(|group| Lane(std::array::from_fn(|lane| value(group, at(group, lane))))).collect()
         };
+        let sine = lanes(&|_, (_, sine)| sine);
         Self {
             cosine: lanes(&|_, (cosine, _)| cosine),
-            sine: lanes(&|_, (_, sine)| sine),
             argument: lanes(&|group, (cosine, sine)| form(group).argument(cosine, sine)),
             polar: (0..groups).take_while(|&group| form(group) == Form::POLAR).count(),
+            sectoral: Sectoral::new(&sine, degree),
+            sine,
         }
     }
 
@@ -63,7 +69,6 @@ pub(crate) struct Project<'a> {
     pub(crate) rows: &'a Rows,
     pub(crate) recurrence: &'a Recurrence,
     pub(crate) degree: usize,
-    pub(crate) factor: f64,
     pub(crate) columns: &'a [Group],
     pub(crate) current: &'a mut [Lane],
     pub(crate) previous: &'a mut [Lane],
@@ -75,8 +80,9 @@ impl Kernel for Project<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { rows, recurrence, degree, factor, columns, mut current, mut previous, sums } = self;
+        let Self { rows, recurrence, degree, columns, mut current, mut previous, sums } = self;
         let steps = recurrence.steps();
+        let least = least_sine(recurrence.order(), degree);
         sums.fill([Lane::ZERO; PARTS]);
         // The groups nearest the equator come first into range: of a block, those from `first` on take part.
         let mut joins = [0usize; BLOCK];
@@ -86,12 +92,12 @@ impl Kernel for Project<'_> {
             for group in (start..end).rev() {
                 let sine = &rows.sine[group];
                 let column = &columns[group];
-                if negligible(recurrence.order(), degree, sine.0[LANES - 1]) {
+                if sine.0[LANES - 1] < least {
                     joins[group - start] = steps.len();
                     continue;
                 }
                 let argument = (rows.form(group), &rows.argument[group]);
-                let mut entry = enter(simd, recurrence, factor, sine, argument, |k, lambda| {
+                let mut entry = enter(simd, recurrence, &rows.sectoral, group, argument, |k, lambda| {
                     accumulate(simd, &mut sums[k], lambda, column);
                 });
                 while entry.step < later.min(steps.len()) {
@@ -114,12 +120,12 @@ impl Kernel for Project<'_> {
                 }
                 if first < end {
                     let sum = &mut sums[k];
-                    let a = simd.splat(step.a);
+                    let a = simd.load(&step.a);
                     let mut total: [S::Vector; PARTS] = std::array::from_fn(|part| simd.load(&sum[part]));
                     for (range, form) in
                         [(first.min(polar)..polar, Form::POLAR), (first.max(polar)..end, Form::EQUATORIAL)]
                     {
-                        let b = simd.splat(step.b(form));
+                        let b = simd.load(step.b(form));
                         let states = current[range.clone()].iter().zip(&mut previous[range.clone()]);
                         let inputs = columns[range.clone()].iter().zip(&rows.argument[range]);
                         for ((now, before), (column, y)) in states.zip(inputs) {
@@ -156,7 +162,7 @@ fn accumulate<S: Simd>(simd: S, sum: &mut Group, lambda: &Lane, column: &Group) 
 #[inline(always)]
 fn advance<S: Simd>(simd: S, entry: &mut Entry, (form, argument): (Form, &Lane), steps: &[Step]) {
     let step = steps[entry.step];
-    let factor = simd.mul_add(simd.splat(step.a), simd.load(argument), simd.splat(step.b(form)));
+    let factor = simd.mul_add(simd.load(&step.a), simd.load(argument), simd.load(step.b(form)));
     let next = simd.mul_add(factor, simd.load(&entry.current), simd.load(&entry.previous));
     entry.previous = entry.current;
     simd.store(next, &mut entry.current);
@@ -168,7 +174,6 @@ pub(crate) struct Evaluate<'a> {
     pub(crate) rows: &'a Rows,
     pub(crate) recurrence: &'a Recurrence,
     pub(crate) degree: usize,
-    pub(crate) factor: f64,
     pub(crate) terms: &'a [[f64; PARTS]],
     pub(crate) columns: &'a mut [Group],
 }
@@ -178,36 +183,49 @@ impl Kernel for Evaluate<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { rows, recurrence, degree, factor, terms, columns } = self;
+        let Self { rows, recurrence, degree, terms, columns } = self;
         let steps = recurrence.steps();
+        let least = least_sine(recurrence.order(), degree);
+        let mut lambda = [Lane::ZERO; CHUNK];
         for (group, column) in columns.iter_mut().enumerate() {
             *column = [Lane::ZERO; PARTS];
             let sine = &rows.sine[group];
-            if negligible(recurrence.order(), degree, sine.0[LANES - 1]) {
+            if sine.0[LANES - 1] < least {
                 continue;
             }
             let (form, argument) = (rows.form(group), &rows.argument[group]);
-            let entry = enter(simd, recurrence, factor, sine, (form, argument), |k, lambda| {
+            let entry = enter(simd, recurrence, &rows.sectoral, group, (form, argument), |k, lambda| {
                 let lambda = simd.load(lambda);
                 for part in 0..PARTS {
                     let total = simd.load(&column[part]);
                     simd.store(simd.mul_add(lambda, simd.splat(terms[k][part]), total), &mut column[part]);
                 }
             });
-            let mut total: [S::Vector; PARTS] = std::array::from_fn(|part| simd.load(&column[part]));
+            // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in registers.
             let (mut current, mut previous) = (simd.load(&entry.current), simd.load(&entry.previous));
-            let y = simd.load(argument);
-            for (term, step) in terms[entry.step..].iter().zip(&steps[entry.step..]) {
-                for part in 0..PARTS {
-                    total[part] = simd.mul_add(current, simd.splat(term[part]), total[part]);
+            let (y, cosine) = (simd.load(argument), simd.load(&rows.cosine[group]));
+            let (even_column, odd_column) = column.split_at_mut(ODD);
+            let mut even: [S::Vector; ODD] = std::array::from_fn(|part| simd.load(&even_column[part]));
+            let mut odd: [S::Vector; ODD] = std::array::from_fn(|part| simd.load(&odd_column[part]));
+            for (terms, steps) in terms[entry.step..].chunks(CHUNK).zip(steps[entry.step..].chunks(CHUNK)) {
+                for ((term, step), lambda) in terms.iter().zip(steps).zip(&mut lambda) {
+                    simd.store(current, lambda);
+                    for part in 0..ODD {
+                        even[part] = simd.mul_add(current, simd.splat(term[part]), even[part]);
+                    }
+                    let factor = simd.mul_add(simd.load(&step.a), y, simd.load(step.b(form)));
+                    (current, previous) = (simd.mul_add(factor, current, previous), current);
                 }
-                let factor = simd.mul_add(simd.splat(step.a), y, simd.splat(step.b(form)));
-                (current, previous) = (simd.mul_add(factor, current, previous), current);
+                for (term, lambda) in terms.iter().zip(&lambda) {
+                    let lambda = simd.load(lambda);
+                    for part in 0..ODD {
+                        odd[part] = simd.mul_add(lambda, simd.splat(term[ODD + part]), odd[part]);
+                    }
+                }
             }
-            let cosine = simd.load(&rows.cosine[group]);
-            for part in 0..PARTS {
-                let value = if part < ODD { total[part] } else { simd.mul(total[part], cosine) };
-                simd.store(value, &mut column[part]);
+            for part in 0..ODD {
+                simd.store(even[part], &mut even_column[part]);
+                simd.store(simd.mul(odd[part], cosine), &mut odd_column[part]);
             }
         }
     }

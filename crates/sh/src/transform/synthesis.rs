@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::fourier::Sample;
+use super::fourier::{Sample, SynthesiseRows};
 use super::grid::Grid;
 use super::lanes::LANES;
 use super::sums::{Evaluate, Group, ODD, PARTS};
@@ -93,7 +93,8 @@ impl Synthesis {
             tasks.into_par_iter().enumerate().for_each_init(
                 || plan.fourier.scratch(),
                 |scratch, (group, (north, south))| {
-                    plan.fourier.synthesise(|m| &groups[m * count + group], scratch, north, south);
+                    let input = |m| &groups[m * count + group];
+                    plan.level.run(SynthesiseRows { fourier: &plan.fourier, input, scratch, north, south });
                 },
             );
         });
@@ -136,7 +137,6 @@ impl Scratch {
             rows: &plan.rows,
             recurrence: &self.recurrence,
             degree: plan.degree,
-            factor: plan.factors[m],
             terms: &self.terms,
             columns: column,
         });
