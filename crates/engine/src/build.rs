@@ -67,7 +67,7 @@ pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> 
         selected[found.ok_or_else(|| unknown_stage(plan, name))?] = true;
     }
     // Stages come after those that they need.
-    for stage in (0..plan.stages.len()).rev().collect::<Vec<_>>() {
+    for stage in (0..plan.stages.len()).rev() {
         if selected[stage] {
             plan.stages[stage].inputs.iter().for_each(|(_, from)| selected[*from] = true);
         }

@@ -49,7 +49,12 @@ impl Error {
             ErrorKind::ReadOnly => Some("make the place writable, or build in a copy of the project"),
             _ => None,
         };
-        let chain = vec![format!("cannot {doing} {}", path.display()), error.to_string()];
+        let cause = match error.kind() {
+            _ if kind == ErrorKind::DiskFull => format!("the disk is full: {error}"),
+            io::ErrorKind::ReadOnlyFilesystem => format!("the place is read-only: {error}"),
+            _ => error.to_string(),
+        };
+        let chain = vec![format!("cannot {doing} {}", path.display()), cause];
         Self { kind, chain, help: help.map(str::to_owned) }
     }
 

@@ -148,8 +148,11 @@ impl Journal {
         let kept = journal.latest.len() + journal.results.values().map(Vec::len).sum::<usize>();
         let lines = journal.text.iter().filter(|byte| **byte == b'\n').count();
         let is_whole = journal.text.ends_with(b"\n") && journal.text.starts_with(header().as_bytes());
-        if !is_whole || lines > 2 * kept + 1000 {
+        if !is_whole {
             journal.compact()?;
+        } else if lines > 2 * kept + 1000 {
+            // It can wait: a full disk is no reason not to build.
+            let _ = journal.compact();
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;

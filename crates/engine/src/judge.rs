@@ -126,11 +126,13 @@ impl<'a> Judge<'a> {
 
     /// Whether a result with this key is at hand.
     pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Verdict {
-        if let Some(record) = self.record(item).filter(|record| record.key == key && self.is_good(record)) {
+        if let Some(record) =
+            self.record(item).filter(|record| record.key == key && self.is_good(item, record))
+        {
             return Verdict::Current { outputs: record.outputs.clone(), restored: None };
         }
         let mut results = self.state.journal.results::<Record>(short(key));
-        match results.find(|record| record.key == key && self.is_good(record)) {
+        match results.find(|record| record.key == key && self.is_good(item, record)) {
             Some(record) => {
                 Verdict::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
             }
@@ -166,8 +168,11 @@ impl<'a> Judge<'a> {
         reasons
     }
 
-    fn is_good(&self, record: &Record) -> bool {
+    fn is_good(&self, item: ItemIndex, record: &Record) -> bool {
+        // An artifact is one output; the files of an export are as many as it names.
+        let expected = self.plan.items[item].files.len().max(1);
         record.failure.is_none()
+            && record.outputs.len() == expected
             && record.reads.iter().all(|read| self.now(read) == read.digest)
             && record.outputs.iter().all(|blob| self.state.store.has(blob))
     }

@@ -35,6 +35,8 @@ enum Phase {
     Done,
     /// It failed, or was skipped because of the item named.
     Failed(ItemName),
+    /// It was told to stop.
+    Stopped,
 }
 
 /// An item as the scheduler sees it.
@@ -423,7 +425,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         match because {
             Some(root) => self.lose(item, &root),
             // The build is being stopped: the rest follows at the end.
-            None => self.items[item].phase = Phase::Failed(name),
+            None => self.items[item].phase = Phase::Stopped,
         }
     }
 

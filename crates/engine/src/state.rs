@@ -29,8 +29,18 @@ pub(crate) struct State {
     pub(crate) store: Arc<Store>,
     /// The file system's time when the folder was opened, nanoseconds since 1970.
     pub(crate) now: i64,
-    /// Locked while this value lives; `None` when the folder is only read.
-    _lock: Option<File>,
+    /// `None` when the folder is only read.
+    _lock: Option<Lock>,
+}
+
+/// A locked file.
+struct Lock(File);
+
+impl Drop for Lock {
+    /// Closing the file would do, but for a process that was begun a moment ago and still has it open.
+    fn drop(&mut self) {
+        let _ = self.0.unlock();
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -83,12 +93,12 @@ fn check_is_folder(folder: &PathBuf) -> Result<(), Error> {
     }
 }
 
-fn lock(folder: &Path) -> Result<File, Error> {
+fn lock(folder: &Path) -> Result<Lock, Error> {
     let path = folder.join("lock");
     let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
     let file = opened.map_err(|error| Error::io(&error, "write", &path))?;
     match file.try_lock() {
-        Ok(()) => Ok(file),
+        Ok(()) => Ok(Lock(file)),
         Err(TryLockError::WouldBlock) => {
             let holder = fs::read(folder.join("holder")).ok();
             let holder = holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok());

@@ -172,3 +172,56 @@ fn temporary_files_of_a_killed_build_are_swept() {
     assert!(!project.exists("out/file/.specula-1-1.tmp") && !project.exists(".specula/tmp/1-1"));
     assert_eq!(project.files("out").len(), 2);
 }
+
+/// The process that [`a_killed_process_loses_nothing`] kills: it builds the project that the variable names.
+#[test]
+fn victim() {
+    let Some(folder) = std::env::var_os("SPECULA_TEST_VICTIM") else { return };
+    let plan = Plan::load(&Path::new(&folder).join("pipeline.toml"), &kinds()).unwrap();
+    let options = BuildOptions { keep_going: true, jobs: Some(2), ..BuildOptions::default() };
+    crate::build(&plan, &options, &Cancel::default(), &|_| {}).unwrap();
+}
+
+#[test]
+fn a_killed_process_loses_nothing() {
+    let project = chain();
+    for n in 0..60 {
+        project.write(&format!("{n:02}.txt"), &format!("text {n}"));
+    }
+    let shown = |text: &str| text.to_uppercase();
+    let mut killed = 0;
+    for round in 0..24_u64 {
+        for n in 0..60 {
+            project.write(&format!("{n:02}.txt"), &format!("text {n} of round {round}"));
+        }
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "tests::interruptions::victim", "--test-threads=1"])
+            .env("SPECULA_TEST_VICTIM", project.path(""))
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(5 + round * 7919 % 120));
+        killed += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        // Every file is whole: of this round or of the last one that was built to its end.
+        for n in 0..60 {
+            if let Ok(text) = std::fs::read_to_string(project.path(&format!("out/file/{n:02}.txt"))) {
+                let whole = (0..=round).any(|round| text == shown(&format!("text {n} of round {round}")));
+                assert!(whole, "round {round}: {text:?}");
+            }
+        }
+        if round % 4 == 3 {
+            let log = project.build();
+            assert!(log.contains(" 0 failed, 0 skipped"), "round {round}: {log}");
+            assert!(!log.contains("warning"), "round {round}: {log}");
+            for n in 0..60 {
+                let text = shown(&format!("text {n} of round {round}"));
+                assert_eq!(project.read(&format!("out/file/{n:02}.txt")), text);
+            }
+            assert_eq!(project.files("out").len(), 62, "no temporary file is left");
+            assert_eq!(std::fs::read_dir(project.path(".specula/tmp")).unwrap().count(), 0);
+        }
+    }
+    assert!(killed >= 12, "only {killed} of 24 processes were killed at work");
+}

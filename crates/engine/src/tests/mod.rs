@@ -1,5 +1,6 @@
 //! What a build does, by its events.
 
+mod artifacts;
 mod failures;
 mod interruptions;
 mod publishing;

@@ -1,0 +1,124 @@
+//! How often artifacts are decoded, and how long they are held.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::*;
+use crate::{Artifact, Context, Failure, Kind, Output, Port, parameters};
+
+static DECODED: AtomicUsize = AtomicUsize::new(0);
+static ALIVE: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+
+/// An artifact that is counted.
+struct Big(Vec<u8>);
+
+impl Big {
+    fn new(bytes: Vec<u8>) -> Self {
+        MOST.fetch_max(ALIVE.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+        Self(bytes)
+    }
+}
+
+impl Drop for Big {
+    fn drop(&mut self) {
+        ALIVE.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+impl Artifact for Big {
+    const TYPE: &'static str = "big";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(self.0.clone())
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        DECODED.fetch_add(1, Ordering::SeqCst);
+        Ok(Self::new(bytes.to_vec()))
+    }
+}
+
+parameters! {
+    /// What is added.
+    struct Added {
+        /// A number.
+        number: usize = 0,
+    }
+}
+
+struct Import;
+
+impl Kind for Import {
+    type Parameters = Added;
+    const NAME: &'static str = "import";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Reads.\n";
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Added, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Big::TYPE)
+    }
+
+    fn run(_: &Added, context: &Context<'_>) -> Result<Output, Failure> {
+        Output::artifact(Big::new(context.read(context.source()?)?.to_vec()))
+    }
+}
+
+struct Add;
+
+impl Kind for Add {
+    type Parameters = Added;
+    const NAME: &'static str = "add";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Adds.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Big>("big")]
+    }
+
+    fn product(_: &Added, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(Big::TYPE)
+    }
+
+    fn run(parameters: &Added, context: &Context<'_>) -> Result<Output, Failure> {
+        let mut bytes = context.get::<Big>("big")?.0.clone();
+        bytes.push(u8::try_from(parameters.number)?);
+        Output::artifact(Big::new(bytes))
+    }
+}
+
+/// One test, because the counts are the process's.
+#[test]
+fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
+    let mut manifest =
+        "schema = 1\nout = \"out\"\n[stage.big]\nkind = \"import\"\nsource = \"*.txt\"\n".to_owned();
+    for (name, input) in [("left", "big"), ("right", "big"), ("end", "left")] {
+        manifest += &format!("[stage.{name}]\nkind = \"add\"\ninput = \"{input}\"\nnumber = 1\n");
+    }
+    let mut project = Project::new(&manifest);
+    project.kinds = Kinds::new().with(Import).with(Add);
+    for n in 0..20 {
+        project.write(&format!("{n}.txt"), &format!("text {n}"));
+    }
+    assert!(project.build().contains("80 ran"));
+    assert_eq!(DECODED.load(Ordering::SeqCst), 0, "what was just made is passed on");
+    // One item's import and `left`, and what is just being made.
+    assert!(MOST.load(Ordering::SeqCst) <= 3, "{MOST:?} were alive at once");
+    assert_eq!(ALIVE.load(Ordering::SeqCst), 0);
+
+    assert!(project.build().contains("0 ran"));
+    assert_eq!(DECODED.load(Ordering::SeqCst), 0, "nothing is decoded when nothing runs");
+
+    for (jobs, old, new) in [(1, "number = 1", "number = 2"), (4, "number = 2", "number = 3")] {
+        project.edit(old, new);
+        DECODED.store(0, Ordering::SeqCst);
+        project.options.jobs = Some(jobs);
+        assert!(project.build().contains("60 ran, 20 up to date"));
+        assert_eq!(DECODED.load(Ordering::SeqCst), 20, "each import once for its two consumers");
+        assert_eq!(ALIVE.load(Ordering::SeqCst), 0);
+    }
+}
