@@ -189,6 +189,19 @@ mod tests {
     }
 
     #[test]
+    fn degree_one_rows_are_y_z_x() {
+        let basis = Basis::new(Degree::new(1).unwrap());
+        for (direction, row) in [(Direction::Y, 1), (Direction::Z, 2), (Direction::X, 3)] {
+            let mut rows = [0.0; 4];
+            basis.evaluate_into(direction, &mut rows);
+            for l1 in 1..4 {
+                let expected = if l1 == row { 0.488603 } else { 0.0 };
+                assert!((rows[l1] - expected).abs() < 5e-7, "row {l1} at {direction:?}: {}", rows[l1]);
+            }
+        }
+    }
+
+    #[test]
     fn harmonics_to_degree_3_are_their_closed_forms() {
         let basis = Basis::new(Degree::new(3).unwrap());
         for direction in directions() {

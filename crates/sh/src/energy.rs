@@ -2,7 +2,12 @@
 //!
 //! Harmonics are orthonormal, so that the integral of L^2 over the sphere is the sum of all |L_lm|^2 (Parseval).
 
-use crate::Expansion;
+use std::f64::consts::TAU;
+
+use sphere::LatLong;
+
+use crate::quadrature::fejer;
+use crate::{Expansion, Sample};
 
 /// The share of energy that may be lost: above 0, below 1.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -44,6 +49,38 @@ pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
         .collect()
 }
 
+/// The integral over the sphere of an image squared, RGB (equation 5.15, left side): what the energies of its
+/// expansion add up to where the image is one, by the quadrature of [`crate::Transform`].
+///
+/// `pixels` are RGB, row by row from the top. Exact where the square is of a degree below the number of rows.
+///
+/// # Panics
+/// Where the number of pixels is not that of the grid.
+///
+/// # Example: a constant sky has 4 pi of it
+/// ```
+/// let grid = sphere::LatLong::with_rows(8);
+/// let energy = sh::image_energy(grid, &vec![[1.0f32; 3]; grid.len()]);
+/// assert!((energy[0] - 4.0 * std::f64::consts::PI).abs() < 1e-13);
+/// ```
+pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
+    assert_eq!(pixels.len(), grid.len(), "pixels of the grid");
+    let mut energy = [0.0; 3];
+    for (row, weight) in pixels.chunks_exact(grid.width).zip(fejer(grid.height)) {
+        let mut sum = [0.0; 3];
+        for pixel in row {
+            for channel in 0..3 {
+                let value = pixel[channel].to_f64();
+                sum[channel] += value * value;
+            }
+        }
+        for channel in 0..3 {
+            energy[channel] += weight * TAU / grid.width as f64 * sum[channel];
+        }
+    }
+    energy
+}
+
 /// The least F whose degrees hold (1 - tolerance) of `total` (equation 5.16); `None` where all of them together
 /// hold less.
 ///
@@ -70,7 +107,21 @@ pub fn degree_holding(energy: &[f64], total: f64, tolerance: Tolerance) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Degree;
+    use crate::{Degree, Transform};
+
+    /// Parseval, on 16 rows: the square of degree 7 is of degree 14, which the quadrature integrates exactly.
+    #[test]
+    fn the_energy_of_an_image_is_that_of_its_expansion() {
+        let (grid, degree) = (LatLong::with_rows(16), Degree::new(7).unwrap());
+        let rows = (0..64).map(|row| [1.0, f64::from(row % 5), f64::from(row) - 30.0]).collect();
+        let f = Expansion::from_rows(degree, rows).unwrap();
+        let pixels: Vec<[f64; 3]> = Transform::new(grid, degree).unwrap().synthesise(&f);
+        let energy = image_energy(grid, &pixels);
+        for channel in 0..3 {
+            let expected: f64 = energy_per_degree(&f).iter().map(|rgb| rgb[channel]).sum();
+            assert!((energy[channel] / expected - 1.0).abs() < 1e-13, "{energy:?}");
+        }
+    }
 
     #[test]
     fn energy_counts_each_degree_once() {

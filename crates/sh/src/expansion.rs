@@ -83,3 +83,27 @@ impl Expansion {
         Self { degree, rows }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degree_is_inclusive() {
+        let degree = Degree::new(2).unwrap();
+        assert_eq!(degree.rows(), 9);
+        assert_eq!(Expansion::zero(degree).rows().len(), 9, "l = 0, 1 and 2: three bands");
+        assert_eq!(Degree::new(2049), Err(DegreeTooHigh(2049)));
+    }
+
+    #[test]
+    fn another_degree_cuts_or_pads() {
+        let rows = (0..9).map(|row| [f64::from(row); 3]).collect();
+        let expansion = Expansion::from_rows(Degree::new(2).unwrap(), rows).unwrap();
+        assert_eq!(expansion.get(2, -1), [5.0; 3]);
+        assert_eq!(expansion.to_degree(Degree::new(1).unwrap()).rows().len(), 4);
+        let padded = expansion.to_degree(Degree::new(3).unwrap());
+        assert_eq!((padded.get(2, 2), padded.get(3, 0)), ([8.0; 3], [0.0; 3]));
+        assert_eq!(Expansion::from_rows(Degree::new(1).unwrap(), vec![[0.0; 3]; 5]), None);
+    }
+}

@@ -17,7 +17,7 @@ mod window;
 
 pub use basis::{Basis, lambda, zonal_into};
 pub use cube_synthesis::synthesise_cube;
-pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree};
+pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree, image_energy};
 pub use expansion::{Degree, DegreeTooHigh, Expansion};
 pub use minimum::{Minimum, minimum};
 pub use non_negative::{NoPositiveMean, NonNegative, non_negative};

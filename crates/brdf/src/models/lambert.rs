@@ -44,3 +44,17 @@ impl Lambert {
         ClampedCosine { peak: self.albedo.map(|albedo| albedo / PI), exponent: 1.0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lambert_holds_the_cosine() {
+        let chalk = Lambert::new([0.5, 1.0, 0.0]).unwrap();
+        let at = |theta: f64| chalk.rho_hat(Direction::from_angles(theta, 1.0), Direction::Z);
+        assert_eq!(at(0.0), [0.5 / PI, 1.0 / PI, 0.0]);
+        assert!((at(PI / 3.0)[1] - 0.5 / PI).abs() < 1e-15, "half as much at 60 degrees");
+        assert_eq!(at(2.0), [0.0; 3], "nothing below the horizon");
+    }
+}
