@@ -9,7 +9,7 @@
 //!
 //! > rho_hat(theta_i) = albedo / pi * max(cos theta_i, 0)
 //!
-//! `model = "phong"`: a highlight about the reflection vector R that keeps its energy (thesis, equation 5.17 measures it):
+//! `model = "phong"`: a highlight about the reflection vector R, of one shape from every view:
 //!
 //! > rho_hat(theta_i) = specular * (exponent + 1) / (2 pi) * max(cos theta_i, 0)^exponent
 //!

@@ -46,8 +46,8 @@
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
-    Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree, minimum,
-    non_negative,
+    Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree,
+    image_energy, minimum, non_negative,
 };
 use sphere::LatLong;
 
@@ -185,7 +185,7 @@ fn fixed(environment: &Environment, degree: Degree, context: &Context<'_>) -> Re
     context.note(format!(
         "degree {} holds {} of the energy",
         degree.get(),
-        told_share(held, total(environment)?)
+        told_share(held, total(environment))
     ));
     Ok(lighting)
 }
@@ -199,7 +199,7 @@ fn least(
     let highest = highest_degree(environment.grid());
     let whole = Transform::new(environment.grid(), highest)?.analyse(environment.pixels());
     let energy: Vec<f64> = energy_per_degree(&whole).iter().map(|rgb| rgb.iter().sum()).collect();
-    let total = total(environment)?;
+    let total = total(environment);
     let enough = degree_holding(&energy, total, tolerance);
     let degree = enough.map_or(Ok(highest), Degree::new)?;
     let held = told_share(energy[..=degree.get()].iter().sum(), total);
@@ -222,12 +222,8 @@ fn highest_degree(grid: LatLong) -> Degree {
 }
 
 /// The integral of the squared radiance over the sphere, all channels together.
-fn total(environment: &Environment) -> Result<f64, Failure> {
-    let squares: Vec<[f64; 3]> =
-        environment.pixels().iter().map(|rgb| rgb.map(|value| f64::from(value) * f64::from(value))).collect();
-    let mean = Transform::new(environment.grid(), Degree::ZERO)?.analyse(&squares);
-    // The integral of f is its coefficient f_00 over Y_00.
-    Ok(mean.get(0, 0).iter().sum::<f64>() * sh::lambda(0))
+fn total(environment: &Environment) -> f64 {
+    image_energy(environment.grid(), environment.pixels()).iter().sum()
 }
 
 fn told_share(held: f64, total: f64) -> String {
