@@ -2,7 +2,9 @@
 
 use std::io::Cursor;
 
-use ::png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Transformations};
+use ::png::{
+    BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Transformations,
+};
 use envmap::Image;
 
 use crate::error::{Error, ErrorKind};
@@ -81,6 +83,8 @@ pub fn write_png(
     let mut encoder = Encoder::new(&mut bytes, columns, rows);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
+    // A third larger than the default, in a fifteenth of the time: a contact sheet would spend most of it here.
+    encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
     let write = |mut encoder: Encoder<'_, &mut Vec<u8>>| -> Result<(), EncodingError> {
         if let Some(recipe) = recipe {
