@@ -1,0 +1,45 @@
+//! Makes the sample environments: `cargo run --release -p stages --example sample_assets`.
+//!
+//! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so that a cut series rings and
+//! windows matter; `studio.exr` a dark room with softboxes and coloured rim lights. The same bytes are written on
+//! every run.
+
+mod noise;
+mod sky;
+mod studio;
+
+use std::error::Error;
+use std::path::Path;
+
+use containers::{Precision, write_exr};
+use envmap::Image;
+use sphere::LatLong;
+
+/// The grid of the samples.
+const GRID: LatLong = LatLong::with_rows(256);
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments");
+    std::fs::create_dir_all(&folder)?;
+    for (name, bytes) in files()? {
+        let path = folder.join(name);
+        std::fs::write(&path, &bytes)?;
+        println!("{} ({} kB)", path.display(), bytes.len() / 1000);
+    }
+    Ok(())
+}
+
+/// A file's name and content.
+type File = (&'static str, Vec<u8>);
+
+/// The sample environments.
+pub(crate) fn files() -> Result<Vec<File>, Box<dyn Error>> {
+    let scenes = [("sky.exr", sky::render(GRID)), ("studio.exr", studio::render(GRID))];
+    let encoded = scenes.into_iter().map(|(name, pixels)| {
+        let image = Image::new(GRID.width, GRID.height, pixels).ok_or("the grid has pixels")?;
+        let encoded = write_exr(&image, Precision::Half, None)?;
+        assert_eq!(encoded.clamped, 0, "{name} is too bright for half floats");
+        Ok((name, encoded.bytes))
+    });
+    encoded.collect()
+}

@@ -1,0 +1,406 @@
+//! Draws a contact sheet: one picture of an environment, its harmonics, and every material under it.
+//!
+//! A sheet shows
+//!
+//! - the environment as a lat-long picture;
+//! - with `lighting` connected: the energy of each degree (bars, on a logarithmic axis) and the sum up to it (line), both
+//!   as shares of the environment's energy, and the environment put together again from the degrees up to each of
+//!   `degrees` and up to all;
+//! - for each item at `reflection`: its reflection map, and a ball before the environment, seen along +X. The ball is
+//!   looked up by the reflection vector or by the normal, whichever the material is centred on.
+//!
+//! All pictures have one exposure and one curve, so that they can be compared. Negative values, which a cut series
+//! has around bright lights, are black; the captions tell the least and the greatest value and the mean.
+//!
+//! Without `exposure` the log-average of the environment becomes middle grey, 0.18. Where a few lights in the dark
+//! give most of the light, that would burn out everything that they shine on: the mean is then shown as 0.72, two
+//! stops above middle grey. The sheet says which, and how many stops.
+//!
+//! ## Files
+//!
+//! `.png`: 8-bit sRGB, 1680 pixels wide. By default there is one sheet per environment, over all materials.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.sheet]
+//! kind = "contact-sheet"
+//! inputs = { environment = "environment", lighting = "lighting", reflection = "reflection" }
+//! path = "{environment}/sheet"
+//! ```
+
+use std::f64::consts::{PI, TAU};
+
+use brdf::Centre;
+use containers::write_png;
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, choice, parameters};
+use envmap::{Environment, ToneMap, middle_grey_exposure};
+use rayon::prelude::*;
+use sh::{Degree, Expansion, Synthesis, energy_per_degree, quadrature};
+use sphere::LatLong;
+
+use crate::artifacts;
+use crate::sheet::{Lighting, MAP, Material, RECONSTRUCTION, Reconstruction, Sheet, stops};
+
+choice! {
+    /// The curve from exposed radiance to what is shown.
+    pub(crate) enum Curve {
+        /// A film-like shoulder: highlights keep their shape.
+        Filmic = "filmic",
+        /// None: what is brighter than white is white.
+        Plain = "plain",
+    }
+}
+
+parameters! {
+    /// Parameters of `contact-sheet`.
+    pub(crate) struct Parameters {
+        /// Stops by which all radiance is multiplied before it is shown. Without it, from the environment.
+        exposure: Option<f64> = None,
+        /// How exposed radiance is shown: with a film's shoulder, or cut at white.
+        curve: Curve = Curve::Filmic,
+        /// The degrees up to which the environment is put together again. Those past the lighting's are left out,
+        /// and the lighting's own is added.
+        degrees: Vec<usize> = vec![2, 5, 10, 20],
+    }
+}
+
+/// The most `degrees` of a sheet.
+const MOST: usize = 100;
+/// The largest `exposure`, up and down.
+const MOST_STOPS: f64 = 60.0;
+/// The mean of an environment is not shown brighter than this: two stops above middle grey.
+const BRIGHTEST_MEAN: f64 = 0.72;
+
+/// The kind `contact-sheet`.
+pub(crate) struct ContactSheet;
+
+impl Kind for ContactSheet {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "contact-sheet";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("contact_sheet.rs");
+    const SHOWS_KEYS: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::one::<artifacts::Environment>("environment"),
+            Port::one::<artifacts::Lighting>("lighting").optional(),
+            Port::many::<artifacts::Reflection>("reflection").optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec![".png".into()])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = Vec::new();
+        if let Some(exposure) = parameters.exposure.filter(|exposure| exposure.abs() > MOST_STOPS) {
+            faults.push(("exposure", format!("exposure: {exposure} is not -{MOST_STOPS} to {MOST_STOPS}")));
+        }
+        if parameters.degrees.len() > MOST {
+            faults.push(("degrees", format!("degrees: {} are more than {MOST}", parameters.degrees.len())));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let environment = &context.get::<artifacts::Environment>("environment")?.0;
+        let lighting = context.optional::<artifacts::Lighting>("lighting")?;
+        let reflections = context.many::<artifacts::Reflection>("reflection")?;
+        let own = context.key().cloned().unwrap_or_default();
+
+        let (exposure, reason) = exposure(parameters, environment);
+        let mut facts = vec![format!("exposure {} {reason}", stops(exposure))];
+        facts.push(match parameters.curve {
+            Curve::Filmic => "filmic curve".into(),
+            Curve::Plain => "no curve".into(),
+        });
+        facts.push("all pictures alike".into());
+        let lighting = match &lighting {
+            Some(lighting) => {
+                facts.push(format!("lighting of degree {}", lighting.0.degree().get()));
+                Some(harmonics(parameters, environment, &lighting.0)?)
+            }
+            None => None,
+        };
+        context.check_cancelled()?;
+        let materials = reflections.par_iter().map(|(key, reflection)| material(&own, key, &reflection.0));
+        let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
+        context.check_cancelled()?;
+
+        let title = if own.0.is_empty() { "Environment".into() } else { own.to_string() };
+        let tone = match parameters.curve {
+            Curve::Filmic => ToneMap::Filmic,
+            Curve::Plain => ToneMap::Plain,
+        };
+        let subtitle = facts.join(" · ");
+        let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone };
+        let picture = sheet.draw();
+        context.check_cancelled()?;
+        let bytes = write_png(picture.width, picture.height, &picture.pixels, Some(context.recipe()))?;
+        Ok(Output::Files(vec![bytes]))
+    }
+}
+
+/// The exposure in stops, and where it comes from.
+fn exposure(parameters: &Parameters, environment: &Environment) -> (f64, &'static str) {
+    if let Some(exposure) = parameters.exposure {
+        return (exposure, "as given");
+    }
+    let from_log_average = middle_grey_exposure(environment);
+    let [r, g, b] = environment.integral().map(|integral| integral / (4.0 * PI));
+    let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let from_mean = (BRIGHTEST_MEAN / mean).log2();
+    if mean > 0.0 && from_mean < from_log_average {
+        (from_mean, "from the mean")
+    } else {
+        (from_log_average, "from the log-average")
+    }
+}
+
+/// The energies of a lighting and its reconstructions.
+fn harmonics(
+    parameters: &Parameters,
+    environment: &Environment,
+    lighting: &Expansion,
+) -> Result<Lighting, Failure> {
+    let energies: Vec<f64> = energy_per_degree(lighting).iter().map(|rgb| rgb.iter().sum()).collect();
+    let image = energy(environment);
+    // Without light there is no share: nothing is missing.
+    let total = if image > 0.0 { image } else { 1.0 };
+    let energies: Vec<f64> = energies.iter().map(|energy| energy / total).collect();
+
+    let highest = lighting.degree();
+    let lower = parameters.degrees.iter().filter_map(|degree| Degree::new(*degree).ok());
+    let mut degrees: Vec<Degree> = lower.filter(|degree| *degree < highest).chain([highest]).collect();
+    degrees.sort_unstable();
+    degrees.dedup();
+    let reconstructions = degrees.par_iter().map(|degree| {
+        let captured: f64 = energies[..=degree.get()].iter().sum();
+        let map = shown(&lighting.to_degree(*degree), RECONSTRUCTION)?;
+        // Rounding may hold a little more than all.
+        Ok(Reconstruction { degree: degree.get(), captured: captured.min(1.0), map })
+    });
+    Ok(Lighting { reconstructions: reconstructions.collect::<Result<_, Failure>>()?, energies })
+}
+
+/// The integral of the squared radiance over the sphere, all channels together, by Fejér's first rule.
+fn energy(environment: &Environment) -> f64 {
+    let grid = environment.grid();
+    let weights = quadrature::fejer(grid.height);
+    let rows = environment.pixels().chunks_exact(grid.width).zip(weights).map(|(row, weight)| {
+        let squares = row.iter().flatten().map(|value| f64::from(*value) * f64::from(*value));
+        weight * TAU / grid.width as f64 * squares.sum::<f64>()
+    });
+    rows.sum()
+}
+
+/// A material's map and its labels.
+fn material(own: &ItemKey, key: &ItemKey, reflection: &shrm::Reflection) -> Result<Material, Failure> {
+    let name = name(own, key);
+    let field = reflection.radial().map_err(|error| {
+        Failure::from(error)
+            .context(name.clone())
+            .help("contact-sheet is for radially symmetric materials, P = 0")
+    })?;
+    let centre = reflection.brdf().centre();
+    let about = match centre {
+        Centre::Reflection => "reflection vector",
+        Centre::Normal => "normal",
+        Centre::Tangent => "tangent",
+    };
+    let detail = format!("degree {} · by the {about}", field.degree().get());
+    Ok(Material { name, detail, centre, map: shown(&field, MAP)? })
+}
+
+/// What tells an item from the others of a sheet: the stems of the keys that are not the sheet's own. Of several, each
+/// with its stage.
+fn name(own: &ItemKey, key: &ItemKey) -> String {
+    let rest: Vec<_> = key.0.iter().filter(|(stage, _)| !own.0.contains_key(*stage)).collect();
+    match rest.as_slice() {
+        [] => "Reflection".into(),
+        [(_, stem)] => (*stem).clone(),
+        several => {
+            several.iter().map(|(stage, stem)| format!("{stage} {stem}")).collect::<Vec<_>>().join(" · ")
+        }
+    }
+}
+
+/// A function at the texels of a grid, or of whole multiples of it where the degree asks for more rows.
+fn shown(function: &Expansion, grid: LatLong) -> Result<Environment, Failure> {
+    let grid = LatLong::with_rows(grid.height * (function.degree().get() / grid.height + 1));
+    let pixels = Synthesis::new(grid, function.degree())?.synthesise(function);
+    Environment::new(grid, pixels).ok_or_else(|| {
+        Failure::new("the values of a map are past the largest f32").help("import the environment darker")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use brdf::{Choice, Lambert, Phong, project};
+    use engine::{Artifact, Digest, Files, Handle};
+    use sh::Transform;
+
+    use super::*;
+
+    struct NoFiles;
+
+    impl Files for NoFiles {
+        fn read(&self, _: &Path) -> io::Result<Arc<Vec<u8>>> {
+            Err(io::ErrorKind::NotFound.into())
+        }
+
+        fn list(&self, _: &Path) -> io::Result<Vec<(String, bool)>> {
+            Err(io::ErrorKind::NotFound.into())
+        }
+
+        fn is_folder(&self, _: &Path) -> bool {
+            false
+        }
+    }
+
+    const DEFAULTS: Parameters = Parameters { exposure: None, curve: Curve::Filmic, degrees: Vec::new() };
+
+    fn key(pairs: &[(&str, &str)]) -> ItemKey {
+        ItemKey(pairs.iter().map(|(stage, stem)| ((*stage).into(), (*stem).into())).collect())
+    }
+
+    fn handle<T: Artifact>(value: T) -> Arc<Handle> {
+        let handle = Handle::new(T::TYPE, Digest::of(b""), || Err(Failure::new("only in memory")));
+        Arc::new(handle.with_value(Arc::new(value)))
+    }
+
+    /// A sky that is brighter toward +Z, with a sun of one texel.
+    fn sky() -> Environment {
+        let grid = LatLong::with_rows(32);
+        let mut pixels: Vec<[f32; 3]> =
+            (0..grid.len()).map(|i| [0.4, 0.5, 0.9 - i as f32 / (2 * grid.len()) as f32]).collect();
+        pixels[8 * grid.width + 20] = [500.0, 450.0, 400.0];
+        Environment::new(grid, pixels).unwrap()
+    }
+
+    fn lighting(environment: &Environment, degree: usize) -> Expansion {
+        let transform = Transform::new(environment.grid(), Degree::new(degree).unwrap()).unwrap();
+        transform.analyse(environment.pixels())
+    }
+
+    fn reflection(lighting: &Expansion, index: usize) -> shrm::Reflection {
+        let material = if index == 0 {
+            brdf::Material::Lambert(Lambert::new([0.8; 3]).unwrap())
+        } else {
+            brdf::Material::Phong(Phong::new(16.0 * index as f64, [0.9; 3]).unwrap())
+        };
+        let choice = Choice::Degree { f: lighting.degree(), p: Degree::ZERO };
+        shrm::Reflection::convolve(lighting, &project(&material, choice).unwrap().coefficients)
+    }
+
+    /// The sheet of `sky` with materials of these names.
+    fn sheet(parameters: &Parameters, names: &[&str]) -> Vec<u8> {
+        let environment = sky();
+        let lighting = lighting(&environment, 12);
+        let reflections = names.iter().enumerate().map(|(index, name)| {
+            let key = key(&[("environment", "sky"), ("material", name)]);
+            (key, handle(artifacts::Reflection(reflection(&lighting, index))))
+        });
+        let reflections = reflections.collect();
+        let own = key(&[("environment", "sky")]);
+        let context = Context::new(&NoFiles)
+            .with_key(own.clone())
+            .with_recipe(r#"{"kind":"contact-sheet"}"#.into())
+            .with_input("environment", vec![(own.clone(), handle(artifacts::Environment(environment)))])
+            .with_input("lighting", vec![(own, handle(artifacts::Lighting(lighting)))])
+            .with_input("reflection", reflections);
+        let Output::Files(mut files) = ContactSheet::run(parameters, &context).unwrap() else {
+            panic!("a sheet is a file")
+        };
+        files.remove(0)
+    }
+
+    #[test]
+    fn a_sheet_is_a_png_with_its_recipe() {
+        let bytes = sheet(&DEFAULTS, &["chalk", "gold"]);
+        assert_eq!(containers::read_recipe(&bytes).as_deref(), Some(r#"{"kind":"contact-sheet"}"#));
+        let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
+        assert_eq!(image.width(), 1680);
+        assert_eq!(sheet(&DEFAULTS, &["chalk", "gold"]), bytes);
+    }
+
+    #[test]
+    fn names_are_part_of_the_picture() {
+        assert_ne!(sheet(&DEFAULTS, &["chalk"]), sheet(&DEFAULTS, &["Kreide_für_素材"]));
+    }
+
+    #[test]
+    fn without_materials_and_lighting_the_environment_is_shown() {
+        let context = Context::new(&NoFiles)
+            .with_input("environment", vec![(ItemKey::default(), handle(artifacts::Environment(sky())))]);
+        assert!(ContactSheet::run(&DEFAULTS, &context).is_ok());
+    }
+
+    #[test]
+    fn energies_are_shares_of_the_image() {
+        let environment = sky();
+        let lighting = lighting(&environment, 12);
+        let parameters = Parameters { degrees: vec![10, 2, 2, 40], ..DEFAULTS };
+        let shown = harmonics(&parameters, &environment, &lighting).unwrap();
+        let degrees: Vec<_> = shown.reconstructions.iter().map(|shown| shown.degree).collect();
+        assert_eq!(degrees, [2, 10, 12]);
+        // Parseval: the image's energy is the expansion's and that of what is left.
+        let transform = Transform::new(environment.grid(), lighting.degree()).unwrap();
+        let fitted: Vec<[f64; 3]> = transform.synthesise(&lighting);
+        let left: Vec<[f32; 3]> = environment
+            .pixels()
+            .iter()
+            .zip(&fitted)
+            .map(|(pixel, fitted)| std::array::from_fn(|c| (f64::from(pixel[c]) - fitted[c]) as f32))
+            .collect();
+        let left = Environment::new(environment.grid(), left).unwrap();
+        let captured = shown.reconstructions.last().unwrap().captured;
+        // The rule is exact to degree 31, and 2 x 12 is below it; what is left is rounded to f32.
+        let expected = 1.0 - energy(&left) / energy(&environment);
+        assert!((captured - expected).abs() < 1e-6, "{captured}, not {expected}");
+        assert!((shown.energies.iter().sum::<f64>() - captured).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_exposure_is_given_or_found() {
+        let grid = LatLong::with_rows(16);
+        let even = Environment::new(grid, vec![[0.09; 3]; grid.len()]).unwrap();
+        let (found, reason) = exposure(&DEFAULTS, &even);
+        assert!((found - 1.0).abs() < 1e-6 && reason == "from the log-average", "{found} {reason}");
+        // A lamp in the dark: the mean decides.
+        let mut pixels = vec![[1e-3_f32; 3]; grid.len()];
+        pixels[8 * grid.width] = [1000.0; 3];
+        let lamp = Environment::new(grid, pixels).unwrap();
+        let (found, reason) = exposure(&DEFAULTS, &lamp);
+        let mean = lamp.integral()[1] / (4.0 * PI);
+        assert!((mean * found.exp2() - 0.72).abs() < 1e-9 && reason == "from the mean", "{found} {reason}");
+        assert_eq!(exposure(&Parameters { exposure: Some(-2.0), ..DEFAULTS }, &lamp), (-2.0, "as given"));
+        let black = Environment::new(grid, vec![[0.0; 3]; grid.len()]).unwrap();
+        assert_eq!(exposure(&DEFAULTS, &black).0, 0.0);
+    }
+
+    #[test]
+    fn items_are_named_by_what_tells_them_apart() {
+        let own = key(&[("environment", "sky")]);
+        assert_eq!(name(&own, &key(&[("environment", "sky"), ("material", "gold")])), "gold");
+        assert_eq!(name(&own, &own), "Reflection");
+        let several = key(&[("material", "gold"), ("finish", "rough")]);
+        assert_eq!(name(&own, &several), "finish rough · material gold");
+    }
+
+    #[test]
+    fn unusual_parameters_are_refused_before_the_run() {
+        assert!(ContactSheet::check(&DEFAULTS).is_empty());
+        let wild = Parameters { exposure: Some(1e3), degrees: vec![1; 101], ..DEFAULTS };
+        let faults = ContactSheet::check(&wild);
+        assert_eq!(faults.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["exposure", "degrees"]);
+    }
+}

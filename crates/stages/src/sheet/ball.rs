@@ -1,0 +1,126 @@
+//! A ball of a material before its environment.
+//!
+//! The camera looks along +X, up is +Z: the picture's centre is the centre of the lat-long image. A pixel that
+//! sees the ball at normal N from direction d shows the map at its central direction: R = d - 2 (d . N) N, or N, or
+//! the tangent T = Z x N.
+
+use brdf::Centre;
+use envmap::Environment;
+use rayon::prelude::*;
+use sphere::{DVec3, Direction};
+
+/// Half the picture's width at distance 1: a view of 53 degrees.
+const HALF_WIDTH: f64 = 0.5;
+/// The ball's outline in units of half the picture's width.
+const OUTLINE: f64 = 0.8;
+/// Samples along each side of a pixel: of the background, on the outline, on the ball.
+const SAMPLES: [usize; 3] = [1, 6, 2];
+
+/// The radiance that an `edge` x `edge` picture sees, of a ball whose reflected light is in `map`.
+pub(crate) fn ball(
+    environment: &Environment,
+    map: &Environment,
+    centre: Centre,
+    edge: usize,
+) -> Vec<[f32; 3]> {
+    // A unit ball at a distance with tan(asin(1 / distance)) = outline.
+    let outline = OUTLINE * HALF_WIDTH;
+    let distance = (1.0 + 1.0 / (outline * outline)).sqrt();
+    let see = |x: f64, y: f64| {
+        // Looking along +X, the picture's right is -Y.
+        let ray = DVec3::new(1.0, -x * HALF_WIDTH, -y * HALF_WIDTH).normalize();
+        match hit(ray, distance) {
+            Some(normal) => map.radiance(central(ray, normal, centre)),
+            None => environment.radiance(Direction::normalised(ray)),
+        }
+    };
+    let mut picture = vec![[0.0; 3]; edge * edge];
+    picture.par_chunks_mut(edge.max(1)).enumerate().for_each(|(row, line)| {
+        for (column, pixel) in line.iter_mut().enumerate() {
+            let at = |index: usize, offset: f64| 2.0 * (index as f64 + offset) / edge as f64 - 1.0;
+            let inside = (OUTLINE - at(column, 0.5).hypot(at(row, 0.5))) * edge as f64 / 2.0;
+            let side = SAMPLES[if inside < -1.0 { 0 } else { 1 + usize::from(inside > 1.0) }];
+            let mut sum = [0.0; 3];
+            for sample in 0..side * side {
+                let offset = |i: usize| (i as f64 + 0.5) / side as f64;
+                let seen = see(at(column, offset(sample % side)), at(row, offset(sample / side)));
+                sum = std::array::from_fn(|c| sum[c] + seen[c]);
+            }
+            *pixel = sum.map(|sum| (sum / (side * side) as f64) as f32);
+        }
+    });
+    picture
+}
+
+/// The normal where a ray from the origin meets the unit ball around (distance, 0, 0).
+fn hit(ray: DVec3, distance: f64) -> Option<DVec3> {
+    let along = ray.x * distance;
+    let discriminant = along * along - (distance * distance - 1.0);
+    (discriminant > 0.0).then(|| ray * (along - discriminant.sqrt()) - DVec3::X * distance)
+}
+
+/// The direction that a material's map is looked up by.
+fn central(ray: DVec3, normal: DVec3, centre: Centre) -> Direction {
+    let vector = match centre {
+        Centre::Reflection => ray - 2.0 * ray.dot(normal) * normal,
+        Centre::Normal => normal,
+        Centre::Tangent => DVec3::Z.cross(normal),
+    };
+    Direction::new(vector).unwrap_or(Direction::X)
+}
+
+#[cfg(test)]
+mod tests {
+    use sphere::LatLong;
+
+    use super::*;
+
+    fn environment(of: impl Fn(DVec3) -> [f32; 3]) -> Environment {
+        let grid = LatLong::with_rows(64);
+        let texels = (0..grid.height).flat_map(|row| (0..grid.width).map(move |column| (row, column)));
+        let pixels = texels.map(|(row, column)| of(grid.direction(row, column).vector())).collect();
+        Environment::new(grid, pixels).unwrap()
+    }
+
+    #[test]
+    fn the_ball_covers_its_outline() {
+        let (white, black) = (environment(|_| [1.0; 3]), environment(|_| [0.0; 3]));
+        let edge = 200;
+        let picture = ball(&black, &white, Centre::Normal, edge);
+        let area = picture.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / (edge * edge) as f64;
+        // A circle of radius 0.8 in a square of edge 2; 6 x 6 samples along its edge.
+        assert!((area - std::f64::consts::PI * 0.16).abs() < 1e-3, "{area}");
+    }
+
+    #[test]
+    fn a_mirror_ball_shows_what_lies_behind_the_camera() {
+        let position = environment(|v| [v.x as f32, v.y as f32, v.z as f32]);
+        let black = environment(|_| [0.0; 3]);
+        let (edge, middle) = (201, 100);
+        let close = |pixel: [f32; 3], expected: [f32; 3]| {
+            // Bilinear interpolation between 2.8 degree texels errs by up to (0.049)^2 / 8.
+            assert!((0..3).all(|c| (pixel[c] - expected[c]).abs() < 2e-3), "{pixel:?}, not {expected:?}");
+        };
+        let mirror = ball(&black, &position, Centre::Reflection, edge);
+        close(mirror[middle * edge + middle], [-1.0, 0.0, 0.0]);
+        let diffuse = ball(&black, &position, Centre::Normal, edge);
+        close(diffuse[middle * edge + middle], [-1.0, 0.0, 0.0]);
+        // Up in the picture is +Z, right is -Y; the background looks along +X.
+        assert!(diffuse[30 * edge + middle][2] > 0.6 && diffuse[middle * edge + 170][1] < -0.6);
+        let background = ball(&position, &black, Centre::Normal, edge);
+        let corner = DVec3::new(1.0, 0.5, 0.5).normalize();
+        assert!((f64::from(background[0][1]) - corner.y).abs() < 5e-3, "{:?}", background[0]);
+        assert!((f64::from(background[0][2]) - corner.z).abs() < 5e-3, "{:?}", background[0]);
+    }
+
+    #[test]
+    fn at_the_outline_a_mirror_shows_its_background() {
+        let ray = DVec3::new(1.0, 0.399, 0.0).normalize();
+        let distance = (1.0_f64 + 1.0 / 0.16).sqrt();
+        let normal = hit(ray, distance).unwrap();
+        let reflected = central(ray, normal, Centre::Reflection).vector();
+        // Grazing: the ray is turned by twice the angle to the tangent plane, about sqrt(2 * 0.0025 * ...) here.
+        assert!(reflected.dot(ray) > 0.97, "{}", reflected.dot(ray));
+        assert!(hit(DVec3::new(1.0, 0.401, 0.0).normalize(), distance).is_none());
+    }
+}
