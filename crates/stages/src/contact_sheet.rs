@@ -29,14 +29,14 @@
 //! path = "{environment}/sheet"
 //! ```
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use brdf::Centre;
 use containers::write_png;
 use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, choice, parameters};
 use envmap::{Environment, ToneMap, middle_grey_exposure};
 use rayon::prelude::*;
-use sh::{Degree, Expansion, Synthesis, energy_per_degree, quadrature};
+use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
 use sphere::LatLong;
 
 use crate::artifacts;
@@ -187,15 +187,9 @@ fn harmonics(
     Ok(Lighting { reconstructions: reconstructions.collect::<Result<_, Failure>>()?, energies })
 }
 
-/// The integral of the squared radiance over the sphere, all channels together, by Fejér's first rule.
+/// The integral of the squared radiance over the sphere, all channels together.
 fn energy(environment: &Environment) -> f64 {
-    let grid = environment.grid();
-    let weights = quadrature::fejer(grid.height);
-    let rows = environment.pixels().chunks_exact(grid.width).zip(weights).map(|(row, weight)| {
-        let squares = row.iter().flatten().map(|value| f64::from(*value) * f64::from(*value));
-        weight * TAU / grid.width as f64 * squares.sum::<f64>()
-    });
-    rows.sum()
+    image_energy(environment.grid(), environment.pixels()).iter().sum()
 }
 
 /// A material's map and its labels.

@@ -5,6 +5,7 @@
 
 pub mod artifacts;
 mod colour;
+mod contact_sheet;
 mod convolve;
 mod degree_choice;
 mod export_reflection_map;
@@ -15,6 +16,7 @@ mod project_brdf;
 mod project_sh;
 mod rotate;
 mod share;
+mod sheet;
 mod six_faces;
 
 pub use colour::Rgb;
@@ -30,4 +32,5 @@ pub fn kinds() -> engine::Kinds {
         .with(convolve::Convolve)
         .with(export_reflection_map::ExportReflectionMap)
         .with(export_sh::ExportSh)
+        .with(contact_sheet::ContactSheet)
 }
