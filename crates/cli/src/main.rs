@@ -1,2 +1,7 @@
-//! The `specula` command.
-fn main() {}
+//! The `specula` command with the kinds of this workspace.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::main(stages::kinds())
+}

@@ -174,7 +174,8 @@ fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Tabl
 fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Fault {
     let missing = span.is_empty() && message.starts_with("string values must be quoted");
     if missing && text[span.start..].trim_start_matches([' ', '\t', '\r']).starts_with(['\n', '#']) {
-        return Fault::at(span, "a value is missing").expected("expected a string, a number, true or false, an array or a table");
+        return Fault::at(span, "a value is missing")
+            .expected("expected a string, a number, true or false, an array or a table");
     }
     match message.split_once(", expected ") {
         Some((message, "literal string")) => {
@@ -327,10 +328,13 @@ mod tests {
     #[test]
     fn an_open_header_hides_the_rest() {
         // The parser gives up its recovery here.
-        check("a = \n[x\nc = yes\n", expect![[r#"
+        check(
+            "a = \n[x\nc = yes\n",
+            expect![[r#"
             1:5 a value is missing | expected a string, a number, true or false, an array or a table
             2:3 unclosed table | expected `]`
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

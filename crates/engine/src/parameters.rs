@@ -425,12 +425,18 @@ mod tests {
                 5:10 filter: the date 2024-01-01 is not "none" or "hanning" or "lanczos" | expected "none" or "hanning" or "lanczos"
             "#]],
         );
-        check("", expect![[r#"
+        check(
+            "",
+            expect![[r#"
             1:1 "count" is missing | expected count = a whole number, 0 or more
-        "#]]);
-        check("count = 1\nlayer_name = \"a\"", expect![[r#"
+        "#]],
+        );
+        check(
+            "count = 1\nlayer_name = \"a\"",
+            expect![[r#"
             2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter | did you mean "layer-name"?
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

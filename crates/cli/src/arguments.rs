@@ -1,0 +1,104 @@
+//! What can be typed after `specula`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::Exit;
+
+/// Turns light and materials into reflection maps, and keeps them up to date.
+#[derive(Debug, Parser)]
+#[command(name = "specula", version, after_help = Exit::HELP)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run what is out of date and publish the results
+    Build(BuildArguments),
+    /// Say why a stage or an exported file would run, or why it did
+    Explain(ExplainArguments),
+    /// Print the graph of the manifest
+    Graph(GraphArguments),
+    /// List the kinds of stage, or print the manual page of one
+    Stages {
+        /// The kind whose manual page to print
+        kind: Option<String>,
+    },
+    /// Say what a file is: shape, frame, range, recipe
+    Inspect {
+        /// An image, SH file, coefficient file or material
+        file: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a starter manifest
+    Init {
+        /// The folder to write it into
+        #[arg(default_value = ".")]
+        folder: PathBuf,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ManifestArgument {
+    /// The manifest
+    #[arg(long, value_name = "FILE", default_value = "pipeline.toml")]
+    pub(crate) manifest: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct BuildArguments {
+    /// The stages to build, with all that they need; none means all
+    #[arg(value_name = "STAGE")]
+    pub(crate) stages: Vec<String>,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+    /// How many threads work [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+    /// Say what would run and why; write nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Go on with everything that does not need a failed item (the default)
+    #[arg(long, conflicts_with = "fail_fast")]
+    pub(crate) keep_going: bool,
+    /// Start nothing more after the first failure
+    #[arg(long)]
+    pub(crate) fail_fast: bool,
+    /// Print every event as a line of JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Name the items that were up to date too, and facts about results
+    #[arg(long, short)]
+    pub(crate) verbose: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ExplainArguments {
+    /// A stage, or a file in the output folder
+    #[arg(value_name = "STAGE|FILE")]
+    pub(crate) target: String,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct GraphArguments {
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+    /// The language of the graph
+    #[arg(long, value_enum, default_value = "mermaid")]
+    pub(crate) format: GraphFormat,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum GraphFormat {
+    /// Mermaid: shown by many Markdown viewers
+    Mermaid,
+    /// DOT: drawn by Graphviz
+    Dot,
+}

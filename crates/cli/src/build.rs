@@ -1,0 +1,71 @@
+//! `specula build`: runs what is out of date.
+
+use engine::{BuildOptions, Cancel, Event, Kinds, Summary};
+
+use crate::arguments::BuildArguments;
+use crate::progress::Progress;
+use crate::{Exit, manifest};
+
+pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
+    let plan = match manifest::load(&arguments.manifest, kinds) {
+        Ok(plan) => plan,
+        Err(exit) => return exit,
+    };
+    let options = BuildOptions {
+        stages: arguments.stages.clone(),
+        jobs: arguments.jobs.map(usize::from),
+        keep_going: !arguments.fail_fast,
+        dry_run: arguments.dry_run,
+    };
+    let cancel = Cancel::default();
+    stop_on_interrupt(&cancel);
+    let progress = Progress::new(arguments.verbose, arguments.dry_run);
+    let events = |event: Event| {
+        if arguments.json {
+            print_json(&event);
+        } else {
+            progress.tell(&event);
+        }
+    };
+    match engine::build(&plan, &options, &cancel, &events) {
+        Ok(summary) => {
+            if !arguments.json {
+                progress.summarise(&summary, &plan.out);
+            }
+            exit_of(&summary)
+        }
+        Err(error) => crate::exit::of_error(&error),
+    }
+}
+
+fn exit_of(summary: &Summary) -> Exit {
+    if summary.cancelled {
+        Exit::Interrupted
+    } else if summary.failed + summary.skipped > 0 {
+        Exit::ItemsFailed
+    } else {
+        Exit::Success
+    }
+}
+
+/// One event on a line of its own. A reader that has gone away does not stop the build.
+fn print_json(event: &Event) {
+    use std::io::Write;
+    if let Ok(line) = serde_json::to_string(event) {
+        let _ = writeln!(std::io::stdout().lock(), "{line}");
+    }
+}
+
+/// The first Ctrl-C stops the build at its next step, the second the process.
+fn stop_on_interrupt(cancel: &Cancel) {
+    let cancel = cancel.clone();
+    let handler = move || {
+        if cancel.is_cancelled() {
+            std::process::exit(Exit::Interrupted as i32);
+        }
+        cancel.cancel();
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        eprintln!("warning: Ctrl-C will stop the process at once: {error}");
+    }
+}

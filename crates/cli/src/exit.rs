@@ -1,0 +1,55 @@
+//! Exit codes: a build script reads them.
+
+use std::process::ExitCode;
+
+use engine::{Error, ErrorKind};
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// 0: everything that was asked for is there.
+    Success = 0,
+    /// 1: the build went to its end, but items failed; their last good outputs stay.
+    ItemsFailed = 1,
+    /// 2: the command line cannot be understood, or names something that is not there.
+    Usage = 2,
+    /// 3: the manifest has faults; nothing ran.
+    Manifest = 3,
+    /// 4: the machine is in the way: a folder that cannot be written, a full disk, another build running.
+    Machine = 4,
+    /// 130: stopped by Ctrl-C.
+    Interrupted = 130,
+}
+
+impl Exit {
+    /// The table for `--help`.
+    pub(crate) const HELP: &'static str = "Exit codes:
+  0    everything that was asked for is there
+  1    the build went to its end, but items failed; their last good outputs stay
+  2    the command line cannot be understood, or names something that is not there
+  3    the manifest has faults; nothing ran
+  4    the machine is in the way: unwritable folder, full disk, another build running
+  130  stopped by Ctrl-C";
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Prints what stopped a whole command, and gives its exit code.
+pub(crate) fn of_error(error: &Error) -> Exit {
+    let mut chain = error.chain().iter();
+    eprintln!("error: {}", chain.next().map_or("", String::as_str));
+    for cause in chain {
+        eprintln!("  {cause}");
+    }
+    if let Some(help) = error.help() {
+        eprintln!("hint: {help}");
+    }
+    match error.kind() {
+        ErrorKind::UnknownTarget => Exit::Usage,
+        _ => Exit::Machine,
+    }
+}

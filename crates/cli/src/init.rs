@@ -1,0 +1,51 @@
+//! `specula init`: a starter manifest with two materials.
+
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use crate::Exit;
+
+/// The files of a new project; their text is in `starter/`, and a test builds it.
+const FILES: [(&str, &str); 3] = [
+    ("pipeline.toml", include_str!("starter/pipeline.toml")),
+    ("assets/materials/chalk.toml", include_str!("starter/chalk.toml")),
+    ("assets/materials/satin.toml", include_str!("starter/satin.toml")),
+];
+
+pub(crate) fn run(folder: &Path) -> Exit {
+    if folder.join("pipeline.toml").exists() {
+        eprintln!("error: {} is there already; nothing was written", folder.join("pipeline.toml").display());
+        return Exit::Usage;
+    }
+    for (name, text) in FILES {
+        let path = folder.join(name);
+        match write_new(&path, text) {
+            Ok(true) => eprintln!("wrote {}", path.display()),
+            Ok(false) => eprintln!("kept  {}", path.display()),
+            Err(error) => {
+                eprintln!("error: cannot write {}: {error}", path.display());
+                return Exit::Machine;
+            }
+        }
+    }
+    let environments = folder.join("assets").join("environments");
+    if let Err(error) = fs::create_dir_all(&environments) {
+        eprintln!("error: cannot make {}: {error}", environments.display());
+        return Exit::Machine;
+    }
+    eprintln!("Next: put a lat-long .exr or .hdr into {}, then run `specula build`.", environments.display());
+    Exit::Success
+}
+
+/// Writes a file that is not there yet; whether it was written.
+fn write_new(path: &Path, text: &str) -> std::io::Result<bool> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    match fs::File::create_new(path) {
+        Ok(mut file) => file.write_all(text.as_bytes()).map(|()| true),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
+        Err(error) => Err(error),
+    }
+}

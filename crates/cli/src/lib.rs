@@ -1,0 +1,43 @@
+//! The `specula` command line over a list of kinds.
+//!
+//! A studio that writes its own kinds makes a binary whose `main` calls [`main`] with
+//! `stages::kinds().with(ItsKind)`.
+//!
+//! Data (`--json` events, graphs, manual pages, explanations) goes to standard output, everything else to
+//! standard error. [`Exit`] lists the exit codes.
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the only crate that prints")]
+
+mod arguments;
+mod build;
+mod exit;
+mod explain;
+mod graph;
+mod init;
+mod inspect;
+mod manifest;
+mod manual;
+mod progress;
+mod reasons;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use engine::Kinds;
+
+use crate::arguments::{Arguments, Command};
+pub use crate::exit::Exit;
+
+/// Runs the command line of this process with a list of kinds, and returns its exit code.
+pub fn main(kinds: Kinds) -> ExitCode {
+    let exit = match Arguments::parse().command {
+        Command::Build(arguments) => build::run(&arguments, &kinds),
+        Command::Explain(arguments) => explain::run(&arguments, &kinds),
+        Command::Graph(arguments) => graph::run(&arguments, &kinds),
+        Command::Stages { kind } => manual::run(kind.as_deref(), &kinds),
+        Command::Inspect { file, json } => inspect::run(&file, json),
+        Command::Init { folder } => init::run(&folder),
+    };
+    exit.into()
+}

@@ -1,0 +1,78 @@
+//! The manifest as every command loads it: a plan, or its faults drawn at their places.
+
+use std::fmt;
+use std::sync::Arc;
+
+use engine::{Fault, Faults, Kinds, Plan};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+
+use crate::arguments::ManifestArgument;
+use crate::{Exit, terminal};
+
+/// The plan of a manifest; where it has faults, they are printed and the exit code is given.
+pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
+    Plan::load(&argument.manifest, kinds).map_err(|found| {
+        print(&found);
+        if !argument.manifest.exists() {
+            eprintln!("hint: `specula init` writes a starter manifest");
+        }
+        Exit::Manifest
+    })
+}
+
+/// Prints every fault with its place, what was expected there and what to do.
+fn print(faults: &Faults) {
+    let source = Arc::new(NamedSource::new(&faults.file, faults.text.clone()).with_language("TOML"));
+    let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
+        (true, true) => GraphicalTheme::unicode(),
+        (true, false) => GraphicalTheme::unicode_nocolor(),
+        (false, _) => GraphicalTheme::none(),
+    };
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
+    for fault in &faults.faults {
+        let mut text = String::new();
+        let report = Report { fault, source: Arc::clone(&source) };
+        // A report that cannot be drawn is still told, without its picture.
+        if handler.render_report(&mut text, &report).is_err() {
+            text = format!("{}: {}\n", faults.file, fault.message);
+        }
+        eprint!("{text}");
+    }
+    let s = if faults.faults.len() == 1 { "" } else { "s" };
+    eprintln!("{}: {} fault{s}; nothing ran.", faults.file, faults.faults.len());
+}
+
+struct Report<'a> {
+    fault: &'a Fault,
+    source: Arc<NamedSource<String>>,
+}
+
+impl fmt::Debug for Report<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self.fault, f)
+    }
+}
+
+impl fmt::Display for Report<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.fault.message)
+    }
+}
+
+impl std::error::Error for Report<'_> {}
+
+impl Diagnostic for Report<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.fault.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        Some(self.source.as_ref())
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let span = self.fault.span.clone()?;
+        let label = LabeledSpan::new(self.fault.expected.clone(), span.start, span.len());
+        Some(Box::new(std::iter::once(label)))
+    }
+}

@@ -1,0 +1,64 @@
+//! `specula stages`: the manual pages, from the kinds themselves.
+
+use engine::{ErasedKind, Kinds};
+
+use crate::Exit;
+
+pub(crate) fn run(name: Option<&str>, kinds: &Kinds) -> Exit {
+    let Some(name) = name else {
+        for kind in kinds.iter() {
+            println!("{:<24} {}", kind.name(), summary(kind.as_ref()));
+        }
+        return Exit::Success;
+    };
+    match kinds.get(name) {
+        Some(kind) => {
+            print!("{}", page(kind.as_ref()));
+            Exit::Success
+        }
+        None => {
+            eprintln!("error: there is no kind {name:?}");
+            match engine::nearest(name, kinds.iter().map(|kind| kind.name())) {
+                Some(near) => eprintln!("hint: did you mean {near:?}?"),
+                None => eprintln!("hint: specula stages lists them"),
+            }
+            Exit::Usage
+        }
+    }
+}
+
+/// The first sentence of the manual.
+fn summary(kind: &dyn ErasedKind) -> String {
+    let manual = kind.manual();
+    let paragraph = manual.lines().take_while(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" ");
+    paragraph.trim_start_matches(['#', ' ']).to_owned()
+}
+
+/// The whole page, Markdown.
+fn page(kind: &dyn ErasedKind) -> String {
+    let mut text = format!("# {}\n\n{}\n", kind.name(), kind.manual().trim_end());
+    text += "\n## Ports\n\n";
+    if kind.has_source() {
+        text += "- `source`: a file, a folder or a glob, relative to the manifest.\n";
+    }
+    for port in kind.ports() {
+        let many = if port.many { ", every item that agrees" } else { "" };
+        let optional = if port.optional { ", optional" } else { "" };
+        text += &format!("- `{}`: {}{many}{optional}.\n", port.name, port.types.join(" or "));
+    }
+    text += "\n## Parameters\n\n";
+    let fields = kind.fields();
+    if fields.is_empty() {
+        text += "None.\n";
+    }
+    for field in fields {
+        let default = match &field.default {
+            Some(serde_json::Value::Null) => "may be left out".to_owned(),
+            Some(value) => format!("default {value}"),
+            None => "must be given".to_owned(),
+        };
+        text += &format!("- `{}` ({}; {default}): {}\n", field.name, field.expected, field.doc);
+    }
+    text += &format!("\nRevision {}.\n", kind.revision());
+    text
+}

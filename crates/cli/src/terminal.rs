@@ -1,0 +1,35 @@
+//! What the terminal on standard error can show.
+
+use std::io::IsTerminal;
+
+/// Whether someone watches: progress bars may move.
+pub(crate) fn is_watched() -> bool {
+    std::io::stderr().is_terminal()
+}
+
+/// Whether colour is wanted: on a terminal, unless `NO_COLOR` is set.
+pub(crate) fn shows_colour() -> bool {
+    is_watched() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+/// Whether lines and corners can be drawn.
+pub(crate) fn shows_unicode() -> bool {
+    let locale =
+        ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(std::env::var_os).find(|v| !v.is_empty());
+    cfg!(windows) || locale.is_some_and(|locale| locale.to_string_lossy().to_lowercase().contains("utf"))
+}
+
+/// The columns to fill.
+pub(crate) fn width() -> usize {
+    100
+}
+
+/// A duration for people: `12 ms`, `1.42 s`, `2 min 5 s`.
+pub(crate) fn duration(milliseconds: f64) -> String {
+    match milliseconds {
+        ms if ms < 10.0 => format!("{ms:.1} ms"),
+        ms if ms < 1000.0 => format!("{ms:.0} ms"),
+        ms if ms < 60_000.0 => format!("{:.2} s", ms / 1000.0),
+        ms => format!("{:.0} min {:.0} s", (ms / 60_000.0).floor(), (ms / 1000.0) % 60.0),
+    }
+}

@@ -1,0 +1,122 @@
+//! The whole path on real environments: photographed lat-longs, light probes and a cube map.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::fs;
+
+use support::{Project, folder_of};
+
+const MANIFEST: &str = r#"
+schema = 1
+out = "out"
+
+[stage.photograph]
+kind = "import-environment"
+source = "{corpus}/env/cc0/*.hdr"
+resolution = 256
+
+[stage.probe]
+kind = "import-environment"
+source = "{corpus}/env/probes/*.hdr"
+layout = "probe"
+resolution = 256
+
+[stage.cube]
+kind = "import-environment"
+source = "{corpus}/env/pisa_cube"
+resolution = 256
+
+[stage.material]
+kind = "import-material"
+source = "assets/materials/*.toml"
+
+[stage.photograph-lighting]
+kind = "project-sh"
+input = "photograph"
+degree = "auto"
+tolerance = 0.01
+
+[stage.probe-lighting]
+kind = "project-sh"
+input = "probe"
+degree = 30
+window = "non-negative"
+
+[stage.cube-lighting]
+kind = "project-sh"
+input = "cube"
+degree = 30
+
+[stage.turned]
+kind = "rotate"
+input = "cube-lighting"
+yaw = 30.0
+
+[stage.coefficients]
+kind = "project-brdf"
+input = "material"
+tolerance = 0.01
+
+[stage.photograph-reflection]
+kind = "convolve"
+inputs = { lighting = "photograph-lighting", brdf = "coefficients" }
+
+[stage.probe-reflection]
+kind = "convolve"
+inputs = { lighting = "probe-lighting", brdf = "coefficients" }
+
+[stage.cube-reflection]
+kind = "convolve"
+inputs = { lighting = "turned", brdf = "coefficients" }
+
+[stage.photograph-map]
+kind = "export-reflection-map"
+input = "photograph-reflection"
+layout = "cube"
+resolution = 32
+
+[stage.cube-map]
+kind = "export-reflection-map"
+input = "cube-reflection"
+layout = "lat-long"
+resolution = 64
+format = "rgbe"
+
+[stage.photograph-sh]
+kind = "export-sh"
+input = "photograph-lighting"
+
+[stage.photograph-sheet]
+kind = "contact-sheet"
+inputs = { environment = "photograph", lighting = "photograph-lighting", reflection = "photograph-reflection" }
+path = "sheets/{photograph}"
+
+[stage.probe-sheet]
+kind = "contact-sheet"
+inputs = { environment = "probe", lighting = "probe-lighting", reflection = "probe-reflection" }
+path = "sheets/{probe}"
+
+[stage.cube-sheet]
+kind = "contact-sheet"
+inputs = { environment = "cube", lighting = "cube-lighting", reflection = "cube-reflection" }
+path = "sheets/{cube}"
+"#;
+
+#[test]
+fn the_corpus_builds_and_rebuilds() {
+    let Some(corpus) = folder_of("SPECULA_CORPUS", "the_corpus_builds_and_rebuilds") else { return };
+    let corpus = fs::canonicalize(corpus).unwrap();
+    let project = Project::new(&MANIFEST.replace("{corpus}", corpus.to_str().unwrap()));
+    project.ok(&["build"]);
+    let sheets = project.outputs().into_keys().filter(|name| name.starts_with("sheets/")).collect::<Vec<_>>();
+    let wanted =
+        ["apartment", "forest", "grace_probe", "night", "pisa_cube", "rnl_probe", "studio", "sunrise"];
+    assert_eq!(sheets, wanted.map(|name| format!("sheets/{name}.png")));
+    // For a look at them: SPECULA_KEEP names a folder that they are copied into.
+    if let Some(folder) = std::env::var_os("SPECULA_KEEP") {
+        support::copy_folder(&project.path("out"), folder.as_ref());
+    }
+    assert!(project.ok(&["build"]).stderr.contains("Nothing to run"));
+}

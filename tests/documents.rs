@@ -1,0 +1,86 @@
+//! What the documents say is so.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn read(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The text of every Rust file of a crate.
+fn sources(krate: &str) -> String {
+    let mut text = String::new();
+    let mut folders = vec![root().join("crates").join(krate)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                text += &fs::read_to_string(path).unwrap();
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn every_convention_is_pinned_by_a_test_that_exists() {
+    let table = read("CONVENTIONS.md");
+    let mut pinned = 0;
+    for row in table.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| ---")).skip(1) {
+        let tests = row.trim_end_matches([' ', '|']).rsplit('|').next().unwrap();
+        let names: Vec<&str> = tests.split('`').skip(1).step_by(2).collect();
+        assert!(!names.is_empty(), "no test pins: {row}");
+        for name in names {
+            let (krate, test) =
+                name.split_once(": ").unwrap_or_else(|| panic!("`crate: test` wanted, not {name:?}"));
+            assert!(sources(krate).contains(&format!("fn {test}()")), "{name} does not exist");
+            pinned += 1;
+        }
+    }
+    assert!(pinned >= 15, "{pinned} tests were found in the table");
+}
+
+#[test]
+fn the_readme_gives_the_two_commands_that_ci_runs() {
+    let (readme, ci) = (read("README.md"), read(".ci/run"));
+    for command in ["cargo run --release -- build", "cargo test --workspace"] {
+        assert!(readme.contains(command), "README.md says {command}");
+        let (program, rest) = command.split_once(" --").unwrap();
+        assert!(
+            ci.lines().any(
+                |line| line.starts_with(program) && line.contains(rest.trim_start_matches("release -- "))
+            ),
+            ".ci/run runs {command}"
+        );
+    }
+}
+
+#[test]
+fn links_in_documents_lead_somewhere() {
+    for document in ["README.md", "ARCHITECTURE.md", "CONVENTIONS.md"] {
+        for target in read(document).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let target = target.split('#').next().unwrap();
+            if !target.is_empty() && !target.starts_with("http") {
+                assert!(root().join(target).exists(), "{document} links to {target}");
+            }
+        }
+    }
+}
+
+#[test]
+fn help_lists_the_exit_codes() {
+    let output = Command::new(env!("CARGO_BIN_EXE_specula")).arg("--help").output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    for code in ["  0 ", "  1 ", "  2 ", "  3 ", "  4 ", "  130 "] {
+        assert!(text.contains(code), "{text}");
+    }
+}

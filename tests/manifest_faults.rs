@@ -1,0 +1,69 @@
+//! A manifest with many faults: all are told at once, each with its place.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use support::Project;
+
+#[test]
+fn all_faults_are_told_at_once_with_place_expectation_and_nearest_spelling() {
+    let project = Project::new(
+        r#"
+schema = 1
+outt = "out"
+
+[stage.environment]
+kind = "import-enviroment"
+source = "assets/environments/*.exr"
+
+[stage.material]
+kind = "import-material"
+source = "assets/nowhere/*.toml"
+
+[stage.lighting]
+kind = "project-sh"
+input = "material"
+degre = 4
+tolerance = "small"
+
+[stage.map]
+kind = "export-reflection-map"
+input = "reflexion"
+path = "../elsewhere"
+"#,
+    );
+    let run = project.specula(&["build"]);
+    assert_eq!(run.code, Some(3), "{run:?}");
+    for word in [
+        "outt",
+        "import-environment",
+        "nowhere",
+        "degre",
+        "degree",
+        "tolerance",
+        "reflexion",
+        "elsewhere",
+        "pipeline.toml",
+    ] {
+        assert!(run.stderr.contains(word), "no {word:?} in:\n{}", run.stderr);
+    }
+    assert!(run.stderr.contains("nothing ran"), "{}", run.stderr);
+    assert!(!project.path("out").exists() && !project.path(".specula").exists());
+}
+
+#[test]
+fn a_missing_manifest_is_told_with_what_to_do() {
+    let project = Project::new("");
+    let run = project.specula(&["build", "--manifest", "nowhere.toml"]);
+    assert_eq!(run.code, Some(3), "{run:?}");
+    assert!(run.stderr.contains("nowhere.toml") && run.stderr.contains("init"), "{}", run.stderr);
+}
+
+#[test]
+fn an_unknown_stage_is_a_usage_error_with_the_nearest_name() {
+    let project = Project::small();
+    let run = project.specula(&["build", "lightning"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("\"lighting\""), "{}", run.stderr);
+}

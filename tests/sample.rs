@@ -1,0 +1,160 @@
+//! The project's own pipeline, as a user meets it.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use support::{Project, ran};
+
+#[test]
+fn the_sample_builds_and_then_there_is_nothing_to_do() {
+    let project = Project::sample();
+    let first = project.ok(&["build"]);
+    let outputs = project.outputs();
+    assert!(outputs.keys().any(|name| name.ends_with(".exr")), "{:?}", outputs.keys());
+    assert!(outputs.keys().any(|name| name.ends_with(".json")), "{:?}", outputs.keys());
+    assert!(outputs.keys().any(|name| name.ends_with(".png")), "{:?}", outputs.keys());
+    assert!(first.stderr.contains("published"), "{}", first.stderr);
+
+    let second = project.ok(&["build"]);
+    assert!(second.stderr.contains("Nothing to run"), "{}", second.stderr);
+    assert_eq!(project.outputs(), outputs);
+}
+
+#[test]
+fn one_thread_two_threads_and_an_empty_cache_give_the_same_bytes() {
+    let project = Project::sample();
+    let mut seen: Vec<BTreeMap<String, Vec<u8>>> = Vec::new();
+    for jobs in ["1", "2", "2"] {
+        let _ = fs::remove_dir_all(project.path("out"));
+        let _ = fs::remove_dir_all(project.path(".specula"));
+        project.ok(&["build", "--jobs", jobs]);
+        seen.push(project.outputs());
+    }
+    assert_eq!(seen[0], seen[1], "one thread and two");
+    assert_eq!(seen[1], seen[2], "twice from an empty cache");
+}
+
+#[test]
+fn a_changed_material_runs_only_what_depends_on_it() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    project
+        .write("assets/materials/gold.toml", "model = \"phong\"\nexponent = 7\nspecular = [1, 0.8, 0.3]\n");
+    let one = |names: &[&str]| names.iter().map(|name| ((*name).to_owned(), 1)).collect::<BTreeMap<_, _>>();
+    let expected = one(&["material", "coefficients", "reflection", "map", "faces"]);
+    assert_eq!(ran(&project.events(&[])), expected);
+
+    let why = project.ok(&["explain", "maps/gold.exr"]).stdout;
+    assert!(why.contains("gold.toml") || why.contains("reflection"), "{why}");
+}
+
+#[test]
+fn an_edit_that_changes_nothing_stops_at_once() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let gold = fs::read_to_string(project.path("assets/materials/gold.toml")).unwrap();
+    project.write("assets/materials/gold.toml", &format!("# a comment\n{gold}"));
+    assert_eq!(ran(&project.events(&[])).into_keys().collect::<Vec<_>>(), ["material"]);
+}
+
+#[test]
+fn a_changed_parameter_is_explained_with_old_and_new_value() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
+    let before = project.ok(&["explain", "lighting"]).stdout;
+    assert!(before.contains("degree") && before.contains('8') && before.contains('6'), "{before}");
+    let dry = project.ok(&["build", "--dry-run"]);
+    assert!(dry.stderr.contains("degree changed from 8 to 6"), "{}", dry.stderr);
+    let outputs = project.outputs();
+    assert_eq!(project.outputs(), outputs, "a dry run writes nothing");
+    let events = project.events(&[]);
+    assert!(ran(&events).contains_key("lighting") && !ran(&events).contains_key("environment"));
+}
+
+#[test]
+fn outputs_of_a_removed_stage_go_and_foreign_files_stay() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    project.write("out/maps/notes.txt", "mine");
+    let without = support::SMALL.split("[stage.map]").next().unwrap().to_owned();
+    project.write("pipeline.toml", &without);
+    project.ok(&["build"]);
+    assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["maps/notes.txt"]);
+}
+
+#[test]
+fn a_deleted_output_comes_back_without_any_stage_running() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let outputs = project.outputs();
+    fs::remove_dir_all(project.path("out")).unwrap();
+    assert!(ran(&project.events(&[])).is_empty());
+    assert_eq!(project.outputs(), outputs);
+}
+
+#[test]
+fn one_failing_item_stops_only_its_dependants() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let outputs = project.outputs();
+    project.write("assets/materials/gold.toml", "model = \"fong\"\nexponent = -3\n");
+    project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 0.25\n");
+    let run = project.specula(&["build"]);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    for word in ["gold.toml", "fong", "phong", "not run because of it", "reflection [studio, gold]"] {
+        assert!(run.stderr.contains(word), "no {word:?} in:\n{}", run.stderr);
+    }
+    let after = project.outputs();
+    assert_eq!(after["maps/gold.exr"], outputs["maps/gold.exr"], "the last good output stays");
+    assert_ne!(after["maps/chalk.exr"], outputs["maps/chalk.exr"], "what does not depend on it goes on");
+    assert_eq!(project.specula(&["build"]).code, Some(1), "a failure is not cached");
+}
+
+#[test]
+fn every_output_says_what_it_is() {
+    let project = Project::sample();
+    project.ok(&["build"]);
+    let outputs = project.outputs();
+    for name in outputs.keys() {
+        let text = project.ok(&["inspect", &format!("out/{name}")]).stdout;
+        assert!(text.contains("recipe") && text.contains("revision"), "{name}:\n{text}");
+    }
+}
+
+#[test]
+fn graphs_and_manual_pages_are_printed() {
+    let project = Project::sample();
+    assert!(project.ok(&["graph"]).stdout.starts_with("flowchart LR\n"));
+    assert!(project.ok(&["graph", "--format", "dot"]).stdout.starts_with("digraph"));
+    let kinds = project.ok(&["stages"]).stdout;
+    for line in kinds.lines() {
+        let kind = line.split_whitespace().next().unwrap();
+        let page = project.ok(&["stages", kind]).stdout;
+        assert!(page.contains("## Parameters") && page.contains("```toml"), "{page}");
+    }
+    let run = project.specula(&["stages", "projct-sh"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("project-sh"), "{}", run.stderr);
+}
+
+#[test]
+fn a_started_project_builds_once_it_has_an_environment() {
+    let project = Project::new("");
+    let made = project.path("made");
+    project.ok(&["init", made.to_str().unwrap()]);
+    let manifest = made.join("pipeline.toml");
+    let manifest = manifest.to_str().unwrap();
+    let run = project.specula(&["build", "--manifest", manifest]);
+    assert_eq!(run.code, Some(3), "no environment yet: {run:?}");
+    fs::copy(project.path("assets/environments/studio.exr"), made.join("assets/environments/studio.exr"))
+        .unwrap();
+    project.ok(&["build", "--manifest", manifest]);
+    assert!(made.join("out/studio/sheet.png").exists());
+    let again = project.specula(&["init", made.to_str().unwrap()]);
+    assert_eq!(again.code, Some(2), "an existing manifest is kept: {again:?}");
+}

@@ -1,0 +1,202 @@
+//! A project folder of its own for each end-to-end test, and the binary run in it.
+
+#![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use tempfile::TempDir;
+
+/// The repository.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A small pipeline over the sample assets: every kind of step, quick enough to run hundreds of times.
+pub const SMALL: &str = r#"
+schema = 1
+out = "out"
+
+[stage.environment]
+kind = "import-environment"
+source = "assets/environments/studio.exr"
+resolution = 32
+
+[stage.material]
+kind = "import-material"
+source = "assets/materials/*.toml"
+
+[stage.lighting]
+kind = "project-sh"
+input = "environment"
+degree = 8
+
+[stage.coefficients]
+kind = "project-brdf"
+input = "material"
+degree = [8, 0]
+
+[stage.reflection]
+kind = "convolve"
+inputs = { lighting = "lighting", brdf = "coefficients" }
+
+[stage.map]
+kind = "export-reflection-map"
+input = "reflection"
+layout = "lat-long"
+resolution = 16
+path = "maps/{material}"
+
+[stage.faces]
+kind = "export-reflection-map"
+input = "reflection"
+layout = "cube"
+resolution = 8
+path = "faces/{material}"
+
+[stage.sh]
+kind = "export-sh"
+input = "lighting"
+path = "lighting"
+"#;
+
+/// A folder with a manifest and assets, removed at the end.
+pub struct Project {
+    folder: TempDir,
+}
+
+/// How a run of the binary ended.
+#[derive(Debug)]
+pub struct Run {
+    pub code: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Project {
+    /// The repository's own pipeline and assets.
+    pub fn sample() -> Self {
+        Self::new(&fs::read_to_string(root().join("pipeline.toml")).unwrap())
+    }
+
+    /// [`SMALL`] over the sample assets.
+    pub fn small() -> Self {
+        Self::new(SMALL)
+    }
+
+    /// A manifest over the sample assets.
+    pub fn new(manifest: &str) -> Self {
+        let project = Self { folder: tempfile::tempdir().unwrap() };
+        copy_folder(&root().join("assets"), &project.path("assets"));
+        project.write("pipeline.toml", manifest);
+        project
+    }
+
+    /// A path in the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Writes a file in the folder.
+    pub fn write(&self, name: &str, text: &str) {
+        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    /// The binary, to be run in the folder.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_specula"));
+        command.current_dir(self.folder.path()).args(arguments).env("NO_COLOR", "1").stdin(Stdio::null());
+        command
+    }
+
+    /// Runs the binary to its end.
+    pub fn specula(&self, arguments: &[&str]) -> Run {
+        let output = self.command(arguments).output().unwrap();
+        Run {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
+    /// Runs the binary, which must succeed.
+    pub fn ok(&self, arguments: &[&str]) -> Run {
+        let run = self.specula(arguments);
+        assert_eq!(run.code, Some(0), "specula {arguments:?}\n{}{}", run.stdout, run.stderr);
+        run
+    }
+
+    /// The events of a build, which may fail.
+    pub fn events(&self, arguments: &[&str]) -> Vec<serde_json::Value> {
+        let run = self.specula(&[&["build", "--json"], arguments].concat());
+        run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+
+    /// Starts the binary with its output thrown away.
+    pub fn start(&self, arguments: &[&str]) -> Child {
+        self.command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    }
+
+    /// Every file below `out`, by its path there.
+    pub fn outputs(&self) -> BTreeMap<String, Vec<u8>> {
+        files_below(&self.path("out"))
+    }
+}
+
+/// The names of the stages that ran, each with its number of items.
+pub fn ran(events: &[serde_json::Value]) -> BTreeMap<String, usize> {
+    let mut stages = BTreeMap::new();
+    for event in events.iter().filter(|event| event["event"] == "finished") {
+        *stages.entry(event["item"]["stage"].as_str().unwrap().to_owned()).or_default() += 1;
+    }
+    stages
+}
+
+/// Every file below a folder, by its path there with `/`; empty where there is no folder.
+pub fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(&next).into_iter().flatten() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+                found.insert(name, fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+/// Copies a folder and all that is in it.
+pub fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy_folder(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// The folder that an environment variable names, or `None` (said aloud) where it is unset.
+///
+/// # Panics
+/// Where it is unset and `SPECULA_REQUIRE` is set: there, nothing may be skipped.
+pub fn folder_of(variable: &str, test: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os(variable).map(PathBuf::from);
+    if folder.is_none() {
+        assert!(std::env::var_os("SPECULA_REQUIRE").is_none(), "{test}: {variable} is unset");
+        eprintln!("SKIPPED {test}: {variable} is unset");
+    }
+    folder
+}
