@@ -119,13 +119,18 @@ impl EnergyPlot<'_> {
     }
 
     fn draw_energies(&self, canvas: &mut Canvas, axes: &Axes) {
-        // A narrow gap between bars while there is room for one.
+        // A narrow gap between bars while there is room for one; then whole pixels, so that no seam shows.
         let gap = if axes.share() >= 3.0 { (0.25 * axes.share()).min(6.0) } else { 0.0 };
         let half = (axes.share() - gap) / 2.0;
         for (degree, energy) in self.energies.iter().enumerate() {
             if *energy > 0.0 {
                 let (x, y) = (axes.x(degree as f64), axes.y(*energy));
-                canvas.fill_between(x - half, y, x + half, axes.area.bottom() as f64, theme::AMBER);
+                let (mut left, mut right) = (x - half, x + half);
+                if gap == 0.0 {
+                    left = left.round();
+                    right = right.round().max(left + 1.0);
+                }
+                canvas.fill_between(left, y, right, axes.area.bottom() as f64, theme::AMBER);
             }
         }
     }
@@ -220,6 +225,19 @@ mod tests {
             }
         }
         plot.draw(&mut canvas, place);
+    }
+
+    #[test]
+    fn many_bars_make_one_area_without_seams() {
+        for count in [101, 256, 300, 2049] {
+            let mut canvas = Canvas::new(424, 216, theme::BACKGROUND);
+            let energies = vec![0.1; count];
+            let axes = Axes { area: Rect::new(62, 58, 300, 100), degree: count - 1, decades: (-2, 0) };
+            EnergyPlot { energies: &energies, marks: &[] }.draw_energies(&mut canvas, &axes);
+            let row = &canvas.pixels()[130 * 424..][..424];
+            assert!(row[62..362].iter().all(|pixel| *pixel == theme::AMBER), "{count}");
+            assert!(row[..62].iter().chain(&row[363..]).all(|pixel| *pixel == theme::BACKGROUND), "{count}");
+        }
     }
 
     #[test]
