@@ -4,6 +4,7 @@
 //! that a grid of 3 (F + 1) rows puts some six samples on the shortest wave and cannot step over a valley. The
 //! lowest valleys of each channel are then followed to their bottom by Newton's method.
 
+use rayon::prelude::*;
 use sphere::{DVec3, Direction, LatLong};
 
 use crate::{Basis, Expansion, Synthesis};
@@ -24,7 +25,8 @@ const VALLEYS: usize = 4;
 
 /// The least value over all directions and channels.
 ///
-/// Accuracy: 1e-9 of the function's size. Time O(F^3); memory 432 (F + 1)^2 bytes.
+/// Accuracy: 1e-9 of the function's size. Time O(F^3); memory 610 (F + 1)^2 bytes, 2.6 GB at degree 2048. The result
+/// does not depend on the number of threads.
 ///
 /// # Example: 1 + z is least at the south pole
 /// ```
@@ -56,6 +58,16 @@ impl Search {
     }
 
     pub(crate) fn run(&self, expansion: &Expansion) -> Minimum {
+        self.search(expansion, f64::NEG_INFINITY).unwrap_or_else(|least| least)
+    }
+
+    /// The least value, or `None`, sooner, where it is negative.
+    pub(crate) fn if_non_negative(&self, expansion: &Expansion) -> Option<Minimum> {
+        self.search(expansion, 0.0).ok().filter(|least| least.value >= 0.0)
+    }
+
+    /// The least value; or, as the error, the first one found to be below `floor`.
+    fn search(&self, expansion: &Expansion, floor: f64) -> Result<Minimum, Minimum> {
         let start = Direction::Z;
         let values = self.basis.evaluate(expansion, start);
         let mut least = Minimum { value: f64::INFINITY, channel: 0, direction: start };
@@ -63,16 +75,24 @@ impl Search {
             least = lower(least, Minimum { value: values[channel], channel, direction: start });
         }
         // Every grid has pixels here, so that the plan exists.
-        let Some(synthesis) = &self.synthesis else { return least };
+        let Some(synthesis) = &self.synthesis else { return Ok(least) };
         let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
-        for channel in 0..3 {
-            for (row, column) in self.valleys(&pixels, channel) {
-                let direction = self.grid.direction(row, column);
-                let value = pixels[row * self.grid.width + column][channel];
-                least = lower(least, self.descend(expansion, Minimum { value, channel, direction }));
-            }
+        let starts: Vec<Minimum> = (0..3)
+            .flat_map(|channel| {
+                self.valleys(&pixels, channel).into_iter().map(move |(row, column)| (row, column, channel))
+            })
+            .map(|(row, column, channel)| Minimum {
+                value: pixels[row * self.grid.width + column][channel],
+                channel,
+                direction: self.grid.direction(row, column),
+            })
+            .collect();
+        if let Some(&below) = starts.iter().find(|start| start.value < floor) {
+            return Err(below);
         }
-        least
+        let bottoms: Vec<Minimum> =
+            starts.into_par_iter().map(|start| self.descend(expansion, start)).collect();
+        Ok(bottoms.into_iter().fold(least, lower))
     }
 
     /// The pixels that are the lowest among their neighbours, lowest first, at most [`VALLEYS`].

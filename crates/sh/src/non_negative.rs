@@ -36,11 +36,12 @@ const CLOSE: f64 = 1.001;
 
 /// Applies the weakest Laplacian window that makes every channel non-negative, to within 0.1 percent of its strength.
 ///
-/// One window serves all channels, so that colours do not shift. A black channel is left black. Takes some 25
-/// searches for a minimum ([`crate::minimum`]).
+/// One window serves all channels, so that colours do not shift. A black channel is left black. Takes some 10
+/// searches for a minimum ([`crate::minimum`]) and as many syntheses on their grids.
 ///
 /// # Errors
-/// Where a channel's mean is negative, or 0 though the channel is not black, or a coefficient is not finite.
+/// Where a channel's mean is negative, or 0 (or next to it) though the channel is not black, or a coefficient is
+/// not finite.
 pub fn non_negative(expansion: &Expansion) -> Result<NonNegative, NoPositiveMean> {
     let energy = energy_per_degree(expansion);
     for channel in 0..3 {
@@ -54,44 +55,41 @@ pub fn non_negative(expansion: &Expansion) -> Result<NonNegative, NoPositiveMean
     let with = |lambda: f64| {
         let window = Window::Laplacian(Penalty::new(lambda).unwrap_or(Penalty::ZERO));
         let windowed = window.apply(expansion);
-        let least = search.run(&windowed);
-        (windowed, least)
+        search.if_non_negative(&windowed).map(|least| (windowed, least))
     };
     let before = search.run(expansion);
-    let mut best = (expansion.clone(), before);
     if before.value >= 0.0 {
-        return Ok(NonNegative { expansion: best.0, penalty: Penalty::ZERO, before, after: before });
+        let expansion = expansion.clone();
+        return Ok(NonNegative { expansion, penalty: Penalty::ZERO, before, after: before });
     }
     // A strength at which the highest degree is halved, and up from there; past 1e300 nothing but the mean is left.
     let degree = expansion.degree().get() as f64;
     let mut weak = 0.0;
     let mut strong = (degree * (degree + 1.0)).powi(-2);
-    while strong < 1e300 {
-        best = with(strong);
-        if best.1.value >= 0.0 {
-            break;
+    let mut best = loop {
+        if let Some(found) = with(strong) {
+            break found;
         }
         (weak, strong) = (strong, strong * 16.0);
-    }
+        if strong > 1e300 {
+            let mean = expansion.get(0, 0)[before.channel] * 0.5 / std::f64::consts::PI.sqrt();
+            return Err(NoPositiveMean { channel: before.channel, mean });
+        }
+    };
     if weak == 0.0 {
         // The first strength was enough: look below it.
         weak = strong;
         while weak > 1e-300 {
-            let tried = with(weak / 16.0);
-            if tried.1.value < 0.0 {
-                weak /= 16.0;
-                break;
-            }
-            (weak, strong, best) = (weak / 16.0, weak / 16.0, tried);
+            weak /= 16.0;
+            let Some(tried) = with(weak) else { break };
+            (strong, best) = (weak, tried);
         }
     }
     while strong / weak > CLOSE {
         let middle = (strong * weak).sqrt();
-        let tried = with(middle);
-        if tried.1.value < 0.0 {
-            weak = middle;
-        } else {
-            (strong, best) = (middle, tried);
+        match with(middle) {
+            Some(tried) => (strong, best) = (middle, tried),
+            None => weak = middle,
         }
     }
     let (expansion, after) = best;
@@ -146,6 +144,9 @@ mod tests {
         assert_eq!(non_negative(&f).unwrap_err().channel, 1);
         f.rows_mut()[0] = [1.0, -1.0, 1.0];
         assert!(non_negative(&f).unwrap_err().mean < 0.0);
+        // Past any strength that a double holds: 1e-301 of the slope is left, and it is larger than this mean.
+        f.rows_mut()[0] = [1e-310; 3];
+        assert!(non_negative(&f).is_err());
         f.rows_mut()[0] = [f64::NAN; 3];
         assert!(non_negative(&f).is_err());
     }
