@@ -25,8 +25,8 @@ type C64 = Complex<f64>;
 
 /// The values of an expansion at the centres of a cube map's texels: six faces in file order, rows from the top.
 ///
-/// Work is O(F^3) for the rows and O(edge^2 F) for the texels; memory is 8 bytes for each row, column and channel of
-/// a grid of F + 1 rows. Accuracy: 2e-14 of the largest value at degree 60, compared with [`crate::Basis`].
+/// Work is O(F^3) for the rows, O(edge F^2) for the circles and O(edge^2 F) for the texels; memory beside the texels is
+/// some 200 (F + 1)^2 bytes. Accuracy: 2e-14 of the largest value at degree 60, compared with [`crate::Basis`].
 ///
 /// # Errors
 /// [`TransformError::Empty`] where the cube has no texel.

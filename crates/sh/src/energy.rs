@@ -52,10 +52,11 @@ pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
 /// The integral over the sphere of an image squared, RGB (equation 5.15, left side): what the energies of its
 /// expansion add up to where the image is one, by the quadrature of [`crate::Transform`].
 ///
-/// `pixels` are RGB, row by row from the top. Exact where the square is of a degree below the number of rows.
+/// `pixels` are RGB, row by row from the top. Exact where the square is of a degree below the number of rows and
+/// that of columns.
 ///
 /// # Panics
-/// Where the number of pixels is not that of the grid.
+/// Where the number of pixels is not that of the grid, or the grid has no column.
 ///
 /// # Example: a constant sky has 4 pi of it
 /// ```

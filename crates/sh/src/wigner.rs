@@ -364,12 +364,12 @@ impl Wigner {
     }
 
     /// Climbs from a start that f64 cannot hold until it can: that l, f^(l-1) and f^l.
-    #[cold]
     ///
     /// None where it stays small up to the last degree F. Below its turning point l_t = sqrt(m^2 + n^2 -+ 2 m n
     /// cos(beta)) / sin(beta) a function falls by kappa each step, sinh(kappa) >= sin(beta) sqrt(l_t^2 - l^2) / l (the
     /// recurrence with slowly varying factors), so that it is below e^-84 = 1e-36 at F where
     /// l_t sin(beta) > F sin(beta) + 20 (F sin(beta))^(1/3).
+    #[cold]
     fn grow(&self, l: usize, m: usize, n: usize, family: Family, start: Scaled) -> Option<(usize, f64, f64)> {
         let t = 2.0 * self.sine * self.sine;
         let mn = (m * n) as f64 * if family == Family::G { 1.0 } else { -1.0 };

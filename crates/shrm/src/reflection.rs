@@ -1,4 +1,4 @@
-//! The reflected light field B in spherical harmonics: lighting times BRDF (paper 1, equation 7).
+//! The reflected light field B in spherical harmonics: lighting times BRDF (paper 1, equations 5 and 14).
 //!
 //! B(R, w_o) = sum over l, m, p, q of L_lm rho_lpq D^l_mq(alpha) e^(i m beta) Y_pq(w_o). Where rho_hat depends only
 //! on the angle between w_i and the central direction, p = q = 0. Then D^l_m0(alpha) e^(i m beta) = Lambda_l
