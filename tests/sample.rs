@@ -70,10 +70,70 @@ fn a_changed_parameter_is_explained_with_old_and_new_value() {
     assert!(before.contains("degree") && before.contains('8') && before.contains('6'), "{before}");
     let dry = project.ok(&["build", "--dry-run"]);
     assert!(dry.stderr.contains("degree changed from 8 to 6"), "{}", dry.stderr);
-    let outputs = project.outputs();
-    assert_eq!(project.outputs(), outputs, "a dry run writes nothing");
     let events = project.events(&[]);
     assert!(ran(&events).contains_key("lighting") && !ran(&events).contains_key("environment"));
+}
+
+#[test]
+fn a_dry_run_says_would_and_writes_nothing() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    fs::remove_file(project.path("out/lighting.json")).unwrap();
+    project.write("assets/materials/new.toml", "model = \"lambert\"\n");
+    fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
+    let outputs = project.outputs();
+    let dry = project.ok(&["build", "--dry-run"]);
+    for words in [
+        "would restore  lighting.json",
+        " would remove  maps/gold.exr",
+        "    would run  material [new]: never built",
+        "1 file would be published",
+        "Nothing was written.",
+    ] {
+        assert!(dry.stderr.contains(words), "no {words:?} in:\n{}", dry.stderr);
+    }
+    let told = dry.stderr.lines().filter(|line| !line.starts_with("Nothing") && line.contains("  "));
+    for line in told {
+        assert!(line.trim_start().starts_with("would "), "{line:?} in:\n{}", dry.stderr);
+    }
+    assert_eq!(project.outputs(), outputs);
+}
+
+#[test]
+fn a_rehearsal_tells_an_input_that_has_gone_from_one_still_to_be_made() {
+    let project = Project::sample();
+    project.ok(&["build"]);
+    fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
+    project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 0.25\n");
+    let why = "reflection [sky, gold] no longer arrives; after reflection [sky, chalk]";
+    let dry = project.ok(&["build", "--dry-run"]).stderr;
+    assert!(dry.contains(&format!("sheet [sky]: {why}")), "{dry}");
+    let explained = project.ok(&["explain", "sky/sheet.png"]).stdout;
+    for line in why.split("; ") {
+        assert!(explained.contains(&format!("    {line}\n")), "{explained}");
+    }
+}
+
+#[test]
+fn a_reader_that_has_gone_away_is_no_error() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let commands: [&[&str]; 7] = [
+        &["stages"],
+        &["stages", "project-sh"],
+        &["graph"],
+        &["explain", "map"],
+        &["inspect", "out/lighting.json", "--json"],
+        &["build", "--json"],
+        &["build", "--verbose"],
+    ];
+    for command in commands {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let errors = writer.try_clone().unwrap();
+        let status = project.command(command).stdout(writer).stderr(errors).status().unwrap();
+        assert_eq!(status.code(), Some(0), "specula {command:?}");
+    }
 }
 
 #[test]
@@ -123,6 +183,19 @@ fn every_output_says_what_it_is() {
     for name in outputs.keys() {
         let text = project.ok(&["inspect", &format!("out/{name}")]).stdout;
         assert!(text.contains("recipe") && text.contains("revision"), "{name}:\n{text}");
+    }
+}
+
+#[test]
+fn every_artifact_in_the_cache_says_what_it_is() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let told = blobs.keys().map(|name| project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout);
+    let told = told.collect::<Vec<_>>();
+    for what in ["material", "environment", "lighting", "brdf", "reflection", "image"] {
+        let line = format!("{:<13} {what}\n", "what");
+        assert!(told.iter().any(|text| text.starts_with(&line)), "no {what} in {told:#?}");
     }
 }
 

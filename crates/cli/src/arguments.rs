@@ -29,7 +29,7 @@ pub(crate) enum Command {
     },
     /// Say what a file is: shape, frame, range, recipe
     Inspect {
-        /// An image, SH file, coefficient file or material
+        /// An exported file, an artifact in `.specula/blobs`, or an image from elsewhere
         file: PathBuf,
         /// Print JSON
         #[arg(long)]
@@ -58,7 +58,7 @@ pub(crate) struct BuildArguments {
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
     /// How many threads work [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
     /// Say what would run and why; write nothing
     #[arg(long)]

@@ -3,8 +3,10 @@
 use engine::{BuildOptions, Cancel, Event, Kinds, Summary};
 
 use crate::arguments::BuildArguments;
+use crate::print::say;
 use crate::progress::Progress;
-use crate::{Exit, manifest};
+use crate::reasons::Connections;
+use crate::{Exit, exit, manifest};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -19,7 +21,11 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel);
-    let progress = Progress::new(arguments.verbose, arguments.dry_run);
+    let progress = Progress::new(
+        arguments.verbose,
+        arguments.dry_run.then(|| Connections::of(&plan)),
+        !arguments.json && !arguments.dry_run,
+    );
     let events = |event: Event| {
         if arguments.json {
             print_json(&event);
@@ -34,7 +40,10 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             }
             exit_of(&summary)
         }
-        Err(error) => crate::exit::of_error(&error),
+        Err(error) => {
+            progress.tell_failures();
+            exit::of_error(&error)
+        }
     }
 }
 
@@ -66,6 +75,6 @@ fn stop_on_interrupt(cancel: &Cancel) {
         cancel.cancel();
     };
     if let Err(error) = ctrlc::set_handler(handler) {
-        eprintln!("warning: Ctrl-C will stop the process at once: {error}");
+        say!("warning: Ctrl-C will stop the process at once: {error}");
     }
 }

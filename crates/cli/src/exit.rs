@@ -4,6 +4,8 @@ use std::process::ExitCode;
 
 use engine::{Error, ErrorKind};
 
+use crate::print::say;
+
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -41,12 +43,12 @@ impl From<Exit> for ExitCode {
 /// Prints what stopped a whole command, and gives its exit code.
 pub(crate) fn of_error(error: &Error) -> Exit {
     let mut chain = error.chain().iter();
-    eprintln!("error: {}", chain.next().map_or("", String::as_str));
+    say!("error: {}", chain.next().map_or("", String::as_str));
     for cause in chain {
-        eprintln!("  {cause}");
+        say!("  {cause}");
     }
     if let Some(help) = error.help() {
-        eprintln!("hint: {help}");
+        say!("hint: {help}");
     }
     match error.kind() {
         ErrorKind::UnknownTarget => Exit::Usage,

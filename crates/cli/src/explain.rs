@@ -3,8 +3,8 @@
 use engine::{Explanation, Kinds, LastRun};
 
 use crate::arguments::ExplainArguments;
-use crate::reasons::{past, planned_lines, short};
-use crate::{Exit, exit, manifest, terminal};
+use crate::reasons::{Connections, past, short};
+use crate::{Exit, exit, manifest, print, terminal};
 
 pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -13,19 +13,19 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
     };
     match engine::explain(&plan, &arguments.target) {
         Ok(explanations) => {
-            let texts = explanations.iter().map(describe).collect::<Vec<_>>();
-            print!("{}", texts.join("\n"));
-            Exit::Success
+            let connections = Connections::of(&plan);
+            let texts = explanations.iter().map(|found| describe(found, &connections)).collect::<Vec<_>>();
+            print::data(&texts.join("\n"))
         }
         Err(error) => exit::of_error(&error),
     }
 }
 
-fn describe(explanation: &Explanation) -> String {
+fn describe(explanation: &Explanation, connections: &Connections) -> String {
     let mut text = format!("{}\n", explanation.item);
     if explanation.would_run {
         text += "  would run now, because\n";
-        for line in planned_lines(&explanation.reasons) {
+        for line in connections.planned(&explanation.item, &explanation.reasons) {
             text += &format!("    {line}\n");
         }
     } else {

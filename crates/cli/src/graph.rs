@@ -3,14 +3,11 @@
 use engine::{Kinds, Plan, Product};
 
 use crate::arguments::{GraphArguments, GraphFormat};
-use crate::{Exit, manifest};
+use crate::{Exit, manifest, print};
 
 pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Exit {
     match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => {
-            print!("{}", draw(&plan, arguments.format));
-            Exit::Success
-        }
+        Ok(plan) => print::data(&draw(&plan, arguments.format)),
         Err(exit) => exit,
     }
 }
@@ -43,7 +40,7 @@ fn draw(plan: &Plan, format: GraphFormat) -> String {
     for (index, stage) in plan.stages.iter().enumerate() {
         for (port, from) in &stage.inputs {
             text += &match format {
-                GraphFormat::Mermaid => format!("  s{from} -- {port} --> s{index}\n"),
+                GraphFormat::Mermaid => format!("  s{from} -->|\"{port}\"| s{index}\n"),
                 GraphFormat::Dot => format!("  s{from} -> s{index} [label=\"{port}\"];\n"),
             };
         }

@@ -5,6 +5,7 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use crate::Exit;
+use crate::print::say;
 
 /// The files of a new project; their text is in `starter/`, and a test builds it.
 const FILES: [(&str, &str); 3] = [
@@ -15,26 +16,26 @@ const FILES: [(&str, &str); 3] = [
 
 pub(crate) fn run(folder: &Path) -> Exit {
     if folder.join("pipeline.toml").exists() {
-        eprintln!("error: {} is there already; nothing was written", folder.join("pipeline.toml").display());
+        say!("error: {} is there already; nothing was written", folder.join("pipeline.toml").display());
         return Exit::Usage;
     }
     for (name, text) in FILES {
         let path = folder.join(name);
         match write_new(&path, text) {
-            Ok(true) => eprintln!("wrote {}", path.display()),
-            Ok(false) => eprintln!("kept  {}", path.display()),
+            Ok(true) => say!("wrote {}", path.display()),
+            Ok(false) => say!("kept  {}", path.display()),
             Err(error) => {
-                eprintln!("error: cannot write {}: {error}", path.display());
+                say!("error: cannot write {}: {error}", path.display());
                 return Exit::Machine;
             }
         }
     }
     let environments = folder.join("assets").join("environments");
     if let Err(error) = fs::create_dir_all(&environments) {
-        eprintln!("error: cannot make {}: {error}", environments.display());
+        say!("error: cannot make {}: {error}", environments.display());
         return Exit::Machine;
     }
-    eprintln!("Next: put a lat-long .exr or .hdr into {}, then run `specula build`.", environments.display());
+    say!("Next: put a lat-long .exr or .hdr into {}, then run `specula build`.", environments.display());
     Exit::Success
 }
 

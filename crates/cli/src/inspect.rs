@@ -6,7 +6,8 @@ use std::path::Path;
 use containers::{Format, OpenExrEnvmap, ReadOptions, lighting_json, read_image, read_recipe, tensors};
 use serde_json::{Value, json};
 
-use crate::Exit;
+use crate::print::say;
+use crate::{Exit, print};
 
 /// What is said of a file, in order: a label and its value.
 type Facts = Vec<(&'static str, Value)>;
@@ -19,25 +20,24 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
     let bytes = match fs::read(file) {
         Ok(bytes) => bytes,
         Err(error) => {
-            eprintln!("error: cannot read {}: {error}", file.display());
+            say!("error: cannot read {}: {error}", file.display());
             return Exit::Usage;
         }
     };
     match facts(&bytes) {
         Ok(facts) if as_json => {
             let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
-            println!("{}", Value::Object(object));
-            Exit::Success
+            print::data(&format!("{}\n", Value::Object(object)))
         }
         Ok(facts) => {
-            for (label, value) in facts {
-                println!("{label:<12} {}", text_of(&value));
-            }
-            Exit::Success
+            let lines = facts.iter().map(|(label, value)| format!("{label:<13} {}\n", text_of(value)));
+            print::data(&lines.collect::<String>())
         }
         Err(error) => {
-            eprintln!("error: {}: {error}", file.display());
-            eprintln!("hint: inspect reads OpenEXR, Radiance, PNG, JPEG, safetensors and SH as JSON");
+            say!("error: {}: {error}", file.display());
+            say!(
+                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, safetensors and the JSON of lighting and materials"
+            );
             Exit::Usage
         }
     }
@@ -57,7 +57,7 @@ fn text_of(value: &Value) -> String {
 fn facts(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let mut facts = match Format::sniff(bytes) {
         Some(_) => image(bytes)?,
-        None if bytes.first() == Some(&b'{') => coefficients_for_people(bytes)?,
+        None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,
         None => image(bytes)?,
     };
@@ -103,36 +103,42 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
     Ok(facts)
 }
 
-/// The least, mean and greatest value of each channel, and how many values are no light at all.
+/// The least, mean and greatest finite value of each channel, and how many values are no light at all.
 fn range(unit: &str, values: impl Iterator<Item = [f64; 3]>) -> Facts {
     let (mut least, mut greatest, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], [0.0; 3]);
-    let (mut count, mut not_finite, mut negative) = (0_usize, 0_usize, 0_usize);
+    let mut count = [0_usize; 3];
+    let (mut not_finite, mut negative) = (0_usize, 0_usize);
     for value in values {
-        count += 1;
         for channel in 0..3 {
             let number = value[channel];
             if !number.is_finite() {
                 not_finite += 1;
                 continue;
             }
+            count[channel] += 1;
             negative += usize::from(number < 0.0);
             least[channel] = least[channel].min(number);
             greatest[channel] = greatest[channel].max(number);
             sum[channel] += number;
         }
     }
-    let shown = |values: [f64; 3]| format!("[{:.6}, {:.6}, {:.6}]", values[0], values[1], values[2]);
+    let shown = |values: [f64; 3]| {
+        let texts = values.iter().zip(count);
+        let texts = texts.map(|(value, count)| if count > 0 { format!("{value:.6}") } else { "none".into() });
+        format!("[{}]", texts.collect::<Vec<_>>().join(", "))
+    };
+    let mean = [0, 1, 2].map(|channel| sum[channel] / count[channel] as f64);
     vec![
         ("values", unit.into()),
         ("least", shown(least).into()),
-        ("mean", shown(sum.map(|sum| sum / count.max(1) as f64)).into()),
+        ("mean", shown(mean).into()),
         ("greatest", shown(greatest).into()),
         ("negative", negative.into()),
         ("not finite", not_finite.into()),
     ]
 }
 
-fn coefficients_for_people(bytes: &[u8]) -> Result<Facts, containers::Error> {
+fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
     match lighting_json::decode(bytes) {
         Ok(lighting) => {
             let mut facts = vec![
@@ -158,6 +164,11 @@ fn coefficients_for_people(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 facts.extend(members.iter().filter_map(|name| Some((*name, object.get(*name)?.clone()))));
                 Ok(facts)
             }
+            Ok(Value::Object(object)) if object.contains_key("model") => Ok(vec![
+                ("what", "material".into()),
+                ("format", "JSON".into()),
+                ("parameters", Value::Object(object)),
+            ]),
             _ => Err(error),
         },
     }
@@ -197,4 +208,19 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
         _ => {}
     }
     Ok(facts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_range_is_that_of_the_finite_values() {
+        let values = [[1.0, f64::NAN, -1.0], [3.0, f64::INFINITY, f64::NAN]];
+        let facts: std::collections::BTreeMap<_, _> =
+            range("units", values.into_iter()).into_iter().collect();
+        assert_eq!(facts["least"], "[1.000000, none, -1.000000]");
+        assert_eq!(facts["mean"], "[2.000000, none, -1.000000]");
+        assert_eq!((&facts["negative"], &facts["not finite"]), (&json!(1), &json!(3)));
+    }
 }

@@ -6,7 +6,7 @@
 //! Data (`--json` events, graphs, manual pages, explanations) goes to standard output, everything else to
 //! standard error. [`Exit`] lists the exit codes.
 
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the only crate that prints")]
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arguments;
 mod build;
@@ -17,6 +17,7 @@ mod init;
 mod inspect;
 mod manifest;
 mod manual;
+mod print;
 mod progress;
 mod reasons;
 mod terminal;

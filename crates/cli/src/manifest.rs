@@ -7,6 +7,7 @@ use engine::{Fault, Faults, Kinds, Plan};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 
 use crate::arguments::ManifestArgument;
+use crate::print::say;
 use crate::{Exit, terminal};
 
 /// The plan of a manifest; where it has faults, they are printed and the exit code is given.
@@ -14,7 +15,7 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     Plan::load(&argument.manifest, kinds).map_err(|found| {
         print(&found);
         if !argument.manifest.exists() {
-            eprintln!("hint: `specula init` writes a starter manifest");
+            say!("hint: `specula init` writes a starter manifest");
         }
         Exit::Manifest
     })
@@ -36,10 +37,10 @@ fn print(faults: &Faults) {
         if handler.render_report(&mut text, &report).is_err() {
             text = format!("{}: {}\n", faults.file, fault.message);
         }
-        eprint!("{text}");
+        say!("{}", text.trim_end_matches('\n'));
     }
     let s = if faults.faults.len() == 1 { "" } else { "s" };
-    eprintln!("{}: {} fault{s}; nothing ran.", faults.file, faults.faults.len());
+    say!("{}: {} fault{s}; nothing ran.", faults.file, faults.faults.len());
 }
 
 struct Report<'a> {

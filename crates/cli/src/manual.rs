@@ -2,32 +2,28 @@
 
 use engine::{ErasedKind, Kinds};
 
-use crate::Exit;
+use crate::print::say;
+use crate::{Exit, print};
 
 pub(crate) fn run(name: Option<&str>, kinds: &Kinds) -> Exit {
     let Some(name) = name else {
-        for kind in kinds.iter() {
-            println!("{:<24} {}", kind.name(), summary(kind.as_ref()));
-        }
-        return Exit::Success;
+        let lines = kinds.iter().map(|kind| format!("{:<24} {}\n", kind.name(), summary(kind.as_ref())));
+        return print::data(&lines.collect::<String>());
     };
     match kinds.get(name) {
-        Some(kind) => {
-            print!("{}", page(kind.as_ref()));
-            Exit::Success
-        }
+        Some(kind) => print::data(&page(kind.as_ref())),
         None => {
-            eprintln!("error: there is no kind {name:?}");
+            say!("error: there is no kind {name:?}");
             match engine::nearest(name, kinds.iter().map(|kind| kind.name())) {
-                Some(near) => eprintln!("hint: did you mean {near:?}?"),
-                None => eprintln!("hint: specula stages lists them"),
+                Some(near) => say!("hint: did you mean {near:?}?"),
+                None => say!("hint: specula stages lists them"),
             }
             Exit::Usage
         }
     }
 }
 
-/// The first sentence of the manual.
+/// The first paragraph of the manual, on one line.
 fn summary(kind: &dyn ErasedKind) -> String {
     let manual = kind.manual();
     let paragraph = manual.lines().take_while(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" ");

@@ -1,18 +1,25 @@
 //! The build as a person sees it: a bar while it works, a line for what happened, a summary at the end.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use engine::{Event, ItemName, Summary};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{reasons, terminal};
+use crate::print::{message, say};
+use crate::reasons::{self, Connections};
+use crate::terminal;
+
+const TICK: Duration = Duration::from_millis(100);
 
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
     verbose: bool,
-    dry_run: bool,
+    /// What a dry run needs to say why an item would run; `None` in a build.
+    rehearsal: Option<Connections>,
     bar: ProgressBar,
     state: Mutex<State>,
 }
@@ -25,13 +32,16 @@ struct State {
 }
 
 impl Progress {
-    pub(crate) fn new(verbose: bool, dry_run: bool) -> Self {
-        let bar =
-            if terminal::is_watched() && !dry_run { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}  {wide_msg}") {
+    pub(crate) fn new(verbose: bool, rehearsal: Option<Connections>, bar: bool) -> Self {
+        let bar = if bar && terminal::is_watched() { ProgressBar::new(0) } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed:>4}  {wide_msg}") {
             bar.set_style(style);
         }
-        Self { verbose, dry_run, bar, state: Mutex::default() }
+        if !bar.is_hidden() {
+            // Draws are limited to some a second: a tick shows what changed since the last one.
+            bar.enable_steady_tick(TICK);
+        }
+        Self { verbose, rehearsal, bar, state: Mutex::default() }
     }
 
     /// Shows one event.
@@ -40,32 +50,33 @@ impl Progress {
             Event::Planned { items, .. } => self.bar.set_length(*items as u64),
             Event::UpToDate { item } => {
                 if self.verbose {
-                    self.line(&format!("      current  {item}"));
+                    self.line("current", item);
                 }
                 self.bar.inc(1);
             }
-            Event::Started { item, reasons } if self.dry_run => {
-                self.line(&format!("would run  {item}: {}", reasons::planned(reasons)));
-            }
             Event::Started { item, reasons } => {
+                if let Some(connections) = &self.rehearsal {
+                    let why = connections.planned(item, reasons).join("; ");
+                    return self.line("would run", format_args!("{item}: {why}"));
+                }
                 if self.verbose {
-                    self.line(&format!("          run  {item}: {}", reasons::past(reasons)));
+                    self.line("run", format_args!("{item}: {}", reasons::past(reasons)));
                 }
                 self.running(|running| _ = running.insert(item.clone(), ()));
             }
             Event::Finished { item, milliseconds, changed } => {
                 let same = if *changed { "" } else { "  (same result as before)" };
-                self.line(&format!("{:>13}  {item}{same}", terminal::duration(*milliseconds)));
+                self.line(&terminal::duration(*milliseconds), format_args!("{item}{same}"));
                 self.ended(item);
             }
-            Event::Warning { item, message } => self.line(&format!("      warning  {item}: {message}")),
+            Event::Warning { item, message } => self.line("warning", format_args!("{item}: {message}")),
             Event::Note { item, message } => {
                 if self.verbose {
-                    self.line(&format!("         note  {item}: {message}"));
+                    self.line("note", format_args!("{item}: {message}"));
                 }
             }
             Event::Failed { item, error, help } => {
-                self.line(&format!("       FAILED  {item}"));
+                self.line("FAILED", item);
                 self.ended(item);
                 self.state().failures.push((item.clone(), error.clone(), help.clone()));
             }
@@ -73,42 +84,54 @@ impl Progress {
                 self.bar.inc(1);
                 self.state().skipped.push((item.clone(), because.clone()));
             }
-            Event::Published { file, restored: true, .. } => self.line(&format!("     restored  {file}")),
+            Event::Published { file, restored: true, .. } => {
+                self.line(if self.rehearsal.is_some() { "would restore" } else { "restored" }, file);
+            }
+            Event::Published { file, .. } if self.rehearsal.is_some() => self.line("would publish", file),
             Event::Published { file, .. } => {
                 if self.verbose {
-                    self.line(&format!("    published  {file}"));
+                    self.line("published", file);
                 }
             }
-            Event::Removed { file } => self.line(&format!("      removed  {file}")),
+            Event::Removed { file } => {
+                self.line(if self.rehearsal.is_some() { "would remove" } else { "removed" }, file);
+            }
             Event::Ended(_) => self.bar.finish_and_clear(),
         }
     }
 
     /// What is worth saying at the end: failures in full, then one paragraph of counts.
     pub(crate) fn summarise(&self, summary: &Summary, out: &Path) {
+        self.tell_failures();
+        for line in conclusion(summary, out, self.rehearsal.is_some()) {
+            message(&line);
+        }
+    }
+
+    /// The failures so far in full, below the lines and without a bar.
+    pub(crate) fn tell_failures(&self) {
         self.bar.finish_and_clear();
         let state = self.state();
         for (item, chain, help) in &state.failures {
-            eprintln!("\nerror: {item} failed");
+            say!("\nerror: {item} failed");
             for cause in chain {
-                eprintln!("  {}", cause.replace('\n', "\n  "));
+                say!("  {}", cause.replace('\n', "\n  "));
             }
             if let Some(help) = help {
-                eprintln!("  hint: {help}");
+                say!("  hint: {help}");
             }
             let lost = state.skipped.iter().filter(|(_, because)| because.as_ref() == Some(item));
             let lost = lost.map(|(skipped, _)| skipped.to_string()).collect::<Vec<_>>();
             if !lost.is_empty() {
-                eprintln!("  not run because of it: {}", lost.join("; "));
+                say!("  not run because of it: {}", lost.join("; "));
             }
-        }
-        for line in conclusion(summary, out, self.dry_run) {
-            eprintln!("{line}");
         }
     }
 
-    fn line(&self, line: &str) {
-        if self.bar.is_hidden() { eprintln!("{line}") } else { self.bar.println(line) }
+    /// A line above the bar: what happened, to what.
+    fn line(&self, what: &str, subject: impl Display) {
+        let line = format!("{what:>13}  {subject}");
+        if self.bar.is_hidden() { message(&line) } else { self.bar.println(line) }
     }
 
     fn ended(&self, item: &ItemName) {
@@ -133,20 +156,25 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     let time = terminal::duration(milliseconds);
     let out = out.display();
     if dry_run {
-        return vec![match ran {
-            0 => format!("Nothing would run: {} up to date. Nothing was written.", items(up_to_date)),
-            _ => format!("{} would run, {up_to_date} up to date. Nothing was written.", items(ran)),
-        }];
+        let runs = match ran {
+            0 => format!("Nothing would run: {} up to date.", items(up_to_date)),
+            _ => format!("{} would run, {up_to_date} up to date.", items(ran)),
+        };
+        let moves = match (published, removed) {
+            (0, 0) => String::new(),
+            _ => format!(" From the cache, {} would be published; {removed} removed.", files(published)),
+        };
+        return vec![format!("{runs}{moves} Nothing was written.")];
     }
     if ran + failed + skipped == 0 && !cancelled {
         let mut lines = vec![format!(
-            "Nothing to run: for all {} the parameters, the kinds' revisions and the contents of inputs and files \
+            "Nothing to run: for {} the parameters, the kinds' revisions and the contents of inputs and files \
              are those of a build before ({time}).",
-            items(up_to_date)
+            if up_to_date == 1 { "the 1 item".into() } else { format!("all {up_to_date} items") }
         )];
         lines.push(match (published, removed) {
             (0, 0) => format!("The files in {out} are as they were published."),
-            _ => format!("{published} files put back and {removed} removed in {out}."),
+            _ => format!("{} published from the cache and {removed} removed in {out}.", files(published)),
         });
         return lines;
     }
@@ -158,7 +186,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         counts.push(format!("{skipped} not run"));
     }
     let mut lines = vec![format!("{} in {time}.", counts.join(", "))];
-    lines.push(format!("{published} files published and {removed} removed in {out}."));
+    lines.push(format!("{} published and {removed} removed in {out}.", files(published)));
     if failed + skipped > 0 || cancelled {
         lines.push("The last good outputs of what did not run are still there.".into());
     }
@@ -170,4 +198,8 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
 
 fn items(count: usize) -> String {
     if count == 1 { "1 item".into() } else { format!("{count} items") }
+}
+
+fn files(count: usize) -> String {
+    if count == 1 { "1 file".into() } else { format!("{count} files") }
 }

@@ -1,38 +1,55 @@
 //! Why something ran or would run, in words.
 
-use engine::{Digest, ItemName, Reason};
+use std::collections::HashSet;
+
+use engine::{Digest, ItemName, Plan, Reason};
 
 /// Why an item ran, in one line.
 pub(crate) fn past(reasons: &[Reason]) -> String {
-    lines(reasons, "no longer arrives").join("; ")
+    reasons.iter().map(line).collect::<Vec<_>>().join("; ")
 }
 
-/// Why an item would run, in one line.
-pub(crate) fn planned(reasons: &[Reason]) -> String {
-    planned_lines(reasons).join("; ")
+/// What a plan connects: it tells an input that is still to be made from one that has gone.
+pub(crate) struct Connections {
+    /// The stage, the port and the stage whose items arrive there.
+    ports: HashSet<(String, String, String)>,
+    items: HashSet<ItemName>,
 }
 
-/// Why an item would run: inputs whose new content is not known yet share the last line.
-pub(crate) fn planned_lines(reasons: &[Reason]) -> Vec<String> {
-    let (waiting, known): (Vec<_>, Vec<_>) =
-        reasons.iter().cloned().partition(|reason| matches!(reason, Reason::Input { new: None, .. }));
-    let mut lines = lines(&known, "");
-    let names = waiting.iter().filter_map(|reason| match reason {
-        Reason::Input { item, .. } => Some(item.to_string()),
-        _ => None,
-    });
-    let names = names.collect::<Vec<_>>();
-    if !names.is_empty() {
-        lines.push(format!("after {}", names.join(", ")));
+impl Connections {
+    pub(crate) fn of(plan: &Plan) -> Self {
+        let name = |stage: usize| plan.stages[stage].name.clone();
+        let ports = plan.stages.iter().flat_map(|stage| {
+            stage.inputs.iter().map(move |(port, from)| (stage.name.clone(), (*port).to_owned(), name(*from)))
+        });
+        let items = plan.items.iter().map(|item| ItemName { stage: name(item.stage), key: item.key.clone() });
+        Self { ports: ports.collect(), items: items.collect() }
     }
-    lines
+
+    fn awaits(&self, item: &ItemName, port: &str, from: &ItemName) -> bool {
+        self.items.contains(from)
+            && self.ports.contains(&(item.stage.clone(), port.to_owned(), from.stage.clone()))
+    }
+
+    /// Why an item would run: inputs whose new content is not known yet share the last line.
+    pub(crate) fn planned(&self, item: &ItemName, reasons: &[Reason]) -> Vec<String> {
+        let (mut lines, mut awaited) = (Vec::new(), Vec::new());
+        for reason in reasons {
+            match reason {
+                Reason::Input { port, item: from, new: None, .. } if self.awaits(item, port, from) => {
+                    awaited.push(from.to_string());
+                }
+                known => lines.push(line(known)),
+            }
+        }
+        if !awaited.is_empty() {
+            lines.push(format!("after {}", awaited.join(", ")));
+        }
+        lines
+    }
 }
 
-fn lines(reasons: &[Reason], gone: &str) -> Vec<String> {
-    reasons.iter().map(|reason| line(reason, gone)).collect()
-}
-
-fn line(reason: &Reason, gone: &str) -> String {
+fn line(reason: &Reason) -> String {
     let at = |port: &str, item: &ItemName| {
         if port == item.stage { item.to_string() } else { format!("{port} = {item}") }
     };
@@ -40,7 +57,7 @@ fn line(reason: &Reason, gone: &str) -> String {
         Reason::NeverBuilt => "never built".into(),
         Reason::FailedBefore => "its last run failed".into(),
         Reason::Parameter { name, old, new } => format!("{name} changed from {old} to {new}"),
-        Reason::Input { port, item, new: None, .. } => format!("{} {gone}", at(port, item)),
+        Reason::Input { port, item, new: None, .. } => format!("{} no longer arrives", at(port, item)),
         Reason::Input { port, item, old: None, .. } => format!("{} is new", at(port, item)),
         Reason::Input { port, item, old, new } => {
             format!("{} changed ({} to {})", at(port, item), short(old.as_ref()), short(new.as_ref()))
