@@ -12,7 +12,7 @@ use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
@@ -37,8 +37,15 @@ pub(crate) struct Published {
     pub(crate) digest: Digest,
     /// `None` while it is being renamed into place.
     stamp: Option<Stamp>,
-    /// What was there before, while it is being replaced.
+    /// What the manifest had published there before, while it is being replaced.
     replaces: Option<Digest>,
+}
+
+impl Published {
+    /// What the manifest has put there, whatever a person made of it; `None` where it never came to that.
+    fn owned(&self) -> Option<Digest> {
+        if self.stamp.is_some() { Some(self.digest) } else { self.replaces }
+    }
 }
 
 /// Something that publishing did.
@@ -73,6 +80,8 @@ pub(crate) struct Publisher<'a> {
     ledger: HashMap<String, Published>,
     /// The files that the plan's items export.
     wanted: HashSet<&'a str>,
+    /// The same by their names in lower case: no two are one file where case does not count.
+    folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that nobody wants any more, by item.
     stale: BTreeMap<ItemName, Vec<String>>,
     /// What this build has removed.
@@ -122,6 +131,7 @@ impl<'a> Publisher<'a> {
             out,
             ledger,
             wanted,
+            folded: OnceLock::new(),
             stale,
             removed: Mutex::default(),
             thinned: Mutex::default(),
@@ -266,6 +276,9 @@ impl<'a> Publisher<'a> {
         };
         let mut replaces = None;
         if let Some(found) = &found {
+            if found.is_dir() {
+                return Err(in_the_way(&place).into());
+            }
             let content = self.content(found, line, &place)?;
             if content == Some(blob.digest) {
                 return Ok(Some(Action { file: file.into(), blob, replaces: None, write: None }));
@@ -274,17 +287,18 @@ impl<'a> Publisher<'a> {
                 (Some(content), Some(line)) if content == line.digest || Some(content) == line.replaces => {
                     replaces = Some(content);
                 }
-                // The ledger's own file was never put in place, so that this one is not it.
-                (_, Some(line)) if line.stamp.is_some() => told.push(Told::Warning(format!(
-                    "{} had been changed since it was published; the published file was put back",
-                    place.display()
-                ))),
+                // Where the ledger's own file was never put in place, this one is not it.
+                (_, Some(line)) if line.owned().is_some() => {
+                    replaces = line.owned();
+                    told.push(Told::Warning(format!(
+                        "{} had been changed since it was published; the published file was put back",
+                        place.display()
+                    )));
+                }
                 _ => return Err(in_the_way(&place).into()),
             }
         }
-        let restored = line.is_some_and(|line| {
-            line.digest == blob.digest && line.stamp.is_some() && (found.is_none() || replaces.is_none())
-        });
+        let restored = line.is_some_and(|line| line.digest == blob.digest && line.stamp.is_some());
         let bytes = match fresh {
             Some(bytes) => bytes,
             None => self.state.store.get(blob.digest)?.ok_or(Obstacle::Lost)?,
@@ -447,8 +461,10 @@ impl<'a> Publisher<'a> {
 
     /// Removes files of the ledger, and the folders that they leave empty.
     fn remove(&self, files: &[String], told: &mut dyn FnMut(Told)) -> Result<(), Error> {
+        // Whoever finds a file removed may put something in its place, so that it must have gone by then.
+        let mut removed = lock(&self.removed);
         for file in files {
-            if !lock(&self.removed).insert(file.clone()) {
+            if !removed.insert(file.clone()) {
                 continue;
             }
             let Some(line) = self.ledger.get(file) else { continue };
@@ -475,9 +491,9 @@ impl<'a> Publisher<'a> {
     }
 
     fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {
-        let folded = file.to_lowercase();
-        let mut wanted = self.wanted.iter().filter(|wanted| wanted.to_lowercase() == folded);
-        wanted.any(|wanted| platform::is_one_file(&self.root.join(wanted), place))
+        let folded = || self.wanted.iter().map(|wanted| (wanted.to_lowercase(), *wanted)).collect();
+        let wanted = self.folded.get_or_init(folded).get(&file.to_lowercase());
+        wanted.is_some_and(|wanted| platform::is_one_file(&self.root.join(wanted), place))
     }
 
     /// Whether no link leads from `out` to the file's folder.

@@ -232,3 +232,51 @@ fn a_link_in_place_of_a_file_is_replaced_not_followed() {
     assert_eq!(project.read("out/loud/a.txt"), "ONE");
     assert_eq!(project.read("precious.txt.keep"), "precious");
 }
+
+/// The journal of a build that was killed after it had said what it is about to publish, before the file appeared.
+fn cut_after_intent(project: &Project) {
+    let journal = project.read(".specula/journal");
+    let intent = journal.rfind("\"stamp\":null").unwrap();
+    let end = intent + journal[intent..].find('\n').unwrap() + 1;
+    project.write(".specula/journal", &journal[..end]);
+}
+
+#[test]
+fn a_build_killed_while_it_puts_a_changed_file_back_is_taken_up() {
+    let project = pair();
+    project.build();
+    project.write("out/loud/a.txt", "mine");
+    project.build();
+    // Twice, because the second begins with what the first left in the journal.
+    for _ in 0..2 {
+        cut_after_intent(&project);
+        project.write("out/loud/a.txt", "mine");
+        let told_now = told(&project);
+        assert!(told_now.contains("the published file was put back"), "{told_now}");
+        assert!(!told_now.contains("FAILED"), "{told_now}");
+        assert_eq!(project.read("out/loud/a.txt"), "ONE");
+    }
+    // The change is the person's when the item has gone, also after a kill.
+    cut_after_intent(&project);
+    project.write("out/loud/a.txt", "mine");
+    project.remove("a.txt");
+    project.write("b.txt", "two");
+    assert!(told(&project).contains("it was left there"));
+    assert_eq!(project.read("out/loud/a.txt"), "mine");
+}
+
+#[test]
+fn a_folder_that_a_person_made_in_place_of_a_file_is_in_the_way() {
+    let project = pair();
+    project.build();
+    project.remove("out/loud/a.txt");
+    project.write("out/loud/a.txt/inside", "a folder");
+    for _ in 0..2 {
+        let told_now = told(&project);
+        assert!(told_now.contains("FAILED file [a]") && told_now.contains("is in the way"), "{told_now}");
+        assert!(!told_now.contains("put back"), "{told_now}");
+        assert_eq!(project.read("out/loud/a.txt/inside"), "a folder");
+    }
+    project.remove("out/loud/a.txt");
+    assert_eq!(told(&project), "restored loud/a.txt 3\n");
+}
