@@ -99,8 +99,9 @@ fn work(
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, Error> {
-    let state = pool.install(|| State::lock(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
-    sweep(&state)?;
+    let folder = plan.manifest.parent().unwrap_or(plan.manifest.as_path());
+    let state = pool.install(|| State::lock(folder))?;
+    sweep(&state, folder)?;
     let disk = Disk::new(state.now);
     let (judge, publisher) = pool.install(|| {
         rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
@@ -109,10 +110,11 @@ fn work(
     let jobs = pool.current_num_threads();
     let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, events);
     let mut told = Vec::new();
-    publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told)?;
+    let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told);
     for (item, told) in told {
         scheduler.tell(event_of(&item, told));
     }
+    removed?;
     let settled = scheduler.settle_all(pool);
     publisher.finish()?;
     settled?;

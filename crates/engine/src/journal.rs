@@ -119,6 +119,8 @@ pub(crate) struct Journal {
 struct End {
     file: File,
     length: u64,
+    /// Whether half a line may stand at the end.
+    torn: bool,
 }
 
 impl Journal {
@@ -156,7 +158,7 @@ impl Journal {
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;
-        journal.end = Some(Mutex::new(End { file, length: journal.text.len() as u64 }));
+        journal.end = Some(Mutex::new(End { file, length: journal.text.len() as u64, torn: false }));
         Ok(journal)
     }
 
@@ -192,14 +194,20 @@ impl Journal {
         if lines.is_empty() {
             return Ok(());
         }
-        let mut buffer = Vec::new();
-        lines.iter().for_each(|line| line.write(&mut buffer));
         let mut end = end.lock().unwrap_or_else(PoisonError::into_inner);
+        // What is left of a line must not swallow the next one.
+        let mut buffer = if end.torn { vec![b'\n'] } else { Vec::new() };
+        lines.iter().for_each(|line| line.write(&mut buffer));
         if let Err(error) = end.file.write_all(&buffer) {
-            let _ = end.file.set_len(end.length);
+            // Windows cannot shorten a file that is open for appending.
+            if end.file.set_len(end.length).is_err() {
+                end.length = end.file.metadata().map_or(end.length, |metadata| metadata.len());
+                end.torn = true;
+            }
             return Err(Error::io(&error, "write", &self.path));
         }
         end.length += buffer.len() as u64;
+        end.torn = false;
         Ok(())
     }
 
@@ -360,6 +368,23 @@ mod tests {
             let again = Journal::read(&path).unwrap();
             assert_eq!(again.get::<String>(Tag::Item, 3).unwrap(), "three", "cut at {length}");
         }
+    }
+
+    #[test]
+    fn half_a_line_that_cannot_be_taken_back_does_not_swallow_the_next() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let journal = journal(&path);
+        let mut end = journal.end.as_ref().unwrap().lock().unwrap();
+        end.file.write_all(b"0123456789abcdef i half").unwrap();
+        end.torn = true;
+        drop(end);
+        for n in 3..5 {
+            journal.append(&[Line::new(Tag::Item, n, Some(&n))]).unwrap();
+        }
+        let again = Journal::read(&path).unwrap();
+        assert_eq!(again.get::<u32>(Tag::Item, 3), Some(3));
+        assert_eq!(again.get::<u32>(Tag::Item, 4), Some(4));
     }
 
     #[test]

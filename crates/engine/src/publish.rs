@@ -104,6 +104,8 @@ struct Action {
 struct Write {
     bytes: Vec<u8>,
     restored: bool,
+    /// What is to be said when it is done.
+    warning: Option<String>,
     temporary: Option<PathBuf>,
 }
 
@@ -274,7 +276,7 @@ impl<'a> Publisher<'a> {
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             Err(error) => return Err(Error::io(&error, "look at", &place).into()),
         };
-        let mut replaces = None;
+        let (mut replaces, mut warning) = (None, None);
         if let Some(found) = &found {
             if found.is_dir() {
                 return Err(in_the_way(&place).into());
@@ -290,10 +292,10 @@ impl<'a> Publisher<'a> {
                 // Where the ledger's own file was never put in place, this one is not it.
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
-                    told.push(Told::Warning(format!(
+                    warning = Some(format!(
                         "{} had been changed since it was published; the published file was put back",
                         place.display()
-                    )));
+                    ));
                 }
                 _ => return Err(in_the_way(&place).into()),
             }
@@ -303,7 +305,7 @@ impl<'a> Publisher<'a> {
             Some(bytes) => bytes,
             None => self.state.store.get(blob.digest)?.ok_or(Obstacle::Lost)?,
         };
-        let write = Some(Write { bytes, restored, temporary: None });
+        let write = Some(Write { bytes, restored, warning, temporary: None });
         Ok(Some(Action { file: file.into(), blob, replaces, write }))
     }
 
@@ -357,6 +359,7 @@ impl<'a> Publisher<'a> {
                     break;
                 }
                 write.temporary = None;
+                told.extend(write.warning.take().map(Told::Warning));
                 let (file, restored) = (action.file.clone(), write.restored);
                 told.push(Told::Published { file, bytes: action.blob.bytes, restored });
             }
@@ -387,8 +390,7 @@ impl<'a> Publisher<'a> {
     /// Tells the journal once that temporary files may be left in `out` from now on.
     fn announce(&self) -> Result<(), Error> {
         if !self.announced.swap(true, Ordering::AcqRel) {
-            let root = self.root.to_string_lossy();
-            self.state.journal.append(&[publishing_line(&self.out, Some(&root))])?;
+            self.state.journal.append(&[publishing_line(&self.out, Some(&self.out))])?;
         }
         Ok(())
     }
@@ -505,13 +507,14 @@ impl<'a> Publisher<'a> {
 
 const TEMPORARY: &str = ".specula-";
 
-/// Removes temporary files that a killed build left in the folders that it was publishing into.
+/// Removes temporary files that a killed build left in the folders that it was publishing into. Their names are
+/// relative to `folder`, the manifest's: a project may be moved or copied before it is built again.
 ///
 /// # Errors
 /// Where the journal cannot be written.
-pub(crate) fn sweep(state: &State) -> Result<(), Error> {
-    for (place, root) in state.journal.subjects::<String>(Tag::Publishing) {
-        sweep_folder(Path::new(&root));
+pub(crate) fn sweep(state: &State, folder: &Path) -> Result<(), Error> {
+    for (place, out) in state.journal.subjects::<String>(Tag::Publishing) {
+        sweep_folder(&folder.join(out));
         state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;
     }
     Ok(())
@@ -544,8 +547,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn publishing_line<T: Serialize>(out: &str, root: Option<&T>) -> Line {
-    Line::new(Tag::Publishing, subject(&[out]), root)
+fn publishing_line<T: Serialize>(out: &str, content: Option<&T>) -> Line {
+    Line::new(Tag::Publishing, subject(&[out]), content)
 }
 
 fn in_the_way(place: &Path) -> Error {

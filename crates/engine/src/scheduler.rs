@@ -319,7 +319,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     fn hear(&mut self, message: Message) {
         match message {
             Message::Fetched(item, Ok(Some(handle))) => {
-                self.items[item].handle = Some(handle);
+                // Those who asked for it may have been skipped meanwhile.
+                if self.items[item].users > 0 {
+                    self.items[item].handle = Some(handle);
+                }
                 self.release_fetchers(item);
             }
             Message::Fetched(item, Ok(None)) => self.make_again(item),

@@ -171,6 +171,15 @@ fn temporary_files_of_a_killed_build_are_swept() {
     project.build();
     assert!(!project.exists("out/file/.specula-1-1.tmp") && !project.exists(".specula/tmp/1-1"));
     assert_eq!(project.files("out").len(), 2);
+    // A copy of the project sweeps its own folder, not the one that it was copied from.
+    let copy = chain();
+    copy.build();
+    copy.write(".specula/journal", &journal[..end]);
+    for project in [&project, &copy] {
+        project.write("out/file/.specula-1-1.tmp", "half");
+    }
+    copy.build();
+    assert!(project.exists("out/file/.specula-1-1.tmp") && !copy.exists("out/file/.specula-1-1.tmp"));
 }
 
 /// The process that [`a_killed_process_loses_nothing`] kills: it builds the project that the variable names.

@@ -280,3 +280,15 @@ fn a_folder_that_a_person_made_in_place_of_a_file_is_in_the_way() {
     project.remove("out/loud/a.txt");
     assert_eq!(told(&project), "restored loud/a.txt 3\n");
 }
+
+#[test]
+fn a_file_that_could_not_be_put_back_is_not_said_to_be() {
+    let project = pair();
+    project.build();
+    project.write("out/pairs/a/body.txt", "mine");
+    project.remove("out/pairs/a/index.txt");
+    project.write("out/pairs/a/index.txt/inside", "a folder");
+    let told_now = told(&project);
+    assert!(told_now.contains("FAILED pair [a]") && !told_now.contains("put back"), "{told_now}");
+    assert_eq!(project.read("out/pairs/a/body.txt"), "mine");
+}
