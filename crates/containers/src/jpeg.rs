@@ -26,13 +26,14 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
     let info = decoder.info().ok_or_else(|| Error::damaged("the header holds no size"))?;
     let (width, height) = (usize::from(info.width), usize::from(info.height));
     limits::plausible(limits::pixels(width, height)? * 3, bytes.len(), RATIO)?;
-    let samples = decoder.decode().map_err(describe)?;
-    // The decoder fills what is missing with grey, even when it is told to be strict. Markers do not occur within
-    // the coded data, so that the end of the image is the one after the last start of a scan.
+    // The decoder fills what is missing with grey, even when it is told to be strict, or calls it damage of some
+    // kind. Markers do not occur within the coded data, so that the end of the image is the one after the last start
+    // of a scan.
     let last_scan = bytes.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap_or(0);
     if !bytes[last_scan..].windows(2).any(|marker| marker == [0xff, 0xd9]) {
         return Err(Error::truncated("the file ends before its end-of-image marker"));
     }
+    let samples = decoder.decode().map_err(describe)?;
     let table = png::srgb_to_linear_8();
     let pixels = samples.chunks_exact(3).map(|rgb| [0, 1, 2].map(|c| table[usize::from(rgb[c])])).collect();
     let image = Image::new(width, height, pixels)

@@ -340,3 +340,17 @@ fn half_overflow_is_counted_and_clamped() {
     let tenth = f16::from_f32(0.1).to_f32();
     assert_eq!(kept, [65504.0, 65504.0, 65504.0, -65504.0, -65504.0, 65504.0, -65504.0, 65504.0, tenth]);
 }
+
+#[test]
+fn a_layer_is_warned_of_its_own_alpha_only() {
+    let size = (4, 4);
+    let mut channels = [rgb("", Kind::Float, size), rgb("diffuse", Kind::Float, size)].concat();
+    channels.push(channel("diffuse.A", Kind::Float, size, |_, _| 0.5));
+    let bytes = file(vec![part(None, Encoding::UNCOMPRESSED, size, channels)]);
+    let warned = |name: Option<&str>| {
+        let options = ReadOptions { layer: name.map(Into::into) };
+        read_image(&bytes, &options).unwrap().warnings.iter().any(|warning| warning.starts_with("alpha"))
+    };
+    assert!(warned(Some("diffuse")));
+    assert!(!warned(None));
+}

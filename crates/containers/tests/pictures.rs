@@ -79,6 +79,13 @@ fn jpeg_is_decoded_from_srgb_and_said_to_be_no_hdr() {
             }
         }
     }
+    // Cut anywhere within its coded data, a picture is truncated and not merely damaged.
+    let whole = include_bytes!("data/gradient.jpg");
+    let scan = whole.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap() + 14;
+    for length in scan..whole.len() - 2 {
+        let error = read_image(&whole[..length], &ReadOptions::default()).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Truncated, "{length}: {error}");
+    }
     let grey = read(include_bytes!("data/grey.jpg"));
     assert!(grey.image.pixels().iter().all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2]));
 }

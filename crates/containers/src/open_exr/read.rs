@@ -253,7 +253,7 @@ fn read_pixels(
             |_: &MetaData, _, block: BlockIndex| block.layer == layer.part && block.level == Vec2(0, 0);
         Ok((reader.filter_chunks(false, largest)?, meta))
     })?;
-    let mut window = Window::new(header);
+    let mut window = Window::new(header, layer);
     if window.partial {
         warnings.push(
             "the data window differs from the display window, which was read; what lies outside the data is black"
@@ -303,10 +303,13 @@ struct Window {
 }
 
 impl Window {
-    fn new(header: &Header) -> Self {
+    fn new(header: &Header, layer: &Layer) -> Self {
         let display = header.shared_attributes.display_window;
         let at = header.own_attributes.layer_position;
-        let alpha = header.channels.list.iter().position(|channel| channel.name.eq("A"));
+        // The layer's own alpha: that of another says nothing of these colours.
+        let colour = header.channels.list[layer.channels[0]].name.to_string();
+        let alpha = colour.rsplit_once('.').map_or("A".to_owned(), |(prefix, _)| format!("{prefix}.A"));
+        let alpha = header.channels.list.iter().position(|channel| channel.name.eq(alpha.as_str()));
         Self {
             pixels: Vec::new(),
             size: [display.size.0 as i64, display.size.1 as i64],
