@@ -263,10 +263,47 @@ mod tests {
         }
     }
 
+    /// A turn about +Y takes the harmonics at w, as a function of (l, m), to those at R w: by the addition theorem they
+    /// are the coefficients of a spike. Some orders m, in the blocks of `rotate`, stand for all.
     #[test]
-    fn a_rotation_of_the_highest_degree_keeps_energy() {
-        let f = noise(Degree::MAX.get());
-        keeps_energy(&f, &rotate(&f, Rotation::from_zyz(Zyz { alpha: 0.4, beta: 0.7534, gamma: -1.3 })));
+    fn orders_of_the_highest_degree_turn_a_spike() {
+        let top = Degree::MAX.get();
+        let basis = Basis::new(Degree::MAX);
+        let at = |w: Direction| {
+            let mut rows = vec![0.0; Degree::MAX.rows()];
+            basis.evaluate_into(w, &mut rows);
+            rows
+        };
+        for (theta, phi, beta) in [(0.9, 0.7, 0.7534_f64), (0.4, 0.01, 1.5), (1.5, -2.0, 0.01)] {
+            let w = Direction::from_angles(theta, phi);
+            let turned = Rotation::from_zyz(Zyz { alpha: 0.0, beta, gamma: 0.0 }).apply(w);
+            let (before, after) = (at(w), at(turned));
+            let spike: Vec<[f64; 3]> = before.iter().map(|y| [*y, -y, 2.0 * y]).collect();
+            let input = gather(&spike, top, 0.0, false);
+            let (sine, cosine) = (beta / 2.0).sin_cos();
+            let wigner = Wigner::new(top, sine, cosine);
+            let lanes = wigner.lanes();
+            for m in [0, 1, 30, 400, 1024, 1500, 1900, 2047, 2048] {
+                let first = m / lanes * lanes;
+                let mut block = vec![0.0; wigner.block_len(first)];
+                wigner.apply(first, &input, &mut block);
+                for l in m..=top {
+                    // The sum over n of the squares of Y_ln is (2l+1) / (4 pi).
+                    let size = ((2 * l + 1) as f64).sqrt() * 0.282;
+                    let part = |i: usize| block[((l - first) * PARTS + i) * lanes + m - first];
+                    let middle = l * l + l;
+                    let pairs = if m == 0 {
+                        [(part(0) * FRAC_1_SQRT_2, after[middle]); 2]
+                    } else {
+                        [(part(0), after[middle + m]), (part(3), after[middle - m])]
+                    };
+                    for (found, expected) in pairs {
+                        let error = (found - expected) / size;
+                        assert!(error.abs() < 1e-11, "l {l}, m {m}, beta {beta}: {error:e}");
+                    }
+                }
+            }
+        }
     }
 
     /// Rotations are orthogonal within each degree. Each coefficient is good to 1e-12; so is the sum, relatively.
