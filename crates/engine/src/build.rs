@@ -151,7 +151,7 @@ fn rehearse(
                 summary.up_to_date += 1;
                 events(Event::UpToDate { item: item.clone() });
                 for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
-                    if !publisher.is_intact(file, blob.digest) {
+                    if !publisher.is_in_place(file, blob.digest) {
                         summary.published += 1;
                         let restored = publisher.is_restored(file, blob.digest);
                         let (item, file) = (item.clone(), file.clone());

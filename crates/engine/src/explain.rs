@@ -111,7 +111,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
         };
         let files = plan.items[item].files.iter().map(|file| {
             let digest = publisher.entry(file).map(|line| line.digest);
-            let intact = digest.is_some_and(|digest| publisher.is_intact(file, digest));
+            let intact = digest.is_some_and(|digest| publisher.is_in_place(file, digest));
             ExportedFile { file: file.clone(), digest, intact }
         });
         Explanation {

@@ -157,6 +157,14 @@ impl<'a> Publisher<'a> {
         })
     }
 
+    /// Whether a file is there with this content, whatever its stamp says.
+    pub(crate) fn is_in_place(&self, file: &str, digest: Digest) -> bool {
+        let place = self.root.join(file);
+        self.is_intact(file, digest)
+            || fs::symlink_metadata(&place).is_ok_and(|found| found.is_file())
+                && hash(&place).is_ok_and(|found| found == digest)
+    }
+
     /// Whether publishing a file would only bring back what was published there.
     pub(crate) fn is_restored(&self, file: &str, digest: Digest) -> bool {
         self.ledger.get(file).is_some_and(|line| line.digest == digest)

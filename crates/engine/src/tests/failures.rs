@@ -196,6 +196,69 @@ fn a_damaged_result_is_found_when_it_is_read_and_made_again() {
 }
 
 #[test]
+fn whatever_is_lost_or_damaged_the_next_build_is_right() {
+    let diamonds = r#"
+schema = 1
+out = "out"
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+[stage.loud]
+kind = "upper"
+input = "text"
+[stage.marked]
+kind = "suffix"
+input = "text"
+text = "!"
+[stage.both]
+kind = "concat"
+inputs = { left = "loud", right = "marked" }
+[stage.all]
+kind = "collect"
+inputs = { texts = "both" }
+[stage.file]
+kind = "write"
+input = "both"
+[stage.sheet]
+kind = "write"
+input = "all"
+[stage.pair]
+kind = "write-pair"
+input = "marked"
+"#;
+    let mut project = Project::new(diamonds);
+    for n in 0..5 {
+        project.write(&format!("{n}.txt"), &format!("text {n}"));
+    }
+    project.build();
+    let out = project.files("out");
+    let mut seed = 1_u32;
+    let mut chance = |of: u32| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (seed >> 16) % of == 0
+    };
+    for round in 0..60 {
+        for (name, bytes) in project.files(".specula/blobs") {
+            let path = project.path(&format!(".specula/blobs/{name}"));
+            if chance(4) {
+                std::fs::write(path, vec![b'x'; bytes.len()]).unwrap();
+            } else if chance(5) {
+                std::fs::remove_file(path).unwrap();
+            }
+        }
+        for (name, _) in &out {
+            if chance(3) {
+                project.remove(&format!("out/{name}"));
+            }
+        }
+        project.options.jobs = Some(1 + round % 3);
+        let log = project.build();
+        assert!(log.contains(" 0 failed, 0 skipped, "), "round {round}: {log}");
+        assert_eq!(project.files("out"), out, "round {round}: {log}");
+    }
+}
+
+#[test]
 fn a_damaged_journal_costs_reruns_and_no_files() {
     let project = refusing();
     project.write("a.txt", "fine");

@@ -91,6 +91,10 @@ fn a_file_that_a_person_changed_is_put_back_with_a_warning() {
     // Written anew with the same content: nothing to do, nothing to say.
     project.remove("out/loud/a.txt");
     project.write("out/loud/a.txt", "ONE");
+    assert!(project.explain("loud/a.txt")[0].files[0].intact);
+    let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
+    let summary = crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
+    assert_eq!(summary.published, 0);
     assert_eq!(told(&project), "");
 }
 
