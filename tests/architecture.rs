@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use cargo_metadata::{DependencyKind, MetadataCommand};
 
@@ -66,6 +67,45 @@ fn only_the_preview_names_wgpu() {
     for name in reach.keys().filter(|name| !["preview", "cli"].contains(&name.as_str())) {
         assert_absent(&reach, name, &["wgpu"]);
     }
+}
+
+/// The Rust files of a folder, and of the folders in it.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+    files
+}
+
+#[test]
+fn only_one_module_of_the_command_line_prints() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut printing = BTreeSet::new();
+    for krate in reach().keys().filter(|krate| *krate != "bench") {
+        let folder = crates.join(krate).join("src");
+        for file in rust_files(&folder) {
+            let name = file.strip_prefix(&folder).unwrap().to_string_lossy().replace('\\', "/");
+            let is_test =
+                name.contains("tests/") || name.ends_with("tests.rs") || name.ends_with("testkit.rs");
+            let text = std::fs::read_to_string(&file).unwrap();
+            let shipped = text.split("#[cfg(test)]").next().unwrap();
+            let prints = ["print!(", "println!(", "stdout()", "stderr()"].iter().any(|call| {
+                shipped
+                    .match_indices(call)
+                    .any(|(at, _)| !shipped[at..].starts_with("stderr().is_terminal()"))
+            });
+            if prints && !is_test {
+                printing.insert(format!("{krate}/{name}"));
+            }
+        }
+    }
+    assert_eq!(printing.into_iter().collect::<Vec<_>>(), ["cli/print.rs"]);
 }
 
 #[test]

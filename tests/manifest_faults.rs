@@ -61,6 +61,13 @@ fn a_missing_manifest_is_told_with_what_to_do() {
 }
 
 #[test]
+fn an_empty_manifest_is_told_what_belongs_there() {
+    let run = Project::new("").specula(&["build"]);
+    assert_eq!(run.code, Some(3), "{run:?}");
+    assert!(run.stderr.contains("help: expected schema = 1"), "{}", run.stderr);
+}
+
+#[test]
 fn an_unknown_stage_is_a_usage_error_with_the_nearest_name() {
     let project = Project::small();
     let run = project.specula(&["build", "lightning"]);

@@ -137,6 +137,21 @@ fn a_reader_that_has_gone_away_is_no_error() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_result_that_cannot_be_written_is_told_once() {
+    let project = Project::small();
+    for command in [&["stages"][..], &["build", "--json"]] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = project.command(command).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(4), "specula {command:?}");
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert!(errors.starts_with("error: cannot write to standard output"), "{errors}");
+        assert_eq!(errors.lines().count(), 1, "{errors}");
+    }
+    assert!(!project.outputs().is_empty(), "the build itself went on");
+}
+
+#[test]
 fn outputs_of_a_removed_stage_go_and_foreign_files_stay() {
     let project = Project::small();
     project.ok(&["build"]);

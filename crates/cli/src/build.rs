@@ -1,12 +1,14 @@
 //! `specula build`: runs what is out of date.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use engine::{BuildOptions, Cancel, Event, Kinds, Summary};
 
 use crate::arguments::BuildArguments;
 use crate::print::say;
 use crate::progress::Progress;
 use crate::reasons::Connections;
-use crate::{Exit, exit, manifest};
+use crate::{Exit, exit, manifest, print};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -26,11 +28,13 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         arguments.dry_run.then(|| Connections::of(&plan)),
         !arguments.json && !arguments.dry_run,
     );
+    // Whether events could not be written; told once.
+    let lost = AtomicBool::new(false);
     let events = |event: Event| {
-        if arguments.json {
-            print_json(&event);
-        } else {
+        if !arguments.json {
             progress.tell(&event);
+        } else if !lost.load(Ordering::Relaxed) && print_json(&event) != Exit::Success {
+            lost.store(true, Ordering::Relaxed);
         }
     };
     match engine::build(&plan, &options, &cancel, &events) {
@@ -38,7 +42,10 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             if !arguments.json {
                 progress.summarise(&summary, &plan.out);
             }
-            exit_of(&summary)
+            match exit_of(&summary) {
+                Exit::Success if lost.into_inner() => Exit::Machine,
+                exit => exit,
+            }
         }
         Err(error) => {
             progress.tell_failures();
@@ -57,12 +64,9 @@ fn exit_of(summary: &Summary) -> Exit {
     }
 }
 
-/// One event on a line of its own. A reader that has gone away does not stop the build.
-fn print_json(event: &Event) {
-    use std::io::Write;
-    if let Ok(line) = serde_json::to_string(event) {
-        let _ = writeln!(std::io::stdout().lock(), "{line}");
-    }
+/// One event on a line of its own. A reader that has gone away does not stop the build, nor does a full disk.
+fn print_json(event: &Event) -> Exit {
+    serde_json::to_string(event).map_or(Exit::Machine, |line| print::data(&format!("{line}\n")))
 }
 
 /// The first Ctrl-C stops the build at its next step, the second the process.

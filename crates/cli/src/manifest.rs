@@ -64,7 +64,10 @@ impl std::error::Error for Report<'_> {}
 
 impl Diagnostic for Report<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.fault.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        // No place of an empty file can be drawn, so that its label would be lost.
+        let expected = self.fault.expected.as_ref().filter(|_| self.source.inner().is_empty());
+        let lines = expected.into_iter().chain(&self.fault.help).cloned().collect::<Vec<_>>();
+        (!lines.is_empty()).then(|| Box::new(lines.join("; ")) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
