@@ -5,8 +5,9 @@
 //! surface normal, and the map is an *irradiance map*: with albedo 1 it holds the irradiance divided by pi, which is
 //! what a renderer multiplies by a surface's albedo.
 //!
-//! The map is evaluated from coefficients at the centre of each texel: no filtering is needed where the resolution
-//! exceeds twice the degree. Values are linear Rec. 709 radiance.
+//! The map is evaluated from coefficients at the centre of each texel. It holds every detail where a lat-long map has
+//! more rows than the degree, or an edge of a cube more texels than two thirds of it. Values are linear Rec. 709
+//! radiance; a PNG holds them tone-mapped, by the `filmic` curve of `contact-sheet`, and is for looking only.
 //!
 //! ## Files
 //!
@@ -25,6 +26,11 @@
 //! A series that is cut rings, so that a map of a material much sharper than its lighting's degree can hold small
 //! negative values. They are counted in a note. OpenEXR keeps them, because they are part of the function; Radiance
 //! and PNG cannot, and write 0 with a warning. A `window` of `project-sh` removes their cause.
+//!
+//! ## Values past the largest half
+//!
+//! A half holds numbers up to 65504. What is past that, in either direction, becomes +-65504 with a warning that
+//! counts it; with `overflow = "error"` the item fails instead. `precision = "float"` keeps every value.
 //!
 //! ## Example
 //!
@@ -81,18 +87,30 @@ choice! {
     }
 }
 
+choice! {
+    /// What is done with values past the largest half.
+    pub(crate) enum Overflow {
+        /// Each becomes the largest half.
+        Clamp = "clamp",
+        /// The item fails.
+        Error = "error",
+    }
+}
+
 parameters! {
     /// Parameters of `export-reflection-map`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the written images; see Files.
         layout: Layout = Layout::LatLong,
-        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face. 1 to 4096.
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: Numbers = Numbers::Half,
-        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        /// With precision "half": what is done with values past 65504; see there.
+        overflow: Overflow = Overflow::Clamp,
+        /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
         exposure: f64 = 0.0,
     }
 }
@@ -134,6 +152,17 @@ impl Kind for ExportReflectionMap {
         if parameters.exposure != 0.0 && parameters.format != Format::Png {
             faults.push(("exposure", "exposure: only format = \"png\" uses it".into()));
         }
+        if parameters.exposure.abs() > 100.0 {
+            faults.push(("exposure", format!("exposure: {} is not -100 to 100 stops", parameters.exposure)));
+        }
+        if parameters.overflow != Overflow::Clamp
+            && (parameters.format, parameters.precision) != (Format::Exr, Numbers::Half)
+        {
+            faults.push((
+                "overflow",
+                "overflow: only format = \"exr\" with precision = \"half\" uses it".into(),
+            ));
+        }
         if parameters.precision != Numbers::Half && parameters.format != Format::Exr {
             faults.push(("precision", "precision: only format = \"exr\" uses it".into()));
         }
@@ -148,8 +177,14 @@ impl Kind for ExportReflectionMap {
         let images = images(parameters, &field)?;
         context.check_cancelled()?;
         tell_negatives(parameters.format, &images, context);
-        let encoded = images.iter().map(|image| encode(parameters, image, context));
-        Ok(Output::Files(encoded.collect::<Result<_, _>>()?))
+        let recipe = Some(context.recipe());
+        let encoded = images.iter().map(|image| encode(parameters, image, recipe));
+        let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
+        let clamped = encoded.iter().map(|file| file.clamped).sum();
+        if parameters.format == Format::Exr {
+            tell_overflow(clamped, parameters.overflow, context)?;
+        }
+        Ok(Output::Files(encoded.into_iter().map(|file| file.bytes).collect()))
     }
 }
 
@@ -213,27 +248,33 @@ fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
     }
 }
 
-/// The file of an image.
-fn encode(parameters: &Parameters, image: &Image, context: &Context<'_>) -> Result<Vec<u8>, Failure> {
-    let recipe = Some(context.recipe());
+/// Warns of values that a half cannot hold, or fails because of them.
+fn tell_overflow(clamped: usize, overflow: Overflow, context: &Context<'_>) -> Result<(), Failure> {
+    match overflow {
+        _ if clamped == 0 => Ok(()),
+        Overflow::Clamp => {
+            context.warn(format!(
+                "{clamped} values are past 65504, the largest half, and became it; precision = \"float\" keeps them"
+            ));
+            Ok(())
+        }
+        Overflow::Error => Err(Failure::new(format!("{clamped} values are past 65504, the largest half"))
+            .help("precision = \"float\" keeps them, overflow = \"clamp\" makes them 65504")),
+    }
+}
+
+/// The file of an image, and how many of its values the format could not hold.
+fn encode(parameters: &Parameters, image: &Image, recipe: Option<&str>) -> Result<Encoded, Failure> {
     let precision = match parameters.precision {
         Numbers::Half => Precision::Half,
         Numbers::Float => Precision::Float,
     };
     match parameters.format {
-        Format::Exr => {
-            let Encoded { bytes, clamped } = write_exr(image, precision, recipe)?;
-            if clamped > 0 {
-                context.warn(format!(
-                    "{clamped} values are past 65504, the largest half, and became it; precision = \"float\" keeps them"
-                ));
-            }
-            Ok(bytes)
-        }
-        Format::Rgbe => Ok(write_rgbe(image, recipe)?.bytes),
+        Format::Exr => Ok(write_exr(image, precision, recipe)?),
+        Format::Rgbe => Ok(write_rgbe(image, recipe)?),
         Format::Png => {
             let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);
-            Ok(write_png(image.width(), image.height(), &codes, recipe)?)
+            Ok(Encoded { bytes: write_png(image.width(), image.height(), &codes, recipe)?, clamped: 0 })
         }
     }
 }

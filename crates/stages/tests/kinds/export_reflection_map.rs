@@ -123,22 +123,49 @@ fn what_rings_below_zero_is_counted_and_kept_where_it_can_be() {
     }
 }
 
-#[test]
-fn values_past_the_largest_half_are_told() {
+/// A map of values past the largest half.
+fn bright(parameters: &str) -> Case {
     let bright = environment(8, |w| sky(w).map(|value| 1e5 * value));
     let lighting = case("project-sh", "degree = 2").input("environment", bright);
     let lighting = lighting.artifact::<stages::artifacts::Lighting>();
     let choice = brdf::Choice::Degree { f: sh::Degree::new(2).unwrap(), p: sh::Degree::ZERO };
     let brdf = brdf::project(&lambert(1.0), choice).unwrap().coefficients;
     let reflection = Reflection(shrm::Reflection::convolve(&lighting.0, &brdf));
-    let ran = case("export-reflection-map", "resolution = 4").input("reflection", reflection).run().unwrap();
-    assert!(ran.warnings[0].contains("values are past 65504"), "{:?}", ran.warnings);
+    case("export-reflection-map", parameters).input("reflection", reflection)
+}
+
+#[test]
+fn values_past_the_largest_half_are_told() {
+    let past = |found: &[[f32; 3]]| found.iter().flatten().filter(|value| **value > 65504.0).count();
+    for layout in ["lat-long", "cube"] {
+        let shape = format!("layout = \"{layout}\"\nresolution = 4\n");
+        let exact = bright(&format!("{shape}precision = \"float\"")).files();
+        let count: usize = exact.iter().map(|file| past(&pixels(file).2)).sum();
+        assert!(count > 0);
+        let told = format!("{count} values are past 65504, the largest half");
+        // One warning for all the files of an item.
+        let ran = bright(&shape).run().unwrap();
+        assert_eq!(
+            ran.warnings,
+            [format!("{told}, and became it; precision = \"float\" keeps them")],
+            "{layout}"
+        );
+        assert!(bright(&shape).files().iter().all(|file| past(&pixels(file).2) == 0));
+        let failure = bright(&format!("{shape}overflow = \"error\"")).run().err().unwrap();
+        assert_eq!((failure.chain, failure.help.is_some()), (vec![told], true));
+    }
+    assert!(export("overflow = \"error\"").run().unwrap().warnings.is_empty());
 }
 
 #[test]
 fn parameters_that_would_have_no_effect_are_faults() {
     for (parameters, expected) in [
         ("resolution = 0", "resolution: 0 is not 1 to 4096"),
+        (
+            "overflow = \"error\"\nprecision = \"float\"",
+            "overflow: only format = \"exr\" with precision = \"half\" uses it",
+        ),
+        ("format = \"png\"\nexposure = 101", "exposure: 101 is not -100 to 100 stops"),
         ("exposure = 1", "exposure: only format = \"png\" uses it"),
         ("format = \"png\"\nprecision = \"float\"", "precision: only format = \"exr\" uses it"),
     ] {
