@@ -13,7 +13,79 @@
 //! | `babylon` | left-handed, +Y up, Condon-Shortley signs: what a white diffuse surface reflects | 2 |
 //!
 //! A preset that holds less than the lighting takes its first coefficients (nine for degree 2), and the build notes
-//! it. Nothing is lost for a diffuse surface: degree 2 holds over 99 % of its irradiance.
+//! it. A diffuse surface loses little: degree 2 holds over 99 % of the energy of its cosine.
+//!
+//! ## The presets in full
+//!
+//! Each of these stands in the file as a member of the same name. No preset loses anything but the degrees past its
+//! own. A_l is the factor of the cosine: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
+//!
+//! `specula`
+//!
+//! - frame: right-handed, +Z up
+//! - yaw: the centre of a lat-long image looks along +X, its left quarter along +Y
+//! - signs: no Condon-Shortley phase: l = 1 rows are 0.488603 (y, z, x); row l*l + l + m
+//! - scale: radiance, orthonormal basis
+//! - source: Specula, CONVENTIONS.md
+//!
+//! `directx`
+//!
+//! - frame: left-handed, +Y up: x = -y, y = z, z = x of Specula's frame
+//! - yaw: the centre of a lat-long image looks along +Z, its right quarter along +X (cmft, latLongFromVec)
+//! - signs: Condon-Shortley phase: odd m carry a minus; row l*l + l + m
+//! - scale: radiance, orthonormal basis; degree 1 to 5 (order 2 to 6)
+//! - source: DirectXMath SHMath/DirectXSH.cpp, sh_eval_basis; cmft src/cmft/cubemapfilter.cpp, evalSHBasis5, and
+//!   cubemaputils.h
+//!
+//! `unreal`
+//!
+//! - frame: left-handed, +Z up: x = -y, y = -x, z = z of Specula's frame
+//! - yaw: the centre of a lat-long image looks along -Y, its right quarter along +X (long-lat textures)
+//! - signs: Condon-Shortley phase: odd m carry a minus; row l*l + l + m
+//! - scale: radiance, orthonormal basis
+//! - source: Unreal Engine Shaders/Private/SHCommon.ush, SHBasisFunction3; TextureCompressorModule.cpp,
+//!   LookupLongLat and TransformSideToWorldSpace
+//!
+//! `unity`
+//!
+//! - frame: left-handed, +Y up: x = x, y = z, z = y of Specula's frame
+//! - yaw: the centre of a lat-long image looks along +X, its left quarter along +Z (Skybox/Panoramic)
+//! - signs: coefficients of polynomials: SHA of (x, y, z, 1), SHB of (xy, yz, zz, zx), SHC of xx - yy
+//! - scale: A_l / pi times radiance: what a white diffuse surface reflects
+//! - source: Unity EntityLighting.hlsl, SHEvalLinearL0L1 and SHEvalLinearL2; HDRP SphericalHarmonics.cs,
+//!   PackCoefficients; Skybox-Panoramic.shader, ToRadialCoords
+//!
+//! `filament`
+//!
+//! - frame: right-handed, +Y up: x = y, y = z, z = x of Specula's frame
+//! - yaw: the centre of a lat-long image looks along +Z, its left quarter along +X (cmgen, mirrored as by
+//!   default)
+//! - signs: coefficients of 1, y, z, x, xy, yz, 3zz - 1, zx, xx - yy
+//! - scale: A_l / pi times radiance times the basis' constants: what a white diffuse surface reflects, ready for
+//!   IndirectLight::Builder::irradiance(3, sh)
+//! - source: Filament libs/ibl/src/CubemapSH.cpp, computeIrradianceSH3Bands and renderPreScaledSH3Bands;
+//!   CubemapUtils.cpp, equirectangularToCubemap; cmgen.cpp
+//!
+//! `three`
+//!
+//! - frame: right-handed, +Y up: x = x, y = z, z = -y of Specula's frame
+//! - yaw: the centre of a lat-long image looks along +X, its right quarter along +Z (equirectUv)
+//! - signs: no Condon-Shortley phase: l = 1 rows are 0.488603 (y, z, x); row l*l + l + m
+//! - scale: radiance, orthonormal basis; getIrradianceAt applies A_l
+//! - source: three.js src/math/SphericalHarmonics3.js; ShaderChunk/common.glsl.js, equirectUv
+//!
+//! `babylon`
+//!
+//! - frame: left-handed, +Y up: x = -y, y = z, z = x of Specula's frame
+//! - yaw: the centre of a lat-long image looks along +Z, its right quarter along +X (panoramaToCubemap.ts)
+//! - signs: Condon-Shortley phase: odd m carry a minus; row l*l + l + m
+//! - scale: A_l / pi times radiance, orthonormal basis:
+//!   SphericalPolynomial.FromHarmonics(SphericalHarmonics.FromArray(coefficients)); preScaledHarmonics then
+//!   applies the basis' constants
+//! - source: Babylon.js Maths/sphericalPolynomial.ts; Misc/HighDynamicRange/cubemapToSphericalPolynomial.ts;
+//!   harmonicsFunctions.fx, computeEnvironmentIrradiance
+//!
+//! ## Safetensors
 //!
 //! `format = "safetensors"` writes the tensor `sh` of shape [(degree + 1)^2, 3], f64, in row order l*l + l + m, of the
 //! preset `specula`. In Python:

@@ -1,8 +1,15 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
 //! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PNG or JPEG files, or folders of six cube faces. A glob
-//! gives one item per file. PNG and JPEG are decoded from sRGB, with a warning: they hold no light brighter than
-//! their white.
+//! gives one item per file. What a file is, its content decides and not its name.
+//!
+//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with colour is
+//!   read, an unnamed one before all others, with a warning that lists them; `layer` names another. The
+//!   `chromaticities` are converted to Rec. 709.
+//! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a warning.
+//! - PNG and JPEG are decoded from sRGB, with a warning: they hold no light brighter than their white.
+//!
+//! Alpha is ignored, with a warning where it is below 1.
 //!
 //! ## Layouts
 //!
@@ -17,6 +24,11 @@
 //! | `cube` | six files, see below |
 //! | `cube-cross` | 4 x 3 faces (horizontal cross) or 3 x 4 faces (vertical cross, its -Z turned by half a turn) in one file |
 //! | `cube-strip` | 6 x 1 or 1 x 6 faces in one file, +X -X +Y -Y +Z -Z |
+//!
+//! In Specula's frame +Z is up, and +X is *forward*: the centre of a lat-long image, a probe and a mirror ball, and the
+//! +Z face of a cube. A quarter to the left of a lat-long's centre is +Y. A probe's right is -Y, as in a lat-long
+//! image; a mirror ball's is +Y, because a reflection is mirrored. Faces look as from inside the cube: +X to the right
+//! of forward, +Y up; the crosses unfold around the +Z face.
 //!
 //! The layout is never guessed from an image's shape: a square image may be a probe or a mirror ball, and only its
 //! maker knows. An image whose shape its layout cannot have is an error.
@@ -48,7 +60,7 @@
 //! | --- | --- |
 //! | `error` | the item fails |
 //! | `zero` | each becomes 0, with a warning |
-//! | `clamp` | NaN and negative values become 0, infinite ones the largest finite value of the image, with a warning |
+//! | `clamp` | NaN, negative values and -Inf become 0, +Inf the largest finite value of the image, with a warning |
 //!
 //! ## Example
 //!
@@ -114,9 +126,9 @@ parameters! {
         /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Without it, the first
         /// that holds colour.
         layer: Option<String> = None,
-        /// Stops by which the radiance is multiplied: 1 doubles it.
+        /// Stops by which the radiance is multiplied, -100 to 100: 1 doubles it.
         exposure: f64 = 0.0,
-        /// Rows of the result, which has twice as many columns. Without it, a lat-long image keeps its size, and others
+        /// Rows of the result, 1 to 8192, which has twice as many columns. Without it, a lat-long image keeps its size, and others
         /// keep the density of pixels that they have at the centre of the image or face: half the rows of a
         /// probe, 0.79 of a mirror ball's, twice those of a cube's face.
         resolution: Option<usize> = None,

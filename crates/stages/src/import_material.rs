@@ -1,6 +1,6 @@
 //! Reads a material: a TOML file that names a reflection model and its parameters.
 //!
-//! Every file that `source` matches gives one item. All faults of a file are told at once, each with its line and
+//! Every file that `source` matches gives one item. The faults of a file are told together, each with its line and
 //! column. Where a colour is wanted, `[red, green, blue]` is linear Rec. 709 and one number means grey.
 //!
 //! ## Models
@@ -13,7 +13,14 @@
 //!
 //! > rho_hat(theta_i) = specular * (exponent + 1) / (2 pi) * max(cos theta_i, 0)^exponent
 //!
-//! A constant environment of radiance 1 is reflected as `albedo` or `specular`: neither model makes light.
+//! | model | key | value |
+//! | --- | --- | --- |
+//! | `lambert` | `albedo` | a colour, the share of light that is reflected; must be given |
+//! | `phong` | `exponent` | a number from 0 to 1e9, the sharpness of the highlight; must be given |
+//! | `phong` | `specular` | a colour, the share of light that is reflected; 1 where it is left out |
+//!
+//! A colour above 1 (at most 1e6) is taken with a warning, because such a material reflects more light than falls on it. Otherwise
+//! a constant environment of radiance 1 is reflected as `albedo` or `specular`: neither model makes light.
 //!
 //! ```toml
 //! # gold.toml
@@ -66,7 +73,12 @@ impl Kind for ImportMaterial {
     fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let path = context.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let document = Document::parse(file, &context.read(path)?).map_err(|faults| failure(&faults))?;
+        let bytes = context.read(path).map_err(|failure| match context.is_folder(path) {
+            true => Failure::new(format!("{file} is a folder, not a material"))
+                .help("name a file, or every file in it: source = \"folder/*.toml\""),
+            false => failure,
+        })?;
+        let document = Document::parse(file, &bytes).map_err(|faults| failure(&faults))?;
         let mut faults = Vec::new();
         match material(&document.table, &mut faults) {
             Some(material) if faults.is_empty() => {

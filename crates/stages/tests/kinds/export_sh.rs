@@ -51,3 +51,23 @@ fn safetensors_take_no_preset() {
     let faults = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").faults();
     assert_eq!(faults, ["preset: safetensors hold Specula's own coefficients only"]);
 }
+
+/// The manual says of each preset what its files say.
+#[test]
+fn the_manual_holds_every_preset_in_full() {
+    let manual = stages::kinds().get("export-sh").unwrap().manual();
+    let manual = manual.split_whitespace().collect::<Vec<_>>().join(" ");
+    for preset in containers::lighting_json::Preset::ALL {
+        let definition = preset.definition();
+        let told = format!(
+            "`{}` - frame: {} - yaw: {} - signs: {} - scale: {} - source: {}",
+            preset.name(),
+            definition.frame,
+            definition.yaw,
+            definition.signs,
+            definition.scale,
+            definition.source
+        );
+        assert!(manual.contains(&told), "{told}");
+    }
+}

@@ -58,3 +58,11 @@ fn a_material_that_makes_light_is_warned_of() {
         ["albedo 1.5 is more than 1: the material reflects more light than falls on it"]
     );
 }
+
+#[test]
+fn a_folder_is_no_material() {
+    let folder = case("import-material", "").file("materials/gold.toml", "").source("materials");
+    let failure = folder.run().err().unwrap();
+    assert_eq!(failure.chain, ["materials is a folder, not a material"]);
+    assert!(failure.help.unwrap().contains("*.toml"));
+}
