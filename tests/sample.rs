@@ -115,6 +115,31 @@ fn a_rehearsal_tells_an_input_that_has_gone_from_one_still_to_be_made() {
 }
 
 #[test]
+#[cfg(unix)]
+fn an_interrupted_build_says_so_and_the_next_one_goes_on() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let project = Project::sample();
+    let build = ["build", "--jobs", "1", "--json"];
+    let mut child = project.command(&build).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let first =
+        lines.find(|line| line.as_ref().unwrap().contains("\"event\":\"finished\"")).unwrap().unwrap();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let last = lines.last().unwrap().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{last}");
+    assert!(last.contains("\"cancelled\":true"), "{last}");
+
+    let done: serde_json::Value = serde_json::from_str(&first).unwrap();
+    let rest = project.events(&[]);
+    assert!(!rest.iter().any(|event| event["event"] == "finished" && event["item"] == done["item"]));
+    let clean = Project::sample();
+    clean.ok(&["build"]);
+    assert_eq!(project.outputs(), clean.outputs());
+}
+
+#[test]
 fn a_reader_that_has_gone_away_is_no_error() {
     let project = Project::small();
     project.ok(&["build"]);
