@@ -235,7 +235,7 @@ input = "marked"
     let mut seed = 1_u32;
     let mut chance = |of: u32| {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (seed >> 16) % of == 0
+        (seed >> 16).is_multiple_of(of)
     };
     for round in 0..60 {
         for (name, bytes) in project.files(".specula/blobs") {
