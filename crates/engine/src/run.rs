@@ -88,6 +88,11 @@ impl Workshop<'_> {
             Ok(_) if stopped => Err(Failure::cancelled()),
             Ok(output) => output.and_then(|output| self.checked(order.item, output, &reads)),
         };
+        // A kind tells what is wrong inside its source; here is known which file of the project that is.
+        let output = output.map_err(|failure| match self.judge.source(order.item) {
+            Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
+            _ => failure,
+        });
         let stored = output.and_then(|output| self.stored(output));
         let mut outcome =
             Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, told: Vec::new() };
