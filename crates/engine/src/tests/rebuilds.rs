@@ -298,7 +298,9 @@ fn files_that_a_source_names_and_folders_that_it_lists_count() {
     project.remove("part.inc");
     let log = project.build();
     assert!(
-        log.contains("run text [main]: file part.inc some -> none\nFAILED text [main]: cannot read"),
+        log.contains(
+            "run text [main]: file part.inc some -> none\nFAILED text [main]: source main.txt: cannot read"
+        ),
         "{log}"
     );
     project.write("part.inc", "third");
