@@ -70,6 +70,8 @@ fn a_changed_parameter_is_explained_with_old_and_new_value() {
     assert!(before.contains("degree") && before.contains('8') && before.contains('6'), "{before}");
     let dry = project.ok(&["build", "--dry-run"]);
     assert!(dry.stderr.contains("degree changed from 8 to 6"), "{}", dry.stderr);
+    assert_eq!(project.events(&["--dry-run"])[0]["dry_run"], true);
+    assert!(before.contains(concat!("by version ", env!("CARGO_PKG_VERSION"))), "{before}");
     let events = project.events(&[]);
     assert!(ran(&events).contains_key("lighting") && !ran(&events).contains_key("environment"));
 }

@@ -44,7 +44,8 @@ fn describe(explanation: &Explanation, connections: &Connections) -> String {
 
 fn describe_run(run: &LastRun) -> String {
     let time = terminal::duration(run.milliseconds);
-    let mut text = format!("  last ran {} for {time} as {}\n", run.started, run.kind);
+    let mut text =
+        format!("  last ran {} for {time} as {}, by version {}\n", run.started, run.kind, run.version);
     text += &format!("    because {}\n", past(&run.reasons));
     for input in &run.inputs {
         text += &format!("    input {} {} = {}\n", short(Some(&input.digest)), input.port, input.item);

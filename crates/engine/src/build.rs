@@ -45,7 +45,11 @@ pub fn build(
     let selected = select(plan, &options.stages)?;
     let pool = pool(options.jobs)?;
     let items = plan.items.iter().filter(|item| selected[item.stage]).count();
-    events(Event::Planned { stages: selected.iter().filter(|chosen| **chosen).count(), items });
+    events(Event::Planned {
+        dry_run: options.dry_run,
+        stages: selected.iter().filter(|chosen| **chosen).count(),
+        items,
+    });
     let mut summary = if options.dry_run {
         rehearse(plan, options, &selected, &pool, events)?
     } else {

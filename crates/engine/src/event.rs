@@ -80,6 +80,8 @@ pub enum Reason {
 pub enum Event {
     /// The graph is loaded; this much may have to be done.
     Planned {
+        /// Whether this is a dry run: what follows is what a build would do.
+        dry_run: bool,
         /// The number of stages that were selected.
         stages: usize,
         /// The number of their items.

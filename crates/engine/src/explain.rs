@@ -34,6 +34,8 @@ pub struct LastRun {
     pub started: Timestamp,
     /// How long it took.
     pub milliseconds: f64,
+    /// The version of the program that ran it.
+    pub version: String,
     /// The kind and its revision: `project-sh 3`.
     pub kind: String,
     /// Why it ran.
@@ -132,6 +134,7 @@ fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
     LastRun {
         started: record.started,
         milliseconds: record.milliseconds,
+        version: record.version.clone(),
         kind: record.kind_name(),
         reasons: record.reasons.clone(),
         warnings: record.warnings.clone(),

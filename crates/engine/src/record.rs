@@ -16,6 +16,8 @@ const ENGINE_FORMAT: u32 = 1;
 pub(crate) struct Record {
     /// All that the result depends on but the files read, which are known only after the run.
     pub(crate) key: Digest,
+    /// The version of the program that ran it. It enters no key.
+    pub(crate) version: String,
     pub(crate) kind: String,
     pub(crate) revision: u32,
     pub(crate) parameters: Value,

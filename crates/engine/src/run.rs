@@ -104,6 +104,7 @@ impl Workshop<'_> {
         let before = self.judge.record(order.item).map(|record| record.outputs.clone()).unwrap_or_default();
         let record = Record {
             key: order.key,
+            version: env!("CARGO_PKG_VERSION").into(),
             kind: stage.kind.name().into(),
             revision: facts.revision,
             parameters: facts.parameters.clone(),

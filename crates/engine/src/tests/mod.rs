@@ -118,7 +118,7 @@ fn log(events: &[Event]) -> String {
     let mut text = String::new();
     for event in events {
         let _ = match event {
-            Event::Planned { stages, items } => writeln!(text, "planned {stages} stages, {items} items"),
+            Event::Planned { stages, items, .. } => writeln!(text, "planned {stages} stages, {items} items"),
             Event::UpToDate { item } => writeln!(text, "up to date {item}"),
             Event::Started { item, reasons } => {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
