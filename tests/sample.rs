@@ -273,3 +273,12 @@ fn a_started_project_builds_once_it_has_an_environment() {
     let again = project.specula(&["init", made.to_str().unwrap()]);
     assert_eq!(again.code, Some(2), "an existing manifest is kept: {again:?}");
 }
+
+#[test]
+fn the_pipeline_of_the_readme_builds() {
+    let readme = fs::read_to_string(support::root().join("README.md")).unwrap();
+    let manifest = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let project = Project::new(manifest);
+    project.ok(&["build"]);
+    assert!(project.outputs().contains_key("sky/gold/reflection/px.exr"), "{:?}", project.outputs().keys());
+}
