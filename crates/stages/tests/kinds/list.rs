@@ -61,7 +61,7 @@ fn every_manual_begins_with_a_sentence() {
 
 #[test]
 fn no_parameter_has_the_name_of_a_key_that_the_engine_owns() {
-    for kind in kinds().iter() {
+    for kind in stages::kinds().iter() {
         for field in kind.fields() {
             let owned = ["kind", "source", "input", "inputs", "per", "path"].contains(&field.name.as_str());
             assert!(!owned, "{}: the engine would hide {:?}", kind.name(), field.name);
