@@ -6,7 +6,7 @@ mod support;
 
 use std::fs;
 
-use support::{Project, folder_of};
+use support::Project;
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -106,7 +106,7 @@ path = "sheets/{cube}"
 
 #[test]
 fn the_corpus_builds_and_rebuilds() {
-    let Some(corpus) = folder_of("SPECULA_CORPUS", "the_corpus_builds_and_rebuilds") else { return };
+    let Some(corpus) = oracles::folder("the_corpus_builds_and_rebuilds", "SPECULA_CORPUS") else { return };
     let corpus = fs::canonicalize(corpus).unwrap();
     let project = Project::new(&MANIFEST.replace("{corpus}", corpus.to_str().unwrap()));
     project.ok(&["build"]);

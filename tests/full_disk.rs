@@ -22,8 +22,7 @@ impl Mount {
         if mount.is_ok_and(|output| output.status.success()) {
             return Some(Self(folder.to_path_buf()));
         }
-        assert!(std::env::var_os("SPECULA_REQUIRE").is_none(), "{test}: cannot mount a tmpfs");
-        eprintln!("SKIPPED {test}: cannot mount a tmpfs");
+        oracles::skip(test, "this user may not mount a tmpfs");
         None
     }
 

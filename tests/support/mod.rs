@@ -187,16 +187,3 @@ pub fn copy_folder(from: &Path, to: &Path) {
         }
     }
 }
-
-/// The folder that an environment variable names, or `None` (said aloud) where it is unset.
-///
-/// # Panics
-/// Where it is unset and `SPECULA_REQUIRE` is set: there, nothing may be skipped.
-pub fn folder_of(variable: &str, test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os(variable).map(PathBuf::from);
-    if folder.is_none() {
-        assert!(std::env::var_os("SPECULA_REQUIRE").is_none(), "{test}: {variable} is unset");
-        eprintln!("SKIPPED {test}: {variable} is unset");
-    }
-    folder
-}

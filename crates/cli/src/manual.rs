@@ -35,7 +35,7 @@ fn page(kind: &dyn ErasedKind) -> String {
     let mut text = format!("# {}\n\n{}\n", kind.name(), kind.manual().trim_end());
     text += "\n## Ports\n\n";
     if kind.has_source() {
-        text += "- `source`: a file, a folder or a glob, relative to the manifest.\n";
+        text += "- `source`: what is read, relative to the manifest: one path, or a glob for an item from each file.\n";
     }
     for port in kind.ports() {
         let many = if port.many { ", every item that agrees" } else { "" };

@@ -6,18 +6,6 @@ use std::path::{Path, PathBuf};
 
 use containers::{Format, ReadOptions, read_image};
 
-fn corpus() -> Option<PathBuf> {
-    let folder = std::env::var_os("SPECULA_CORPUS").map(PathBuf::from);
-    if folder.is_none() {
-        assert!(
-            std::env::var_os("SPECULA_REQUIRE").is_none(),
-            "SPECULA_REQUIRE is set and SPECULA_CORPUS is not"
-        );
-        eprintln!("SKIPPED every_hdr_file_of_the_corpus_is_read: SPECULA_CORPUS is unset");
-    }
-    folder
-}
-
 fn hdr_files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -31,7 +19,9 @@ fn hdr_files(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn every_hdr_file_of_the_corpus_is_read() {
-    let Some(corpus) = corpus() else { return };
+    let Some(corpus) = oracles::folder("every_hdr_file_of_the_corpus_is_read", "SPECULA_CORPUS") else {
+        return;
+    };
     let mut files = Vec::new();
     hdr_files(&corpus.join("env"), &mut files);
     files.sort();

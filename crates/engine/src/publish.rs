@@ -173,7 +173,8 @@ impl<'a> Publisher<'a> {
     /// Puts an item's files in place. `bytes` are their contents where they are at hand.
     ///
     /// # Errors
-    /// Where a result is lost or something is in the way; the files are then as they were before.
+    /// Where a result is lost or something is in the way: that is found before the first rename, and the files are
+    /// as they were. Where a rename itself fails, those renamed before it are new, each whole; the index is not.
     pub(crate) fn publish(
         &self,
         item: &ItemName,

@@ -2,20 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic, and reads reference files
 
-use std::path::PathBuf;
-
 use envmap::{Environment, Image, Layout};
+use oracles::folder;
 use sphere::{AngularProbe, DVec3, Direction, LatLong, to_file};
-
-/// A folder named by the environment, or the reason to skip, said aloud.
-fn folder(test: &str, variable: &str) -> Option<PathBuf> {
-    let path = std::env::var_os(variable).map(PathBuf::from);
-    if path.is_none() {
-        assert!(std::env::var_os("SPECULA_REQUIRE").is_none(), "{test} needs {variable}");
-        eprintln!("SKIPPED {test}: {variable} is unset");
-    }
-    path
-}
 
 /// A Radiance picture with new-style run lengths, decoded as (mantissa + 0.5) / 256 x 2^(e - 128).
 fn read_rgbe(bytes: &[u8]) -> Image {

@@ -1,7 +1,5 @@
 //! Slow, obvious forms that tests compare with, and what tests share.
 
-use std::path::PathBuf;
-
 use crate::{Degree, Expansion};
 
 /// P_lm(cos(theta)) for l = m ..= degree of the orthonormal real harmonics (sqrt(2) of m > 0 included), by the
@@ -83,17 +81,4 @@ pub(crate) fn relative_error(actual: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 
     let worst =
         differences.fold(0.0, |max: f64, value| if value.is_nan() { f64::NAN } else { value.max(max) });
     worst / largest(expected)
-}
-
-/// A file of the reference folder; `None`, with a line on stderr, where `SPECULA_REFERENCE` is unset.
-#[expect(clippy::disallowed_methods, reason = "tests read reference files")]
-pub(crate) fn reference(test: &str, file: &str) -> Option<serde_json::Value> {
-    let Some(folder) = std::env::var_os("SPECULA_REFERENCE") else {
-        assert!(std::env::var_os("SPECULA_REQUIRE").is_none_or(|v| v != "1"), "SPECULA_REFERENCE is unset");
-        eprintln!("SKIPPED {test}: SPECULA_REFERENCE is unset");
-        return None;
-    };
-    let path = PathBuf::from(folder).join(file);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    Some(serde_json::from_str(&text).unwrap())
 }

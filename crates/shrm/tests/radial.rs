@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic, and reads reference files
 
 use std::f64::consts::PI;
-use std::path::PathBuf;
 
 use brdf::{BrdfCoefficients, Centre, Choice, Lambert, Material, Phong, project};
+use oracles::reference;
 use serde_json::Value;
 use sh::{Basis, Degree, Expansion};
 use shrm::{Reflection, ViewDependent};
@@ -25,19 +25,6 @@ fn phong(exponent: f64, specular: [f64; 3]) -> Material {
 
 fn coefficients(material: &Material, f: usize) -> BrdfCoefficients {
     project(material, Choice::Degree { f: degree(f), p: Degree::ZERO }).unwrap().coefficients
-}
-
-/// A file of the reference values, or `None` where they are not at hand.
-fn reference(test: &str, file: &str) -> Option<Value> {
-    let Some(folder) = std::env::var_os("SPECULA_REFERENCE") else {
-        let required = std::env::var("SPECULA_REQUIRE").is_ok_and(|value| value == "1");
-        assert!(!required, "{test}: SPECULA_REFERENCE is unset");
-        eprintln!("SKIPPED {test}: SPECULA_REFERENCE is unset");
-        return None;
-    };
-    let path = PathBuf::from(folder).join(file);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    Some(serde_json::from_str(&text).unwrap())
 }
 
 fn triple(value: &Value) -> [f64; 3] {

@@ -5,7 +5,9 @@ use super::sums::{Evaluate, ODD, PARTS, Project, Rows};
 use super::*;
 use crate::legendre::Recurrence;
 use crate::quadrature;
-use crate::testkit::{Noise, harmonics, legendre, reference, relative_error};
+use oracles::reference;
+
+use crate::testkit::{Noise, harmonics, legendre, relative_error};
 
 fn degree(l: usize) -> Degree {
     Degree::new(l).unwrap()

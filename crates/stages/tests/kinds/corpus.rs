@@ -7,7 +7,9 @@ use sh::{Basis, Degree, Expansion};
 use sphere::{Cube, DVec3, Face};
 
 use crate::fixture::{difference, pixels};
-use crate::pipeline::{Pipeline, folder};
+use oracles::folder;
+
+use crate::pipeline::Pipeline;
 
 /// The first nine harmonics of Ramamoorthi and Hanrahan's tables: L00 L1-1 L10 L11 L2-2 L2-1 L20 L21 L22 of (x, y, z).
 fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {

@@ -1,20 +1,9 @@
-//! Runs a manifest on the disk, and finds the folders of real and reference files.
+//! Runs a manifest on the disk.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use engine::{BuildOptions, Cancel, Event, Plan, Summary, build};
 use tempfile::TempDir;
-
-/// The folder that an environment variable names, or `None` (told aloud) where it is unset.
-pub(crate) fn folder(test: &str, variable: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os(variable).map(PathBuf::from);
-    if folder.is_none() {
-        let required = std::env::var("SPECULA_REQUIRE").is_ok_and(|value| value == "1");
-        assert!(!required, "{test}: {variable} is unset");
-        eprintln!("SKIPPED {test}: {variable} is unset");
-    }
-    folder
-}
 
 /// A manifest in a folder of its own.
 pub(crate) struct Pipeline {

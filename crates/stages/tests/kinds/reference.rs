@@ -5,13 +5,9 @@ use sphere::{DVec3, Direction};
 use stages::artifacts::{Brdf, Lighting, Material, Reflection};
 
 use crate::fixture::{case, difference, environment, exr, lambert, phong};
-use crate::pipeline::{Pipeline, folder};
+use oracles::reference;
 
-fn reference(test: &str, file: &str) -> Option<Value> {
-    let path = folder(test, "SPECULA_REFERENCE")?.join(file);
-    Some(serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap())
-}
-
+use crate::pipeline::Pipeline;
 fn triple(value: &Value) -> [f64; 3] {
     serde_json::from_value(value.clone()).unwrap()
 }
