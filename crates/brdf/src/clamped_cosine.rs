@@ -13,18 +13,18 @@ use std::f64::consts::PI;
 
 /// peak * max(0, cos)^exponent, RGB, in 1/sr.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ClampedCosine {
+pub struct ClampedCosine {
     /// The value at the centre.
-    pub(crate) peak: [f64; 3],
+    pub peak: [f64; 3],
     /// s, 0 or more.
-    pub(crate) exponent: f64,
+    pub exponent: f64,
 }
 
 impl ClampedCosine {
     /// rho_l00 for l = 0 ..= `degree`, RGB, of rho_hat(w_i, w_o) = u = sum of rho_l00 Y_l0(w_i) Y_00:
     ///
     /// rho_l00 = sqrt(4 pi) * 2 pi * integral of u(x) Y_l0(x) dx = 2 pi peak sqrt(2l+1) I_l.
-    pub(crate) fn coefficients(&self, degree: usize) -> Vec<[f64; 3]> {
+    pub fn coefficients(&self, degree: usize) -> Vec<[f64; 3]> {
         let s = self.exponent;
         let mut integrals = [1.0 / (s + 1.0), 1.0 / (s + 2.0)];
         (0..=degree)
@@ -40,7 +40,7 @@ impl ClampedCosine {
     }
 
     /// The integral of rho_hat^2 over both directions, summed over channels: 8 pi^2 peak^2 / (2 s + 1).
-    pub(crate) fn energy(&self) -> f64 {
+    pub fn energy(&self) -> f64 {
         let peaks: f64 = self.peak.iter().map(|peak| peak * peak).sum();
         8.0 * PI * PI * peaks / (2.0 * self.exponent + 1.0)
     }

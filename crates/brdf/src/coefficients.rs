@@ -1,6 +1,8 @@
 //! The transfer function of a material in spherical harmonics.
 
+use glam::DVec3;
 use sh::Degree;
+use sphere::Direction;
 
 /// The direction that a BRDF is expanded about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -11,6 +13,32 @@ pub enum Centre {
     Normal,
     /// The surface tangent T.
     Tangent,
+}
+
+impl Centre {
+    /// Incident and outgoing direction in the frame of the surface (+Z the normal, +X the tangent), from the local
+    /// frame whose +Z is the central direction.
+    ///
+    /// About R the normal lies half way from +Z to `outgoing` (paper 1, section 3.1), and the surface's +X in the
+    /// plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the local +X.
+    pub fn surface(self, incident: Direction, outgoing: Direction) -> [Direction; 2] {
+        let frame = match self {
+            Self::Normal => return [incident, outgoing],
+            Self::Tangent => [DVec3::Z, DVec3::Y * -1.0, DVec3::X],
+            Self::Reflection => {
+                let view = outgoing.vector();
+                let across = DVec3::new(view.x, view.y, 0.0).try_normalize().unwrap_or(DVec3::X);
+                let half = outgoing.theta() / 2.0;
+                let normal = across * half.sin() + DVec3::Z * half.cos();
+                let tangent = across * half.cos() - DVec3::Z * half.sin();
+                [tangent, normal.cross(tangent), normal]
+            }
+        };
+        [incident, outgoing].map(|direction| {
+            let v = direction.vector();
+            Direction::normalised(DVec3::new(v.dot(frame[0]), v.dot(frame[1]), v.dot(frame[2])))
+        })
+    }
 }
 
 /// rho_hat(w_i, w_o) = sum rho_lpq Y*_lq(w_i) Y_pq(w_o), the BRDF times the incident cosine, in 1/sr.

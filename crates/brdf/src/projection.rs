@@ -76,7 +76,7 @@ pub const MOST_COEFFICIENTS: usize = 1 << 22;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn project(material: &Material, choice: Choice) -> Result<Projection, ProjectionError> {
-    let lobe = material.lobe();
+    let lobe = material.radial().expect("every model so far is radially symmetric");
     let total = lobe.energy();
     let (f, p) = match choice {
         Choice::Degree { f, p } => (f, p),

@@ -37,7 +37,7 @@
 //! source = "assets/materials/*.toml"
 //! ```
 
-use brdf::{Lambert, Material, ParameterError, Phong};
+use brdf::{Lambert, Material, Model as _, ParameterError, Phong};
 use engine::{
     Artifact, Context, Document, Failure, Fault, Faults, Kind, Output, Parameter, Parameters as _, Port,
     Product, Table, nearest, parameters,

@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::ParameterError;
-use super::parameter::colour;
+use super::Model;
+use super::parameter::{Absent, Parameter, ParameterError, Shape, Value, Values, colour};
 use crate::Centre;
 use crate::clamped_cosine::ClampedCosine;
 
@@ -19,10 +19,6 @@ pub struct Lambert {
 }
 
 impl Lambert {
-    /// The name in material files.
-    pub const NAME: &'static str = "lambert";
-    pub(super) const CENTRE: Centre = Centre::Normal;
-
     /// A matte surface that reflects the share `albedo` of the light, RGB.
     ///
     /// # Errors
@@ -35,13 +31,36 @@ impl Lambert {
     pub fn albedo(&self) -> [f64; 3] {
         self.albedo
     }
+}
 
-    pub(super) fn rho_hat(&self, incident: Direction, _: Direction) -> [f64; 3] {
+impl Model for Lambert {
+    const NAME: &'static str = "lambert";
+    const SUMMARY: &'static str = "matte, the same from every view";
+    const PARAMETERS: &'static [Parameter] = &[Parameter {
+        name: "albedo",
+        meaning: "the share of light that is reflected, 0 to 1",
+        shape: Shape::Colour,
+        absent: Absent::Required,
+    }];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        Self::new(values.colour("albedo")?)
+    }
+
+    fn values(&self) -> Values {
+        Values::default().with("albedo", Value::Colour(self.albedo))
+    }
+
+    fn centre(&self) -> Centre {
+        Centre::Normal
+    }
+
+    fn transfer(&self, incident: Direction, _: Direction) -> [f64; 3] {
         self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
     }
 
-    pub(super) fn lobe(&self) -> ClampedCosine {
-        ClampedCosine { peak: self.albedo.map(|albedo| albedo / PI), exponent: 1.0 }
+    fn radial(&self) -> Option<ClampedCosine> {
+        Some(ClampedCosine { peak: self.albedo.map(|albedo| albedo / PI), exponent: 1.0 })
     }
 }
 
@@ -52,7 +71,7 @@ mod tests {
     #[test]
     fn lambert_holds_the_cosine() {
         let chalk = Lambert::new([0.5, 1.0, 0.0]).unwrap();
-        let at = |theta: f64| chalk.rho_hat(Direction::from_angles(theta, 1.0), Direction::Z);
+        let at = |theta: f64| chalk.transfer(Direction::from_angles(theta, 1.0), Direction::Z);
         assert_eq!(at(0.0), [0.5 / PI, 1.0 / PI, 0.0]);
         assert!((at(PI / 3.0)[1] - 0.5 / PI).abs() < 1e-15, "half as much at 60 degrees");
         assert_eq!(at(2.0), [0.0; 3], "nothing below the horizon");

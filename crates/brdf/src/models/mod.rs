@@ -7,54 +7,132 @@ mod phong;
 use sphere::Direction;
 
 pub use lambert::Lambert;
-pub use parameter::ParameterError;
+pub use parameter::{Absent, Parameter, ParameterError, Shape, Value, Values};
 pub use phong::Phong;
 
 use crate::Centre;
 use crate::clamped_cosine::ClampedCosine;
 
-/// A material: one of the reflection models, with its parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Material {
-    /// `model = "lambert"`.
-    Lambert(Lambert),
-    /// `model = "phong"`.
-    Phong(Phong),
+/// A reflection model: what its file says about it.
+pub trait Model: Clone + std::fmt::Debug + PartialEq {
+    /// The name in material files.
+    const NAME: &'static str;
+    /// What it is in one line, for the manual.
+    const SUMMARY: &'static str;
+    /// Its parameters.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    /// Where a parameter has a value that no material can have; the error names it.
+    fn from_values(values: &Values) -> Result<Self, ParameterError>;
+
+    /// Its parameters: what [`Model::from_values`] makes the same model of.
+    fn values(&self) -> Values;
+
+    /// The direction that rho_hat is taken about.
+    fn centre(&self) -> Centre {
+        Centre::Reflection
+    }
+
+    /// rho_hat, the BRDF times the incident cosine, in 1/sr, RGB.
+    ///
+    /// Both directions point away from the surface, in its frame: +Z the normal, +X the tangent. What lies below the
+    /// horizon (`incident` with z <= 0) is not reflected, except in models whose text says otherwise (phong,
+    /// kajiya-kay). `outgoing` has z >= 0.
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3];
+
+    /// Whether a turn about the normal (of surface, light and view together) changes nothing.
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
+    /// Where rho_hat depends on the angle between incident and central direction alone: its closed form.
+    fn radial(&self) -> Option<ClampedCosine> {
+        None
+    }
+}
+
+/// Makes the enum of all models out of their list.
+macro_rules! models {
+    ($($model:ident),* $(,)?) => {
+        /// A material: one of the reflection models, with its parameters.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Material {
+            $(#[doc = concat!("[`", stringify!($model), "`].")] $model($model),)*
+        }
+
+        /// Every analytic model: its name, summary and parameters.
+        pub const MODELS: &[ModelText] = &[
+            $(ModelText { name: $model::NAME, summary: $model::SUMMARY, parameters: $model::PARAMETERS },)*
+        ];
+
+        impl Material {
+            /// The analytic model of this name with these parameters; `None` where there is no such model.
+            ///
+            /// # Errors
+            /// Where a parameter has a value that no material can have.
+            pub fn analytic(name: &str, values: &Values) -> Option<Result<Self, ParameterError>> {
+                $(if name == $model::NAME {
+                    return Some($model::from_values(values).map(Self::$model));
+                })*
+                None
+            }
+
+            /// The model's name in material files.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => $model::NAME,)* }
+            }
+
+            /// The model's parameters.
+            pub fn values(&self) -> Values {
+                match self { $(Self::$model(model) => model.values(),)* }
+            }
+
+            /// The direction that rho_hat is taken about.
+            pub fn centre(&self) -> Centre {
+                match self { $(Self::$model(model) => model.centre(),)* }
+            }
+
+            /// rho_hat in the frame of the surface: see [`Model::transfer`].
+            pub fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+                match self { $(Self::$model(model) => model.transfer(incident, outgoing),)* }
+            }
+
+            /// Whether a turn about the normal changes nothing.
+            pub fn is_isotropic(&self) -> bool {
+                match self { $(Self::$model(model) => model.is_isotropic(),)* }
+            }
+
+            /// The closed form of a radially symmetric model.
+            pub(crate) fn radial(&self) -> Option<ClampedCosine> {
+                match self { $(Self::$model(model) => model.radial(),)* }
+            }
+        }
+    };
+}
+
+models!(Lambert, Phong);
+
+/// What the manual says about a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelText {
+    /// Its name in material files.
+    pub name: &'static str,
+    /// What it is, in one line.
+    pub summary: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
 }
 
 impl Material {
-    /// The model's name in material files.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Lambert(_) => Lambert::NAME,
-            Self::Phong(_) => Phong::NAME,
-        }
-    }
-
-    /// The direction that rho_hat is taken about.
-    pub fn centre(&self) -> Centre {
-        match self {
-            Self::Lambert(_) => Lambert::CENTRE,
-            Self::Phong(_) => Phong::CENTRE,
-        }
-    }
-
     /// rho_hat(w_i, w_o), the BRDF times the incident cosine, in 1/sr, RGB.
     ///
-    /// Both directions are in the local frame whose +Z is the central direction ([`Material::centre`]). A
-    /// radially symmetric model does not look at `outgoing`.
+    /// Both directions are in the local frame whose +Z is the central direction ([`Material::centre`]); see
+    /// [`Centre::surface`] for where the normal is. `outgoing` may be any direction.
     pub fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-        match self {
-            Self::Lambert(model) => model.rho_hat(incident, outgoing),
-            Self::Phong(model) => model.rho_hat(incident, outgoing),
-        }
-    }
-
-    /// The lobe that rho_hat is. Both models so far are radially symmetric.
-    pub(crate) fn lobe(&self) -> ClampedCosine {
-        match self {
-            Self::Lambert(model) => model.lobe(),
-            Self::Phong(model) => model.lobe(),
-        }
+        let [incident, outgoing] = self.centre().surface(incident, outgoing);
+        self.transfer(incident, outgoing)
     }
 }

@@ -9,9 +9,8 @@ use std::f64::consts::TAU;
 
 use sphere::Direction;
 
-use super::ParameterError;
-use super::parameter::{colour, exponent};
-use crate::Centre;
+use super::Model;
+use super::parameter::{Absent, Parameter, ParameterError, Shape, Value, Values, colour, exponent};
 use crate::clamped_cosine::ClampedCosine;
 
 /// A highlight about the reflection vector.
@@ -22,10 +21,6 @@ pub struct Phong {
 }
 
 impl Phong {
-    /// The name in material files.
-    pub const NAME: &'static str = "phong";
-    pub(super) const CENTRE: Centre = Centre::Reflection;
-
     /// A highlight cos^`exponent` that reflects the share `specular` of the light, RGB.
     ///
     /// # Errors
@@ -44,15 +39,45 @@ impl Phong {
     pub fn specular(&self) -> [f64; 3] {
         self.specular
     }
+}
 
-    pub(super) fn rho_hat(&self, incident: Direction, _: Direction) -> [f64; 3] {
-        let cosine = incident.vector().z;
+impl Model for Phong {
+    const NAME: &'static str = "phong";
+    const SUMMARY: &'static str = "a highlight about the reflection vector, of one shape from every view";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter {
+            name: "exponent",
+            meaning: "the sharpness of the highlight: the power of the cosine, 0 to 1e9",
+            shape: Shape::Number,
+            absent: Absent::Required,
+        },
+        Parameter {
+            name: "specular",
+            meaning: "the share of light that is reflected, 0 to 1",
+            shape: Shape::Colour,
+            absent: Absent::Is(1.0),
+        },
+    ];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        Self::new(values.number("exponent")?, values.colour("specular")?)
+    }
+
+    fn values(&self) -> Values {
+        Values::default()
+            .with("exponent", Value::Number(self.exponent))
+            .with("specular", Value::Colour(self.specular))
+    }
+
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let (light, view) = (incident.vector(), outgoing.vector());
+        let cosine = light.z * view.z - light.x * view.x - light.y * view.y;
         let value = if cosine > 0.0 { (self.exponent + 1.0) / TAU * cosine.powf(self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
     }
 
-    pub(super) fn lobe(&self) -> ClampedCosine {
+    fn radial(&self) -> Option<ClampedCosine> {
         let scale = (self.exponent + 1.0) / TAU;
-        ClampedCosine { peak: self.specular.map(|specular| specular * scale), exponent: self.exponent }
+        Some(ClampedCosine { peak: self.specular.map(|specular| specular * scale), exponent: self.exponent })
     }
 }

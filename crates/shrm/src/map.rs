@@ -1,0 +1,166 @@
+//! The spherical harmonic reflection map: for each central direction on a grid, the coefficients of the light
+//! reflected toward every view (paper 1, section 4 and equations 6 and 7).
+//!
+//! B(C, w_o) = sum over p <= P, |q| <= p of B_pq(C) Y_pq(w_o), real harmonics, row p*p + p + q. In a local map w_o
+//! is the view in the frame of the central direction C, w_o = R^-1 V with R = R_z(beta) R_y(alpha); in a global map it is
+//! the view V itself. The frames of a local map spin around the poles, so that its coefficients are never blended: each
+//! texel is evaluated in its own frame, then the values are.
+
+use brdf::Centre;
+use sh::Degree;
+use sphere::{Cube, Direction, Face, LatLong, Rotation, Zyz};
+
+/// Where the texels of a map lie on the sphere of central directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MapGrid {
+    /// Rows of constant colatitude.
+    LatLong(LatLong),
+    /// Six faces in file order.
+    Cube(Cube),
+}
+
+impl MapGrid {
+    /// The number of texels.
+    pub fn len(self) -> usize {
+        match self {
+            Self::LatLong(grid) => grid.len(),
+            Self::Cube(cube) => cube.len(),
+        }
+    }
+
+    /// Whether there is no texel.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Faces, rows and columns: 1, height, width of a lat-long map; 6, edge, edge of a cube.
+    pub fn shape(self) -> [usize; 3] {
+        match self {
+            Self::LatLong(LatLong { width, height }) => [1, height, width],
+            Self::Cube(Cube { edge }) => [6, edge, edge],
+        }
+    }
+
+    /// The direction of a texel's centre; texels count along rows, rows along faces.
+    ///
+    /// # Panics
+    /// Where `texel` is not below [`MapGrid::len`].
+    pub fn direction(self, texel: usize) -> Direction {
+        match self {
+            Self::LatLong(grid) => grid.direction(texel / grid.width, texel % grid.width),
+            Self::Cube(cube) => {
+                let (face, rest) = (texel / (cube.edge * cube.edge), texel % (cube.edge * cube.edge));
+                cube.direction(Face::ALL[face], rest / cube.edge, rest % cube.edge)
+            }
+        }
+    }
+
+    /// The solid angle of a texel, in steradians.
+    pub fn solid_angle(self, texel: usize) -> f64 {
+        match self {
+            Self::LatLong(grid) => grid.solid_angle(texel / grid.width),
+            Self::Cube(cube) => {
+                let rest = texel % (cube.edge * cube.edge);
+                cube.solid_angle(rest / cube.edge, rest % cube.edge)
+            }
+        }
+    }
+}
+
+/// Which directions a map's coefficients are over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum View {
+    /// w_o = R^-1 V, the view in the frame of the central direction.
+    Local,
+    /// V, the view in the world's frame.
+    Global,
+}
+
+/// Which coefficients a map keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Terms {
+    /// All (P+1)^2, row p*p + p + q.
+    All,
+    /// Those with q = 0, row p: all that a local map of a BRDF without azimuth has.
+    Zonal,
+}
+
+/// A spherical harmonic reflection map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shrm {
+    grid: MapGrid,
+    view: View,
+    centre: Centre,
+    p: Degree,
+    terms: Terms,
+    values: Vec<[f32; 3]>,
+}
+
+impl Shrm {
+    /// A map from its values, shape [texels, rows], RGB; `None` where their number does not fit, there is no texel, or a
+    /// global map keeps zonal terms only (a rotation mixes q).
+    pub fn new(
+        grid: MapGrid,
+        view: View,
+        centre: Centre,
+        p: Degree,
+        terms: Terms,
+        values: Vec<[f32; 3]>,
+    ) -> Option<Self> {
+        let map = Self { grid, view, centre, p, terms, values };
+        let fits = map.values.len() == grid.len() * map.rows() && !grid.is_empty();
+        (fits && (terms, view) != (Terms::Zonal, View::Global)).then_some(map)
+    }
+
+    /// Where the texels lie.
+    pub fn grid(&self) -> MapGrid {
+        self.grid
+    }
+
+    /// Which directions the coefficients are over.
+    pub fn view(&self) -> View {
+        self.view
+    }
+
+    /// What the texels' directions are: reflection vectors, normals or tangents.
+    pub fn centre(&self) -> Centre {
+        self.centre
+    }
+
+    /// P, the degree in the view.
+    pub fn p(&self) -> Degree {
+        self.p
+    }
+
+    /// Which coefficients are kept.
+    pub fn terms(&self) -> Terms {
+        self.terms
+    }
+
+    /// The coefficients kept per texel: (P+1)^2, or P+1 zonal ones.
+    pub fn rows(&self) -> usize {
+        match self.terms {
+            Terms::All => self.p.rows(),
+            Terms::Zonal => self.p.get() + 1,
+        }
+    }
+
+    /// The values, shape [texels, rows], RGB.
+    pub fn values(&self) -> &[[f32; 3]] {
+        &self.values
+    }
+
+    /// The coefficients of a texel.
+    ///
+    /// # Panics
+    /// Where `texel` is not below the number of texels.
+    pub fn texel(&self, texel: usize) -> &[[f32; 3]] {
+        let rows = self.rows();
+        &self.values[texel * rows..][..rows]
+    }
+}
+
+/// R_z(beta) R_y(alpha): takes +Z to the central direction (alpha, beta). At the poles beta is 0.
+pub fn frame(central: Direction) -> Rotation {
+    Rotation::from_zyz(Zyz { alpha: central.phi(), beta: central.theta(), gamma: 0.0 })
+}
