@@ -16,6 +16,18 @@ pub enum Centre {
 }
 
 impl Centre {
+    /// The central direction of a surface seen from `view`, all in the world's frame: the reflection of the view about
+    /// the normal, 2 (N.V) N - V; the normal; or the tangent.
+    pub fn central(self, normal: Direction, tangent: Direction, view: Direction) -> Direction {
+        match self {
+            Self::Reflection => {
+                Direction::normalised(normal.vector() * (2.0 * normal.dot(view)) - view.vector())
+            }
+            Self::Normal => normal,
+            Self::Tangent => tangent,
+        }
+    }
+
     /// Incident and outgoing direction in the frame of the surface (+Z the normal, +X the tangent), from the local
     /// frame whose +Z is the central direction.
     ///
@@ -91,5 +103,24 @@ impl BrdfCoefficients {
         let side = self.p.get() + 1;
         let rho = self.rho[..(f.get() + 1) * side * side].to_vec();
         Self { centre: self.centre, f, p: self.p, rho }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The local frame of [`Centre::surface`] turned to the central direction holds the normal half way to the view.
+    #[test]
+    fn the_view_is_reflected_about_the_normal() {
+        let (normal, tangent) = (Direction::Z, Direction::X);
+        let view = Direction::from_angles(0.7, 1.1);
+        let reflected = Centre::Reflection.central(normal, tangent, view);
+        let expected = Direction::from_angles(0.7, 1.1 - std::f64::consts::PI);
+        assert!((reflected.vector() - expected.vector()).length() < 1e-15);
+        assert_eq!(Centre::Normal.central(normal, tangent, view), normal);
+        assert_eq!(Centre::Tangent.central(normal, tangent, view), tangent);
+        let [_, seen] = Centre::Reflection.surface(Direction::Z, Direction::from_angles(1.4, 0.3));
+        assert!((seen.theta() - 0.7).abs() < 1e-15, "a view 1.4 from R is 0.7 from N");
     }
 }

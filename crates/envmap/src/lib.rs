@@ -25,4 +25,5 @@ pub use error::Error;
 pub use faces::stack_faces;
 pub use image::Image;
 pub use layout::Layout;
+pub use texels::{Taps, Texels};
 pub use tone::{ToneMap, middle_grey_exposure, srgb_decode, srgb_encode, to_srgb8};

@@ -11,14 +11,16 @@ use sphere::{
 
 /// Four texels and their weights, which sum to 1.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Taps {
-    pub(crate) index: [usize; 4],
-    pub(crate) weight: [f64; 4],
+pub struct Taps {
+    /// Which texels, counted along rows, rows along faces.
+    pub index: [usize; 4],
+    /// The share of each.
+    pub weight: [f64; 4],
 }
 
 impl Taps {
     /// The weighted sum of four pixels.
-    pub(crate) fn blend(&self, pixels: &[[f32; 3]]) -> [f64; 3] {
+    pub fn blend(&self, pixels: &[[f32; 3]]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (index, weight) in self.index.into_iter().zip(self.weight) {
             let pixel = pixels[index];
@@ -31,7 +33,7 @@ impl Taps {
 }
 
 /// A picture's texels on the sphere.
-pub(crate) trait Texels: Copy + Sync {
+pub trait Texels: Copy + Sync {
     /// The texels that make the radiance of a direction.
     fn taps(self, direction: Direction) -> Taps;
 

@@ -1,7 +1,11 @@
 //! Reflected light: convolution in spherical harmonics and its evaluation.
 
+mod evaluation;
+mod global;
+mod lookup;
 mod map;
 mod reflection;
 
-pub use map::{MapGrid, Shrm, Terms, View, frame};
-pub use reflection::{Reflection, ViewDependent};
+pub use lookup::Lookup;
+pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
+pub use reflection::{Plain, Reflection, ViewDependent};

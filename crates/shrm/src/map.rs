@@ -8,7 +8,7 @@
 
 use brdf::Centre;
 use sh::Degree;
-use sphere::{Cube, Direction, Face, LatLong, Rotation, Zyz};
+use sphere::{Cube, DVec3, Direction, Face, LatLong, Rotation, Zyz};
 
 /// Where the texels of a map lie on the sphere of central directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -88,12 +88,12 @@ pub enum Terms {
 /// A spherical harmonic reflection map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shrm {
-    grid: MapGrid,
-    view: View,
-    centre: Centre,
-    p: Degree,
-    terms: Terms,
-    values: Vec<[f32; 3]>,
+    pub(crate) grid: MapGrid,
+    pub(crate) view: View,
+    pub(crate) centre: Centre,
+    pub(crate) p: Degree,
+    pub(crate) terms: Terms,
+    pub(crate) values: Vec<[f32; 3]>,
 }
 
 impl Shrm {
@@ -163,4 +163,13 @@ impl Shrm {
 /// R_z(beta) R_y(alpha): takes +Z to the central direction (alpha, beta). At the poles beta is 0.
 pub fn frame(central: Direction) -> Rotation {
     Rotation::from_zyz(Zyz { alpha: central.phi(), beta: central.theta(), gamma: 0.0 })
+}
+
+/// R^-1 V with R the [`frame`] of a central direction: a view in the world as w_o in that frame, without angles.
+pub fn into_frame(central: Direction, view: Direction) -> Direction {
+    let (c, v) = (central.vector(), view.vector());
+    let sine = c.x.hypot(c.y);
+    let (x, y) = if sine > 0.0 { (c.x / sine, c.y / sine) } else { (1.0, 0.0) };
+    let south = DVec3::new(c.z * x, c.z * y, -sine);
+    Direction::normalised(DVec3::new(v.dot(south), v.y * x - v.x * y, v.dot(c)))
 }

@@ -9,14 +9,24 @@
 
 use std::f64::consts::PI;
 
-use brdf::BrdfCoefficients;
-use sh::{Expansion, lambda};
+use brdf::{BrdfCoefficients, Centre};
+use sh::{Expansion, lambda, zonal_into};
 
 /// B_lmpq = L_lm rho_lpq, held as its two factors, both cut to the smaller degree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reflection {
     lighting: Expansion,
     brdf: BrdfCoefficients,
+}
+
+/// Which one map stands for a reflection that depends on the view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Plain {
+    /// The mean over all views w_o about the central direction: the terms p = 0.
+    Mean,
+    /// The surface seen head on, V = N. For a map of reflection vectors or normals the view is the central direction
+    /// itself; for a map of tangents it is at a right angle to it, and the mean around the tangent is taken.
+    HeadOn,
 }
 
 /// A reflection that depends on the view beyond the central direction, where one that does not is needed.
@@ -68,18 +78,47 @@ impl Reflection {
         if let Some(p) = self.highest_p() {
             return Err(ViewDependent { p });
         }
+        Ok(self.plain(Plain::Mean))
+    }
+
+    /// One map of the central direction alone, whatever the material's dependence on the view: the coefficients
+    ///
+    /// B_lm = Lambda_l L_lm sum over p of rho_lp0 Y_p0(w_o),
+    ///
+    /// in the mean over views (p = 0) or head on. Exact for a radially symmetric material, where both are one.
+    ///
+    /// Terms with q > 0 have no part in it: they are zero at w_o = +Z, and in the mean around the central direction.
+    pub fn plain(&self, view: Plain) -> Expansion {
+        let mut y_p0 = vec![0.0; self.brdf.p().get() + 1];
+        match (view, self.brdf.centre()) {
+            (Plain::Mean, _) => y_p0[0] = 1.0 / (4.0 * PI).sqrt(),
+            (Plain::HeadOn, Centre::Tangent) => zonal_into(0.0, &mut y_p0),
+            (Plain::HeadOn, _) => zonal_into(1.0, &mut y_p0),
+        }
         let mut field = self.lighting.clone();
-        let y_00 = 1.0 / (4.0 * PI).sqrt();
         let rows = field.rows_mut();
         for l in 0..=self.brdf.f().get() {
-            let factor = self.brdf.get(l, 0, 0).map(|rho| lambda(l) * rho * y_00);
+            let mut factor = [0.0; 3];
+            for (p, y) in y_p0.iter().enumerate() {
+                let rho = self.brdf.get(l, p, 0);
+                for channel in 0..3 {
+                    factor[channel] += lambda(l) * rho[channel] * y;
+                }
+            }
             for row in &mut rows[l * l..(l + 1) * (l + 1)] {
                 for channel in 0..3 {
                     row[channel] *= factor[channel];
                 }
             }
         }
-        Ok(field)
+        field
+    }
+
+    /// Whether the light reflected about any central direction is the same all around it: every rho_lpq with q > 0
+    /// is zero.
+    pub fn is_azimuth_free(&self) -> bool {
+        let side = self.brdf.p().get() + 1;
+        self.brdf.rho().chunks_exact(side).all(|row| row[1..].iter().all(|rho| *rho == [0.0; 3]))
     }
 
     /// The highest p > 0 that has a coefficient.

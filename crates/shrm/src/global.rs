@@ -1,0 +1,124 @@
+//! From local to global coefficients (paper 1, equation 8).
+//!
+//! A function given in the frame of a central direction becomes one of the world when its coefficients are turned
+//! by R = R_z(beta) R_y(alpha). With X a quarter turn about +X, which takes +Y to +Z, R_y(alpha) = X^-1 R_z(alpha) X. Turns
+//! about +Z mix the two rows of each |q| only, and X is one orthogonal matrix for each p, the same for every
+//! texel: work is O(P^3) per texel and no matrix depends on the angle.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rayon::prelude::*;
+use sh::{Degree, Expansion, rotate};
+use sphere::{Direction, Rotation};
+
+use crate::{Shrm, Terms, View};
+
+/// Turns of expansions of one low degree from the frames of central directions into the world's.
+pub(crate) struct Frames {
+    degree: usize,
+    /// X of degree p = 0 ..= degree, each with shape [2p+1, 2p+1].
+    quarter: Vec<f64>,
+}
+
+impl Frames {
+    pub(crate) fn new(degree: Degree) -> Self {
+        let x = Rotation::from_yaw_pitch_roll(0.0, 0.0, FRAC_PI_2);
+        let mut quarter = Vec::new();
+        for p in 0..=degree.get() {
+            let side = 2 * p + 1;
+            let start = quarter.len();
+            quarter.resize(start + side * side, 0.0);
+            for column in 0..side {
+                let mut unit = Expansion::zero(Degree::new(p).unwrap_or(degree));
+                unit.rows_mut()[p * p + column] = [1.0; 3];
+                for (row, value) in rotate(&unit, x).rows()[p * p..].iter().enumerate() {
+                    // A quarter turn maps an axis to an axis: what is below rounding is zero.
+                    quarter[start + row * side + column] =
+                        if value[0].abs() < 1e-15 { 0.0 } else { value[0] };
+                }
+            }
+        }
+        Self { degree: degree.get(), quarter }
+    }
+
+    /// Turns `rows`, (degree + 1)^2 of them, from the frame of the central direction into the world's.
+    pub(crate) fn to_world(&self, central: Direction, rows: &mut [[f64; 3]], scratch: &mut Vec<[f64; 3]>) {
+        let (alpha, beta) = (central.theta(), central.phi());
+        scratch.resize(2 * self.degree + 1, [0.0; 3]);
+        let mut start = 0;
+        for p in 0..=self.degree {
+            let side = 2 * p + 1;
+            let quarter = &self.quarter[start..][..side * side];
+            let (band, turned) = (&mut rows[p * p..][..side], &mut scratch[..side]);
+            for (matrix, out) in quarter.chunks_exact(side).zip(turned.iter_mut()) {
+                *out = [0.0; 3];
+                for (x, value) in matrix.iter().zip(band.iter()) {
+                    for channel in 0..3 {
+                        out[channel] += x * value[channel];
+                    }
+                }
+            }
+            turn(turned, alpha);
+            band.fill([0.0; 3]);
+            for (matrix, value) in quarter.chunks_exact(side).zip(turned.iter()) {
+                for (x, out) in matrix.iter().zip(band.iter_mut()) {
+                    for channel in 0..3 {
+                        out[channel] += x * value[channel];
+                    }
+                }
+            }
+            turn(band, beta);
+            start += side * side;
+        }
+    }
+}
+
+/// R_z(angle) of one degree p: c' = c cos(q angle) - s sin(q angle), s' = c sin(q angle) + s cos(q angle).
+fn turn(band: &mut [[f64; 3]], angle: f64) {
+    let p = band.len() / 2;
+    let (sine, cosine) = angle.sin_cos();
+    let (mut x, mut y) = (cosine, sine);
+    for q in 1..=p {
+        let (c, s) = (band[p + q], band[p - q]);
+        for channel in 0..3 {
+            band[p + q][channel] = c[channel] * x - s[channel] * y;
+            band[p - q][channel] = c[channel] * y + s[channel] * x;
+        }
+        (x, y) = (x * cosine - y * sine, y * cosine + x * sine);
+    }
+}
+
+impl Shrm {
+    /// The same map with coefficients over the view in the world's frame, all (P+1)^2 of them; a copy where it is
+    /// global already.
+    ///
+    /// Turned in f64 and rounded once; work is O(P^3) per texel. Global coefficients may be blended between
+    /// texels, local ones may not.
+    pub fn to_global(&self) -> Self {
+        if self.view() == View::Global {
+            return self.clone();
+        }
+        let (grid, rows) = (self.grid(), self.p().rows());
+        let frames = Frames::new(self.p());
+        let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
+        values.par_chunks_mut(64 * rows).enumerate().for_each(|(block, values)| {
+            let (mut wide, mut scratch) = (vec![[0.0; 3]; rows], Vec::new());
+            for (texel, out) in (block * 64..).zip(values.chunks_exact_mut(rows)) {
+                self.widen(texel, &mut wide);
+                frames.to_world(grid.direction(texel), &mut wide, &mut scratch);
+                for (out, value) in out.iter_mut().zip(&wide) {
+                    *out = value.map(|v| v as f32);
+                }
+            }
+        });
+        Self { view: View::Global, terms: Terms::All, values, ..*self }
+    }
+
+    /// All (P+1)^2 coefficients of a texel, zeros included.
+    fn widen(&self, texel: usize, rows: &mut [[f64; 3]]) {
+        rows.fill([0.0; 3]);
+        for (k, value) in self.texel(texel).iter().enumerate() {
+            rows[if self.terms() == Terms::All { k } else { k * k + k }] = value.map(f64::from);
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! The reflected field of general materials: evaluation, maps, look-ups and resolution.
+
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
+
+mod evaluation;
+mod materials;
