@@ -2,11 +2,13 @@
 
 mod clamped_cosine;
 mod coefficients;
+mod measured;
 mod models;
 mod projection;
 
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};
+pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::{
     Absent, Lambert, MODELS, Material, Model, ModelText, Parameter, ParameterError, Phong, Shape, Value,
     Values,

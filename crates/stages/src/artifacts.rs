@@ -67,6 +67,7 @@ impl Artifact for Material {
             brdf::Material::Phong(model) => {
                 MaterialJson::Phong { exponent: model.exponent(), specular: model.specular() }
             }
+            _ => return Err(Failure::new(format!("the model {:?} has no bytes yet", self.0.name()))),
         })?)
     }
 

@@ -172,6 +172,7 @@ fn tell_excess(material: &Material, context: &Context<'_>) {
     let (name, colour) = match material {
         Material::Lambert(model) => ("albedo", model.albedo()),
         Material::Phong(model) => ("specular", model.specular()),
+        _ => return,
     };
     if let Some(channel) = colour.into_iter().find(|channel| *channel > 1.0) {
         context.warn(format!(

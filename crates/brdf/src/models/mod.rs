@@ -7,11 +7,12 @@ mod phong;
 use sphere::Direction;
 
 pub use lambert::Lambert;
+pub(crate) use parameter::colour;
 pub use parameter::{Absent, Parameter, ParameterError, Shape, Value, Values};
 pub use phong::Phong;
 
-use crate::Centre;
 use crate::clamped_cosine::ClampedCosine;
+use crate::{Centre, Measured};
 
 /// A reflection model: what its file says about it.
 pub trait Model: Clone + std::fmt::Debug + PartialEq {
@@ -57,10 +58,12 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
 /// Makes the enum of all models out of their list.
 macro_rules! models {
     ($($model:ident),* $(,)?) => {
-        /// A material: one of the reflection models, with its parameters.
+        /// A material: one of the reflection models, with its parameters, or a table.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Material {
             $(#[doc = concat!("[`", stringify!($model), "`].")] $model($model),)*
+            /// A table of measured values.
+            Measured(Measured),
         }
 
         /// Every analytic model: its name, summary and parameters.
@@ -82,32 +85,50 @@ macro_rules! models {
 
             /// The model's name in material files.
             pub fn name(&self) -> &'static str {
-                match self { $(Self::$model(_) => $model::NAME,)* }
+                match self {
+                    $(Self::$model(_) => $model::NAME,)*
+                    Self::Measured(_) => Measured::NAME,
+                }
             }
 
             /// The model's parameters.
             pub fn values(&self) -> Values {
-                match self { $(Self::$model(model) => model.values(),)* }
+                match self {
+                    $(Self::$model(model) => model.values(),)*
+                    Self::Measured(measured) => measured.parameters(),
+                }
             }
 
             /// The direction that rho_hat is taken about.
             pub fn centre(&self) -> Centre {
-                match self { $(Self::$model(model) => model.centre(),)* }
+                match self {
+                    $(Self::$model(model) => model.centre(),)*
+                    Self::Measured(measured) => measured.centre(),
+                }
             }
 
             /// rho_hat in the frame of the surface: see [`Model::transfer`].
             pub fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
-                match self { $(Self::$model(model) => model.transfer(incident, outgoing),)* }
+                match self {
+                    $(Self::$model(model) => model.transfer(incident, outgoing),)*
+                    Self::Measured(measured) => measured.transfer(incident, outgoing),
+                }
             }
 
             /// Whether a turn about the normal changes nothing.
             pub fn is_isotropic(&self) -> bool {
-                match self { $(Self::$model(model) => model.is_isotropic(),)* }
+                match self {
+                    $(Self::$model(model) => model.is_isotropic(),)*
+                    Self::Measured(_) => true,
+                }
             }
 
             /// The closed form of a radially symmetric model.
             pub(crate) fn radial(&self) -> Option<ClampedCosine> {
-                match self { $(Self::$model(model) => model.radial(),)* }
+                match self {
+                    $(Self::$model(model) => model.radial(),)*
+                    Self::Measured(_) => None,
+                }
             }
         }
     };
