@@ -3,7 +3,7 @@
 //! | bytes | value | module |
 //! | --- | --- | --- |
 //! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`] |
-//! | safetensors | coefficients and environments | [`tensors`] |
+//! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
 //!
 //! A format is known by its content, never by a file's name. Every written file may hold a *recipe*, the
@@ -24,7 +24,9 @@ mod open_exr;
 mod png;
 mod radiance;
 mod recipe;
+mod shrm_metadata;
 pub mod tensors;
+mod texture;
 
 pub use error::{Error, ErrorKind};
 pub use format::Format;
@@ -34,3 +36,5 @@ pub use open_exr::{Precision, write_exr};
 pub use png::write_png;
 pub use radiance::write_rgbe;
 pub use recipe::read_recipe;
+pub use shrm_metadata::{entries as shrm_metadata, row_names};
+pub use texture::Texture;

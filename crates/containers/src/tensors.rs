@@ -6,9 +6,12 @@
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0 | `centre` |
 //! | `reflection` | `sh` and `rho`, of one degree F | `centre` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
+//! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q | `layout`, `view`, `centre`, `terms` |
 //!
-//! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) where there is a `rho`, and
-//! `specula`, the recipe. A `rho` of one channel is read as grey. All values are finite, and `rho` is zero where
+//! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) where a BRDF had a part, and
+//! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` where those with q other
+//! than 0 are zero throughout, else `all`. Its `layout` is `lat-long` (one face) or `cube` (six), its `view` `local`
+//! or `global`; further entries tell a person the frame and the basis. A `rho` of one channel is read as grey. All values are finite, and `rho` is zero where
 //! q > min(l, p): that is checked both ways.
 //!
 //! The file is written here and not by the `safetensors` crate, which keeps metadata in a hash map: its bytes
@@ -21,11 +24,13 @@ use envmap::Environment;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::json;
 use sh::{Degree, Expansion};
-use sphere::LatLong;
+use shrm::{MapGrid, Shrm, Terms, View};
+use sphere::{Cube, LatLong};
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::recipe::KEY;
+use crate::shrm_metadata;
 
 /// What stands in a safetensors file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -154,6 +159,103 @@ pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
         .ok_or_else(|| wrong_shape(NAME, "[height, width, 3], none of them 0", tensor.shape()))
 }
 
+/// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included.
+///
+/// # Errors
+/// Where a value is not finite.
+pub fn encode_shrm(map: &Shrm, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    let rows = map.p().rows();
+    let [faces, height, width] = map.grid().shape();
+    if let Some(first) = map.values().as_flattened().iter().position(|value| !value.is_finite()) {
+        let (texel, rest) = (first / (3 * map.rows()), first % (3 * map.rows()));
+        return Err(Error::new(
+            ErrorKind::Unwritable,
+            format!(
+                "tensor `shrm`: expected finite values; texel {texel}, coefficient {}, channel {} is not",
+                rest / 3,
+                rest % 3
+            ),
+        ));
+    }
+    let mut file = Writer::new("shrm", recipe);
+    file.metadata.extend(shrm_metadata::entries(map));
+    file.data.reserve_exact(4 * 3 * rows * map.grid().len());
+    for texel in 0..map.grid().len() {
+        let values = map.texel(texel);
+        match map.terms() {
+            Terms::All => file.extend_f32(values.as_flattened()),
+            Terms::Zonal => {
+                for (p, value) in values.iter().enumerate() {
+                    file.extend_f32([[0.0; 3]].repeat(p).as_flattened());
+                    file.extend_f32(value);
+                    file.extend_f32([[0.0; 3]].repeat(p).as_flattened());
+                }
+            }
+        }
+    }
+    file.tensor("shrm", "F32", &[faces, height, width, rows, 3]);
+    Ok(file.finish())
+}
+
+/// A spherical harmonic reflection map, from a file of kind `shrm`.
+///
+/// # Errors
+/// As [`decode_lighting`]; where the shape is not that of the `layout`, and where `terms` is `zonal` and a coefficient
+/// with q other than 0 is not zero.
+pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
+    const NAME: &str = "shrm";
+    const SHAPE: &str = "[faces, height, width, (P+1)^2, 3]";
+    let file = File::open_as(bytes, "shrm")?;
+    let centre = file.centre()?;
+    let cube = file.choice("layout", [("lat-long", false), ("cube", true)])?;
+    let view = file.choice("view", [("local", View::Local), ("global", View::Global)])?;
+    let terms = file.choice("terms", [("all", Terms::All), ("zonal", Terms::Zonal)])?;
+    let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
+    let wrong = |expected: &str| wrong_shape(NAME, expected, tensor.shape());
+    let &[faces, height, width, rows, 3] = tensor.shape() else { return Err(wrong(SHAPE)) };
+    let grid = match (cube, faces) {
+        (true, 6) if height == width => MapGrid::Cube(Cube { edge: width }),
+        (true, _) => return Err(wrong("[6, edge, edge, (P+1)^2, 3] of a cube")),
+        (false, 1) => MapGrid::LatLong(LatLong { width, height }),
+        (false, _) => return Err(wrong("[1, height, width, (P+1)^2, 3] of a lat-long map")),
+    };
+    let side = rows.isqrt();
+    if side == 0 || side * side != rows {
+        return Err(wrong(SHAPE));
+    }
+    let p = degree(NAME, side - 1)?;
+    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let mut values: Vec<[f32; 3]> = tensor
+        .data()
+        .chunks_exact(12)
+        .map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])])
+        .collect();
+    if let Some(first) = values.as_flattened().iter().position(|value| !value.is_finite()) {
+        return Err(not_finite(NAME, first, ErrorKind::Damaged));
+    }
+    if terms == Terms::Zonal {
+        let mut zonal = Vec::with_capacity(values.len() / rows * side);
+        for (texel, values) in values.chunks_exact(rows).enumerate() {
+            for (row, value) in values.iter().enumerate() {
+                let p = row.isqrt();
+                if row == p * p + p {
+                    zonal.push(*value);
+                } else if *value != [0.0; 3] {
+                    return Err(Error::damaged(format!(
+                        "tensor `shrm`: `terms` is `zonal`: expected 0 where q is not 0, found {value:?} in row {row} of texel {texel}"
+                    )));
+                }
+            }
+        }
+        values = zonal;
+    }
+    Shrm::new(grid, view, centre, p, terms, values).ok_or_else(|| {
+        Error::damaged(
+            "`shrm`: expected a texel, and `terms` `all` where `view` is `global`; a rotation mixes q",
+        )
+    })
+}
+
 pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
     File::open(bytes).ok()?.metadata.remove(KEY)
 }
@@ -193,6 +295,10 @@ impl Writer {
         self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         self.tensor(name, "F64", shape);
         Ok(())
+    }
+
+    fn extend_f32(&mut self, values: &[f32]) {
+        self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
     }
 
     /// Names the data added since the last tensor.
@@ -284,20 +390,29 @@ impl<'a> File<'a> {
             .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))
     }
 
+    fn centre(&self) -> Result<Centre, Error> {
+        let centres = [Centre::Reflection, Centre::Normal, Centre::Tangent];
+        self.choice("centre", centres.map(|centre| (centre_name(centre), centre)))
+    }
+
+    /// The value of a metadata entry that is one of these words.
+    fn choice<T: Copy, const N: usize>(&self, key: &str, words: [(&str, T); N]) -> Result<T, Error> {
+        let found = self.metadata.get(key).map(String::as_str);
+        if let Some((_, value)) = words.iter().find(|(word, _)| found == Some(word)) {
+            return Ok(*value);
+        }
+        let expected = match words.map(|(word, _)| word).as_slice() {
+            [most @ .., last] => format!("{} or {last}", most.join(", ")),
+            [] => String::new(),
+        };
+        let found = found.map_or("none".to_owned(), |found| format!("`{found}`"));
+        Err(Error::damaged(format!("metadata `{key}`: expected {expected}, found {found}")))
+    }
+
     fn brdf(&self) -> Result<BrdfCoefficients, Error> {
         const NAME: &str = "rho";
         const SHAPE: &str = "[F+1, P+1, P+1, 1 or 3]";
-        let centre = match self.metadata.get("centre").map(String::as_str) {
-            Some("reflection") => Centre::Reflection,
-            Some("normal") => Centre::Normal,
-            Some("tangent") => Centre::Tangent,
-            other => {
-                return Err(Error::damaged(format!(
-                    "metadata `centre`: expected reflection, normal or tangent, found {}",
-                    other.map_or("none".to_owned(), |found| format!("`{found}`"))
-                )));
-            }
-        };
+        let centre = self.centre()?;
         let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
         let (l, p) = match *tensor.shape() {
             [l, p, q, 1 | 3] if l > 0 && p > 0 && p == q => (l, p),
@@ -356,7 +471,7 @@ fn same_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Result<(), Stri
     }
 }
 
-const fn centre_name(centre: Centre) -> &'static str {
+pub(crate) const fn centre_name(centre: Centre) -> &'static str {
     match centre {
         Centre::Reflection => "reflection",
         Centre::Normal => "normal",
@@ -376,6 +491,10 @@ fn not_finite(name: &str, position: usize, kind: ErrorKind) -> Error {
     let (row, channel) = (position / 3, position % 3);
     Error::new(kind, format!("tensor `{name}`: expected finite values; row {row}, channel {channel} is not"))
 }
+
+#[cfg(test)]
+#[path = "tensors/shrm_tests.rs"]
+mod shrm_tests;
 
 #[cfg(test)]
 mod tests {

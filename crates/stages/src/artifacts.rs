@@ -7,6 +7,7 @@
 //! | `material` | [`brdf::Material`] | JSON: `model` and its parameters |
 //! | `brdf` | [`brdf::BrdfCoefficients`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho` |
+//! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //!
 //! No bytes hold where a value came from: equal values are equal bytes.
 
@@ -112,5 +113,21 @@ impl Artifact for Reflection {
         // The two factors are of one degree, so that nothing is cut here.
         let (lighting, brdf) = tensors::decode_reflection(bytes)?;
         Ok(Self(shrm::Reflection::convolve(&lighting, &brdf)))
+    }
+}
+
+/// A spherical harmonic reflection map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shrm(pub shrm::Shrm);
+
+impl Artifact for Shrm {
+    const TYPE: &'static str = "shrm";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_shrm(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_shrm(bytes)?))
     }
 }
