@@ -4,6 +4,7 @@ mod evaluation;
 mod global;
 mod lookup;
 mod map;
+pub mod reference;
 mod reflection;
 
 pub use lookup::Lookup;

@@ -1,0 +1,433 @@
+//! Reflected radiance by brute force: the integral that everything else in this crate is a faster form of.
+//!
+//! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega (paper 1, equation 2),
+//! with C the central direction, R its frame and dOmega the exact solid angle of the texel. The sum over the texels of
+//! the image *is* the definition here. Spherical harmonics of the same image are made with the weights of Fejér's
+//! rule instead, which differ from the solid angles by O(h^2), h the height of a row.
+//!
+//! [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet go
+//! through sums in vectors ([`lobes`]) that the tests hold against it; other materials through the same sum as
+//! `radiance`. Work common to the texels of a row, to a row of a map and to one view is done once; black texels are
+//! not read.
+//!
+//! A [`Cull`] leaves out what a lobe hardly sees (paper 1, Appendix D): of max(0, cos)^s the cap about C with
+//! cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A Gaussian of theta_h holds as
+//! much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more where the horizon cuts it; the incident
+//! directions of these lie within twice that angle of the reflection vector, because L mirrors V about H and R mirrors
+//! it about N. The part W of the sphere that such a cap covers is [`Reference::width`].
+
+mod light;
+mod lobes;
+
+use std::ops::Range;
+
+use brdf::Material;
+use envmap::Environment;
+use pulp::Arch;
+use rayon::prelude::*;
+use sh::Tolerance;
+use sphere::{DMat3, DVec3, Direction};
+
+use crate::{MapGrid, View, frame};
+use light::{Light, Span};
+use lobes::{Gaussian, Power, Shape, Sum, Weight, WholePower};
+
+/// Which texels are summed over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cull {
+    /// All that hold light.
+    None,
+    /// Of lambert, phong and microfacet those that hold all but this share of the lobe's energy in angle; of others all.
+    Energy(Tolerance),
+}
+
+/// The brute-force integral of one environment and one material.
+#[derive(Debug)]
+pub struct Reference {
+    light: Light,
+    material: Material,
+    shape: Option<(Shape, [f64; 3])>,
+    /// The cosine of the radius of the cap that is summed over.
+    cap: Option<f64>,
+}
+
+/// A texel of a map, with what its place says without trigonometry.
+struct Central {
+    direction: Direction,
+    theta: f64,
+    /// The column of the environment that it lies on.
+    column: f64,
+}
+
+impl Reference {
+    /// Prepares the sum.
+    ///
+    /// # Example: a white surface reflects a constant sky unchanged
+    /// ```
+    /// use shrm::reference::{Cull, Reference};
+    /// use sphere::{Direction, LatLong};
+    /// let grid = LatLong::with_rows(64);
+    /// let sky = envmap::Environment::new(grid, vec![[0.25, 0.5, 1.0]; grid.len()]).unwrap();
+    /// let white = brdf::Material::Lambert(brdf::Lambert::new([1.0; 3])?);
+    /// let radiance = Reference::new(&sky, &white, Cull::None).radiance(Direction::Z, Direction::Z);
+    /// assert!((radiance[1] - 0.5).abs() < 1e-3, "{radiance:?}");
+    /// # Ok::<(), brdf::ParameterError>(())
+    /// ```
+    pub fn new(environment: &Environment, material: &Material, cull: Cull) -> Self {
+        let shape = Shape::of(material);
+        let cap = match cull {
+            Cull::None => None,
+            Cull::Energy(tolerance) => cap(material, tolerance.get()),
+        };
+        Self { light: Light::new(environment), material: material.clone(), shape, cap }
+    }
+
+    /// The number of texels that hold light.
+    pub fn lit(&self) -> usize {
+        self.light.lit()
+    }
+
+    /// W, the part of the sphere that is summed over: 1 where nothing is culled.
+    pub fn width(&self) -> f64 {
+        self.cap.map_or(1.0, |cosine| (1.0 - cosine) / 2.0)
+    }
+
+    /// B(C, V), RGB: the sum in f64 with the material's own [`Material::transfer`].
+    ///
+    /// `central` is the material's central direction (R, N or T), `view` points toward the viewer; both in the world.
+    pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
+        let at =
+            Central { direction: central, theta: central.theta(), column: self.light.column(central.phi()) };
+        self.integral(&at, frame(central).inverse().apply(view), &self.spans(at.theta))
+    }
+
+    /// The reflection map toward one view V of the world: B(C, V) at every texel's central direction C.
+    ///
+    /// In f32, within 3e-5 of [`Reference::radiance`] where nothing is culled (of the map's largest value); where
+    /// something is, a few texels beside the cap may count.
+    pub fn map(&self, grid: MapGrid, view: Direction) -> Vec<[f32; 3]> {
+        self.rows(grid, 0..rows_of(grid), View::Global, view)
+    }
+
+    /// The map toward one local view: B(C, R w_o) at every texel, w_o in the frame of the texel's C.
+    pub fn local_map(&self, grid: MapGrid, outgoing: Direction) -> Vec<[f32; 3]> {
+        self.rows(grid, 0..rows_of(grid), View::Local, outgoing)
+    }
+
+    /// Some rows of a map, counted over the faces of a cube; `view` says in which frame `toward` is.
+    ///
+    /// Each texel is computed by itself: bit-identical for any number of threads and any ranges of rows.
+    ///
+    /// # Panics
+    /// Where a row is not one of the map.
+    pub fn rows(&self, grid: MapGrid, rows: Range<usize>, view: View, toward: Direction) -> Vec<[f32; 3]> {
+        assert!(rows.end <= rows_of(grid), "rows of the map");
+        let [_, _, width] = grid.shape();
+        let mut map = vec![[0.0; 3]; rows.len() * width];
+        let arch = Arch::new();
+        map.par_chunks_mut(width.max(1)).zip(rows).for_each(|(texels, row)| {
+            let mut spans: Option<(f64, Vec<Span>)> = None;
+            for (texel, at) in texels.iter_mut().zip(self.centrals(grid, row)) {
+                if spans.as_ref().is_none_or(|(theta, _)| *theta != at.theta && self.cap.is_some()) {
+                    spans = Some((at.theta, self.spans(at.theta)));
+                }
+                let spans = spans.as_ref().map_or(&[][..], |(_, spans)| spans);
+                *texel = self.texel(arch, &at, view, toward, spans).map(|value| value as f32);
+            }
+        });
+        map
+    }
+
+    /// The central directions of a row of a map.
+    fn centrals(&self, grid: MapGrid, row: usize) -> impl Iterator<Item = Central> {
+        let [_, _, width] = grid.shape();
+        let theta = match grid {
+            MapGrid::LatLong(grid) => Some(grid.theta(row)),
+            MapGrid::Cube(_) => None,
+        };
+        (0..width).map(move |column| {
+            let direction = grid.direction(row * width + column);
+            let theta = theta.unwrap_or_else(|| direction.theta());
+            let phi = match grid {
+                MapGrid::LatLong(grid) => grid.phi(column),
+                MapGrid::Cube(_) => direction.phi(),
+            };
+            Central { direction, theta, column: self.light.column(phi) }
+        })
+    }
+
+    /// The texels of the environment that a central direction at this colatitude sums over.
+    fn spans(&self, theta: f64) -> Vec<Span> {
+        self.cap.map_or_else(|| self.light.whole(), |cosine| self.light.within(theta, cosine))
+    }
+
+    /// One texel of a map.
+    fn texel(&self, arch: Arch, at: &Central, view: View, toward: Direction, spans: &[Span]) -> [f64; 3] {
+        let axis = at.direction.vector();
+        let (sum, scale) = match self.shape {
+            Some((Shape::WholePower(exponent), scale)) => {
+                (self.sum(arch, at, spans, WholePower { axis, exponent }), scale)
+            }
+            Some((Shape::Power(exponent), scale)) => {
+                (self.sum(arch, at, spans, Power { axis, exponent }), scale)
+            }
+            Some((Shape::Gaussian { sigma }, scale)) => {
+                let view = match view {
+                    View::Global => toward,
+                    View::Local => frame(at.direction).apply(toward),
+                };
+                let both = axis + view.vector();
+                // Toward the mirrored central direction the normal has no side of its own: see Centre::surface.
+                let normal = if both.length_squared() > 1e-12 {
+                    both.normalize()
+                } else {
+                    frame(at.direction).matrix().x_axis
+                };
+                (self.sum(arch, at, spans, Gaussian { normal, view: view.vector(), sigma }), scale)
+            }
+            None => {
+                let outgoing = match view {
+                    View::Global => frame(at.direction).inverse().apply(toward),
+                    View::Local => toward,
+                };
+                return self.integral(at, outgoing, spans);
+            }
+        };
+        std::array::from_fn(|channel| sum[channel] * scale[channel])
+    }
+
+    fn sum<W: Weight>(&self, arch: Arch, at: &Central, spans: &[Span], weight: W) -> [f64; 3] {
+        arch.dispatch(Sum { light: &self.light, spans, column: at.column, weight })
+    }
+
+    /// The sum with the material's own transfer function. What depends on the view alone, the surface's frame, is
+    /// found once.
+    fn integral(&self, at: &Central, outgoing: Direction, spans: &[Span]) -> [f64; 3] {
+        let centre = self.material.centre();
+        let axis = |axis| centre.surface(Direction::from_unit(axis), outgoing)[0].vector();
+        let from_local = DMat3::from_cols(axis(DVec3::X), axis(DVec3::Y), axis(DVec3::Z));
+        let to_surface = from_local * frame(at.direction).matrix().transpose();
+        let outgoing = centre.surface(Direction::Z, outgoing)[1];
+        let mut total = [0.0; 3];
+        for &span in spans {
+            for segment in self.light.segments(span, at.column, 0) {
+                for index in segment {
+                    let (direction, light) = self.light.texel(span.row, index);
+                    let incident = Direction::from_unit(to_surface * direction);
+                    let rho_hat = self.material.transfer(incident, outgoing);
+                    for channel in 0..3 {
+                        total[channel] += rho_hat[channel] * light[channel];
+                    }
+                }
+            }
+        }
+        total
+    }
+}
+
+/// The rows of all faces.
+fn rows_of(grid: MapGrid) -> usize {
+    let [faces, height, _] = grid.shape();
+    faces * height
+}
+
+/// The cosine of the radius of the cap about the central direction that holds all but `eps` of a lobe.
+fn cap(material: &Material, eps: f64) -> Option<f64> {
+    let power = |s: f64| eps.powf(1.0 / (s + 1.0));
+    match material {
+        Material::Lambert(_) => Some(power(1.0)),
+        Material::Phong(phong) => Some(power(phong.exponent())),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    use brdf::{Lambert, Phong};
+    use sphere::{Cube, LatLong};
+
+    fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
+        let grid = LatLong::with_rows(rows);
+        let looks = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
+        let pixels = (0..grid.len()).map(|i| radiance(looks(i)).map(|value| value as f32)).collect();
+        Environment::new(grid, pixels).unwrap()
+    }
+
+    /// Hard light: a few bright spots, black between them, so that rows are gathered from pieces.
+    fn lamps(w: DVec3) -> [f64; 3] {
+        let stripes = (7.0 * w.x + 3.0 * w.y).sin() * (5.0 * w.z).cos();
+        if stripes > 0.3 { [stripes, 1.0 + w.z, 50.0 * stripes.powi(8)] } else { [0.0; 3] }
+    }
+
+    fn phong(exponent: f64) -> Material {
+        Material::Phong(Phong::new(exponent, [1.0, 0.5, 0.25]).unwrap())
+    }
+
+    fn materials() -> Vec<Material> {
+        let lambert = Material::Lambert(Lambert::new([0.8, 0.4, 0.0]).unwrap());
+        [0.0, 0.4, 1.0, 12.0, 33.0, 100.5, 1023.0, 5000.0].map(phong).into_iter().chain([lambert]).collect()
+    }
+
+    fn views() -> impl Iterator<Item = Direction> {
+        [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.2, -0.9, -0.3]]
+            .into_iter()
+            .map(|v| Direction::normalised(DVec3::from_array(v)))
+    }
+
+    /// The largest difference of a map from [`Reference::radiance`], of the map's largest value.
+    fn error(reference: &Reference, grid: MapGrid, view: Direction) -> f64 {
+        let map = reference.map(grid, view);
+        let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+        for (texel, found) in map.iter().enumerate() {
+            let expected = reference.radiance(grid.direction(texel), view);
+            for channel in 0..3 {
+                worst = worst.max((f64::from(found[channel]) - expected[channel]).abs());
+                largest = largest.max(expected[channel]);
+            }
+        }
+        worst / largest
+    }
+
+    fn grids() -> [MapGrid; 2] {
+        [MapGrid::LatLong(LatLong { width: 11, height: 9 }), MapGrid::Cube(Cube { edge: 4 })]
+    }
+
+    /// A texel's weight errs by s * 6e-8 (lobes.rs), here up to 6e-5 with random sign over some tens of texels.
+    #[test]
+    fn maps_are_the_sums_of_the_material_itself() {
+        let sky = environment(32, lamps);
+        for material in materials() {
+            let reference = Reference::new(&sky, &material, Cull::None);
+            for (grid, view) in grids().into_iter().flat_map(|grid| views().map(move |view| (grid, view))) {
+                let error = error(&reference, grid, view);
+                assert!(error < 3e-5, "{material:?}: {error:e}");
+            }
+        }
+    }
+
+    /// [`Reference::radiance`] against the plain sum over `Material::rho_hat`, which shares no code with it.
+    #[test]
+    fn radiance_is_the_plain_sum() {
+        let sky = environment(16, lamps);
+        let grid = sky.grid();
+        for material in materials() {
+            let reference = Reference::new(&sky, &material, Cull::None);
+            for central in views() {
+                for view in views() {
+                    let to_local = frame(central).inverse();
+                    let mut expected = [0.0; 3];
+                    for (i, pixel) in sky.pixels().iter().enumerate() {
+                        let (row, column) = (i / grid.width, i % grid.width);
+                        let incident = to_local.apply(grid.direction(row, column));
+                        let rho_hat = material.rho_hat(incident, to_local.apply(view));
+                        for channel in 0..3 {
+                            expected[channel] +=
+                                rho_hat[channel] * f64::from(pixel[channel]) * grid.solid_angle(row);
+                        }
+                    }
+                    let found = reference.radiance(central, view);
+                    for channel in 0..3 {
+                        let allowed = 1e-10 * (1.0 + expected[0]);
+                        assert!((found[channel] - expected[channel]).abs() < allowed, "{material:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Under a constant sky, a normalised lobe reflects its share. The midpoint rule errs by h^2 / 24 times the second
+    /// derivative of the lobe, about s, over its integral; h = pi / 128.
+    #[test]
+    fn a_constant_sky_is_reflected_as_the_share() {
+        let sky = environment(128, |_| [1.0, 2.0, 4.0]);
+        for exponent in [2.0, 7.5, 64.0, 256.0] {
+            let reference = Reference::new(&sky, &phong(exponent), Cull::None);
+            let allowed = exponent * (PI / 128.0).powi(2);
+            for view in views() {
+                for texel in reference.map(grids()[1], view) {
+                    for value in texel {
+                        assert!((f64::from(value) - 1.0).abs() < allowed, "{exponent}: {texel:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// A cap of Appendix D under a constant sky keeps 1 - eps, and a little more with the texels beside it; the
+    /// texels on its edge make that uncertain by their share of the cap.
+    #[test]
+    fn a_cap_leaves_out_the_share_of_energy_that_it_says() {
+        let sky = environment(256, |_| [1.0; 3]);
+        for eps in [0.05, 0.2] {
+            for exponent in [1.0, 8.0, 32.0, 128.0] {
+                let cull = Cull::Energy(Tolerance::new(eps).unwrap());
+                let material = phong(exponent);
+                let culled = Reference::new(&sky, &material, cull);
+                let width = (1.0 - eps.powf(1.0 / (exponent + 1.0))) / 2.0;
+                assert!((culled.width() - width).abs() < 1e-14);
+                let whole = Reference::new(&sky, &material, Cull::None);
+                for view in views() {
+                    let kept = culled.radiance(view, view)[0] / whole.radiance(view, view)[0];
+                    assert!((kept - (1.0 - eps)).abs() < 0.01, "{eps} {exponent}: {kept}");
+                    let maps = [&culled, &whole].map(|reference| reference.map(grids()[0], view));
+                    for (culled, whole) in maps[0].iter().zip(&maps[1]) {
+                        let kept = culled[0] / whole[0];
+                        assert!(kept > 0.99 - eps as f32 && kept < 1.000_01, "{eps} {exponent}: {kept}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_local_map_is_the_map_toward_each_texels_own_view() {
+        let sky = environment(16, lamps);
+        let outgoing = Direction::from_angles(0.8, 2.0);
+        for material in materials() {
+            let reference = Reference::new(&sky, &material, Cull::None);
+            for grid in grids() {
+                for (texel, found) in reference.local_map(grid, outgoing).into_iter().enumerate() {
+                    let central = grid.direction(texel);
+                    let expected = reference.radiance(central, frame(central).apply(outgoing));
+                    for channel in 0..3 {
+                        let allowed = 1e-4 * (expected[channel] + 0.1);
+                        assert!(
+                            (f64::from(found[channel]) - expected[channel]).abs() < allowed,
+                            "{material:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn threads_and_ranges_of_rows_change_no_bit() {
+        let sky = environment(32, lamps);
+        let cull = Cull::Energy(Tolerance::new(0.05).unwrap());
+        for material in materials() {
+            let reference = Reference::new(&sky, &material, cull);
+            for grid in grids() {
+                let view = Direction::X;
+                let whole = reference.map(grid, view);
+                let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+                assert!(one.install(|| reference.map(grid, view)) == whole);
+                let parts = [0..2, 2..7, 7..rows_of(grid)];
+                let parts = parts.map(|rows| reference.rows(grid, rows, View::Global, view));
+                assert!(parts.concat() == whole);
+            }
+        }
+    }
+
+    #[test]
+    fn a_black_sky_is_not_read_and_reflects_nothing() {
+        let sky = environment(8, |w| if w.z > 0.99 { [1.0; 3] } else { [0.0; 3] });
+        let reference = Reference::new(&sky, &phong(3.0), Cull::None);
+        assert_eq!(reference.lit(), 0, "row 0 lies at 11 degrees");
+        assert_eq!(reference.radiance(Direction::Z, Direction::Z), [0.0; 3]);
+        assert_eq!(reference.map(grids()[0], Direction::Z)[0], [0.0; 3]);
+    }
+}
