@@ -3,6 +3,8 @@
 //! | bytes | value | module |
 //! | --- | --- | --- |
 //! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`] |
+//! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
+//! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
 //!
@@ -14,10 +16,12 @@
 //! that length can hold before anything of that size is allocated, and damage is an [`Error`], not a panic.
 
 mod chromaticity;
+mod dds;
 mod error;
 mod format;
 mod image;
 mod jpeg;
+mod ktx2;
 pub mod lighting_json;
 mod limits;
 mod open_exr;
@@ -28,13 +32,15 @@ mod shrm_metadata;
 pub mod tensors;
 mod texture;
 
+pub use dds::{read_dds, write_dds};
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use image::{Decoded, Encoded, OpenExrEnvmap, ReadOptions, read_image};
+pub use ktx2::{read_ktx2, write_ktx2};
 pub use limits::MAX_PIXELS;
-pub use open_exr::{Precision, write_exr};
+pub use open_exr::{ExrLayers, Precision, read_exr_layers, write_exr, write_exr_layers};
 pub use png::write_png;
 pub use radiance::write_rgbe;
-pub use recipe::read_recipe;
+pub use recipe::{read_recipe, texture_sidecar};
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
-pub use texture::Texture;
+pub use texture::{Texture, TextureFile, is_texture, read_texture};

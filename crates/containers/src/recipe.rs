@@ -7,9 +7,16 @@
 //! | PNG | an uncompressed iTXt chunk `specula` |
 //! | safetensors | the entry `specula` of `__metadata__` |
 //! | JSON | the member `specula` of the top object |
+//! | KTX2 | the key/value entry `specula` |
+//! | DDS | no place: a JSON file beside it, [`texture_sidecar`] |
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+use serde_json::value::RawValue;
 
 use crate::error::{Error, ErrorKind};
-use crate::{Format, lighting_json, open_exr, png, radiance, tensors};
+use crate::{Format, ktx2, lighting_json, open_exr, png, radiance, tensors, texture};
 
 /// The name that the recipe goes by in every format.
 pub(crate) const KEY: &str = "specula";
@@ -33,6 +40,29 @@ pub fn read_recipe(bytes: &[u8]) -> Option<String> {
         Some(Format::Png) => png::read_recipe(bytes),
         Some(Format::Jpeg) => None,
         None if bytes.first() == Some(&b'{') => lighting_json::read_recipe(bytes),
+        None if texture::is_ktx2(bytes) => ktx2::read_recipe(bytes),
         None => tensors::read_recipe(bytes),
     }
+}
+
+/// The JSON file that goes beside a texture whose format holds no texts: `specula`, the recipe, and `metadata`.
+///
+/// # Errors
+/// Where the recipe is no JSON, or two entries have one name.
+pub fn texture_sidecar(recipe: Option<&str>, metadata: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
+    let unwritable = |message| Error::new(ErrorKind::Unwritable, message);
+    let mut entries = BTreeMap::new();
+    if let Some(recipe) = recipe {
+        let value = RawValue::from_string(recipe.to_owned())
+            .map_err(|error| unwritable(format!("the recipe is no JSON: {error}")))?;
+        entries.insert(KEY, value.get().to_owned());
+    }
+    for (key, value) in metadata {
+        if entries.insert(key, json!(value).to_string()).is_some() {
+            return Err(unwritable(format!("two entries are named `{key}`")));
+        }
+    }
+    let lines: Vec<String> =
+        entries.iter().map(|(key, value)| format!("  {}: {value}", json!(key))).collect();
+    Ok(format!("{{\n{}\n}}\n", lines.join(",\n")).into_bytes())
 }

@@ -2,11 +2,14 @@
 //!
 //! KTX2 and DDS hold the same pixels in the same order, four channels each, so that packing and unpacking stand here.
 
+use std::collections::BTreeMap;
+
 use half::f16;
 use rayon::prelude::*;
 
 use crate::error::{Error, ErrorKind};
-use crate::{MAX_PIXELS, Precision};
+use crate::format::refuse_non_files;
+use crate::{MAX_PIXELS, Precision, dds, ktx2};
 
 /// A texture of linear Rec. 709 colours, one level of detail.
 ///
@@ -46,23 +49,72 @@ impl Texture {
     }
 
     /// Why this is no texture, if it is none.
-    pub(crate) fn fault(&self) -> Option<String> {
+    fn fault(&self) -> Option<Error> {
         let Self { width, height, depth, layers, faces, .. } = *self;
-        match self.len() {
-            _ if ![1, 6].contains(&faces) => Some(format!("{faces} faces; a texture has 1 or 6")),
-            _ if faces == 6 && width != height => {
-                Some(format!("faces of {width} x {height}; those of a cube are square"))
+        let shape = format!("{width} x {height} x {depth} pixels, {layers} layers, {faces} faces");
+        let why = match self.len() {
+            _ if ![1, 6].contains(&faces) => "a texture has 1 or 6 faces",
+            _ if faces == 6 && width != height => "the faces of a cube are square",
+            _ if depth > 1 && (layers > 0 || faces > 1) => "a volume has neither layers nor faces",
+            Some(0) => "no size may be 0",
+            Some(len) if len <= MAX_PIXELS => return None,
+            _ => {
+                let message = format!("{shape}: at most {MAX_PIXELS} pixels in all");
+                return Some(Error::new(ErrorKind::TooLarge, message));
             }
-            _ if depth > 1 && (layers > 0 || faces > 1) => {
-                Some("a volume with layers or faces; it has neither".into())
-            }
-            Some(0) => Some(format!("{width} x {height} x {depth} pixels; no size may be 0")),
-            Some(len) if len <= MAX_PIXELS => None,
-            _ => Some(format!(
-                "{width} x {height} x {depth} pixels, {layers} layers, {faces} faces; at most {MAX_PIXELS} pixels in all"
-            )),
+        };
+        Some(Error::damaged(format!("{shape}: {why}")))
+    }
+
+    /// The bytes of the pixels that a file's header declares.
+    ///
+    /// # Errors
+    /// Where no texture has these sizes, or they are over the limit.
+    pub(crate) fn expected_bytes(&self, precision: Precision) -> Result<usize, Error> {
+        match self.fault() {
+            Some(error) => Err(error.within("the header")),
+            None => Ok(self.len().unwrap_or_default() * pixel_bytes(precision)),
         }
     }
+}
+
+/// A texture and what its file says of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureFile {
+    /// The texture.
+    pub texture: Texture,
+    /// The numbers in the file.
+    pub precision: Precision,
+    /// `KTX2` or `DDS`.
+    pub container: &'static str,
+    /// The texts in the file, the recipe among them; a DDS file has none.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Reads KTX2 or DDS, known by its content; as [`crate::read_ktx2`] and [`crate::read_dds`].
+///
+/// # Errors
+/// Where the file is neither, truncated, damaged, too large, or of a pixel format other than RGBA floats.
+pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
+    refuse_non_files(bytes)?;
+    match bytes {
+        _ if is_ktx2(bytes) => ktx2::read(bytes),
+        _ if is_dds(bytes) => dds::read(bytes),
+        _ => Err(Error::new(ErrorKind::UnknownFormat, "neither a KTX2 nor a DDS file")),
+    }
+}
+
+/// Whether the bytes begin as a texture that [`read_texture`] reads.
+pub fn is_texture(bytes: &[u8]) -> bool {
+    is_ktx2(bytes) || is_dds(bytes)
+}
+
+pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
+    bytes.starts_with(&ktx2::IDENTIFIER)
+}
+
+fn is_dds(bytes: &[u8]) -> bool {
+    bytes.starts_with(&dds::MAGIC)
 }
 
 /// Red, green, blue and an alpha of 1, little endian; and how many values a half could not hold.
@@ -72,7 +124,7 @@ impl Texture {
 pub(crate) fn pack(texture: &Texture, precision: Precision) -> Result<(Vec<u8>, usize), Error> {
     let unwritable = |message| Error::new(ErrorKind::Unwritable, message);
     if let Some(fault) = texture.fault() {
-        return Err(unwritable(format!("expected a texture, found {fault}")));
+        return Err(unwritable(fault.to_string()));
     }
     if texture.len() != Some(texture.pixels.len()) {
         let (found, expected) = (texture.pixels.len(), texture.len().unwrap_or_default());
@@ -133,4 +185,15 @@ pub(crate) const fn pixel_bytes(precision: Precision) -> usize {
 pub(crate) fn to_half(value: f32) -> (f16, bool) {
     const MAX: f32 = 65504.0;
     (f16::from_f32(value.clamp(-MAX, MAX)), value.abs() > MAX)
+}
+
+/// The little-endian u32 at a place; `None` where the bytes end before.
+pub(crate) fn word(bytes: &[u8], at: usize) -> Option<u32> {
+    let word = bytes.get(at..)?.first_chunk::<4>()?;
+    Some(u32::from_le_bytes(*word))
+}
+
+/// A size of a header; on a machine of 16 bits it would be too large anyway.
+pub(crate) fn size(value: u32) -> usize {
+    usize::try_from(value).unwrap_or(usize::MAX)
 }

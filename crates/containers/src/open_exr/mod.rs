@@ -3,8 +3,9 @@
 mod read;
 mod write;
 
+pub use read::{ExrLayers, read_exr_layers};
 pub(crate) use read::{read, read_recipe};
-pub use write::{Precision, write_exr};
+pub use write::{Precision, write_exr, write_exr_layers};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -5,10 +5,12 @@
 //! or with Y alone (grey). Luminance with chroma (Y RY BY) is refused, and so are subsampled channels: the
 //! decoder misplaces them.
 //!
+//! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
+//!
 //! The picture is the display window: pixels that the data window does not reach are black, those beyond the
 //! display window are cut off, and a warning tells of either.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::io::Cursor;
 
 use envmap::Image;
@@ -25,6 +27,7 @@ use rayon::prelude::*;
 use super::{guarded, recipe_key};
 use crate::chromaticity::{self, Chromaticities};
 use crate::error::{Error, ErrorKind};
+use crate::format::identify;
 use crate::image::{Decoded, OpenExrEnvmap};
 use crate::{Format, limits};
 
@@ -33,24 +36,14 @@ const BATCH: usize = 64;
 const BATCH_PIXELS: usize = 1 << 23;
 
 pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error> {
-    let meta = guarded(|| MetaData::read_from_buffered(bytes, false))?;
-    if meta.requirements.has_deep_data || meta.headers.iter().any(|header| header.deep) {
-        return Err(Error::unsupported("deep data is not read; flatten the image first"));
-    }
+    let meta = open(bytes)?;
     let mut warnings = Vec::new();
     let layer = Layer::choose(&meta.headers, wanted, &mut warnings)?;
     let header = &meta.headers[layer.part];
     check_size(&meta.headers, header, bytes.len())?;
 
-    let mut pixels = read_pixels(bytes, header, &layer, &mut warnings)?;
-    if let Some(given) = header.shared_attributes.chromaticities {
-        let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
-        match Chromaticities([given.red, given.green, given.blue, given.white].map(point)).to_rec_709() {
-            Some(matrix) if !layer.grey() => chromaticity::apply(matrix, &mut pixels),
-            Some(_) => {}
-            None => warnings.push("the chromaticities span no colour space and were ignored".into()),
-        }
-    }
+    let mut pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
+    to_rec_709(header, &layer, &mut pixels, &mut warnings);
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let image = Image::new(width, height, pixels)
         .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
@@ -64,6 +57,90 @@ pub(crate) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Error>
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
     })
+}
+
+/// Every layer of an OpenEXR file, and its texts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExrLayers {
+    /// Columns of each layer.
+    pub width: usize,
+    /// Rows of each layer.
+    pub height: usize,
+    /// Each layer's name and linear Rec. 709 pixels, row by row, in the order of parts and names; `""` names the plain
+    /// R, G, B.
+    pub layers: Vec<(String, Vec<[f32; 3]>)>,
+    /// The `string` attributes of the first part, the recipe among them.
+    pub metadata: BTreeMap<String, String>,
+    /// What was ignored or assumed, in whole sentences.
+    pub warnings: Vec<String>,
+}
+
+/// Reads every layer with colour of an OpenEXR file; names are as [`crate::ReadOptions`] takes them.
+///
+/// # Errors
+/// As [`crate::read_image`]; and where all layers together have more than [`crate::MAX_PIXELS`].
+pub fn read_exr_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
+    identify(bytes)
+        .and_then(|format| match format {
+            Format::OpenExr => read_layers(bytes),
+            other => {
+                Err(Error::unsupported(format!("{} has no layers; expected an OpenEXR file", other.name())))
+            }
+        })
+        .map_err(|error| error.within(Format::OpenExr.name()))
+}
+
+fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
+    let meta = open(bytes)?;
+    let (found, colourless) = Layer::all(&meta.headers);
+    let Some((_, first)) = found.first() else { return Err(without_colour(colourless)) };
+    let Vec2(width, height) = meta.headers[first.part].shared_attributes.display_window.size;
+    limits::pixels(width.saturating_mul(found.len()), height).map_err(|error| error.within("all layers"))?;
+    let mut warnings = Vec::new();
+    let mut layers = Vec::with_capacity(found.len());
+    for (part, header) in meta.headers.iter().enumerate() {
+        let wanted: Vec<&Layer> =
+            found.iter().map(|(_, layer)| layer).filter(|layer| layer.part == part).collect();
+        if wanted.is_empty() {
+            continue;
+        }
+        check_size(&meta.headers, header, bytes.len())?;
+        let pictures = read_pixels(bytes, header, &wanted, &mut warnings)?;
+        for (layer, mut pixels) in wanted.into_iter().zip(pictures) {
+            if pixels.len() != width * height {
+                return Err(Error::damaged("the pixels do not fill the display window"));
+            }
+            to_rec_709(header, layer, &mut pixels, &mut warnings);
+            layers.push((layer.name.clone(), pixels));
+        }
+    }
+    warnings.dedup();
+    let texts = meta.headers[0].own_attributes.other.iter();
+    let metadata = texts.filter_map(|(key, value)| match value {
+        AttributeValue::Text(text) => Some((key.to_string(), String::from_utf8(text.bytes().to_vec()).ok()?)),
+        _ => None,
+    });
+    Ok(ExrLayers { width, height, layers, metadata: metadata.collect(), warnings })
+}
+
+/// The headers of a file that has nothing deep.
+fn open(bytes: &[u8]) -> Result<MetaData, Error> {
+    let meta = guarded(|| MetaData::read_from_buffered(bytes, false))?;
+    if meta.requirements.has_deep_data || meta.headers.iter().any(|header| header.deep) {
+        return Err(Error::unsupported("deep data is not read; flatten the image first"));
+    }
+    Ok(meta)
+}
+
+/// Converts from the file's `chromaticities`, where it has them.
+fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
+    let Some(given) = header.shared_attributes.chromaticities else { return };
+    let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
+    match Chromaticities([given.red, given.green, given.blue, given.white].map(point)).to_rec_709() {
+        Some(matrix) if !layer.grey() => chromaticity::apply(matrix, pixels),
+        Some(_) => {}
+        None => warnings.push("the chromaticities span no colour space and were ignored".into()),
+    }
 }
 
 /// The recipe in a file's first part.
@@ -92,7 +169,8 @@ impl Layer {
         self.channels[0] == self.channels[1]
     }
 
-    fn choose(headers: &[Header], wanted: Option<&str>, warnings: &mut Vec<String>) -> Result<Self, Error> {
+    /// The layers with colour, each with its channels' prefix, and the channels of those without.
+    fn all(headers: &[Header]) -> (Vec<(String, Self)>, Vec<String>) {
         let mut layers = Vec::new();
         let mut colourless = Vec::new();
         for (part, header) in headers.iter().enumerate() {
@@ -122,10 +200,15 @@ impl Layer {
                 };
                 match channels {
                     Some(channels) => layers.push((prefix.to_owned(), Self { part, name, channels })),
-                    None => colourless.push((name, names.clone())),
+                    None => colourless.extend(names.iter().cloned()),
                 }
             }
         }
+        (layers, colourless)
+    }
+
+    fn choose(headers: &[Header], wanted: Option<&str>, warnings: &mut Vec<String>) -> Result<Self, Error> {
+        let (mut layers, colourless) = Self::all(headers);
         let list = |layers: &[(String, Self)]| {
             let name = |(_, layer): &(String, Self)| match layer.name.as_str() {
                 "" => "the unnamed one".to_owned(),
@@ -148,21 +231,23 @@ impl Layer {
             return Ok(layers.swap_remove(position).1);
         }
         if layers.is_empty() {
-            let channels: Vec<String> = colourless.into_iter().flat_map(|(_, names)| names).collect();
-            return Err(match channels.iter().any(|name| name.ends_with("RY") || name.ends_with("BY")) {
-                true => Error::unsupported(
-                    "luminance and chroma (Y RY BY) are not read; convert the image to RGB",
-                ),
-                false => Error::unsupported(format!(
-                    "no layer has R, G and B, or Y; the channels are {}",
-                    channels.join(", ")
-                )),
-            });
+            return Err(without_colour(colourless));
         }
         Err(Error::new(
             ErrorKind::NoSuchLayer,
             format!("there is no layer `{}`; the layers are {}", wanted.unwrap_or_default(), list(&layers)),
         ))
+    }
+}
+
+/// Why a file of these channels shows nothing.
+fn without_colour(channels: Vec<String>) -> Error {
+    match channels.iter().any(|name| name.ends_with("RY") || name.ends_with("BY")) {
+        true => Error::unsupported("luminance and chroma (Y RY BY) are not read; convert the image to RGB"),
+        false => Error::unsupported(format!(
+            "no layer has R, G and B, or Y; the channels are {}",
+            channels.join(", ")
+        )),
     }
 }
 
@@ -239,22 +324,22 @@ fn check_chunk(header: &Header, chunk: &Chunk) -> Result<(), Error> {
     Ok(())
 }
 
-/// RGB of the display window, row by row.
+/// RGB of the display window, row by row, of each of these layers of one part.
 fn read_pixels(
     bytes: &[u8],
     header: &Header,
-    layer: &Layer,
+    layers: &[&Layer],
     warnings: &mut Vec<String>,
-) -> Result<Vec<[f32; 3]>, Error> {
+) -> Result<Vec<Vec<[f32; 3]>>, Error> {
+    let part = layers[0].part;
     let (mut chunks, meta) = guarded(|| {
         let reader = exr::block::read(Cursor::new(bytes), false)?;
         let meta = reader.meta_data().clone();
-        let largest =
-            |_: &MetaData, _, block: BlockIndex| block.layer == layer.part && block.level == Vec2(0, 0);
+        let largest = |_: &MetaData, _, block: BlockIndex| block.layer == part && block.level == Vec2(0, 0);
         Ok((reader.filter_chunks(false, largest)?, meta))
     })?;
-    let mut window = Window::new(header, layer);
-    if window.partial {
+    let mut windows: Vec<Window> = layers.iter().map(|layer| Window::new(header, layer)).collect();
+    if windows[0].partial {
         warnings.push(
             "the data window differs from the display window, which was read; what lies outside the data is black"
                 .into(),
@@ -278,15 +363,18 @@ fn read_pixels(
         for block in blocks {
             let block = block?;
             let index = block.index;
-            if index.layer != layer.part || index.level != Vec2(0, 0) || !seen.insert(index.pixel_position) {
+            if index.layer != part || index.level != Vec2(0, 0) || !seen.insert(index.pixel_position) {
                 return Err(Error::damaged("the offset table names a wrong chunk"));
             }
-            window.fill(header, layer, &block)?;
+            for (window, layer) in windows.iter_mut().zip(layers) {
+                window.fill(header, layer, &block)?;
+            }
         }
     }
-    let alpha = window.transparent.then(|| "alpha was ignored; the colours are those over black".to_owned());
-    warnings.extend(alpha);
-    Ok(window.pixels)
+    if windows.iter().any(|window| window.transparent) {
+        warnings.push("alpha was ignored; the colours are those over black".into());
+    }
+    Ok(windows.into_iter().map(|window| window.pixels).collect())
 }
 
 /// The display window's pixels, filled block by block.

@@ -1,6 +1,11 @@
-//! Writing OpenEXR: one part of R, G and B, scanlines in blocks of 16, ZIP (lossless), Rec. 709 by absence of
-//! `chromaticities`.
+//! Writing OpenEXR: one part of R, G and B, once or for each layer, scanlines in blocks of 16, ZIP (lossless),
+//! Rec. 709 by absence of `chromaticities`.
+//!
+//! Layers are channels with a prefix (`diffuse.R`) in one part: every viewer and compositor reads that, while some read
+//! only the first part of a file with several. A layer without a name is the plain R, G, B, which is what a program
+//! without layers shows.
 
+use std::collections::HashSet;
 use std::io::Cursor;
 
 use envmap::Image;
@@ -11,13 +16,13 @@ use exr::compression::Compression;
 use exr::meta::attribute::{AttributeValue, ChannelDescription, LineOrder, SampleType};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, Headers};
-use half::f16;
 use rayon::prelude::*;
 
 use super::{guarded, recipe_key, text};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::image::Encoded;
-use crate::{Format, recipe};
+use crate::texture::to_half;
+use crate::{Format, limits, recipe};
 
 /// The samples of a written OpenEXR file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -29,9 +34,6 @@ pub enum Precision {
     Half,
 }
 
-/// The largest half.
-const HALF_MAX: f32 = 65504.0;
-
 /// Writes OpenEXR; `recipe` goes into a `string` attribute.
 ///
 /// With [`Precision::Half`] each value becomes the nearest half, ties to even; values past +-65504, infinite ones
@@ -40,28 +42,121 @@ const HALF_MAX: f32 = 65504.0;
 /// # Errors
 /// Where the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
-    write(image, precision, recipe).map_err(|error| error.within(Format::OpenExr.name()))
+    let size = (image.width(), image.height());
+    write(size, &[("", image.pixels())], precision, recipe, &[])
+        .map_err(|error| error.within(Format::OpenExr.name()))
 }
 
-fn write(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
+/// Writes OpenEXR with a layer for each of `layers`: a name and RGB, row by row. `metadata` and the recipe become
+/// `string` attributes.
+///
+/// The layer named `""` is the plain R, G and B; it may be left out. Numbers as [`write_exr`] has them.
+///
+/// # Errors
+/// Where a layer has not `width` x `height` pixels, or there is none; where two have one name, or a name or an attribute
+/// has control characters; where attributes are named twice or as the format names its own.
+///
+/// # Example: a program without layers sees the layer without a name
+/// ```
+/// use containers::{Precision, ReadOptions, read_image, write_exr_layers};
+/// let layers = [(String::new(), vec![[1.0; 3]]), ("p1q0".to_owned(), vec![[0.5; 3]])];
+/// let bytes = write_exr_layers(1, 1, &layers, Precision::Half, None, &[])?.bytes;
+/// assert_eq!(read_image(&bytes, &ReadOptions::default())?.image.pixels(), [[1.0; 3]]);
+/// let option = ReadOptions { layer: Some("p1q0".into()) };
+/// assert_eq!(read_image(&bytes, &option)?.image.pixels(), [[0.5; 3]]);
+/// # Ok::<(), containers::Error>(())
+/// ```
+pub fn write_exr_layers(
+    width: usize,
+    height: usize,
+    layers: &[(String, Vec<[f32; 3]>)],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    let views: Vec<(&str, &[[f32; 3]])> =
+        layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
+    check_layers(width, height, &views)
+        .and_then(|()| write((width, height), &views, precision, recipe, metadata))
+        .map_err(|error| error.within(Format::OpenExr.name()))
+}
+
+/// A name, and the pixels row by row.
+type Layer<'a> = (&'a str, &'a [[f32; 3]]);
+
+fn check_layers(width: usize, height: usize, layers: &[Layer<'_>]) -> Result<(), Error> {
+    let unwritable = |message| Err(Error::new(ErrorKind::Unwritable, message));
+    let pixels = limits::pixels(width, height)
+        .map_err(|error| Error::new(ErrorKind::Unwritable, error.to_string()))?;
+    if layers.is_empty() {
+        return unwritable("expected a layer, found none".to_owned());
+    }
+    let mut names = HashSet::new();
+    for (name, values) in layers {
+        if values.len() != pixels {
+            return unwritable(format!(
+                "layer `{name}`: expected {width} x {height} pixels, found {} pixels",
+                values.len()
+            ));
+        }
+        if !names.insert(*name) {
+            return unwritable(format!("two layers are named `{name}`"));
+        }
+        if name.chars().any(char::is_control) {
+            return unwritable(format!("layer {name:?}: a name has no control characters"));
+        }
+    }
+    Ok(())
+}
+
+fn write(
+    (width, height): (usize, usize),
+    layers: &[Layer<'_>],
+    precision: Precision,
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
     recipe::check(recipe)?;
     let sample_type = match precision {
         Precision::Float => SampleType::F32,
         Precision::Half => SampleType::F16,
     };
-    // Channels stand in the order of their names.
-    let channels = ["B", "G", "R"].map(|name| ChannelDescription::named(name, sample_type));
-    let mut header = Header::new(text(""), (image.width(), image.height()), channels.into_iter().collect())
-        .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing);
+    // Channels stand in the order of their names' bytes.
+    let mut channels: Vec<(String, &[[f32; 3]], usize)> = layers
+        .iter()
+        .flat_map(|(layer, pixels)| {
+            let name =
+                move |letter: &str| if layer.is_empty() { letter.to_owned() } else { format!("{layer}.{letter}") };
+            ["R", "G", "B"]
+                .into_iter()
+                .enumerate()
+                .map(move |(channel, letter)| (name(letter), *pixels, channel))
+        })
+        .collect();
+    channels.sort_by(|(a, ..), (b, ..)| a.as_bytes().cmp(b.as_bytes()));
+    let list = channels.iter().map(|(name, ..)| ChannelDescription::named(text(name), sample_type));
+    let mut header = Header::new(text(""), (width, height), list.collect()).with_encoding(
+        Compression::ZIP16,
+        BlockDescription::ScanLines,
+        LineOrder::Increasing,
+    );
     header.own_attributes.layer_name = None;
-    if let Some(recipe) = recipe {
-        header.own_attributes.other.insert(recipe_key(), AttributeValue::Text(text(recipe)));
+    let entries = metadata.iter().map(|(key, value)| (text(key), *value));
+    for (key, value) in entries.chain(recipe.map(|recipe| (recipe_key(), recipe))) {
+        let bad = value.chars().any(char::is_control);
+        let previous = header.own_attributes.other.insert(key.clone(), AttributeValue::Text(text(value)));
+        if previous.is_some() || bad {
+            return Err(Error::new(
+                ErrorKind::Unwritable,
+                format!("attribute `{key}`: expected one, of one line without control characters"),
+            ));
+        }
     }
     let headers: Headers = [header].into_iter().collect();
 
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
     let compress = |(position, index)| -> Result<(usize, Chunk, usize), Error> {
-        let (data, clamped) = samples(image, index, precision);
+        let (data, clamped) = samples(width, &channels, index, precision);
         let chunk = guarded(|| UncompressedBlock { index, data }.compress_to_chunk(&headers))?;
         Ok((position, chunk, clamped))
     };
@@ -78,20 +173,24 @@ fn write(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<En
 }
 
 /// A block's samples in the order of this machine's bytes, each row channel after channel, and how many were clamped.
-fn samples(image: &Image, index: BlockIndex, precision: Precision) -> (Vec<u8>, usize) {
+fn samples(
+    width: usize,
+    channels: &[(String, &[[f32; 3]], usize)],
+    index: BlockIndex,
+    precision: Precision,
+) -> (Vec<u8>, usize) {
     let mut data = Vec::new();
     let mut clamped = 0;
     let (x, y) = (index.pixel_position.0, index.pixel_position.1);
     for row in y..y + index.pixel_size.1 {
-        let line = &image.pixels()[row * image.width()..][x..x + index.pixel_size.0];
-        for channel in [2, 1, 0] {
-            for pixel in line {
-                let value = pixel[channel];
+        for (_, pixels, channel) in channels {
+            for pixel in &pixels[row * width..][x..x + index.pixel_size.0] {
+                let value = pixel[*channel];
                 match precision {
                     Precision::Float => data.extend_from_slice(&value.to_ne_bytes()),
                     Precision::Half => {
-                        clamped += usize::from(value.abs() > HALF_MAX);
-                        let kept = f16::from_f32(value.clamp(-HALF_MAX, HALF_MAX));
+                        let (kept, past) = to_half(value);
+                        clamped += usize::from(past);
                         data.extend_from_slice(&kept.to_ne_bytes());
                     }
                 }
