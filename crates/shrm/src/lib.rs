@@ -1,12 +1,21 @@
 //! Reflected light: convolution in spherical harmonics and its evaluation.
 
+mod cabral;
 mod evaluation;
+mod fit;
 mod global;
+pub mod icosahedron;
+mod kautz_mccool;
 mod lookup;
 mod map;
 pub mod reference;
 mod reflection;
+mod view_maps;
 
+pub use cabral::Cabral;
+pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
+pub use kautz_mccool::{KautzMcCool, azimuthal_share};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use reflection::{Plain, Reflection, ViewDependent};
+pub use view_maps::ViewMaps;

@@ -7,6 +7,7 @@
 //! texel is evaluated in its own frame, then the values are.
 
 use brdf::Centre;
+use envmap::{Taps, Texels};
 use sh::Degree;
 use sphere::{Cube, DVec3, Direction, Face, LatLong, Rotation, Zyz};
 
@@ -52,6 +53,14 @@ impl MapGrid {
                 let (face, rest) = (texel / (cube.edge * cube.edge), texel % (cube.edge * cube.edge));
                 cube.direction(Face::ALL[face], rest / cube.edge, rest % cube.edge)
             }
+        }
+    }
+
+    /// The four texels around a direction and their bilinear weights, over the seam, poles, edges and corners.
+    pub fn taps(self, direction: Direction) -> Taps {
+        match self {
+            Self::LatLong(grid) => grid.taps(direction),
+            Self::Cube(cube) => cube.taps(direction),
         }
     }
 

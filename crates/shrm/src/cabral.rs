@@ -1,0 +1,84 @@
+//! Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view (Cabral, Olano and
+//! Nemec 1999; paper 1, appendix C).
+//!
+//! Map k holds equation 12 at the view V_k: B(C, V_k) for every central direction C. Between vertices the
+//! three maps around a view are blended by [`icosahedron::corners`]. All maps are looked up at the same C, the
+//! reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
+
+use brdf::Centre;
+use sh::Degree;
+use sphere::Direction;
+
+use crate::{Fit, FitError, MapGrid, Shrm, View, fit_views, icosahedron};
+
+/// Twelve view maps at the vertices of an icosahedron.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cabral {
+    grid: MapGrid,
+    centre: Centre,
+    maps: Vec<[f32; 3]>,
+}
+
+impl Cabral {
+    /// The maps that a spherical harmonic reflection map gives at the vertices, local or global.
+    pub fn from_shrm(map: &Shrm) -> Self {
+        let maps = icosahedron::vertices().into_iter().flat_map(|view| map.view_map(view)).collect();
+        Self { grid: map.grid(), centre: map.centre(), maps }
+    }
+
+    /// The maps as a renderer has them, shape [12, texels], in the order of [`icosahedron::vertices`]; `None` where
+    /// their number does not fit or there is no texel.
+    pub fn new(grid: MapGrid, centre: Centre, maps: Vec<[f32; 3]>) -> Option<Self> {
+        (maps.len() == 12 * grid.len() && !grid.is_empty()).then_some(Self { grid, centre, maps })
+    }
+
+    /// Where the texels lie.
+    pub fn grid(&self) -> MapGrid {
+        self.grid
+    }
+
+    /// What the texels' directions are.
+    pub fn centre(&self) -> Centre {
+        self.centre
+    }
+
+    /// The map of a vertex; shape as [`MapGrid::shape`].
+    ///
+    /// # Panics
+    /// Where `vertex` is not below 12.
+    pub fn map(&self, vertex: usize) -> &[[f32; 3]] {
+        &self.maps[vertex * self.grid.len()..][..self.grid.len()]
+    }
+
+    /// All maps, shape [12, texels].
+    pub fn maps(&self) -> &[[f32; 3]] {
+        &self.maps
+    }
+
+    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only these maps
+    /// interpolates it: bilinear in the maps, by the icosahedron's weights between them.
+    pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
+        let taps = self.grid.taps(central);
+        let corners = icosahedron::corners(view);
+        let mut sum = [0.0; 3];
+        for (vertex, weight) in corners.vertices.into_iter().zip(corners.weights) {
+            let value = taps.blend(self.map(vertex));
+            for channel in 0..3 {
+                sum[channel] += weight * value[channel];
+            }
+        }
+        sum.map(|value| value as f32)
+    }
+
+    /// A global map fitted to the twelve, by least squares for each texel ([`fit_views`]).
+    ///
+    /// Twelve views determine P = 2 at most. Where the maps came from a field with P <= 2 it comes back to
+    /// f32 rounding: the vertices are a spherical design of degree 5, on which the harmonics up to degree 2 are
+    /// orthogonal. Of a field with more, degrees 4 and up fold into the coefficients.
+    ///
+    /// # Errors
+    /// As [`fit_views`].
+    pub fn fit(&self, p: Option<Degree>) -> Result<Fit, FitError> {
+        fit_views(self.grid, self.centre, View::Global, &icosahedron::vertices(), &self.maps, p)
+    }
+}

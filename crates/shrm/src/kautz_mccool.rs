@@ -1,0 +1,180 @@
+//! Kautz and McCool's 3D texture: reflection maps for angles between central direction and view (Kautz and McCool
+//! 2000; paper 1, appendix C).
+//!
+//! A BRDF that has no azimuth about the central direction leaves the terms q = 0:
+//!
+//! > B(alpha, beta, theta_o) = sum over p of B_p0(alpha, beta) Y_p0(theta_o),
+//!
+//! O(P) for each texel. For every other BRDF this is the mean of B over phi_o, and what has q > 0 is lost. Of a
+//! global map the mean about C is, by the addition theorem, B_p0 = Lambda_p sum over q of B~_pq Y_pq(C).
+//!
+//! Angles between the slices are interpolated linearly.
+
+use brdf::Centre;
+use rayon::prelude::*;
+use sh::{Basis, Degree, lambda, zonal_into};
+use sphere::Direction;
+
+use crate::{Fit, FitError, MapGrid, Shrm, Terms, View, fit_angles};
+
+/// Reflection maps for some angles theta_o.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KautzMcCool {
+    grid: MapGrid,
+    centre: Centre,
+    angles: Vec<f64>,
+    slices: Vec<[f32; 3]>,
+}
+
+impl KautzMcCool {
+    /// `count` angles from 0 to pi, both included, in radians: theta_k = pi k / (count - 1). One angle is 0.
+    ///
+    /// In cos(theta) they are the Chebyshev points, on which a fit is well conditioned up to P = count - 1.
+    pub fn even_angles(count: usize) -> Vec<f64> {
+        let steps = count.saturating_sub(1).max(1) as f64;
+        (0..count).map(|k| std::f64::consts::PI * k as f64 / steps).collect()
+    }
+
+    /// The slices of a spherical harmonic reflection map at these angles.
+    ///
+    /// `None` where there is no angle, or the angles do not rise from 0 or more to pi or less.
+    pub fn from_shrm(map: &Shrm, angles: Vec<f64>) -> Option<Self> {
+        if !rise(&angles) {
+            return None;
+        }
+        let (grid, rows) = (map.grid(), map.p().get() + 1);
+        let zonal = zonal_terms(map);
+        let mut slices = vec![[0.0; 3]; angles.len() * grid.len()];
+        let pairs = slices.par_chunks_mut(grid.len()).zip(&angles);
+        pairs.for_each(|(slice, angle)| {
+            let mut y = vec![0.0; rows];
+            zonal_into(angle.cos(), &mut y);
+            for (value, terms) in slice.iter_mut().zip(zonal.chunks_exact(rows)) {
+                let mut sum = [0.0; 3];
+                for (term, y) in terms.iter().zip(&y) {
+                    for channel in 0..3 {
+                        sum[channel] += term[channel] * y;
+                    }
+                }
+                *value = sum.map(|value| value as f32);
+            }
+        });
+        Some(Self { grid, centre: map.centre(), angles, slices })
+    }
+
+    /// The slices as a renderer has them, shape [angles, texels]; `None` where their number does not fit, or as for
+    /// [`KautzMcCool::from_shrm`].
+    pub fn new(grid: MapGrid, centre: Centre, angles: Vec<f64>, slices: Vec<[f32; 3]>) -> Option<Self> {
+        let fits = rise(&angles) && !grid.is_empty() && slices.len() == angles.len() * grid.len();
+        fits.then_some(Self { grid, centre, angles, slices })
+    }
+
+    /// Where the texels of a slice lie.
+    pub fn grid(&self) -> MapGrid {
+        self.grid
+    }
+
+    /// What the texels' directions are.
+    pub fn centre(&self) -> Centre {
+        self.centre
+    }
+
+    /// The angle theta_o of each slice, in radians, rising.
+    pub fn angles(&self) -> &[f64] {
+        &self.angles
+    }
+
+    /// One slice; shape as [`MapGrid::shape`].
+    ///
+    /// # Panics
+    /// Where there is no such slice.
+    pub fn slice(&self, slice: usize) -> &[[f32; 3]] {
+        &self.slices[slice * self.grid.len()..][..self.grid.len()]
+    }
+
+    /// All slices, shape [angles, texels].
+    pub fn slices(&self) -> &[[f32; 3]] {
+        &self.slices
+    }
+
+    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only this texture
+    /// interpolates it: bilinear in a slice, linear in the angle between central direction and view; beyond the
+    /// first and last angle, their slices.
+    pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
+        let angle = central.vector().cross(view.vector()).length().atan2(central.dot(view));
+        let above = self.angles.partition_point(|slice| *slice <= angle);
+        let (low, high) = (above.saturating_sub(1), above.min(self.angles.len() - 1));
+        let share = if low == high {
+            0.0
+        } else {
+            (angle - self.angles[low]) / (self.angles[high] - self.angles[low])
+        };
+        let taps = self.grid.taps(central);
+        let (a, b) = (taps.blend(self.slice(low)), taps.blend(self.slice(high)));
+        [0, 1, 2].map(|channel| (a[channel] + share.clamp(0.0, 1.0) * (b[channel] - a[channel])) as f32)
+    }
+
+    /// A local map of zonal terms fitted to the slices, by least squares for each texel ([`fit_angles`]).
+    ///
+    /// It is the field where that had no terms with q > 0 and P is below the number of slices, to f32 rounding.
+    ///
+    /// # Errors
+    /// As [`fit_angles`].
+    pub fn fit(&self, p: Option<Degree>) -> Result<Fit, FitError> {
+        fit_angles(self.grid, self.centre, &self.angles, &self.slices, p)
+    }
+}
+
+/// The share of a map's energy that is in terms with q > 0 about each texel's central direction, and that a 3D texture
+/// loses: 0 to 1. Energies are weighted by the solid angles of texels and summed over channels; 0 for a black map.
+pub fn azimuthal_share(map: &Shrm) -> f64 {
+    if map.terms() == Terms::Zonal {
+        return 0.0;
+    }
+    let zonal = zonal_terms(map);
+    let (mut kept, mut total) = (0.0, 0.0);
+    for (texel, terms) in zonal.chunks_exact(map.p().get() + 1).enumerate() {
+        let solid_angle = map.grid().solid_angle(texel);
+        let energy = |sum: f64, value: f64| sum + value * value;
+        kept += solid_angle * terms.as_flattened().iter().copied().fold(0.0, energy);
+        let all = map.texel(texel).as_flattened().iter().map(|&value| f64::from(value));
+        total += solid_angle * all.fold(0.0, energy);
+    }
+    if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// B_p0 about each texel's central direction, shape [texels, P + 1].
+fn zonal_terms(map: &Shrm) -> Vec<[f64; 3]> {
+    let p = map.p().get();
+    let mut terms = vec![[0.0; 3]; map.grid().len() * (p + 1)];
+    let basis = Basis::new(map.p());
+    terms.par_chunks_mut(64 * (p + 1)).enumerate().for_each(|(block, terms)| {
+        let mut y = vec![0.0; map.p().rows()];
+        for (texel, terms) in (block * 64..).zip(terms.chunks_exact_mut(p + 1)) {
+            let values = map.texel(texel);
+            if map.view() == View::Global {
+                basis.evaluate_into(map.grid().direction(texel), &mut y);
+            }
+            for (p, term) in terms.iter_mut().enumerate() {
+                match (map.view(), map.terms()) {
+                    (View::Local, Terms::All) => *term = values[p * p + p].map(f64::from),
+                    (View::Local, Terms::Zonal) => *term = values[p].map(f64::from),
+                    (View::Global, _) => {
+                        for row in p * p..(p + 1) * (p + 1) {
+                            for channel in 0..3 {
+                                term[channel] += lambda(p) * f64::from(values[row][channel]) * y[row];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    });
+    terms
+}
+
+/// Whether angles can be slices.
+fn rise(angles: &[f64]) -> bool {
+    let inside = |angle: &f64| (0.0..=std::f64::consts::PI).contains(angle);
+    !angles.is_empty() && angles.iter().all(inside) && angles.windows(2).all(|pair| pair[0] < pair[1])
+}
