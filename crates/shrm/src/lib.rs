@@ -1,5 +1,6 @@
 //! Reflected light: convolution in spherical harmonics and its evaluation.
 
+pub mod accuracy;
 mod cabral;
 mod evaluation;
 mod fit;
