@@ -122,3 +122,37 @@ impl Shrm {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::into_frame;
+    use sh::Basis;
+
+    /// Equation 8 in f64: turned coefficients at V are the local ones at R^-1 V. Matrices are orthogonal, so that
+    /// errors stay at some P^2 units of rounding.
+    #[test]
+    fn global_coefficients_at_v_are_local_ones_at_w_o() {
+        for degree in [0, 1, 2, 5, 12] {
+            let degree = Degree::new(degree).unwrap();
+            let wave = |row: usize| ((row * 37 % 101) as f64 / 50.0 - 1.0).sin();
+            let local: Vec<[f64; 3]> =
+                (0..degree.rows()).map(|row| [wave(row), wave(row + 9), 1.0]).collect();
+            let (frames, basis) = (Frames::new(degree), Basis::new(degree));
+            let mut scratch = Vec::new();
+            for k in 0..20 {
+                let central = Direction::from_angles(0.165 * f64::from(k), 2.4 * f64::from(k) - 3.0);
+                let view = Direction::from_angles(0.15 * f64::from(k) + 0.1, 1.7 * f64::from(k));
+                let mut global = local.clone();
+                frames.to_world(central, &mut global, &mut scratch);
+                let value = |rows: &[[f64; 3]], view| {
+                    basis.evaluate(&Expansion::from_rows(degree, rows.to_vec()).unwrap(), view)
+                };
+                let (found, expected) = (value(&global, view), value(&local, into_frame(central, view)));
+                for channel in 0..3 {
+                    assert!((found[channel] - expected[channel]).abs() < 1e-12, "degree {degree:?}, {k}");
+                }
+            }
+        }
+    }
+}

@@ -11,6 +11,7 @@ mod lookup;
 mod map;
 pub mod reference;
 mod reflection;
+mod synthesis;
 mod view_maps;
 
 pub use cabral::Cabral;
@@ -19,4 +20,5 @@ pub use kautz_mccool::{KautzMcCool, azimuthal_share};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use reflection::{Plain, Reflection, ViewDependent};
+pub use synthesis::{MOST_VALUES, SynthesisError};
 pub use view_maps::ViewMaps;

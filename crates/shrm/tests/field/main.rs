@@ -3,4 +3,5 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic
 
 mod evaluation;
+mod maps;
 mod materials;

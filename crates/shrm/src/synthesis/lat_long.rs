@@ -1,0 +1,98 @@
+//! Lat-long maps: a series in beta for each row, evaluated at the columns four at a time.
+//!
+//! Columns mirror each other at -beta, and where their number is even at pi - beta and beta + pi too.
+
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+use sphere::LatLong;
+
+use super::quarters::mirror;
+use super::spin::Rows;
+use super::{Plan, Spin};
+
+/// The values of all texels, [texels, rows].
+pub(super) fn synthesise(plan: &Plan<'_>, grid: LatLong) -> Vec<[f32; 3]> {
+    let lanes = plan.lanes();
+    let spin = Spin::new(plan.f);
+    let count = if grid.width.is_multiple_of(2) { grid.width.div_ceil(4) } else { grid.width.div_ceil(2) };
+    let mut angles = vec![0.0; count * plan.quarters.len()];
+    for (column, angle) in angles.chunks_exact_mut(plan.quarters.len()).enumerate() {
+        plan.quarters.angle(grid.phi(column).sin_cos(), angle);
+    }
+    let line = grid.width * plan.rows();
+    let mut values = vec![[0.0_f32; 3]; grid.height * line];
+    // Each task has some northern rows and their mirrors; the equator of an odd height has none.
+    let (north, south) = values.split_at_mut(grid.height.div_ceil(2) * line);
+    let norths: Vec<_> = north.chunks_mut(lanes * line).collect();
+    let mut souths: Vec<_> = south.rchunks_mut(lanes * line).collect();
+    souths.resize_with(norths.len(), Default::default);
+    norths.into_par_iter().zip(souths).enumerate().for_each(|(task, (north, south))| {
+        let alphas: Vec<f64> = (0..north.len() / line).map(|row| grid.theta(task * lanes + row)).collect();
+        let mut series = vec![0.0; 2 * alphas.len() * plan.series()];
+        let (above, below) = series.split_at_mut(alphas.len() * plan.series());
+        plan.arch.dispatch(Rows {
+            plan,
+            spin: &spin,
+            lighting: plan.reflection.lighting(),
+            alphas: &alphas,
+            north: above,
+            south: below,
+        });
+        for (values, series) in north.chunks_exact_mut(line).zip(above.chunks_exact(plan.series())) {
+            plan.arch.dispatch(Line { plan, grid, angles: &angles, series, values });
+        }
+        for (values, series) in south.rchunks_exact_mut(line).zip(below.chunks_exact(plan.series())) {
+            plan.arch.dispatch(Line { plan, grid, angles: &angles, series, values });
+        }
+    });
+    values
+}
+
+/// One row of a map from its series.
+struct Line<'a> {
+    plan: &'a Plan<'a>,
+    grid: LatLong,
+    /// [columns, orders] for the columns that are not mirrors.
+    angles: &'a [f64],
+    series: &'a [f64],
+    values: &'a mut [[f32; 3]],
+}
+
+impl WithSimd for Line<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        /// Columns whose sums stay in the nearest cache.
+        const BLOCK: usize = 8;
+        let Self { plan, grid, angles, series, values } = self;
+        let (columns, padded, width) = (plan.columns, plan.padded, grid.width);
+        let values = values.as_flattened_mut();
+        let mut sums = vec![0.0; BLOCK * 4 * padded];
+        let mut four = vec![0.0; 4 * padded];
+        for (block, angles) in angles.chunks(BLOCK * plan.quarters.len()).enumerate() {
+            let count = angles.len() / plan.quarters.len();
+            plan.quarters.sum(simd, angles, series, padded, &mut sums[..count * 4 * padded]);
+            for (column, sums) in (block * BLOCK..).zip(sums[..count * 4 * padded].chunks_exact(4 * padded)) {
+                mirror(sums, &mut four);
+                let places = if width.is_multiple_of(2) {
+                    [
+                        Some(column),
+                        Some(width / 2 - 1 - column),
+                        Some(width - 1 - column),
+                        Some(width / 2 + column),
+                    ]
+                } else {
+                    [Some(column), None, Some(width - 1 - column), None]
+                };
+                for (place, four) in places.into_iter().zip(four.chunks_exact(padded)) {
+                    if let Some(place) = place {
+                        for (out, value) in values[place * columns..][..columns].iter_mut().zip(four) {
+                            *out = *value as f32;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
