@@ -36,7 +36,8 @@ impl Chromaticities {
         matrix.is_finite().then_some(matrix)
     }
 
-    fn to_xyz(self) -> Option<DMat3> {
+    /// The matrix to XYZ, white at Y = 1; `None` where the chromaticities span no colour space.
+    pub(crate) fn to_xyz(self) -> Option<DMat3> {
         let [r, g, b, w] = self.0;
         // Columns at x + y + z = 1 rather than Y = 1: a primary may have y = 0, as X and Z have.
         let column = |[x, y]: [f64; 2]| DVec3::new(x, y, 1.0 - x - y);

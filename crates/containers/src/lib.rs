@@ -5,6 +5,7 @@
 //! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
+//! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
 //!
@@ -24,6 +25,7 @@ mod jpeg;
 mod ktx2;
 pub mod lighting_json;
 mod limits;
+pub mod measured;
 mod open_exr;
 mod png;
 mod radiance;

@@ -12,14 +12,16 @@ use std::sync::{Mutex, PoisonError};
 
 use containers::lighting_json::{self, Preset};
 use containers::{
-    Precision, ReadOptions, read_image, read_recipe, tensors, write_exr, write_png, write_rgbe,
+    Precision, ReadOptions, Texture, read_exr_layers, read_image, read_recipe, read_texture, tensors,
+    write_dds, write_exr, write_exr_layers, write_ktx2, write_png, write_rgbe,
 };
 use envmap::{Environment, Image};
 use exr::prelude::*;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use sh::{Degree, Expansion};
-use sphere::LatLong;
+use shrm::{MapGrid, Shrm, Terms, View};
+use sphere::{Cube, LatLong};
 
 const LARGEST: usize = 64 << 20;
 const TOTAL: usize = 256 << 20;
@@ -95,11 +97,37 @@ fn exr_of(compression: Compression, blocks: Blocks) -> Vec<u8> {
     bytes
 }
 
+/// A plain layer and two others, as 32-bit floats.
+fn layers() -> Vec<u8> {
+    let pixels = picture().into_pixels();
+    let layers = ["", "p1q0", "p1q1"].map(|name| (name.to_owned(), pixels.clone()));
+    write_exr_layers(20, 18, &layers, Precision::Float, Some("{}"), &[("specula.view", "local")])
+        .unwrap()
+        .bytes
+}
+
+/// A small file of each container for textures, and of each shape.
+fn textures() -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    for (name, (width, depth, layers, faces)) in
+        [("2D", (5, 1, 0, 1)), ("volume", (5, 3, 0, 1)), ("cube array", (3, 1, 2, 6))]
+    {
+        let mut texture = Texture { width, height: 3, depth, layers, faces, pixels: Vec::new() };
+        texture.pixels = (0..texture.len().unwrap()).map(|i| [i as f32, 0.5, -1.0]).collect();
+        let metadata = [("specula.view", "local")];
+        let ktx2 = write_ktx2(&texture, Precision::Half, Some("{}"), &metadata).unwrap().bytes;
+        files.push((format!("ktx2 {name}"), ktx2));
+        files.push((format!("dds {name}"), write_dds(&texture, Precision::Float).unwrap().bytes));
+    }
+    files
+}
+
 /// One small file of each format and, for OpenEXR, of each compression.
 fn pictures() -> Vec<(String, Vec<u8>)> {
     let codes: Vec<[u8; 3]> = (0..60_u8).map(|i| [i, 3 * i, 255 - i]).collect();
     let mut files = vec![
         ("exr float".into(), write_exr(&picture(), Precision::Float, Some("{}")).unwrap().bytes),
+        ("exr layers".into(), layers()),
         ("rgbe".into(), write_rgbe(&picture(), Some("{}")).unwrap().bytes),
         (
             "rgbe old".into(),
@@ -138,7 +166,12 @@ fn coefficients() -> Vec<(String, Vec<u8>)> {
     let degree = Degree::new(2).unwrap();
     let lighting = Expansion::from_rows(degree, (0..9).map(|i| [f64::from(i), 0.1, -2.5]).collect()).unwrap();
     let environment = Environment::new(LatLong { width: 4, height: 2 }, vec![[0.5; 3]; 8]).unwrap();
+    let cube = MapGrid::Cube(Cube { edge: 2 });
+    let values = (0..24 * 4).map(|i| [i as f32, 0.1, -1.0]).collect();
+    let (centre, p) = (brdf::Centre::Reflection, Degree::new(1).unwrap());
+    let map = Shrm::new(cube, View::Local, centre, p, Terms::All, values).unwrap();
     vec![
+        ("shrm".into(), tensors::encode_shrm(&map, Some("{}")).unwrap()),
         ("lighting".into(), tensors::encode_lighting(&lighting, Some("{}")).unwrap()),
         ("environment".into(), tensors::encode_environment(&environment, None).unwrap()),
         ("json".into(), lighting_json::encode(&lighting, Preset::Specula, Some("{}")).unwrap()),
@@ -148,6 +181,8 @@ fn coefficients() -> Vec<(String, Vec<u8>)> {
 /// Decodes in every way that could apply; what comes of it does not matter.
 fn decode_all(bytes: &[u8]) {
     let _ = read_image(bytes, &ReadOptions::default());
+    let _ = read_exr_layers(bytes);
+    let _ = read_texture(bytes);
     let _ = read_recipe(bytes);
 }
 
@@ -157,6 +192,7 @@ fn decode_coefficients(bytes: &[u8]) {
     let _ = tensors::decode_brdf(bytes);
     let _ = tensors::decode_reflection(bytes);
     let _ = tensors::decode_environment(bytes);
+    let _ = tensors::decode_shrm(bytes);
     let _ = lighting_json::decode(bytes);
     let _ = read_recipe(bytes);
 }
@@ -176,12 +212,33 @@ fn every_truncated_length_is_an_error() {
             });
         }
     }
+    for (name, bytes) in textures() {
+        assert!(read_texture(&bytes).is_ok(), "{name}");
+        for length in 0..bytes.len() {
+            within_limits(&format!("{name}, {length} bytes"), || {
+                assert!(read_texture(&bytes[..length]).is_err(), "{name}: {length} bytes were read");
+                let _ = read_recipe(&bytes[..length]);
+            });
+        }
+    }
+    let bytes = layers();
+    assert_eq!(read_exr_layers(&bytes).unwrap().layers.len(), 3);
+    for length in 0..bytes.len() {
+        within_limits(&format!("exr layers, {length} bytes"), || {
+            assert!(
+                read_exr_layers(&bytes[..length]).is_err(),
+                "{length} of {} bytes were read",
+                bytes.len()
+            );
+        });
+    }
     for (name, bytes) in coefficients() {
         for length in 0..bytes.len() - 1 {
             within_limits(&format!("{name}, {length} bytes"), || {
                 let cut = &bytes[..length];
                 // The JSON's last byte is a line end.
                 assert!(tensors::decode_lighting(cut).is_err() && tensors::decode_environment(cut).is_err());
+                assert!(tensors::decode_shrm(cut).is_err());
                 assert!(
                     lighting_json::decode(cut).is_err(),
                     "{name}: {length} of {} bytes were read",
@@ -198,7 +255,7 @@ fn changed_bytes_never_panic_nor_allocate_wildly() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     // Silence the panics that are caught inside.
     std::panic::set_hook(Box::new(|_| {}));
-    let files = [pictures(), coefficients()].concat();
+    let files = [pictures(), textures(), coefficients()].concat();
     let flips = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6);
     let config = Config { cases: 4000, failure_persistence: None, ..Config::default() };
     let result = TestRunner::new_with_rng(
@@ -226,7 +283,7 @@ fn changed_bytes_never_panic_nor_allocate_wildly() {
 fn hostile_headers_never_panic_nor_allocate_wildly() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     std::panic::set_hook(Box::new(|_| {}));
-    let files = [pictures(), coefficients()].concat();
+    let files = [pictures(), textures(), coefficients()].concat();
     let outcome = std::panic::catch_unwind(|| {
         for (name, bytes) in &files {
             for position in 0..bytes.len().min(420) {
