@@ -97,6 +97,18 @@ impl BrdfCoefficients {
         self.rho[(l * side + p) * side + q]
     }
 
+    /// The highest p and q with a coefficient that is not zero.
+    pub fn highest(&self) -> (usize, usize) {
+        let side = self.p.get() + 1;
+        let used = self.rho.iter().enumerate().filter(|(_, rgb)| **rgb != [0.0; 3]);
+        used.fold((0, 0), |(p, q), (index, _)| (p.max(index / side % side), q.max(index % side)))
+    }
+
+    /// Whether rho_hat does not depend on the azimuth between both directions: only q = 0 is used.
+    pub fn is_azimuth_free(&self) -> bool {
+        self.highest().1 == 0
+    }
+
     /// The same coefficients cut to a lower degree in the incident direction; unchanged where `f` is not lower.
     pub fn cut(&self, f: Degree) -> Self {
         let f = f.min(self.f);

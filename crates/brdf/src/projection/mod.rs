@@ -1,0 +1,256 @@
+//! Projection of a material into spherical harmonics, and the choice of its degrees.
+//!
+//! rho_hat(w_i, w_o) = sum of rho_lpq Y*_lq(w_i) Y_pq(w_o) about the material's central direction (paper 1, equation
+//! 13). A turn of both directions about it changes nothing and a mirror image neither, so that rho_lpq is real and
+//! rho_l,p,-q = rho_lpq: with phi the azimuth between both directions,
+//!
+//! > rho_lpq = 2 pi * integral of rho_hat f_lq(theta_i) f_pq(theta_o) cos(q phi) over sin(theta_i) dtheta_i,
+//! > sin(theta_o) dtheta_o and phi from 0 to 2 pi,
+//!
+//! in the three steps of Appendix C and equation 5.22 of the thesis. The energy, 2 pi times the same integral of
+//! rho_hat^2 (equation 5.18), is the sum of all |rho_lpq|^2 and comes from the same samples.
+//!
+//! Radially symmetric models have p = q = 0 only, and a closed form.
+
+mod choice;
+mod incident;
+mod legendre;
+mod quadrature;
+mod slice;
+mod tabulation;
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use sh::{Degree, Tolerance, degree_holding};
+use sphere::Direction;
+
+use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
+use choice::{energies, least, not_finite};
+use slice::Source;
+use tabulation::tabulate;
+
+/// How the degrees of a projection are chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// The least degrees that lose at most this share of the energy: first P is lowered as far as that allows,
+    /// then F (paper 1, Appendix C).
+    Tolerance(Tolerance),
+    /// The given degrees, whatever they lose.
+    Degree {
+        /// F, the degree in the incident direction.
+        f: Degree,
+        /// P, the degree in the outgoing direction. Past F it adds zeros for q > F.
+        p: Degree,
+    },
+}
+
+/// A material in spherical harmonics, and how much of it that is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Projection {
+    /// rho_lpq up to the chosen degrees.
+    pub coefficients: BrdfCoefficients,
+    /// Sum over p, q and channels of |rho_lpq|^2, for l = 0 ..= F; q counts with both signs.
+    pub energy: Vec<f64>,
+    /// Sum over q, both signs, and channels of |rho_lpq|^2, shape [F+1, P+1].
+    pub energy_lp: Vec<f64>,
+    /// The material's energy, the integral of rho_hat^2 over both directions, summed over channels.
+    pub total: f64,
+    /// The share of the material's energy that the coefficients hold, 0 to 1; 1 for a black material.
+    pub captured: f64,
+    /// How far two quadrature rules differ in the energy, summed over all panels and relative to it: many times the
+    /// error where rho_hat is smooth, its size where it is not. 0 for a closed form.
+    pub uncertainty: f64,
+    /// Whether the material changes when it is turned about its normal: then this is its mean over all turns.
+    pub anisotropic: bool,
+}
+
+/// Why a material could not be projected.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ProjectionError {
+    /// A highlight so sharp that no supported degrees meet the tolerance.
+    #[error(
+        "degrees [{f}, {p}] capture {captured:.4} of the energy and tolerance {tolerance} asks for more: \
+         the highlight is too sharp; give the degrees or a larger tolerance"
+    )]
+    TooSharp {
+        /// The highest F tried.
+        f: usize,
+        /// The highest P tried.
+        p: usize,
+        /// What these degrees capture.
+        captured: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
+    /// Degrees whose coefficients would fill more than [`MOST_COEFFICIENTS`].
+    #[error("degrees [{f}, {p}] make more than {MOST_COEFFICIENTS} coefficients")]
+    TooMany {
+        /// F.
+        f: usize,
+        /// P.
+        p: usize,
+    },
+    /// A value of the material that is not a number, or is infinite. Angles in degrees about the central
+    /// direction.
+    #[error(
+        "the material has no finite value at theta_i {theta_i:.2}, theta_o {theta_o:.2}, phi {phi:.2} degrees from its \
+         central direction"
+    )]
+    NotFinite {
+        /// The incident direction's angle to the central direction.
+        theta_i: f64,
+        /// The outgoing direction's.
+        theta_o: f64,
+        /// The azimuth between both.
+        phi: f64,
+    },
+}
+
+/// The most entries (F+1)(P+1)^2 that a projection may have: 4 million, 100 MB.
+pub const MOST_COEFFICIENTS: usize = 1 << 22;
+
+/// An anisotropic material is averaged over this many turns.
+const TURNS: usize = 64;
+
+/// The coefficients of a material, exact in closed form for the radially symmetric models.
+///
+/// For the others they are accurate to 1e-6 of their norm where rho_hat is smooth above its horizon, and to what
+/// [`Projection::uncertainty`] says where it has kinks or is a table. Those of an azimuth-free rho_hat with q > 0 are zero
+/// exactly. Uses all threads; the result does not depend on their number.
+///
+/// # Errors
+/// Where no supported degrees meet the tolerance, the given degrees make too many coefficients, or the material has a
+/// value that is not finite.
+///
+/// # Example: degree 2 captures 99 percent of a Lambertian surface
+/// ```
+/// use brdf::{Choice, Lambert, Material, project};
+/// let chalk = Material::Lambert(Lambert::new([0.9; 3])?);
+/// let projection = project(&chalk, Choice::Tolerance(sh::Tolerance::new(0.01)?))?;
+/// assert_eq!(projection.coefficients.f().get(), 2);
+/// assert!(projection.captured > 0.99);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn project(material: &Material, choice: Choice) -> Result<Projection, ProjectionError> {
+    if let Choice::Degree { f, p } = choice {
+        let (f, p) = (f.get(), p.get());
+        if (f + 1) * (p + 1) * (p + 1) > MOST_COEFFICIENTS {
+            return Err(ProjectionError::TooMany { f, p });
+        }
+    }
+    if let Some(lobe) = material.radial() {
+        return radial(material.centre(), &lobe, choice);
+    }
+    let centre = material.centre();
+    // About the tangent a turn about the normal says nothing; these models have no azimuth.
+    let anisotropic = !material.is_isotropic() && centre != Centre::Tangent;
+    let mut projection = if anisotropic {
+        general(centre, &|incident, outgoing| mean(material, incident, outgoing), choice)
+    } else {
+        general(centre, &|incident, outgoing| material.transfer(incident, outgoing), choice)
+    }?;
+    projection.anisotropic = anisotropic;
+    Ok(projection)
+}
+
+/// The closed form of a function of theta_i.
+fn radial(centre: Centre, lobe: &ClampedCosine, choice: Choice) -> Result<Projection, ProjectionError> {
+    let total = lobe.energy();
+    let (f, p) = match choice {
+        Choice::Degree { f, p } => (f, p),
+        Choice::Tolerance(tolerance) => {
+            let highest = Degree::MAX.get();
+            let energy = energies(&lobe.coefficients(highest), 0);
+            let f = degree_holding(&energy, total, tolerance).and_then(|l| Degree::new(l).ok());
+            let captured = energy.iter().sum::<f64>() / total;
+            let tolerance = tolerance.get();
+            (f.ok_or(ProjectionError::TooSharp { f: highest, p: 0, captured, tolerance })?, Degree::ZERO)
+        }
+    };
+    let per_l = (p.get() + 1) * (p.get() + 1);
+    let mut rho = vec![[0.0; 3]; (f.get() + 1) * per_l];
+    for (l, value) in lobe.coefficients(f.get()).into_iter().enumerate() {
+        rho[l * per_l] = value;
+    }
+    Projection::new(centre, f, p, rho, total)
+}
+
+/// The coefficients of any rho_hat, given in the frame of the surface.
+fn general(
+    centre: Centre,
+    transfer: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    choice: Choice,
+) -> Result<Projection, ProjectionError> {
+    let source = Source { centre, transfer, below: reaches_below(transfer) };
+    let (table, f, p) = match choice {
+        Choice::Degree { f, p } => {
+            (tabulate(source, f.get(), p.get()).map_err(not_finite)?, f.get(), p.get())
+        }
+        Choice::Tolerance(tolerance) => least(source, tolerance)?,
+    };
+    let mut rho = Vec::with_capacity((f + 1) * (p + 1) * (p + 1));
+    for rows in table.rho.chunks_exact((table.p + 1) * (table.p + 1)).take(f + 1) {
+        for row in rows.chunks_exact(table.p + 1).take(p + 1) {
+            rho.extend_from_slice(&row[..=p]);
+        }
+    }
+    let degree = |l| Degree::new(l).map_err(|_| ProjectionError::TooMany { f, p });
+    let projection = Projection::new(centre, degree(f)?, degree(p)?, rho, table.total)?;
+    Ok(Projection { uncertainty: table.error, ..projection })
+}
+
+impl Projection {
+    fn new(
+        centre: Centre,
+        f: Degree,
+        p: Degree,
+        rho: Vec<[f64; 3]>,
+        total: f64,
+    ) -> Result<Self, ProjectionError> {
+        let energy_lp = energies(&rho, p.get());
+        let energy: Vec<f64> = energy_lp.chunks_exact(p.get() + 1).map(|row| row.iter().sum()).collect();
+        let captured = if total > 0.0 { (energy.iter().sum::<f64>() / total).min(1.0) } else { 1.0 };
+        let coefficients = BrdfCoefficients::new(centre, f, p, rho)
+            .ok_or(ProjectionError::TooMany { f: f.get(), p: p.get() })?;
+        Ok(Self { coefficients, energy, energy_lp, total, captured, uncertainty: 0.0, anisotropic: false })
+    }
+
+    /// The share of the energy that each p holds, p = 0 ..= P; 1 at p = 0 for a black material.
+    pub fn energy_per_p(&self) -> Vec<f64> {
+        let side = self.coefficients.p().get() + 1;
+        let share = |p: usize| {
+            let sum: f64 = self.energy_lp.iter().skip(p).step_by(side).sum();
+            if self.total > 0.0 { sum / self.total } else { f64::from(u8::from(p == 0)) }
+        };
+        (0..side).map(share).collect()
+    }
+}
+
+/// Whether anything is reflected from below the horizon, by a few hundred directions.
+fn reaches_below(transfer: &dyn Fn(Direction, Direction) -> [f64; 3]) -> bool {
+    let step = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+    (0..7 * 7 * 7).any(|i| {
+        let view = Direction::from_angles(TAU / 4.0 * step(i % 7, 7), 0.0);
+        let incident =
+            Direction::from_angles(TAU / 4.0 * (1.0 + step(i / 7 % 7, 7)), TAU / 2.0 * step(i / 49, 7));
+        transfer(incident, view) != [0.0; 3]
+    })
+}
+
+/// The mean over all turns about the normal.
+fn mean(material: &Material, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for turn in 0..TURNS {
+        let (sine, cosine) = (TAU * turn as f64 / TURNS as f64).sin_cos();
+        let [incident, outgoing] = [incident, outgoing].map(|direction| {
+            let v = direction.vector();
+            Direction::from_unit(DVec3::new(cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, v.z))
+        });
+        let value = material.transfer(incident, outgoing);
+        (0..3).for_each(|channel| sum[channel] += value[channel] / TURNS as f64);
+    }
+    sum
+}

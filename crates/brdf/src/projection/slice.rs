@@ -1,0 +1,320 @@
+//! One outgoing direction: rho_hat sampled over all incident ones, and the first two steps of the projection
+//! (thesis, equation 5.22, with the sums over theta_i and theta_o exchanged)
+//!
+//! > rho_q(theta_i)  = integral over [0, 2 pi] of rho_hat(theta_i, theta_o, phi) cos(q phi) dphi
+//! > rho_lq(theta_o) = integral over [0, pi] of rho_q(theta_i) f_lq(theta_i) sin(theta_i) dtheta_i.
+//!
+//! Panels are halved until both rules agree on the integral of rho_hat^2 over them, so that a sharp highlight draws the
+//! nodes to itself, wherever it is.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use sphere::Direction;
+
+use super::incident::{Part, Piece, pieces};
+use super::legendre::{LANES, Lanes, Legendre};
+use super::quadrature::{NODES, Panel, RULE};
+use crate::Centre;
+
+/// What is projected.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) centre: Centre,
+    /// rho_hat in the frame of the surface, even in phi about the central direction.
+    pub(super) transfer: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    /// Whether it reaches below the horizon.
+    pub(super) below: bool,
+}
+
+/// A value that is not a number, or whose square overflows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct NotFinite {
+    pub(super) theta_i: f64,
+    pub(super) theta_o: f64,
+    pub(super) phi: f64,
+}
+
+/// How finely a slice is sampled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fineness {
+    /// The error that a panel may make in the slice's energy; infinite where nothing is to be refined.
+    pub(super) error: f64,
+    /// Panels with less energy than this are not refined for the sake of high degrees.
+    pub(super) negligible: f64,
+}
+
+/// What is kept of one outgoing direction.
+#[derive(Clone, Debug)]
+pub(super) struct Slice {
+    /// rho_lq for l <= F and q <= orders, shape [F+1, orders+1], RGB.
+    pub(super) moments: Vec<[f64; 3]>,
+    /// The integral of rho_hat^2 over the incident directions, summed over channels.
+    pub(super) energy: f64,
+    /// How far both rules differ in it.
+    pub(super) error: f64,
+    /// The largest value.
+    pub(super) peak: f64,
+    /// The most that a value moves along a circle theta_i = const.
+    pub(super) swing: f64,
+    /// How often rho_hat was evaluated.
+    pub(super) evaluations: usize,
+}
+
+/// Panels in theta_i are at most this wide at first.
+const WIDEST: f64 = 0.6;
+/// A panel of width h takes cos(k x) to 1e-5 for k h up to this, and what is smooth beside it.
+const PHASE: f64 = 13.0;
+/// What one slice may cost; what is left unrefined shows in its error.
+const MOST_EVALUATIONS: usize = 400_000;
+/// Halvings in theta_i and phi. A highlight of 1e-7 is past every degree.
+const DEEPEST: [usize; 2] = [24, 8];
+
+/// rho_hat toward one outgoing direction.
+struct Outgoing<'a> {
+    source: Source<'a>,
+    theta_o: f64,
+    /// The local axes in the frame of the surface.
+    axes: [DVec3; 3],
+    /// w_o in the frame of the surface.
+    view: Direction,
+}
+
+impl<'a> Outgoing<'a> {
+    fn new(source: Source<'a>, theta_o: f64) -> Self {
+        // About N half the sphere is never seen. It mirrors the other half: that needs the least degrees.
+        let seen = if source.centre == Centre::Normal {
+            theta_o.min(std::f64::consts::PI - theta_o)
+        } else {
+            theta_o
+        };
+        let local = Direction::from_angles(seen, 0.0);
+        let axes = [Direction::X, Direction::Y, Direction::Z]
+            .map(|axis| source.centre.surface(axis, local)[0].vector());
+        let [_, view] = source.centre.surface(Direction::Z, local);
+        Self { source, theta_o, axes, view }
+    }
+
+    fn rho(&self, (cosine, sine): (f64, f64), cos_phi: f64, sin_phi: f64) -> [f64; 3] {
+        let [x, y, z] = self.axes;
+        let incident = x * (sine * cos_phi) + y * (sine * sin_phi) + z * cosine;
+        (self.source.transfer)(Direction::from_unit(incident), self.view)
+    }
+}
+
+/// The nodes of a panel in theta_i.
+struct Columns {
+    cosine: Lanes,
+    sine: Lanes,
+    /// rho_q of every node times its weight, per order and channel.
+    modes: Vec<[Lanes; 3]>,
+    energy: f64,
+    error: f64,
+    /// The value at the first node, phi = 0 nearly.
+    first: [f64; 3],
+    peak: f64,
+    swing: f64,
+}
+
+/// Samples one outgoing direction.
+pub(super) fn slice(
+    source: Source<'_>,
+    theta_o: f64,
+    legendre: &Legendre,
+    (f, p): (usize, usize),
+    fineness: Fineness,
+) -> Result<Slice, NotFinite> {
+    let outgoing = Outgoing::new(source, theta_o);
+    let side = legendre.orders() + 1;
+    let mut slice = Slice {
+        moments: vec![[0.0; 3]; (f + 1) * side],
+        energy: 0.0,
+        error: 0.0,
+        peak: 0.0,
+        swing: 0.0,
+        evaluations: 0,
+    };
+    let top = outgoing.rho((1.0, 0.0), 1.0, 0.0);
+    let widest = (PHASE / f.max(1) as f64).clamp(WIDEST / 3.0, WIDEST);
+    let mut columns = Columns {
+        cosine: [1.0; LANES],
+        sine: [0.0; LANES],
+        modes: vec![[[0.0; LANES]; 3]; side],
+        energy: 0.0,
+        error: 0.0,
+        first: [0.0; 3],
+        peak: 0.0,
+        swing: 0.0,
+    };
+    for piece in pieces(source.centre, theta_o, source.below) {
+        let mut waiting: Vec<Panel> = piece.panels(widest).collect();
+        waiting.reverse();
+        while let Some(panel) = waiting.pop() {
+            columns.fill(&outgoing, &piece, panel, p, fineness, &mut slice.evaluations)?;
+            let high = panel.radius() * 2.0 * piece.stretch() * f as f64 > PHASE;
+            let refine = columns.error > fineness.error
+                || high && columns.energy > fineness.negligible
+                || panel.from == 0.0 && piece.part == Part::Circle && hidden(&columns, top) > fineness.error;
+            if refine && panel.depth < DEEPEST[0] && slice.evaluations < MOST_EVALUATIONS {
+                waiting.extend(panel.halves().into_iter().rev());
+                continue;
+            }
+            slice.energy += columns.energy;
+            slice.error += columns.error;
+            slice.peak = slice.peak.max(columns.peak);
+            slice.swing = slice.swing.max(columns.swing);
+            if columns.energy > 0.0 {
+                columns.project(legendre, &mut slice.moments);
+            }
+        }
+    }
+    Ok(slice)
+}
+
+/// The energy that a highlight at theta_i = 0 may have between the axis and the first node.
+fn hidden(columns: &Columns, top: [f64; 3]) -> f64 {
+    let gap: f64 = (0..3).map(|c| (top[c] - columns.first[c]).powi(2)).sum();
+    TAU * gap * columns.sine[0].powi(2) / 2.0
+}
+
+impl Columns {
+    /// Samples the circles of a panel.
+    fn fill(
+        &mut self,
+        outgoing: &Outgoing<'_>,
+        piece: &Piece,
+        panel: Panel,
+        p: usize,
+        fineness: Fineness,
+        evaluations: &mut usize,
+    ) -> Result<(), NotFinite> {
+        self.modes.fill([[0.0; LANES]; 3]);
+        (self.energy, self.error, self.peak, self.swing) = (0.0, 0.0, 0.0, 0.0);
+        let mut inner = 0.0;
+        let [mut kronrod, mut gauss] = [0.0; 2];
+        for (lane, node) in RULE.into_iter().enumerate() {
+            let t = panel.at(node);
+            let ((theta, slope), (from, to)) = (piece.theta(t), piece.azimuths(t));
+            let (sine, cosine) = theta.sin_cos();
+            (self.sine[lane], self.cosine[lane]) = (sine, cosine);
+            let area = panel.radius() * slope * sine;
+            let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == Part::Circle };
+            let allowed = fineness.error / (2.0 * area);
+            let ring = circle.sample(
+                Panel::split(from, to, PHASE / p.max(1) as f64),
+                area * node.kronrod,
+                allowed,
+                lane,
+                self,
+                evaluations,
+            )?;
+            kronrod += area * node.kronrod * ring[0];
+            gauss += area * node.gauss * ring[0];
+            inner += area * node.kronrod * ring[1];
+        }
+        debug_assert_eq!(NODES + 1, LANES);
+        self.energy = kronrod;
+        self.error = (kronrod - gauss).abs().max(inner);
+        Ok(())
+    }
+
+    /// Adds the panel's part of every rho_lq.
+    fn project(&self, legendre: &Legendre, moments: &mut [[f64; 3]]) {
+        let side = legendre.orders() + 1;
+        legendre.visit(&self.cosine, &self.sine, |l, q, value| {
+            let modes = &self.modes[q];
+            let moment = &mut moments[l * side + q];
+            for channel in 0..3 {
+                let mut lanes = [0.0; 4];
+                for i in 0..LANES {
+                    lanes[i % 4] += value[i] * modes[channel][i];
+                }
+                moment[channel] += (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+            }
+        });
+    }
+}
+
+/// A circle theta_i = const, or an arc of it.
+struct Circle<'a> {
+    outgoing: &'a Outgoing<'a>,
+    theta: f64,
+    cosine: f64,
+    sine: f64,
+    /// Whether it is not cut by the horizon.
+    whole: bool,
+}
+
+impl Circle<'_> {
+    /// Adds rho_q times `weight` to the modes of a lane; the integral of rho_hat^2 along the circle, and how far both
+    /// rules differ in it.
+    fn sample(
+        &self,
+        panels: impl Iterator<Item = Panel>,
+        weight: f64,
+        allowed: f64,
+        lane: usize,
+        columns: &mut Columns,
+        evaluations: &mut usize,
+    ) -> Result<[f64; 2], NotFinite> {
+        let mut sum = [0.0; 2];
+        let mut range = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        let mut waiting: Vec<Panel> = panels.collect();
+        waiting.reverse();
+        let mut first = lane == 0;
+        while let Some(panel) = waiting.pop() {
+            let mut values = [[0.0; 3]; NODES];
+            let mut cosines = [0.0; NODES];
+            let [mut kronrod, mut gauss] = [0.0; 2];
+            for (i, node) in RULE.into_iter().enumerate() {
+                let phi = panel.at(node);
+                let (sin_phi, cos_phi) = phi.sin_cos();
+                let rho = self.outgoing.rho((self.cosine, self.sine), cos_phi, sin_phi);
+                let square: f64 = rho.iter().map(|value| value * value).sum();
+                if !square.is_finite() {
+                    return Err(NotFinite { theta_i: self.theta, theta_o: self.outgoing.theta_o, phi });
+                }
+                kronrod += node.kronrod * square;
+                gauss += node.gauss * square;
+                (values[i], cosines[i]) = (rho, cos_phi);
+            }
+            *evaluations += NODES;
+            // Both signs of phi.
+            let both = 2.0 * panel.radius();
+            let difference = both * (kronrod - gauss).abs();
+            if std::mem::take(&mut first) {
+                columns.first = values[0];
+            }
+            if difference > allowed && panel.depth < DEEPEST[1] && *evaluations < MOST_EVALUATIONS {
+                waiting.extend(panel.halves().into_iter().rev());
+                continue;
+            }
+            sum[0] += both * kronrod;
+            sum[1] += difference;
+            if kronrod == 0.0 && range[1] == [0.0; 3] {
+                continue;
+            }
+            for i in 0..NODES {
+                let scaled = values[i].map(|value| value * weight * both * RULE[i].kronrod);
+                let (mut before, mut cosine) = (cosines[i], 1.0);
+                for mode in &mut columns.modes {
+                    for channel in 0..3 {
+                        mode[channel][lane] += scaled[channel] * cosine;
+                    }
+                    (before, cosine) = (cosine, 2.0 * cosines[i] * cosine - before);
+                }
+                for channel in 0..3 {
+                    range[0][channel] = range[0][channel].min(values[i][channel]);
+                    range[1][channel] = range[1][channel].max(values[i][channel]);
+                }
+            }
+        }
+        for channel in 0..3 {
+            let [low, high] = [range[0][channel], range[1][channel]];
+            let peak = low.abs().max(high.abs());
+            columns.peak = columns.peak.max(peak);
+            columns.swing = columns.swing.max(if self.whole { high - low } else { peak });
+        }
+        Ok(sum)
+    }
+}

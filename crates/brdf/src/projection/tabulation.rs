@@ -1,0 +1,179 @@
+//! The coefficients up to given degrees: slices over theta_o, and the third step of the projection
+//! (thesis, equations 5.18 and 5.22)
+//!
+//! > rho_lpq = 2 pi * integral over [0, pi] of rho_lq(theta_o) f_pq(theta_o) sin(theta_o) dtheta_o
+//! > energy  = 2 pi * integral over [0, pi] of sin(theta_o) * (integral of rho_hat^2 over w_i) dtheta_o.
+//!
+//! The thesis tabulates rho_hat on a fixed grid of S x T x T. Here each of the three integrals is a sum over
+//! panels of 15 nodes that are halved until all of them hold [`ACCURACY`]: few where rho_hat is smooth, many
+//! around a highlight, a horizon or the facets of a measured table.
+
+use std::f64::consts::{PI, TAU};
+
+use rayon::prelude::*;
+
+use super::legendre::{LANES, Legendre};
+use super::quadrature::{NODES, Panel, RULE};
+use super::slice::{Fineness, NotFinite, Slice, Source, slice};
+
+/// How far the two rules may differ on a panel: in energy, relative to all of it. The sum of 15 nodes is more
+/// accurate by far: where rho_hat is smooth, coefficients come out within 1e-6 of their norm.
+const ACCURACY: f64 = 1e-4;
+
+/// The same for the coefficients: in their norm, relative to that of all of them.
+const ACCURACY_OF_NORM: f64 = 1e-2;
+
+/// Panels with less of the energy than this are not refined for the sake of high degrees.
+const NEGLIGIBLE: f64 = 1e-13;
+
+/// Panels in theta_o are at most this wide; P h is at most 14.
+const WIDEST: f64 = PI / 2.0;
+const PHASE: f64 = 14.0;
+const DEEPEST: usize = 8;
+
+/// Slices that are held at once may take this many moments.
+const MOST_MOMENTS: usize = 1 << 21;
+
+/// Values that are equal to this share of the largest are equal.
+const EQUAL: f64 = 1e-10;
+
+/// rho_lpq up to (F, P), and the energy of all degrees.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    pub(super) p: usize,
+    /// Shape [F+1, P+1, P+1], RGB.
+    pub(super) rho: Vec<[f64; 3]>,
+    /// The integral of rho_hat^2 over both directions, summed over channels.
+    pub(super) total: f64,
+    /// The sum over panels of how far both rules differ, relative to `total`.
+    pub(super) error: f64,
+    /// How often rho_hat was evaluated.
+    pub(super) evaluations: usize,
+}
+
+/// Projects to degrees (F, P).
+pub(super) fn tabulate(source: Source<'_>, f: usize, p: usize) -> Result<Table, NotFinite> {
+    // The scale of errors: the energy, first by one coarse sum.
+    let mut scale = pass(source, 0, 0, f64::INFINITY)?.total;
+    loop {
+        let table = pass(source, f, p, scale.max(f64::MIN_POSITIVE))?;
+        // A coarse sum that met a highlight by chance is too large, and allowed too much.
+        if table.total >= scale / 4.0 {
+            return Ok(table);
+        }
+        scale = table.total;
+    }
+}
+
+/// One pass with errors relative to `scale`; without any refinement where that is infinite.
+fn pass(source: Source<'_>, f: usize, p: usize, scale: f64) -> Result<Table, NotFinite> {
+    let incident = Legendre::new(f, p);
+    let outgoing = Legendre::new(p, f);
+    let side = p + 1;
+    let mut table =
+        Table { p, rho: vec![[0.0; 3]; (f + 1) * side * side], total: 0.0, error: 0.0, evaluations: 0 };
+    let (mut peak, mut swing): (f64, f64) = (0.0, 0.0);
+    let mut waiting: Vec<Panel> = Panel::split(0.0, PI, WIDEST.min(PHASE / p.max(1) as f64)).collect();
+    let at_once = (MOST_MOMENTS / (NODES * (f + 1) * (incident.orders() + 1))).max(1);
+    while !waiting.is_empty() {
+        let panels: Vec<Panel> = waiting.drain(..at_once.min(waiting.len())).collect();
+        let slices: Vec<Slice> = (0..panels.len() * NODES)
+            .into_par_iter()
+            .map(|index| {
+                let panel = panels[index / NODES];
+                let theta_o = panel.at(RULE[index % NODES]);
+                let share = scale / (TAU * theta_o.sin() * 2.0 * panel.radius());
+                let fineness = Fineness { error: ACCURACY * share, negligible: NEGLIGIBLE * share };
+                slice(source, theta_o, &incident, (f, p), fineness)
+            })
+            .collect::<Result<_, _>>()?;
+        for (panel, slices) in panels.into_iter().zip(slices.chunks_exact(NODES)) {
+            table.evaluations += slices.iter().map(|slice| slice.evaluations).sum::<usize>();
+            let part = Part::new(panel, slices, &outgoing, f, incident.orders());
+            if !part.is_within(scale) && panel.depth < DEEPEST {
+                waiting.extend(panel.halves());
+                continue;
+            }
+            table.total += part.energy;
+            table.error += part.error;
+            part.add_to(&mut table.rho, f, p);
+            for slice in slices {
+                (peak, swing) = (peak.max(slice.peak), swing.max(slice.swing));
+            }
+        }
+    }
+    if swing <= EQUAL * peak {
+        // No azimuth: what rounding left of q > 0 is zero.
+        table.rho.chunks_exact_mut(side).for_each(|row| row[1..].fill([0.0; 3]));
+    }
+    if table.total > 0.0 {
+        table.error /= table.total;
+    }
+    Ok(table)
+}
+
+/// A panel's part of all coefficients.
+struct Part {
+    /// By both rules, shape [q, p - q, F+1 - q]; the second is their difference.
+    rho: Vec<[[f64; 3]; 2]>,
+    energy: f64,
+    difference: f64,
+    error: f64,
+    norm: f64,
+}
+
+impl Part {
+    fn new(panel: Panel, slices: &[Slice], outgoing: &Legendre, f: usize, orders: usize) -> Self {
+        let (mut cosine, mut sine, mut area) = ([1.0; LANES], [0.0; LANES], [0.0; NODES]);
+        for (i, node) in RULE.into_iter().enumerate() {
+            (sine[i], cosine[i]) = panel.at(node).sin_cos();
+            area[i] = TAU * panel.radius() * sine[i];
+        }
+        let [mut energy, mut difference, mut error] = [0.0; 3];
+        for (i, node) in RULE.into_iter().enumerate() {
+            energy += area[i] * node.kronrod * slices[i].energy;
+            difference += area[i] * (node.kronrod - node.gauss) * slices[i].energy;
+            error += area[i] * node.kronrod * slices[i].error;
+        }
+        let mut rho = Vec::new();
+        let mut norm = 0.0;
+        outgoing.visit(&cosine, &sine, |_, q, value| {
+            let signs = if q == 0 { 1.0 } else { 2.0 };
+            for l in q..=f {
+                let mut sums = [[0.0; 3]; 2];
+                for (i, node) in RULE.into_iter().enumerate() {
+                    let moment = slices[i].moments[l * (orders + 1) + q];
+                    let weights = [node.kronrod, node.kronrod - node.gauss];
+                    for (sum, weight) in sums.iter_mut().zip(weights) {
+                        for channel in 0..3 {
+                            sum[channel] += area[i] * weight * value[i] * moment[channel];
+                        }
+                    }
+                }
+                norm += signs * sums[1].iter().map(|value| value * value).sum::<f64>();
+                rho.push(sums);
+            }
+        });
+        Self { rho, energy, difference: difference.abs(), error: error + difference.abs(), norm }
+    }
+
+    fn is_within(&self, scale: f64) -> bool {
+        self.difference <= ACCURACY * scale && self.norm <= ACCURACY_OF_NORM * ACCURACY_OF_NORM * scale
+    }
+
+    /// Adds the panel to the tensor.
+    fn add_to(&self, tensor: &mut [[f64; 3]], f: usize, p: usize) {
+        let mut parts = self.rho.iter();
+        for q in 0..=p.min(f) {
+            for p_of in q..=p {
+                for l in q..=f {
+                    let Some([part, _]) = parts.next() else { return };
+                    let value = &mut tensor[(l * (p + 1) + p_of) * (p + 1) + q];
+                    for channel in 0..3 {
+                        value[channel] += part[channel];
+                    }
+                }
+            }
+        }
+    }
+}
