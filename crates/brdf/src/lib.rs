@@ -5,6 +5,8 @@ mod coefficients;
 mod measured;
 mod models;
 mod projection;
+pub mod scattered;
+pub mod zernike;
 
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};

@@ -78,9 +78,7 @@ impl Measured {
     /// # Ok::<(), brdf::MeasuredError>(())
     /// ```
     pub fn new(shape: [usize; 3], mut values: Vec<[f32; 3]>) -> Result<Self, MeasuredError> {
-        let entries = shape.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
-        let expected =
-            entries.filter(|n| (1..=MOST_ENTRIES).contains(n)).ok_or(MeasuredError::Shape { shape })?;
+        let expected = Self::entries(shape)?;
         if values.len() != expected {
             return Err(MeasuredError::Length { expected, found: values.len() });
         }
@@ -99,6 +97,12 @@ impl Measured {
             }
         }
         Ok(Self { shape, values: values.into(), scale: [1.0; 3] })
+    }
+
+    /// How many entries a table of this shape has.
+    pub(crate) fn entries(shape: [usize; 3]) -> Result<usize, MeasuredError> {
+        let entries = shape.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
+        entries.filter(|n| (1..=MOST_ENTRIES).contains(n)).ok_or(MeasuredError::Shape { shape })
     }
 
     /// The same BRDF times a colour, in place of an earlier one.

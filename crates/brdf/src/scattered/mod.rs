@@ -1,0 +1,193 @@
+//! A table out of scattered measurements: smooth, not negative, reciprocal and symmetric, and quiet where nothing was
+//! measured.
+//!
+//! Goniometers sample a BRDF every ten degrees or so: far too coarse for a highlight, and with nothing past 80 degrees.
+//! Interpolating such values alone invents lobes between samples and toward grazing. So there are two steps:
+//!
+//! 1. [`base`]: a layered model f_0 (matte under a rough coat with Fresnel's rise) is fitted to the samples. It knows how
+//!    highlights look, and where no sample is near, it is the answer.
+//! 2. [`residual`]: what it misses, y = ln((f + e) / (f_0 + e)), is smoothed with splines over half and difference angles,
+//!    and fades to zero away from data. Ratios, because measured values span five decades and errors are shares of the
+//!    value; e, two hundredths of the typical value, keeps the noise of dark samples from counting.
+//!
+//! The result is max(0, (f_0 + e) exp(y) - e). It is a function of theta_h, theta_d and cos(2 phi_d), all of which
+//! stay when light and view change places or the scene is mirrored, so that both symmetries are exact.
+
+mod base;
+mod residual;
+
+use sphere::Direction;
+
+use crate::{Measured, MeasuredError, from_half_difference, half_difference};
+use base::Base;
+use residual::{Residual, Site};
+
+/// One measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Toward the light, in the frame of the surface (+Z the normal).
+    pub incident: Direction,
+    /// Toward the viewer.
+    pub outgoing: Direction,
+    /// The BRDF in 1/sr, RGB, without the cosine.
+    pub value: [f64; 3],
+}
+
+/// A table made of scattered measurements.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interpolated {
+    /// The BRDF.
+    pub measured: Measured,
+    /// What a trial that left out each fifth sample missed those by: the median over them and their channels of
+    /// |found - measured| / (measured + e), with e two hundredths of the typical value.
+    pub held_out: f64,
+}
+
+/// Why measurements make no table.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ScatteredError {
+    /// Too few to say anything between them.
+    #[error("{found} samples; expected {FEWEST} or more")]
+    TooFew {
+        /// How many there are.
+        found: usize,
+    },
+    /// A measurement that cannot be.
+    #[error("sample {sample} is not finite and 0 or more, or one of its directions lies below the horizon")]
+    Sample {
+        /// Its index.
+        sample: usize,
+    },
+    /// The table cannot be.
+    #[error(transparent)]
+    Table(#[from] MeasuredError),
+}
+
+/// The fewest samples that are interpolated.
+pub const FEWEST: usize = 16;
+
+/// The shape of the tables that are made of scattered samples: as fine as MERL's in theta_h and theta_d, 5 degrees in
+/// phi_d, where samples say little.
+pub const SHAPE: [usize; 3] = [90, 90, 36];
+
+/// The most samples that the splines are fitted to; of more, evenly chosen ones.
+const MOST_SITES: usize = 1 << 14;
+
+/// A table of this shape out of scattered measurements (see the text of the module).
+///
+/// # Errors
+/// Where there are fewer than [`FEWEST`] samples, one cannot be, or the shape cannot be.
+///
+/// # Example: measurements of a matte surface give it back
+/// ```
+/// use brdf::scattered::{SHAPE, Sample, interpolate};
+/// use sphere::Direction;
+/// let directions = |i: u32| Direction::from_angles(f64::from(i % 9) * 0.17, f64::from(i) * 2.4);
+/// let samples: Vec<_> = (0..200)
+///     .map(|i| Sample { incident: directions(i), outgoing: directions(7 * i + 3), value: [0.3, 0.2, 0.1] })
+///     .collect();
+/// let table = interpolate(&samples, SHAPE)?.measured;
+/// let grazing = table.brdf(Direction::from_angles(1.55, 0.0), Direction::from_angles(1.5, 2.0));
+/// assert!((grazing[0] - 0.3).abs() < 1e-3);
+/// # Ok::<(), brdf::scattered::ScatteredError>(())
+/// ```
+pub fn interpolate(samples: &[Sample], shape: [usize; 3]) -> Result<Interpolated, ScatteredError> {
+    if samples.len() < FEWEST {
+        return Err(ScatteredError::TooFew { found: samples.len() });
+    }
+    let good = |sample: &Sample| {
+        let above = sample.incident.vector().z >= 0.0 && sample.outgoing.vector().z >= 0.0;
+        above && sample.value.iter().all(|value| value.is_finite() && *value >= 0.0)
+    };
+    if let Some(sample) = samples.iter().position(|sample| !good(sample)) {
+        return Err(ScatteredError::Sample { sample });
+    }
+    let stride = samples.len().div_ceil(MOST_SITES);
+    let samples: Vec<Sample> = samples.iter().step_by(stride).copied().collect();
+    let fit = Fit::new(&samples);
+    let measured = fit.table(shape)?;
+    Ok(Interpolated { measured, held_out: fit.held_out })
+}
+
+/// The typical value: the median over samples of the brightest channel; where that is 0, a share of the greatest.
+fn typical(samples: &[Sample]) -> f64 {
+    let mut bright: Vec<f64> =
+        samples.iter().map(|sample| sample.value.into_iter().fold(0.0, f64::max)).collect();
+    bright.sort_by(f64::total_cmp);
+    let (middle, greatest) = (bright[bright.len() / 2], bright[bright.len() - 1]);
+    if middle > 0.0 { middle } else { 0.01 * greatest }
+}
+
+struct Fit {
+    floor: f64,
+    base: Base,
+    residual: Residual,
+    held_out: f64,
+}
+
+impl Fit {
+    fn new(samples: &[Sample]) -> Self {
+        let floor = 0.02 * typical(samples);
+        let base = Base::fit(samples, floor);
+        let sites: Vec<Site> = samples
+            .iter()
+            .map(|sample| {
+                let base = base.value(sample.incident, sample.outgoing);
+                let ratio = |channel: usize| {
+                    // A black material has no floor and no residual.
+                    let ratio = (sample.value[channel] + floor) / (base[channel] + floor);
+                    if ratio > 0.0 { ratio.ln() } else { 0.0 }
+                };
+                let angles = half_difference(sample.incident, sample.outgoing);
+                Site { angles, value: [0, 1, 2].map(ratio) }
+            })
+            .collect();
+        let (kept, left): (Vec<_>, Vec<_>) = sites.iter().enumerate().partition(|(index, _)| index % 5 != 4);
+        let [kept, left] =
+            [kept, left].map(|part| part.into_iter().map(|(_, site)| *site).collect::<Vec<_>>());
+        let mut best: Option<(f64, f64, f64)> = None;
+        for stiffness in residual::STIFFNESSES {
+            let trial = Residual::fit(&kept, base.width(), stiffness);
+            let mut misses = Vec::with_capacity(3 * left.len());
+            for site in &left {
+                let found = trial.value(site.angles);
+                misses.extend((0..3).map(|channel| (found[channel] - site.value[channel]).abs()));
+            }
+            misses.sort_by(f64::total_cmp);
+            // A few wild samples shall not choose: a miss counts 1 at most.
+            let cost = misses.iter().map(|miss| miss.min(1.0)).sum::<f64>() / misses.len() as f64;
+            if best.is_none_or(|(least, ..)| cost < least) {
+                best = Some((cost, stiffness, misses[misses.len() / 2].exp_m1()));
+            }
+        }
+        let (_, stiffness, held_out) = best.unwrap_or((0.0, residual::STIFFNESSES[0], 0.0));
+        let residual = Residual::fit(&sites, base.width(), stiffness);
+        Self { floor, base, residual, held_out }
+    }
+
+    fn table(&self, shape: [usize; 3]) -> Result<Measured, MeasuredError> {
+        let [n_h, n_d, n_phi] = shape;
+        // A shape that cannot be is refused before anything of its size is made.
+        let entries = Measured::entries(shape)?;
+        let mut values = vec![[0.0; 3]; entries];
+        for (row, values) in values.chunks_exact_mut(n_phi).enumerate() {
+            let (i, j) = (row / n_d, row % n_d);
+            debug_assert!(i < n_h);
+            let series = self.residual.series(Measured::node(shape, [i, j, 0]));
+            for k in 0..=n_phi / 2 {
+                let angles = Measured::node(shape, [i, j, k]);
+                let [incident, outgoing] = from_half_difference(angles);
+                let base = self.base.value(incident, outgoing);
+                let residual = series.at(angles[2]);
+                let value = [0, 1, 2].map(|channel| {
+                    ((base[channel] + self.floor) * residual[channel].exp() - self.floor).max(0.0) as f32
+                });
+                values[k] = value;
+                if k > 0 {
+                    values[n_phi - k] = value;
+                }
+            }
+        }
+        Measured::new(shape, values)
+    }
+}

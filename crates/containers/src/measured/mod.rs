@@ -1,0 +1,147 @@
+//! Measured BRDFs: four formats, one table ([`brdf::Measured`]).
+//!
+//! | ending | format | module text |
+//! | --- | --- | --- |
+//! | `.binary` | the MERL database: a dense table of half and difference angles | `merl` |
+//! | `.brdf` | Cornell's and pbrt's irregular text: a spectrum per pair of directions | `cornell` |
+//! | `.curet` | one sample of the CURET database: 205 measurements | `curet` |
+//! | `.csv` | a plain isotropic table of angles and colours | `table` |
+//!
+//! These files carry no signature, so that their ending says what they are, or the caller. Angles of light and view are
+//! from the normal; values are the BRDF in 1/sr, without the cosine. What a header claims is compared with the length
+//! of the file before anything of that size is made.
+
+mod cornell;
+mod curet;
+mod merl;
+mod spectrum;
+mod table;
+mod text;
+
+use brdf::Measured;
+use brdf::scattered::{FEWEST, SHAPE, Sample, interpolate};
+use sphere::Direction;
+
+use crate::error::{Error, ErrorKind};
+use crate::format::refuse_non_files;
+
+/// How a measured BRDF is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// The MERL database.
+    Merl,
+    /// Cornell's and pbrt's irregular text.
+    Cornell,
+    /// A sample of the CURET database.
+    Curet,
+    /// A plain isotropic table.
+    Table,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 4] = [Self::Merl, Self::Cornell, Self::Curet, Self::Table];
+
+    /// The format's name, as a material file may say it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Merl => "merl",
+            Self::Cornell => "cornell",
+            Self::Curet => "curet",
+            Self::Table => "table",
+        }
+    }
+
+    /// The ending of its files, without the dot.
+    pub const fn ending(self) -> &'static str {
+        match self {
+            Self::Merl => "binary",
+            Self::Cornell => "brdf",
+            Self::Curet => "curet",
+            Self::Table => "csv",
+        }
+    }
+
+    /// The format that a file's name ends in, in capitals or not.
+    pub fn of_name(file_name: &str) -> Option<Self> {
+        let (_, ending) = file_name.rsplit_once('.')?;
+        Self::ALL.into_iter().find(|format| ending.eq_ignore_ascii_case(format.ending()))
+    }
+}
+
+/// A measured BRDF and what there is to say about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// The table.
+    pub measured: Measured,
+    /// The format that it was read as.
+    pub format: Format,
+    /// What its user should know: values that were missing, out of gamut or fitted, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// The measured BRDF of a file. Its name gives the format where `format` does not.
+///
+/// # Errors
+/// Where the format is unknown, or the bytes are damaged or truncated: the error names line or byte, what was found and what
+/// was expected.
+///
+/// # Example: a table of a grey matte surface
+/// ```
+/// let mut csv = String::from("theta_i,theta_o,phi,r,g,b\n");
+/// for (theta_i, theta_o) in (0..80).map(|i| (i % 9 * 10, i / 9 * 10)) {
+///     csv += &format!("{theta_i},{theta_o},{},0.1,0.1,0.1\n", theta_i + theta_o);
+/// }
+/// let chalk = containers::measured::read("chalk.csv", csv.as_bytes(), None)?;
+/// let value = chalk.brdf(sphere::Direction::Z, sphere::Direction::from_angles(1.0, 0.0));
+/// assert!((value[0] - 0.1).abs() < 1e-4);
+/// # Ok::<(), containers::Error>(())
+/// ```
+pub fn read(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Measured, Error> {
+    read_with_notes(file_name, bytes, format).map(|reading| reading.measured)
+}
+
+/// As [`read`], with what there is to say about the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) -> Result<Reading, Error> {
+    refuse_non_files(bytes)?;
+    let format = format.or_else(|| Format::of_name(file_name)).ok_or_else(|| {
+        let endings =
+            Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ");
+        let message = format!("the ending of {file_name:?} is that of no measured BRDF; expected {endings}");
+        Error::new(ErrorKind::UnknownFormat, message)
+    })?;
+    let read = match format {
+        Format::Merl => merl::read(bytes),
+        Format::Cornell => cornell::read(bytes),
+        Format::Curet => curet::read(bytes),
+        Format::Table => table::read(bytes),
+    };
+    let (measured, notes) = read.map_err(|error| error.within(format.name()))?;
+    Ok(Reading { measured, format, notes })
+}
+
+/// What a format's module makes of bytes.
+type Found = (Measured, Vec<String>);
+
+/// A table out of scattered samples, with a note of how well they are met.
+fn interpolated(samples: &[Sample], mut notes: Vec<String>) -> Result<Found, Error> {
+    if samples.len() < FEWEST {
+        let message = format!("{} measurements; expected {FEWEST} or more", samples.len());
+        return Err(Error::truncated(message));
+    }
+    let table = interpolate(samples, SHAPE).map_err(|error| Error::damaged(error.to_string()))?;
+    notes.push(format!(
+        "{} scattered measurements were interpolated; a trial that left out a fifth of them missed these by {:.1} percent (median)",
+        samples.len(),
+        100.0 * table.held_out
+    ));
+    Ok((table.measured, notes))
+}
+
+/// A direction of a measurement; the angle from the normal may be a hair past the horizon by rounding.
+fn direction(theta: f64, phi: f64) -> Direction {
+    Direction::from_angles(theta.min(std::f64::consts::FRAC_PI_2 - 1e-9), phi)
+}
