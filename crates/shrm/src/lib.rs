@@ -11,6 +11,8 @@ mod lookup;
 mod map;
 pub mod reference;
 mod reflection;
+mod resample;
+mod sphere_map;
 mod synthesis;
 mod view_maps;
 
@@ -20,5 +22,6 @@ pub use kautz_mccool::{KautzMcCool, azimuthal_share};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use reflection::{Plain, Reflection, ViewDependent};
+pub use sphere_map::{from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps};
 pub use synthesis::{MOST_VALUES, SynthesisError};
 pub use view_maps::ViewMaps;

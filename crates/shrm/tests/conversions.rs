@@ -8,9 +8,10 @@ use brdf::{BrdfCoefficients, Centre};
 use sh::{Degree, Expansion};
 use shrm::{
     Cabral, FitError, KautzMcCool, MapGrid, Reflection, Shrm, Terms, View, ViewMaps, azimuthal_share,
-    fit_angles, fit_views, frame, icosahedron,
+    fit_angles, fit_views, frame, from_sphere_maps, icosahedron, sphere_map_axes, sphere_map_rows,
+    sphere_maps,
 };
-use sphere::{Cube, Direction, LatLong};
+use sphere::{Cube, Direction, LatLong, MirrorBall};
 
 const GRIDS: [MapGrid; 2] =
     [MapGrid::LatLong(LatLong { width: 10, height: 6 }), MapGrid::Cube(Cube { edge: 4 })];
@@ -299,4 +300,83 @@ fn conversions_are_the_same_with_any_number_of_threads() {
         })
     };
     assert_eq!(with(1), with(3));
+}
+
+/// From the rows that hold degree F + P every texel of a sphere map is the reflection at its central direction, where
+/// a viewer sees it: the centre is the view itself, right and up as the axes say. From a cube it is interpolated.
+#[test]
+fn sphere_maps_are_the_reflection_as_a_ball_shows_it() {
+    let reflection = reflection(2, 2);
+    let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
+    let local = map(&reflection, MapGrid::LatLong(LatLong::with_rows(rows)));
+    let vertices = icosahedron::vertices();
+    let edge = 9;
+    let maps = sphere_maps(&local, &vertices, edge).unwrap();
+    let ball = MirrorBall { edge };
+    for (k, &view) in vertices.iter().enumerate() {
+        let [right, up, toward] = sphere_map_axes(view);
+        assert!((right.vector().cross(up.vector()) - toward.vector()).length() < 1e-15);
+        for texel in 0..edge * edge {
+            let Some(inside) = ball.direction(texel / edge, texel % edge) else { continue };
+            let [x, y, z] = inside.vector().to_array();
+            let central = toward.vector() * x + right.vector() * y + up.vector() * z;
+            let expected = reflection.evaluate(Direction::normalised(central), view);
+            assert!(difference(&[maps[k * 81 + texel]], &[expected]) < F32, "{k} {texel}");
+        }
+        let rim = reflection.evaluate(Direction::normalised(-view.vector()), view);
+        assert!(difference(&[maps[k * 81]], &[rim]) < F32);
+    }
+    // Coarse texels of a cube: second order in 2 / 32, times the square of degree 7.
+    let cube = map(&reflection, MapGrid::Cube(Cube { edge: 32 }));
+    let rough = sphere_maps(&cube, &vertices, edge).unwrap();
+    assert!(difference(&rough, &maps) < 0.1 && difference(&rough, &maps) > 1e-4);
+}
+
+/// A ball of N texels has 4 / N radians a texel in its middle, and interpolation is off by h^2 / 8 times l^2 = 49 of
+/// values around 2. The last texel before the rim is sqrt(8 x 2 / N) = 0.25 radians wide.
+#[test]
+fn sphere_maps_come_back_to_a_grid() {
+    let reflection = reflection(2, 2);
+    let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
+    let local = map(&reflection, MapGrid::LatLong(LatLong::with_rows(rows)));
+    let vertices = icosahedron::vertices();
+    let maps = sphere_maps(&local, &vertices, 256).unwrap();
+    let grid = GRIDS[1];
+    let axes = vertices.map(sphere_map_axes);
+    let back = from_sphere_maps(256, &axes, &maps, grid);
+    let direct = Cabral::from_shrm(&map(&reflection, grid));
+    for (k, view) in vertices.into_iter().enumerate() {
+        for texel in 0..grid.len() {
+            let error = difference(&[back[k * grid.len() + texel]], &[direct.map(k)[texel]]);
+            let limit = if view.dot(grid.direction(texel)) > -0.9 { 0.01 } else { 0.5 };
+            assert!(error < limit, "{k} {texel}: {error}");
+        }
+    }
+}
+
+/// At the texels of the old grid nothing is interpolated; between them error falls with the square of their size.
+#[test]
+fn a_map_moves_to_another_grid() {
+    let reflection = reflection(2, 2);
+    let fine = GRIDS[1];
+    for (terms, source) in [(2, 16), (2, 64), (0, 64)] {
+        let reflection = if terms == 0 { self::reflection(2, 0) } else { reflection.clone() };
+        let local = map(&reflection, MapGrid::Cube(Cube { edge: source }));
+        assert_eq!(local.resampled(local.grid(), View::Local), local);
+        let (global, back) = (local.to_global(), local.to_global().resampled(local.grid(), View::Local));
+        assert_eq!(local.resampled(local.grid(), View::Global), global);
+        assert!(difference(back.values(), local.values()) < F32);
+        let expected = map(&reflection, fine);
+        let limit = if source == 16 { 0.1 } else { 0.1 / 16.0 };
+        for (moved, expected) in [
+            (local.resampled(fine, View::Local), expected.clone()),
+            (global.resampled(fine, View::Local), expected.clone()),
+            (local.resampled(fine, View::Global), expected.to_global()),
+            (global.resampled(fine, View::Global), expected.to_global()),
+        ] {
+            assert_eq!(moved.view(), expected.view());
+            let error = difference(moved.values(), expected.values());
+            assert!(error < limit, "{source}: {error}");
+        }
+    }
 }
