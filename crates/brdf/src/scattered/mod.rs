@@ -191,3 +191,146 @@ impl Fit {
         Measured::new(shape, values)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    /// Pairs as a goniometer takes them: light every 10 degrees to 80, views in rings of 8 degrees.
+    fn pairs() -> Vec<[Direction; 2]> {
+        let mut pairs = Vec::new();
+        for i in 1..=8 {
+            let light = Direction::from_angles(f64::from(10 * i).to_radians(), 0.0);
+            for ring in 0..10 {
+                let count = 1 + 4 * ring;
+                for k in 0..count {
+                    let phi = PI * f64::from(k) / f64::from(count.max(2) - 1);
+                    pairs.push([light, Direction::from_angles(f64::from(8 * ring).to_radians(), phi)]);
+                }
+            }
+        }
+        pairs
+    }
+
+    fn measure(f: impl Fn(Direction, Direction) -> [f64; 3]) -> Vec<Sample> {
+        let sample = |[incident, outgoing]: [Direction; 2]| Sample {
+            incident,
+            outgoing,
+            value: f(incident, outgoing),
+        };
+        pairs().into_iter().map(sample).collect()
+    }
+
+    /// Ward's highlight with Schlick's rise over a matte that darkens with cos(theta): none of the base's terms.
+    fn paint(incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let [theta_h, theta_d, _] = half_difference(incident, outgoing);
+        let cosines = incident.vector().z.max(0.05) * outgoing.vector().z.max(0.05);
+        let lobe = (-(theta_h.tan() / 0.25).powi(2)).exp() / (4.0 * PI * 0.0625 * cosines.sqrt());
+        let rise = 0.04 + 0.96 * (1.0 - theta_d.cos()).powi(5);
+        let matte = 0.1 * (1.0 + incident.vector().z * outgoing.vector().z);
+        [matte + lobe * rise, 0.3 * matte + lobe * rise, 0.1 * matte + lobe * rise]
+    }
+
+    /// Half way between the samples' angles, within what was measured. The model is none of ours, and the samples lie 10 and 8
+    /// degrees apart around a highlight 14 degrees wide: 3 percent in the median and 15 percent for nine of ten values
+    /// is what is asked; linear interpolation in the angles alone misses the highlight by half.
+    #[test]
+    fn what_lies_between_the_samples_is_met() {
+        let table = interpolate(&measure(paint), SHAPE).unwrap().measured;
+        let mut misses = Vec::new();
+        for i in 1..8 {
+            let light = Direction::from_angles(f64::from(10 * i + 5).to_radians(), 0.3);
+            for ring in 0..9 {
+                for k in 0..12 {
+                    let view = Direction::from_angles(
+                        f64::from(8 * ring + 4).to_radians(),
+                        0.3 + 0.27 * f64::from(k),
+                    );
+                    let (found, expected) = (table.brdf(light, view), paint(light, view));
+                    misses.extend((0..3).map(|c| (found[c] / expected[c] - 1.0).abs()));
+                }
+            }
+        }
+        misses.sort_by(f64::total_cmp);
+        let at = |share: f64| misses[(share * misses.len() as f64) as usize];
+        assert!(at(0.5) < 0.03 && at(0.9) < 0.15, "{} {} {}", at(0.5), at(0.9), at(0.99));
+    }
+
+    #[test]
+    fn light_and_view_change_places_and_mirrors_change_nothing() {
+        let table = interpolate(&measure(paint), [30, 30, 18]).unwrap().measured;
+        let [n_h, n_d, n_phi] = table.shape();
+        for row in 0..n_h * n_d {
+            for k in 1..n_phi {
+                assert_eq!(table.values()[row * n_phi + k], table.values()[row * n_phi + n_phi - k]);
+            }
+        }
+        for [light, view] in pairs() {
+            assert_eq!(table.brdf(light, view), table.brdf(view, light));
+            let mirrored = Direction::from_angles(view.theta(), -view.phi());
+            let (found, expected) = (table.brdf(light, mirrored), table.brdf(light, view));
+            for channel in 0..3 {
+                assert!((found[channel] - expected[channel]).abs() < 1e-12 * (1.0 + expected[channel]));
+            }
+        }
+    }
+
+    /// Past the last sample there is nothing but the base and a residual that fades: no lobe may rise there. Along each
+    /// meridian from 80 degrees to the horizon a curve goes one way (a ripple of 2 percent is the table's).
+    #[test]
+    fn no_lobe_rises_toward_grazing() {
+        let table = interpolate(&measure(paint), SHAPE).unwrap().measured;
+        for theta_i in [0.0, 0.3, 0.8, 1.2] {
+            for phi in [0.0, 0.8, 1.6, 2.4] {
+                let light = Direction::from_angles(theta_i, 0.0);
+                let at = |step: i32| {
+                    let theta_o = (80.0 + 0.3 * f64::from(step)).to_radians();
+                    table.brdf(light, Direction::from_angles(theta_o, phi))[1]
+                };
+                let curve: Vec<f64> = (0..33).map(at).collect();
+                let greatest = curve.iter().fold(0.0, |a: f64, b| a.max(*b));
+                let ends = curve[0].max(curve[32]);
+                assert!(greatest <= 1.02 * ends, "light {theta_i}, azimuth {phi}: {curve:.4?}");
+            }
+        }
+    }
+
+    /// Readings of zero beside a highlight, as real files have them at grazing, are not followed.
+    #[test]
+    fn wild_readings_are_not_followed() {
+        let clean = interpolate(&measure(paint), [30, 30, 18]).unwrap().measured;
+        let mut samples = measure(paint);
+        for sample in samples.iter_mut().skip(7).step_by(40) {
+            sample.value = [0.0; 3];
+        }
+        let table = interpolate(&samples, [30, 30, 18]).unwrap().measured;
+        let mut misses: Vec<f64> = pairs()
+            .into_iter()
+            .map(|[light, view]| (table.brdf(light, view)[0] / clean.brdf(light, view)[0] - 1.0).abs())
+            .collect();
+        misses.sort_by(f64::total_cmp);
+        assert!(misses[misses.len() * 95 / 100] < 0.1, "{}", misses[misses.len() * 95 / 100]);
+    }
+
+    #[test]
+    fn a_black_material_stays_black() {
+        let table = interpolate(&measure(|_, _| [0.0; 3]), [10, 10, 6]).unwrap();
+        assert!(table.measured.values().iter().flatten().all(|value| *value == 0.0));
+        assert_eq!(table.held_out, 0.0);
+    }
+
+    #[test]
+    fn impossible_samples_are_errors() {
+        let mut samples = measure(paint);
+        assert_eq!(interpolate(&samples[..15], SHAPE), Err(ScatteredError::TooFew { found: 15 }));
+        samples[20].value[1] = f64::NAN;
+        assert_eq!(interpolate(&samples, SHAPE), Err(ScatteredError::Sample { sample: 20 }));
+        samples[20].value[1] = 0.0;
+        samples[21].outgoing = Direction::from_angles(FRAC_PI_2 + 0.1, 0.0);
+        assert_eq!(interpolate(&samples, SHAPE), Err(ScatteredError::Sample { sample: 21 }));
+        samples.truncate(20);
+        let huge = [1 << 40; 3];
+        assert!(matches!(interpolate(&samples, huge), Err(ScatteredError::Table(_))));
+    }
+}
