@@ -1,16 +1,21 @@
 //! The degrees: given ones, or the least that meet a tolerance (paper 1, Appendix C).
 //!
-//! F and P are raised, the one that still holds more energy in its upper half first, until the coefficients hold enough. Then
-//! P is lowered as far as that stays so, then F.
+//! A few outgoing directions tell about how high F has to be. With that F and P = 4 a table is made; as long as it does not
+//! hold enough, F or P is doubled, whichever holds more of the energy in its upper half. Then P is lowered as far as
+//! the tolerance allows, then F.
 
 use sh::{Degree, Tolerance};
 
-use super::slice::{NotFinite, Source};
-use super::tabulation::{Table, tabulate};
+use super::legendre::Legendre;
+use super::slice::{Fineness, NotFinite, Source, slice};
+use super::tabulation::{ACCURACY, Table, tabulate};
 use super::{MOST_COEFFICIENTS, ProjectionError};
 
-/// Where the search begins: enough for most materials, so that one table is made.
-const FIRST: (usize, usize) = (32, 4);
+/// Where the search for F begins, and P.
+const FIRST: (usize, usize) = (16, 4);
+
+/// Outgoing directions that tell how sharp a material is.
+const PROBES: [f64; 3] = [0.3, 1.2, 2.2];
 
 /// Sum over q of both signs and over channels of |rho_lpq|^2, shape [F+1, P+1].
 pub(super) fn energies(rho: &[[f64; 3]], p: usize) -> Vec<f64> {
@@ -27,9 +32,9 @@ pub(super) fn least(
     source: Source<'_>,
     tolerance: Tolerance,
 ) -> Result<(Table, usize, usize), ProjectionError> {
-    let (mut f, mut p) = FIRST;
+    let (mut f, mut p) = (likely(source, tolerance).map_err(not_finite)?, FIRST.1);
     loop {
-        let table = tabulate(source, f, p).map_err(not_finite)?;
+        let table = tabulate(source, f, p, ACCURACY.min(tolerance.get())).map_err(not_finite)?;
         let energy = energies(&table.rho, p);
         let held = |f: usize, side: usize| -> f64 {
             energy.chunks_exact(p + 1).take(f + 1).flat_map(|row| &row[..side]).sum()
@@ -38,18 +43,27 @@ pub(super) fn least(
         if held(f, p + 1) >= enough {
             let least_p = (0..p).find(|&p| held(f, p + 1) >= enough).unwrap_or(p);
             let least_f = (0..f).find(|&f| held(f, least_p + 1) >= enough).unwrap_or(f);
+            // Too little room to have lowered P as far as a higher F would allow.
+            let higher = (f + f / 2).min(Degree::MAX.get());
+            if least_f > f - f / 16 && higher > f && (higher + 1) * (p + 1) * (p + 1) <= MOST_COEFFICIENTS {
+                f = higher;
+                continue;
+            }
             return Ok((table, least_f, least_p));
         }
         let (upper_f, upper_p) = (held(f, p + 1) - held(f / 2, p + 1), held(f, p + 1) - held(f, p / 2 + 1));
         let captured = held(f, p + 1) / table.total;
         let (before_f, before_p) = (f, p);
+        // Where rho_hat is not negative no l holds more than 2 l + 1 times what l = 0 does: all of them too little?
+        let most = 2.0 * held(0, p + 1) * Degree::MAX.rows() as f64;
         if upper_f >= upper_p / 4.0 {
             f = (2 * f).min(Degree::MAX.get());
         }
         if upper_p >= upper_f / 4.0 {
             p = (2 * p).min(Degree::MAX.get());
         }
-        if (f, p) == (before_f, before_p) || (f + 1) * (p + 1) * (p + 1) > MOST_COEFFICIENTS {
+        if (f, p) == (before_f, before_p) || most < enough || (f + 1) * (p + 1) * (p + 1) > MOST_COEFFICIENTS
+        {
             return Err(ProjectionError::TooSharp {
                 f: before_f,
                 p: before_p,
@@ -57,6 +71,47 @@ pub(super) fn least(
                 tolerance: tolerance.get(),
             });
         }
+    }
+}
+
+/// A degree F that is likely to meet a tolerance with some room, by the energy of a few outgoing directions.
+fn likely(source: Source<'_>, tolerance: Tolerance) -> Result<usize, NotFinite> {
+    let (mut f, orders) = FIRST;
+    let probe = |f: usize, energy: f64, theta_o: f64| {
+        let fineness = Fineness { error: 1e-3 * energy, negligible: 1e-10 * energy };
+        slice(source, theta_o, &Legendre::new(f, orders), (f, orders), fineness)
+    };
+    let mut scales = [0.0; PROBES.len()];
+    for (scale, theta_o) in scales.iter_mut().zip(PROBES) {
+        *scale = probe(0, f64::INFINITY, theta_o)?.energy.max(f64::MIN_POSITIVE);
+    }
+    loop {
+        // The energy of each l, and all energy, of the three.
+        let (mut energy, mut total) = (vec![0.0; f + 1], 0.0);
+        for (scale, theta_o) in scales.iter_mut().zip(PROBES) {
+            let slice = probe(f, *scale, theta_o)?;
+            *scale = slice.energy.max(f64::MIN_POSITIVE);
+            total += slice.energy;
+            for (sum, part) in energy.iter_mut().zip(energies(&slice.moments, orders)) {
+                *sum += part;
+            }
+        }
+        let held: f64 = energy.iter().sum();
+        let upper: f64 = energy[f / 2 + 1..].iter().sum();
+        let hopeless = energy[0] * Degree::MAX.rows() as f64 <= 0.5 * total;
+        if hopeless && total > 0.0 {
+            return Ok(FIRST.0);
+        }
+        if upper <= 0.5 * tolerance.get() * total || f == Degree::MAX.get() {
+            let mut sum = 0.0;
+            let enough = (1.0 - 0.7 * tolerance.get()) * held;
+            let least = energy.iter().position(|part| {
+                sum += part;
+                sum >= enough
+            });
+            return Ok((least.unwrap_or(f) * 5 / 4 + 4).min(Degree::MAX.get()));
+        }
+        f *= 2;
     }
 }
 

@@ -30,7 +30,7 @@ use sphere::Direction;
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
 use choice::{energies, least, not_finite};
 use slice::Source;
-use tabulation::tabulate;
+use tabulation::{ACCURACY, tabulate};
 
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,10 +70,10 @@ pub struct Projection {
 /// Why a material could not be projected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProjectionError {
-    /// A highlight so sharp that no supported degrees meet the tolerance.
+    /// A highlight, or a cut at the horizon, so sharp that no supported degrees meet the tolerance.
     #[error(
-        "degrees [{f}, {p}] capture {captured:.4} of the energy and tolerance {tolerance} asks for more: \
-         the highlight is too sharp; give the degrees or a larger tolerance"
+        "degrees [{f}, {p}] capture {captured:.4} of the energy and no supported ones meet tolerance {tolerance}: \
+         the material is too sharp; give the degrees or a larger tolerance"
     )]
     TooSharp {
         /// The highest F tried.
@@ -187,7 +187,7 @@ fn general(
     let source = Source { centre, transfer, below: reaches_below(transfer) };
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
-            (tabulate(source, f.get(), p.get()).map_err(not_finite)?, f.get(), p.get())
+            (tabulate(source, f.get(), p.get(), ACCURACY).map_err(not_finite)?, f.get(), p.get())
         }
         Choice::Tolerance(tolerance) => least(source, tolerance)?,
     };

@@ -150,7 +150,7 @@ pub(super) fn slice(
         let mut waiting: Vec<Panel> = piece.panels(widest).collect();
         waiting.reverse();
         while let Some(panel) = waiting.pop() {
-            columns.fill(&outgoing, &piece, panel, p, fineness, &mut slice.evaluations)?;
+            columns.fill(&outgoing, &piece, panel, (f, p), fineness, &mut slice.evaluations)?;
             let high = panel.radius() * 2.0 * piece.stretch() * f as f64 > PHASE;
             let refine = columns.error > fineness.error
                 || high && columns.energy > fineness.negligible
@@ -184,7 +184,7 @@ impl Columns {
         outgoing: &Outgoing<'_>,
         piece: &Piece,
         panel: Panel,
-        p: usize,
+        (f, p): (usize, usize),
         fineness: Fineness,
         evaluations: &mut usize,
     ) -> Result<(), NotFinite> {
@@ -200,8 +200,10 @@ impl Columns {
             let area = panel.radius() * slope * sine;
             let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == Part::Circle };
             let allowed = fineness.error / (2.0 * area);
+            // Small circles know no high order: f_lq is negligible where q is past l sin(theta_i).
+            let order = (1.2 * f as f64 * sine + 8.0).min(p as f64).max(1.0);
             let ring = circle.sample(
-                Panel::split(from, to, PHASE / p.max(1) as f64),
+                Panel::split(from, to, PHASE / order),
                 area * node.kronrod,
                 allowed,
                 lane,

@@ -12,16 +12,14 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
+use super::choice::energies;
 use super::legendre::{LANES, Legendre};
 use super::quadrature::{NODES, Panel, RULE};
 use super::slice::{Fineness, NotFinite, Slice, Source, slice};
 
-/// How far the two rules may differ on a panel: in energy, relative to all of it. The sum of 15 nodes is more
-/// accurate by far: where rho_hat is smooth, coefficients come out within 1e-6 of their norm.
-const ACCURACY: f64 = 1e-4;
-
-/// The same for the coefficients: in their norm, relative to that of all of them.
-const ACCURACY_OF_NORM: f64 = 1e-2;
+/// How far the two rules may differ on a panel, relative to all energy, where nothing asks for more. The sum of 15
+/// nodes is more accurate by far: where rho_hat is smooth, coefficients come out within 1e-6 of their norm.
+pub(super) const ACCURACY: f64 = 1e-4;
 
 /// Panels with less of the energy than this are not refined for the sake of high degrees.
 const NEGLIGIBLE: f64 = 1e-13;
@@ -37,6 +35,9 @@ const MOST_MOMENTS: usize = 1 << 21;
 /// Values that are equal to this share of the largest are equal.
 const EQUAL: f64 = 1e-10;
 
+/// Coefficients with p > 0 that hold no more than this share of the energy are rounding.
+const NOTHING: f64 = 1e-18;
+
 /// rho_lpq up to (F, P), and the energy of all degrees.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
@@ -51,12 +52,12 @@ pub(super) struct Table {
     pub(super) evaluations: usize,
 }
 
-/// Projects to degrees (F, P).
-pub(super) fn tabulate(source: Source<'_>, f: usize, p: usize) -> Result<Table, NotFinite> {
+/// Projects to degrees (F, P), with rules that may differ by `accuracy` of the energy on a panel.
+pub(super) fn tabulate(source: Source<'_>, f: usize, p: usize, accuracy: f64) -> Result<Table, NotFinite> {
     // The scale of errors: the energy, first by one coarse sum.
-    let mut scale = pass(source, 0, 0, f64::INFINITY)?.total;
+    let mut scale = pass(source, (0, 0), (f64::INFINITY, accuracy))?.total;
     loop {
-        let table = pass(source, f, p, scale.max(f64::MIN_POSITIVE))?;
+        let table = pass(source, (f, p), (scale.max(f64::MIN_POSITIVE), accuracy))?;
         // A coarse sum that met a highlight by chance is too large, and allowed too much.
         if table.total >= scale / 4.0 {
             return Ok(table);
@@ -66,7 +67,11 @@ pub(super) fn tabulate(source: Source<'_>, f: usize, p: usize) -> Result<Table, 
 }
 
 /// One pass with errors relative to `scale`; without any refinement where that is infinite.
-fn pass(source: Source<'_>, f: usize, p: usize, scale: f64) -> Result<Table, NotFinite> {
+fn pass(
+    source: Source<'_>,
+    (f, p): (usize, usize),
+    (scale, accuracy): (f64, f64),
+) -> Result<Table, NotFinite> {
     let incident = Legendre::new(f, p);
     let outgoing = Legendre::new(p, f);
     let side = p + 1;
@@ -83,14 +88,14 @@ fn pass(source: Source<'_>, f: usize, p: usize, scale: f64) -> Result<Table, Not
                 let panel = panels[index / NODES];
                 let theta_o = panel.at(RULE[index % NODES]);
                 let share = scale / (TAU * theta_o.sin() * 2.0 * panel.radius());
-                let fineness = Fineness { error: ACCURACY * share, negligible: NEGLIGIBLE * share };
+                let fineness = Fineness { error: accuracy * share, negligible: NEGLIGIBLE * share };
                 slice(source, theta_o, &incident, (f, p), fineness)
             })
             .collect::<Result<_, _>>()?;
         for (panel, slices) in panels.into_iter().zip(slices.chunks_exact(NODES)) {
             table.evaluations += slices.iter().map(|slice| slice.evaluations).sum::<usize>();
             let part = Part::new(panel, slices, &outgoing, f, incident.orders());
-            if !part.is_within(scale) && panel.depth < DEEPEST {
+            if !part.is_within(accuracy * scale) && panel.depth < DEEPEST {
                 waiting.extend(panel.halves());
                 continue;
             }
@@ -101,6 +106,11 @@ fn pass(source: Source<'_>, f: usize, p: usize, scale: f64) -> Result<Table, Not
                 (peak, swing) = (peak.max(slice.peak), swing.max(slice.swing));
             }
         }
+    }
+    let beyond: f64 = energies(&table.rho, p).chunks_exact(side).flat_map(|row| &row[1..]).sum();
+    if beyond <= NOTHING * table.total {
+        // The same from every view: what rounding left of p > 0 is zero.
+        table.rho.chunks_exact_mut(side * side).for_each(|row| row[1..].fill([0.0; 3]));
     }
     if swing <= EQUAL * peak {
         // No azimuth: what rounding left of q > 0 is zero.
@@ -119,6 +129,7 @@ struct Part {
     energy: f64,
     difference: f64,
     error: f64,
+    /// The energy of the rules' differences in all coefficients.
     norm: f64,
 }
 
@@ -157,8 +168,8 @@ impl Part {
         Self { rho, energy, difference: difference.abs(), error: error + difference.abs(), norm }
     }
 
-    fn is_within(&self, scale: f64) -> bool {
-        self.difference <= ACCURACY * scale && self.norm <= ACCURACY_OF_NORM * ACCURACY_OF_NORM * scale
+    fn is_within(&self, energy: f64) -> bool {
+        self.difference <= energy && self.norm <= energy
     }
 
     /// Adds the panel to the tensor.
