@@ -12,7 +12,7 @@ pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::{
-    Absent, Lambert, MODELS, Material, Model, ModelText, Parameter, ParameterError, Phong, Shape, Value,
-    Values,
+    Absent, KajiyaKay, Lafortune, LafortuneLobe, Lambert, LayersError, MODELS, Material, Microfacet, Model,
+    ModelText, Parameter, ParameterError, Phong, Range, Shape, Value, Values,
 };
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};

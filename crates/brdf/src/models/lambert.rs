@@ -8,9 +8,11 @@ use std::f64::consts::PI;
 use sphere::Direction;
 
 use super::Model;
-use super::parameter::{Absent, Parameter, ParameterError, Shape, Value, Values, colour};
+use super::parameter::{Parameter, ParameterError, Value, Values, WEIGHT};
 use crate::Centre;
 use crate::clamped_cosine::ClampedCosine;
+
+const ALBEDO: Parameter = Parameter::colour("albedo", "the share of light that is reflected, 0 to 1", WEIGHT);
 
 /// A matte surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +26,7 @@ impl Lambert {
     /// # Errors
     /// Where a channel is not a number from 0 to 1e6. A share above 1 makes light, but is no error.
     pub fn new(albedo: [f64; 3]) -> Result<Self, ParameterError> {
-        Ok(Self { albedo: colour("albedo", albedo)? })
+        Ok(Self { albedo: ALBEDO.checked_colour(albedo)? })
     }
 
     /// The share of light that is reflected, RGB.
@@ -36,12 +38,7 @@ impl Lambert {
 impl Model for Lambert {
     const NAME: &'static str = "lambert";
     const SUMMARY: &'static str = "matte, the same from every view";
-    const PARAMETERS: &'static [Parameter] = &[Parameter {
-        name: "albedo",
-        meaning: "the share of light that is reflected, 0 to 1",
-        shape: Shape::Colour,
-        absent: Absent::Required,
-    }];
+    const PARAMETERS: &'static [Parameter] = &[ALBEDO];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
         Self::new(values.colour("albedo")?)

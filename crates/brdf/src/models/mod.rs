@@ -1,14 +1,22 @@
 //! Reflection models, one file each, and the list of them.
 
+mod kajiya_kay;
+mod lafortune;
 mod lambert;
+mod layers;
+mod microfacet;
 mod parameter;
 mod phong;
 
 use sphere::Direction;
 
+pub use kajiya_kay::KajiyaKay;
+pub use lafortune::{Lafortune, LafortuneLobe};
 pub use lambert::Lambert;
+pub use layers::LayersError;
+pub use microfacet::Microfacet;
 pub(crate) use parameter::colour;
-pub use parameter::{Absent, Parameter, ParameterError, Shape, Value, Values};
+pub use parameter::{Absent, Parameter, ParameterError, Range, Shape, Value, Values};
 pub use phong::Phong;
 
 use crate::clamped_cosine::ClampedCosine;
@@ -37,7 +45,7 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
         Centre::Reflection
     }
 
-    /// rho_hat, the BRDF times the incident cosine, in 1/sr, RGB.
+    /// rho_hat, the BRDF times the incident cosine, in 1/sr, RGB. Finite for any two directions.
     ///
     /// Both directions point away from the surface, in its frame: +Z the normal, +X the tangent. What lies below the
     /// horizon (`incident` with z <= 0) is not reflected, except in models whose text says otherwise (phong,
@@ -58,12 +66,14 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
 /// Makes the enum of all models out of their list.
 macro_rules! models {
     ($($model:ident),* $(,)?) => {
-        /// A material: one of the reflection models, with its parameters, or a table.
+        /// A material: one of the reflection models, with its parameters, a table, or a sum of materials.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Material {
             $(#[doc = concat!("[`", stringify!($model), "`].")] $model($model),)*
             /// A table of measured values.
             Measured(Measured),
+            /// The sum of several: see [`Material::layers`], which makes it.
+            Layers(Vec<Material>),
         }
 
         /// Every analytic model: its name, summary and parameters.
@@ -88,14 +98,16 @@ macro_rules! models {
                 match self {
                     $(Self::$model(_) => $model::NAME,)*
                     Self::Measured(_) => Measured::NAME,
+                    Self::Layers(_) => "layers",
                 }
             }
 
-            /// The model's parameters.
+            /// The model's parameters; none of layers, which have their own.
             pub fn values(&self) -> Values {
                 match self {
                     $(Self::$model(model) => model.values(),)*
                     Self::Measured(measured) => measured.parameters(),
+                    Self::Layers(_) => Values::default(),
                 }
             }
 
@@ -104,6 +116,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.centre(),)*
                     Self::Measured(measured) => measured.centre(),
+                    Self::Layers(layers) => layers::centre(layers),
                 }
             }
 
@@ -112,6 +125,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.transfer(incident, outgoing),)*
                     Self::Measured(measured) => measured.transfer(incident, outgoing),
+                    Self::Layers(layers) => layers::transfer(layers, incident, outgoing),
                 }
             }
 
@@ -120,6 +134,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.is_isotropic(),)*
                     Self::Measured(_) => true,
+                    Self::Layers(layers) => layers.iter().all(Self::is_isotropic),
                 }
             }
 
@@ -127,6 +142,10 @@ macro_rules! models {
             pub(crate) fn radial(&self) -> Option<ClampedCosine> {
                 match self {
                     $(Self::$model(model) => model.radial(),)*
+                    Self::Layers(layers) => match layers.as_slice() {
+                        [layer] => layer.radial(),
+                        _ => None,
+                    },
                     Self::Measured(_) => None,
                 }
             }
@@ -134,7 +153,7 @@ macro_rules! models {
     };
 }
 
-models!(Lambert, Phong);
+models!(Lambert, Phong, Microfacet, Lafortune, KajiyaKay);
 
 /// What the manual says about a model.
 #[derive(Clone, Copy, Debug, PartialEq)]

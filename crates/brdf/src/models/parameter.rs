@@ -1,16 +1,17 @@
 //! The parameters of the models, as data: what a material file may say, and the checks that every value passes.
 //!
-//! A model lists its parameters once ([`Parameter`]); readers of material files, the manual and the bytes of a
-//! material are made from that list.
+//! A model lists its parameters once ([`Parameter`]), each with the range of its values; readers of material files, the
+//! manual, the bytes of a material and the models' own constructors are made from that list.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// A parameter of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
     /// Its name in material files.
     pub name: &'static str,
-    /// What it means and which values it takes, for the manual.
+    /// What it means, for the manual.
     pub meaning: &'static str,
     /// What its value looks like.
     pub shape: Shape,
@@ -22,11 +23,22 @@ pub struct Parameter {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A number.
-    Number,
-    /// RGB; one number means grey.
-    Colour,
+    Number(Range),
+    /// RGB, each channel in the range; one number means grey.
+    Colour(Range),
     /// An array of tables with these parameters each.
     Records(&'static [Parameter]),
+}
+
+/// The numbers that a parameter takes, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The least.
+    pub least: f64,
+    /// The greatest.
+    pub most: f64,
+    /// Both in words: `a number from 0 to 1e6`.
+    pub words: &'static str,
 }
 
 /// What holds where a parameter is left out.
@@ -38,6 +50,64 @@ pub enum Absent {
     Optional,
     /// This number, or this grey.
     Is(f64),
+}
+
+/// Weights: more than 1 makes light and is left to the caller to judge.
+pub(crate) const WEIGHT: Range = Range { least: 0.0, most: 1e6, words: "a number from 0 to 1e6" };
+/// Exponents of a cosine.
+pub(crate) const POWER: Range = Range { least: 0.0, most: 1e9, words: "a number from 0 to 1e9" };
+/// Roughness: 0 would be a mirror, which no expansion holds.
+pub(crate) const ROUGHNESS: Range = Range { least: 0.01, most: 1.0, words: "a number from 0.01 to 1" };
+
+/// The weight of a highlight.
+pub(crate) const SPECULAR: Parameter =
+    Parameter::colour("specular", "the weight of the highlight", WEIGHT).or(1.0);
+
+impl Parameter {
+    /// A number that must be given.
+    pub(crate) const fn number(name: &'static str, meaning: &'static str, range: Range) -> Self {
+        Self { name, meaning, shape: Shape::Number(range), absent: Absent::Required }
+    }
+
+    /// A colour that must be given.
+    pub(crate) const fn colour(name: &'static str, meaning: &'static str, range: Range) -> Self {
+        Self { name, meaning, shape: Shape::Colour(range), absent: Absent::Required }
+    }
+
+    /// The same, with a value that holds where it is left out.
+    pub(crate) const fn or(self, value: f64) -> Self {
+        Self { absent: Absent::Is(value), ..self }
+    }
+
+    /// The same, which may be left out.
+    pub(crate) const fn optional(self) -> Self {
+        Self { absent: Absent::Optional, ..self }
+    }
+
+    /// The number, where it is in the range.
+    pub(crate) fn checked(&self, value: f64) -> Result<f64, ParameterError> {
+        match self.shape {
+            Shape::Number(range) | Shape::Colour(range) if !(range.least..=range.most).contains(&value) => {
+                Err(ParameterError::value(self.name, value, range.words))
+            }
+            _ => Ok(value),
+        }
+    }
+
+    /// The colour, where every channel is in the range.
+    pub(crate) fn checked_colour(&self, rgb: [f64; 3]) -> Result<[f64; 3], ParameterError> {
+        rgb.into_iter().try_for_each(|value| self.checked(value).map(|_| ()))?;
+        Ok(rgb)
+    }
+
+    /// What holds where it is left out, where something does.
+    pub fn default(&self) -> Option<Value> {
+        match (self.absent, self.shape) {
+            (Absent::Is(value), Shape::Colour(_)) => Some(Value::Colour([value; 3])),
+            (Absent::Is(value), _) => Some(Value::Number(value)),
+            _ => None,
+        }
+    }
 }
 
 /// The value of a parameter.
@@ -83,9 +153,15 @@ impl Values {
     /// # Errors
     /// Where it is not given.
     pub fn number(&self, parameter: &'static str) -> Result<f64, ParameterError> {
+        self.optional_number(parameter)
+            .ok_or(ParameterError::whole(parameter, "is missing; expected a number"))
+    }
+
+    /// A number that may be left out.
+    pub fn optional_number(&self, parameter: &str) -> Option<f64> {
         match self.get(parameter) {
-            Some(Value::Number(value)) => Ok(*value),
-            _ => Err(ParameterError::missing(parameter, "a number")),
+            Some(Value::Number(value)) => Some(*value),
+            _ => None,
         }
     }
 
@@ -94,10 +170,16 @@ impl Values {
     /// # Errors
     /// Where it is not given.
     pub fn colour(&self, parameter: &'static str) -> Result<[f64; 3], ParameterError> {
+        self.optional_colour(parameter)
+            .ok_or(ParameterError::whole(parameter, "is missing; expected a colour"))
+    }
+
+    /// A colour that may be left out.
+    pub fn optional_colour(&self, parameter: &str) -> Option<[f64; 3]> {
         match self.get(parameter) {
-            Some(Value::Colour(value)) => Ok(*value),
-            Some(Value::Number(grey)) => Ok([*grey; 3]),
-            _ => Err(ParameterError::missing(parameter, "a colour")),
+            Some(Value::Colour(value)) => Some(*value),
+            Some(Value::Number(grey)) => Some([*grey; 3]),
+            _ => None,
         }
     }
 
@@ -108,40 +190,54 @@ impl Values {
     pub fn records(&self, parameter: &'static str) -> Result<&[Values], ParameterError> {
         match self.get(parameter) {
             Some(Value::Records(records)) => Ok(records),
-            _ => Err(ParameterError::missing(parameter, "an array of tables")),
+            _ => Err(ParameterError::whole(parameter, "is missing; expected an array of tables")),
         }
     }
 }
 
 /// A parameter that no material can have.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{parameter}: {value} is not {expected}")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterError {
     /// The parameter's name in material files.
     pub parameter: &'static str,
-    /// What was given; NaN where nothing was.
-    pub value: f64,
-    /// What was expected.
+    /// Which table of which array of tables it stands in.
+    pub record: Option<(&'static str, usize)>,
+    /// What was given, where a single value is at fault.
+    pub value: Option<f64>,
+    /// What was expected of the value; where there is none, what is wrong with the parameter as a whole.
     pub expected: &'static str,
 }
 
 impl ParameterError {
-    fn missing(parameter: &'static str, expected: &'static str) -> Self {
-        Self { parameter, value: f64::NAN, expected }
+    pub(crate) fn value(parameter: &'static str, value: f64, expected: &'static str) -> Self {
+        Self { parameter, record: None, value: Some(value), expected }
+    }
+
+    pub(crate) fn whole(parameter: &'static str, wrong: &'static str) -> Self {
+        Self { parameter, record: None, value: None, expected: wrong }
+    }
+
+    /// The same error in a table of an array.
+    pub(crate) fn within(self, records: &'static str, index: usize) -> Self {
+        Self { record: Some((records, index)), ..self }
     }
 }
 
-/// A weight: 0 or more in each channel. More than 1 makes light and is left to the caller to judge.
+impl fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((records, index)) = self.record {
+            write!(f, "{records}[{index}].")?;
+        }
+        match self.value {
+            Some(value) => write!(f, "{}: {value} is not {}", self.parameter, self.expected),
+            None => write!(f, "{} {}", self.parameter, self.expected),
+        }
+    }
+}
+
+impl std::error::Error for ParameterError {}
+
+/// A weight: 0 or more in each channel.
 pub(crate) fn colour(parameter: &'static str, rgb: [f64; 3]) -> Result<[f64; 3], ParameterError> {
-    let bad = rgb.into_iter().find(|value| !(0.0..=1e6).contains(value));
-    bad.map_or(Ok(rgb), |value| Err(ParameterError { parameter, value, expected: "a number from 0 to 1e6" }))
-}
-
-/// The exponent of a cosine.
-pub(crate) fn exponent(parameter: &'static str, value: f64) -> Result<f64, ParameterError> {
-    if (0.0..=1e9).contains(&value) {
-        Ok(value)
-    } else {
-        Err(ParameterError { parameter, value, expected: "a number from 0 to 1e9" })
-    }
+    Parameter::colour(parameter, "", WEIGHT).checked_colour(rgb)
 }

@@ -10,8 +10,11 @@ use std::f64::consts::TAU;
 use sphere::Direction;
 
 use super::Model;
-use super::parameter::{Absent, Parameter, ParameterError, Shape, Value, Values, colour, exponent};
+use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
 use crate::clamped_cosine::ClampedCosine;
+
+const EXPONENT: Parameter =
+    Parameter::number("exponent", "the sharpness of the highlight: the power of the cosine", POWER);
 
 /// A highlight about the reflection vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +30,7 @@ impl Phong {
     /// Where `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6. A share
     /// above 1 makes light, but is no error.
     pub fn new(exponent: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
-        Ok(Self { exponent: self::exponent("exponent", exponent)?, specular: colour("specular", specular)? })
+        Ok(Self { exponent: EXPONENT.checked(exponent)?, specular: SPECULAR.checked_colour(specular)? })
     }
 
     /// s, the sharpness of the highlight.
@@ -44,20 +47,7 @@ impl Phong {
 impl Model for Phong {
     const NAME: &'static str = "phong";
     const SUMMARY: &'static str = "a highlight about the reflection vector, of one shape from every view";
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter {
-            name: "exponent",
-            meaning: "the sharpness of the highlight: the power of the cosine, 0 to 1e9",
-            shape: Shape::Number,
-            absent: Absent::Required,
-        },
-        Parameter {
-            name: "specular",
-            meaning: "the share of light that is reflected, 0 to 1",
-            shape: Shape::Colour,
-            absent: Absent::Is(1.0),
-        },
-    ];
+    const PARAMETERS: &'static [Parameter] = &[EXPONENT, SPECULAR];
 
     fn from_values(values: &Values) -> Result<Self, ParameterError> {
         Self::new(values.number("exponent")?, values.colour("specular")?)

@@ -1,0 +1,66 @@
+//! `kajiya-kay`: a highlight along a fibre, such as hair and brushed metal.
+//!
+//! rho_hat = specular * max(0, cos(theta_i - theta_o))^s, both angles from the tangent T, s the `exponent` (Kajiya and
+//! Kay, "Rendering Fur with Three Dimensional Textures", 1989, in the form of paper 1, section 7.1). The tangent is the
+//! surface's +X; no direction about it is special, so that neither the normal nor a horizon enters.
+//!
+//! Not normalised: `specular` is the greatest value, in 1/sr. rho_hat itself is symmetric in light and view.
+
+use sphere::Direction;
+
+use super::Model;
+use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
+use crate::Centre;
+
+const EXPONENT: Parameter =
+    Parameter::number("exponent", "the sharpness of the highlight: the power of the cosine", POWER);
+
+/// A highlight along a fibre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KajiyaKay {
+    exponent: f64,
+    specular: [f64; 3],
+}
+
+impl KajiyaKay {
+    /// A highlight cos^`exponent` of greatest value `specular`, RGB, in 1/sr.
+    ///
+    /// # Errors
+    /// Where `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6.
+    pub fn new(exponent: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
+        Ok(Self { exponent: EXPONENT.checked(exponent)?, specular: SPECULAR.checked_colour(specular)? })
+    }
+}
+
+impl Model for KajiyaKay {
+    const NAME: &'static str = "kajiya-kay";
+    const SUMMARY: &'static str = "a highlight along a fibre, about the tangent; not normalised";
+    const PARAMETERS: &'static [Parameter] = &[EXPONENT, SPECULAR];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        Self::new(values.number("exponent")?, values.colour("specular")?)
+    }
+
+    fn values(&self) -> Values {
+        Values::default()
+            .with("exponent", Value::Number(self.exponent))
+            .with("specular", Value::Colour(self.specular))
+    }
+
+    fn centre(&self) -> Centre {
+        Centre::Tangent
+    }
+
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let (light, view) = (incident.vector(), outgoing.vector());
+        // cos(theta_i - theta_o) = cos cos + sin sin.
+        let sines = (light.y * light.y + light.z * light.z) * (view.y * view.y + view.z * view.z);
+        let cosine = light.x * view.x + sines.sqrt();
+        let value = if cosine > 0.0 { cosine.min(1.0).powf(self.exponent) } else { 0.0 };
+        self.specular.map(|specular| specular * value)
+    }
+
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,126 @@
+//! `lafortune`: a matte part and generalised cosine lobes, as they are fitted to measurements.
+//!
+//! BRDF = diffuse / pi + sum over lobes of weight * max(0, cx (L_x V_x + L_y V_y) + cz L_z V_z)^n, in the frame of the
+//! surface (Lafortune, Foo, Torrance and Greenberg, "Non-Linear Approximation of Reflectance Functions", 1997, equation
+//! 9 with C_x = C_y); rho_hat = BRDF * max(0, cos(theta_i)). cx = -1, cz = 1 is Phong's lobe, cz above -cx leans it away from
+//! the mirror direction and cx of the same sign as cz sends light back.
+//!
+//! Reciprocal. Not normalised: n, cx and cz are what a fit gave, and may make light.
+
+use std::f64::consts::PI;
+
+use sphere::Direction;
+
+use super::Model;
+use super::parameter::{Parameter, ParameterError, Range, Shape, Value, Values, WEIGHT};
+
+const DIFFUSE: Parameter =
+    Parameter::colour("diffuse", "the share of light that the matte part reflects", WEIGHT).or(0.0);
+const LOBES: Parameter = Parameter {
+    name: "lobes",
+    meaning: "the lobes",
+    shape: Shape::Records(&[CX, CZ, N, LOBE_WEIGHT]),
+    absent: super::Absent::Required,
+};
+const AXIS: Range = Range { least: -10.0, most: 10.0, words: "a number from -10 to 10" };
+const CX: Parameter = Parameter::number("cx", "the factor of L_x V_x + L_y V_y; -1 for Phong's lobe", AXIS);
+const CZ: Parameter = Parameter::number("cz", "the factor of L_z V_z; 1 for Phong's lobe", AXIS);
+const N: Parameter =
+    Parameter::number("n", "the power", Range { least: 0.0, most: 1e6, words: "a number from 0 to 1e6" });
+const LOBE_WEIGHT: Parameter = Parameter::colour("weight", "the weight of the lobe", WEIGHT).or(1.0);
+
+/// The highest value of a lobe before its weight.
+const HIGHEST: f64 = 1e9;
+
+/// A lobe of [`Lafortune`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LafortuneLobe {
+    /// The factor of L_x V_x + L_y V_y.
+    pub cx: f64,
+    /// The factor of L_z V_z.
+    pub cz: f64,
+    /// The power.
+    pub n: f64,
+    /// The weight, RGB.
+    pub weight: [f64; 3],
+}
+
+/// A matte part and generalised cosine lobes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lafortune {
+    diffuse: [f64; 3],
+    lobes: Vec<LafortuneLobe>,
+}
+
+impl Lafortune {
+    /// A surface of these lobes whose matte part reflects the share `diffuse`, RGB.
+    ///
+    /// # Errors
+    /// Where a channel of `diffuse` or a weight is not a number from 0 to 1e6, cx or cz not one from -10 to 10, n not one from 0 to
+    /// 1e6, or max(|cx|, |cz|)^n is more than 1e9.
+    pub fn new(diffuse: [f64; 3], lobes: Vec<LafortuneLobe>) -> Result<Self, ParameterError> {
+        for (index, lobe) in lobes.iter().enumerate() {
+            let checked = || {
+                let factor = CX.checked(lobe.cx)?.abs().max(CZ.checked(lobe.cz)?.abs());
+                N.checked(lobe.n)?;
+                LOBE_WEIGHT.checked_colour(lobe.weight)?;
+                if factor.powf(lobe.n) > HIGHEST {
+                    let expected = "a power that keeps the lobe, max(|cx|, |cz|)^n, at 1e9 or below";
+                    return Err(ParameterError::value("n", lobe.n, expected));
+                }
+                Ok(())
+            };
+            checked().map_err(|error| error.within("lobes", index))?;
+        }
+        Ok(Self { diffuse: DIFFUSE.checked_colour(diffuse)?, lobes })
+    }
+}
+
+impl Model for Lafortune {
+    const NAME: &'static str = "lafortune";
+    const SUMMARY: &'static str =
+        "a matte part and generalised cosine lobes, fitted to measurements; not normalised";
+    const PARAMETERS: &'static [Parameter] = &[DIFFUSE, LOBES];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        let lobes = values.records("lobes")?.iter().map(|lobe| {
+            Ok(LafortuneLobe {
+                cx: lobe.number("cx")?,
+                cz: lobe.number("cz")?,
+                n: lobe.number("n")?,
+                weight: lobe.colour("weight")?,
+            })
+        });
+        Self::new(values.colour("diffuse")?, lobes.collect::<Result<_, ParameterError>>()?)
+    }
+
+    fn values(&self) -> Values {
+        let lobes = self.lobes.iter().map(|lobe| {
+            Values::default()
+                .with("cx", Value::Number(lobe.cx))
+                .with("cz", Value::Number(lobe.cz))
+                .with("n", Value::Number(lobe.n))
+                .with("weight", Value::Colour(lobe.weight))
+        });
+        Values::default()
+            .with("diffuse", Value::Colour(self.diffuse))
+            .with("lobes", Value::Records(lobes.collect()))
+    }
+
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let (light, view) = (incident.vector(), outgoing.vector());
+        if light.z <= 0.0 {
+            return [0.0; 3];
+        }
+        let (across, along) = (light.x * view.x + light.y * view.y, light.z * view.z);
+        let mut brdf = self.diffuse.map(|diffuse| diffuse / PI);
+        for lobe in &self.lobes {
+            let base = lobe.cx * across + lobe.cz * along;
+            if base > 0.0 {
+                let value = base.powf(lobe.n);
+                (0..3).for_each(|channel| brdf[channel] += lobe.weight[channel] * value);
+            }
+        }
+        brdf.map(|brdf| brdf * light.z)
+    }
+}

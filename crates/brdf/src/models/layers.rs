@@ -1,0 +1,113 @@
+//! `layers`: several materials, one over the other: their rho_hat are summed.
+//!
+//! Nothing is absorbed on the way from one layer to the next: the weights of the layers say how much each reflects, and a
+//! sum of albedos above 1 makes light. Layers of one centre keep it. A layer about the normal (lambert, oren-nayar)
+//! beside one about the reflection vector is taken about that, which costs it degrees and changes no value. A layer
+//! about the tangent beside others has no common centre: its rho_hat depends on where the tangent lies.
+
+use sphere::Direction;
+
+use super::Material;
+use crate::Centre;
+
+/// Why materials are no layers of one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LayersError {
+    /// There is none.
+    #[error("there is no layer; expected one or more")]
+    None,
+    /// One is taken about the tangent, another is not.
+    #[error(
+        "{tangent} is taken about the tangent and {other} is not: they have no common centre; expected layers of {tangent} \
+         alone, or none"
+    )]
+    Centres {
+        /// The model about the tangent.
+        tangent: &'static str,
+        /// One that is not.
+        other: &'static str,
+    },
+}
+
+impl Material {
+    /// The sum of several materials.
+    ///
+    /// # Errors
+    /// Where there is none, or one is taken about the tangent and another is not.
+    pub fn layers(layers: Vec<Self>) -> Result<Self, LayersError> {
+        let about_tangent = |layer: &&Self| layer.centre() == Centre::Tangent;
+        match (layers.iter().find(about_tangent), layers.iter().find(|layer| !about_tangent(layer))) {
+            (None, None) => Err(LayersError::None),
+            (Some(tangent), Some(other)) => {
+                Err(LayersError::Centres { tangent: tangent.name(), other: other.name() })
+            }
+            _ => Ok(Self::Layers(layers)),
+        }
+    }
+}
+
+/// The common centre; the reflection vector where there is none.
+pub(super) fn centre(layers: &[Material]) -> Centre {
+    let first = layers.first().map_or(Centre::Normal, Material::centre);
+    if layers.iter().all(|layer| layer.centre() == first) { first } else { Centre::Reflection }
+}
+
+pub(super) fn transfer(layers: &[Material], incident: Direction, outgoing: Direction) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for layer in layers {
+        let value = layer.transfer(incident, outgoing);
+        (0..3).for_each(|channel| sum[channel] += value[channel]);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{KajiyaKay, Lambert, Phong};
+
+    fn lambert() -> Material {
+        Material::Lambert(Lambert::new([0.5, 0.25, 0.0]).unwrap())
+    }
+
+    fn phong() -> Material {
+        Material::Phong(Phong::new(4.0, [0.5; 3]).unwrap())
+    }
+
+    fn hair() -> Material {
+        Material::KajiyaKay(KajiyaKay::new(4.0, [0.5; 3]).unwrap())
+    }
+
+    #[test]
+    fn one_common_centre_is_kept() {
+        let centre = |layers| Material::layers(layers).unwrap().centre();
+        assert_eq!(centre(vec![lambert(), lambert()]), Centre::Normal);
+        assert_eq!(centre(vec![phong(), phong()]), Centre::Reflection);
+        assert_eq!(centre(vec![hair(), hair()]), Centre::Tangent);
+        assert_eq!(centre(vec![lambert(), phong()]), Centre::Reflection);
+        let nested = Material::layers(vec![lambert(), lambert()]).unwrap();
+        assert_eq!(centre(vec![nested, lambert()]), Centre::Normal);
+    }
+
+    #[test]
+    fn layers_without_a_common_centre_are_an_error() {
+        let error = Material::layers(vec![phong(), hair()]).unwrap_err();
+        assert_eq!(error, LayersError::Centres { tangent: "kajiya-kay", other: "phong" });
+        assert_eq!(Material::layers(Vec::new()), Err(LayersError::None));
+    }
+
+    /// Whatever they are taken about, a light and a view in the world see the same value.
+    #[test]
+    fn layers_are_summed_in_the_frame_of_the_surface() {
+        let both = Material::layers(vec![lambert(), phong()]).unwrap();
+        for i in 0..40 {
+            let i = f64::from(i);
+            let incident = Direction::from_angles((i * 0.618).fract() * 3.0, i);
+            let outgoing = Direction::from_angles((i * 0.414).fract() * 1.5, 2.0 * i);
+            let parts = [lambert(), phong()].map(|layer| layer.transfer(incident, outgoing));
+            let sum = [0, 1, 2].map(|channel| parts[0][channel] + parts[1][channel]);
+            assert_eq!(both.transfer(incident, outgoing), sum);
+        }
+        assert_eq!(Material::Layers(Vec::new()).transfer(Direction::Z, Direction::Z), [0.0; 3]);
+    }
+}
