@@ -1,7 +1,7 @@
 //! Projections against closed forms and brute force.
 
 use super::*;
-use crate::{Centre, Lambert, Phong};
+use crate::{KajiyaKay, Lambert, Microfacet, Model, Phong};
 use sh::Basis;
 use std::f64::consts::PI;
 
@@ -124,14 +124,8 @@ fn impossible_parameters_are_errors_that_name_them() {
 
 /// Equation 11 of the paper.
 fn microfacet(sigma: f64) -> impl Fn(Direction, Direction) -> [f64; 3] {
-    move |incident, outgoing| {
-        let (l, v) = (incident.vector(), outgoing.vector());
-        if l.z <= 0.0 {
-            return [0.0; 3];
-        }
-        let theta_h = (l + v).normalize().z.min(1.0).acos();
-        [(-(theta_h / sigma).powi(2)).exp() / (4.0 * PI * sigma * sigma); 3]
-    }
+    let model = Microfacet::new(sigma, [1.0; 3]).unwrap();
+    move |incident, outgoing| model.transfer(incident, outgoing)
 }
 
 fn general_table(
@@ -334,15 +328,13 @@ fn the_microfacet_model_needs_the_degrees_of_the_paper() {
 /// Paper 1, section 7.1: cos^s(theta_i - theta_o) about the tangent needs P = 8 for s = 32, and no azimuth.
 #[test]
 fn the_hair_model_needs_degree_8_and_no_azimuth() {
-    let hair = |light: Direction, view: Direction| {
-        let angle = |w: Direction| w.vector().x.clamp(-1.0, 1.0).acos();
-        [(angle(light) - angle(view)).cos().max(0.0).powi(32); 3]
-    };
-    let found = general(Centre::Tangent, &hair, tolerance(0.03)).unwrap();
+    let hair = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
+    let found = project(&hair, tolerance(0.03)).unwrap();
     println!("{} {} {}", found.coefficients.f().get(), found.coefficients.p().get(), found.captured);
     assert_eq!(found.coefficients.p().get(), 8);
     assert!(found.coefficients.is_azimuth_free());
     assert_eq!(found.coefficients.highest(), (8, 0));
+    assert!(!found.anisotropic);
 }
 
 /// A highlight of a degree and one beside R draw the nodes to themselves: a table made for far higher degrees agrees.
@@ -406,6 +398,20 @@ fn the_number_of_threads_changes_no_bit() {
     assert_eq!(one, on(5));
 }
 
+/// Layers that are radially symmetric about one centre are so together, though no closed form is asked for.
+#[test]
+fn radially_symmetric_layers_have_no_view_dependence() {
+    let layers = Material::layers(vec![phong(3.0), phong(40.0)]).unwrap();
+    let found = project(&layers, degree(12, 3)).unwrap();
+    assert_eq!(found.coefficients.highest(), (0, 0));
+    let parts = [3.0, 40.0].map(|s| phong(s).radial().unwrap().coefficients(12));
+    let error = difference(&found, |l, p, _| match p {
+        0 => [0, 1, 2].map(|c| parts[0][l][c] + parts[1][l][c]),
+        _ => [0.0; 3],
+    });
+    assert!(error < 1e-9, "{error:e}");
+}
+
 #[test]
 fn a_view_degree_past_the_incident_degree_is_defined() {
     let found = general_table(Centre::Reflection, &microfacet(0.3), 1, 5);
@@ -445,4 +451,25 @@ fn a_needle_is_too_sharp() {
     let needle = microfacet(1e-4);
     let error = general(Centre::Reflection, &needle, tolerance(0.01)).unwrap_err();
     assert!(matches!(error, ProjectionError::TooSharp { captured, .. } if captured < 0.9), "{error}");
+}
+
+/// Under a light tolerance the cut at the horizon decides: a table to far higher degrees says the same.
+#[test]
+fn small_tolerances_are_met() {
+    let model = microfacet(0.3);
+    let found = general(Centre::Reflection, &model, tolerance(1e-3)).unwrap();
+    let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
+    let fine = general_table(Centre::Reflection, &model, 2 * f, 2 * p);
+    let held: f64 = (0..=f).flat_map(|l| &fine.energy_lp[l * (2 * p + 1)..][..=p]).sum();
+    println!("[{f}, {p}] {} {}", found.captured, held / fine.total);
+    assert!((1.0 - held / fine.total) <= 1.001e-3 && found.captured >= 1.0 - 1e-3);
+}
+
+/// A model that is said to be anisotropic and is not has its own mean.
+#[test]
+fn an_isotropic_material_is_its_own_mean() {
+    let material = Material::Microfacet(Microfacet::new(0.3, [1.0, 0.5, 0.2]).unwrap());
+    let (light, view) = (Direction::from_angles(0.9, 2.0), Direction::from_angles(0.6, -1.0));
+    let (found, expected) = (mean(&material, light, view), material.transfer(light, view));
+    assert!((found[1] - expected[1]).abs() < 1e-13 * expected[1]);
 }
