@@ -331,6 +331,16 @@ fn the_exr_crate_reads_every_layer() {
     }
 }
 
+/// The `exr` crate keeps texts in a hash map, whose order changes from map to map.
+#[test]
+fn layers_and_their_texts_are_written_the_same_every_time() {
+    let metadata = ["a", "b", "c", "d", "e", "f", "g"].map(|key| (key, "text"));
+    let write = || write_exr_layers(5, 37, &layers(), Precision::Half, Some("{}"), &metadata).unwrap().bytes;
+    let first = write();
+    assert!((0..8).all(|_| write() == first));
+    assert_eq!(read_exr_layers(&first).unwrap().metadata.len(), 8);
+}
+
 #[test]
 fn impossible_layers_are_refused() {
     let message = |layers: &[(String, Vec<[f32; 3]>)], metadata: &[(&str, &str)]| {

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::{guarded, recipe_key, text};
 use crate::error::{Error, ErrorKind};
 use crate::image::Encoded;
-use crate::texture::to_half;
+use crate::texture::{size, to_half, word};
 use crate::{Format, limits, recipe};
 
 /// The samples of a written OpenEXR file.
@@ -125,8 +125,9 @@ fn write(
     let mut channels: Vec<(String, &[[f32; 3]], usize)> = layers
         .iter()
         .flat_map(|(layer, pixels)| {
-            let name =
-                move |letter: &str| if layer.is_empty() { letter.to_owned() } else { format!("{layer}.{letter}") };
+            let name = move |letter: &str| {
+                if layer.is_empty() { letter.to_owned() } else { format!("{layer}.{letter}") }
+            };
             ["R", "G", "B"]
                 .into_iter()
                 .enumerate()
@@ -152,6 +153,7 @@ fn write(
             ));
         }
     }
+    let several_texts = header.own_attributes.other.len() > 1;
     let headers: Headers = [header].into_iter().collect();
 
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
@@ -169,7 +171,32 @@ fn write(
             chunks.into_iter().try_for_each(|(position, chunk, _)| writer.write_chunk(position, chunk))
         })
     })?;
+    if several_texts {
+        sort_attributes(&mut bytes);
+    }
     Ok(Encoded { bytes, clamped })
+}
+
+/// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a hash map, so
+/// that their order would differ from run to run. No length changes, and so no offset does.
+fn sort_attributes(bytes: &mut [u8]) {
+    const START: usize = 8;
+    let mut attributes: Vec<Vec<u8>> = Vec::new();
+    let mut at = START;
+    // Name, type, each ended by NUL, length of the value, value; an empty name ends the header.
+    while bytes.get(at).is_some_and(|byte| *byte != 0) {
+        let text =
+            |from: usize| bytes[from..].iter().position(|byte| *byte == 0).map(|length| from + length + 1);
+        let Some(length_at) = text(at).and_then(text) else { return };
+        let Some(length) = word(bytes, length_at) else { return };
+        let end = length_at + 4 + size(length);
+        let Some(attribute) = bytes.get(at..end) else { return };
+        attributes.push(attribute.to_vec());
+        at = end;
+    }
+    // A name ends with NUL, which is below every other byte, so that bytes are in the order of names.
+    attributes.sort_unstable();
+    bytes[START..at].copy_from_slice(&attributes.concat());
 }
 
 /// A block's samples in the order of this machine's bytes, each row channel after channel, and how many were clamped.
