@@ -249,7 +249,7 @@ fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
 }
 
 /// Warns of values that a half cannot hold, or fails because of them.
-fn tell_overflow(clamped: usize, overflow: Overflow, context: &Context<'_>) -> Result<(), Failure> {
+pub(crate) fn tell_overflow(clamped: usize, overflow: Overflow, context: &Context<'_>) -> Result<(), Failure> {
     match overflow {
         _ if clamped == 0 => Ok(()),
         Overflow::Clamp => {

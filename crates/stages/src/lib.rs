@@ -10,8 +10,10 @@ mod convolve;
 mod degree_choice;
 mod export_reflection_map;
 mod export_sh;
+mod export_shrm;
 mod import_environment;
 mod import_material;
+mod map_input;
 mod project_brdf;
 mod project_sh;
 mod rotate;
@@ -32,5 +34,6 @@ pub fn kinds() -> engine::Kinds {
         .with(convolve::Convolve)
         .with(export_reflection_map::ExportReflectionMap)
         .with(export_sh::ExportSh)
+        .with(export_shrm::ExportShrm)
         .with(contact_sheet::ContactSheet)
 }

@@ -5,6 +5,7 @@
 mod corpus;
 mod export_reflection_map;
 mod export_sh;
+mod export_shrm;
 mod fixture;
 mod import_environment;
 mod import_material;

@@ -1,0 +1,290 @@
+//! Writes a spherical harmonic reflection map: what a material reflects, for every direction and every view.
+//!
+//! A texel in direction C holds the coefficients of the light that is reflected toward each view V where the material's
+//! central direction is C: the reflection vector, the normal (lambert) or the tangent (kajiya-kay), as the file's
+//! `centre` says. One map serves every view point, at any roughness, with the lighting's own sharpness.
+//!
+//! > B(C, V) = sum over p <= P, |q| <= p of b_pq(C) Y_pq(w)
+//!
+//! Y_pq are real harmonics, orthonormal, without the Condon-Shortley phase, in row p*p + p + q. In a *local* map w is
+//! the view in the frame of the texel, w = R^-1 V, R = R_z(phi) R_y(theta) of the texel's own direction; most materials
+//! need few coefficients there, those without azimuth only the P + 1 with q = 0. In a *global* map (equation 8) w is V
+//! itself: more to store, less to do in a shader.
+//!
+//! `resolution = "auto"` takes the least for which bilinear look-ups stay within `error` of the map; a map of degree F
+//! needs about 10 F rows at the most. The build notes degrees, resolution and size.
+//!
+//! ## Files
+//!
+//! | `format` | file, after the item's `path` |
+//! | --- | --- |
+//! | `safetensors` | `.safetensors`: the tensor `shrm` [faces, height, width, (P+1)^2, 3], f32; zeros included |
+//! | `exr` | `.exr`: a layer for each coefficient, zeros included; a cube is its six faces +X -X +Y -Y +Z -Z from top to bottom |
+//! | `ktx2` | `.ktx2`: a cube array, or a 2D array for `lat-long`, with a layer for each coefficient; RGBA, alpha 1 |
+//!
+//! Coefficients stand in row order p*p + p + q. A KTX2 file of a local map without azimuth has the P + 1 layers with
+//! q = 0 only, in order of p; its entry `specula.terms` then is `zonal` and not `all`.
+//!
+//! OpenEXR's layers are named `p1qm1` (p = 1, q = -1), `p1q0`, `p1q1`, ...; p = 0, q = 0 is the plain R, G, B, so that any
+//! viewer shows it: times 0.2821 it is the mean over all views.
+//!
+//! Every file says what it holds. Safetensors have `layout`, `view`, `centre`, `terms` (`zonal`: all with q other than 0
+//! are zero), `degree` (P), `basis` and `frame` in their metadata; KTX2 and OpenEXR have the same as `specula.layout` and
+//! so on, and `specula.rows`, the names of their layers in the order of KTX2.
+//!
+//! Lat-long maps have the image's centre along +X, its left quarter along +Y and row 0 toward +Z, the frame being
+//! right-handed with +Z up. A cube is sampled with (-y, z, x) and looks unmirrored from inside.
+//!
+//! ## From a map
+//!
+//! The input may be a map instead of a reflection. Then `layout` and `resolution` are as it has them and are left out;
+//! `view = "global"` still turns a local map into a global one.
+//!
+//! ## In a shader: local maps
+//!
+//! The frames of neighbouring texels differ, and around a pole they spin: never filter local coefficients in hardware.
+//! Fetch four texels, evaluate each at the view *in its own frame*, and blend the colours. For P = 2 and `lat-long`:
+//!
+//! ```glsl
+//! vec3 texel(sampler2DArray map, ivec2 at, vec3 view) {
+//!     ivec2 size = textureSize(map, 0).xy;
+//!     if (at.y < 0 || at.y >= size.y) { // over a pole, half a turn on
+//!         at.y = at.y < 0 ? -1 - at.y : 2 * size.y - 1 - at.y;
+//!         at.x += size.x / 2;
+//!     }
+//!     at.x = (at.x + size.x) % size.x;
+//!     float theta = 3.14159265 * (float(at.y) + 0.5) / float(size.y);
+//!     float phi = 6.28318531 * (0.5 - (float(at.x) + 0.5) / float(size.x));
+//!     vec3 z = vec3(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
+//!     vec3 x = vec3(cos(theta) * cos(phi), cos(theta) * sin(phi), -sin(theta));
+//!     vec3 y = vec3(-sin(phi), cos(phi), 0.0);
+//!     vec3 w = vec3(dot(x, view), dot(y, view), dot(z, view));
+//!     float Y[9] = float[](0.28209479,
+//!         0.48860251 * w.y, 0.48860251 * w.z, 0.48860251 * w.x,
+//!         1.09254843 * w.x * w.y, 1.09254843 * w.y * w.z, 0.31539157 * (3.0 * w.z * w.z - 1.0),
+//!         1.09254843 * w.x * w.z, 0.54627422 * (w.x * w.x - w.y * w.y));
+//!     vec3 sum = vec3(0.0);
+//!     for (int row = 0; row < 9; row++) sum += Y[row] * texelFetch(map, ivec3(at, row), 0).rgb;
+//!     return sum; // zonal files: rows 0, 1, 2 with Y[0], Y[2], Y[6]
+//! }
+//!
+//! vec3 reflected(sampler2DArray map, vec3 central, vec3 view) { // both to the outside, of length 1
+//!     vec2 uv = vec2(0.5 - atan(central.y, central.x) / 6.28318531, acos(clamp(central.z, -1.0, 1.0)) / 3.14159265);
+//!     vec2 place = uv * vec2(textureSize(map, 0).xy) - 0.5;
+//!     ivec2 at = ivec2(floor(place));
+//!     vec2 f = fract(place);
+//!     vec3 above = mix(texel(map, at, view), texel(map, at + ivec2(1, 0), view), f.x);
+//!     vec3 below = mix(texel(map, at + ivec2(0, 1), view), texel(map, at + ivec2(1, 1), view), f.x);
+//!     return mix(above, below, f.y);
+//! }
+//! ```
+//!
+//! For centre `reflection` the central direction is `2 * dot(n, v) * n - v`. A cube array goes the same way: bind its
+//! memory as a 2D array (layer 6 * row + face), and let z be the direction of the texel, x and y those of its theta and
+//! phi; where z is a pole, phi is 0.
+//!
+//! ## In a shader: global maps
+//!
+//! All texels share one frame, so that hardware may filter, and V's harmonics are computed once. For P = 2 and a cube:
+//!
+//! ```wgsl
+//! fn reflected(central: vec3f, v: vec3f) -> vec3f {
+//!     let Y = array<f32, 9>(0.28209479,
+//!         0.48860251 * v.y, 0.48860251 * v.z, 0.48860251 * v.x,
+//!         1.09254843 * v.x * v.y, 1.09254843 * v.y * v.z, 0.31539157 * (3.0 * v.z * v.z - 1.0),
+//!         1.09254843 * v.x * v.z, 0.54627422 * (v.x * v.x - v.y * v.y));
+//!     let c = vec3f(-central.y, central.z, central.x);
+//!     var sum = vec3f(0.0);
+//!     for (var row = 0; row < 9; row++) {
+//!         sum += Y[row] * textureSampleLevel(map, filtering, c, row, 0.0).rgb; // texture_cube_array
+//!     }
+//!     return sum;
+//! }
+//! ```
+//!
+//! Where the viewer is far away, V is one for a whole frame. Then evaluate the sum once per texel into an ordinary
+//! reflection map (equation 12), and look that up by C alone.
+//!
+//! ## Values past the largest half
+//!
+//! With precision "half" (KTX2 and OpenEXR) a value past 65504, in either direction, becomes +-65504 with a warning that
+//! counts it; with `overflow = "error"` the item fails instead. `precision = "float"` keeps every value.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.shrm]
+//! kind = "export-shrm"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! view = "local"
+//! format = "ktx2"
+//! path = "{environment}/{material}/shrm"
+//! ```
+
+use std::ops::Range;
+
+use containers::{
+    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
+};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use shrm::{Shrm, Terms};
+
+use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::map_input::{MapInput, MapLayout, Resolution};
+
+choice! {
+    /// The container.
+    pub(crate) enum Format {
+        /// Safetensors.
+        Safetensors = "safetensors",
+        /// OpenEXR.
+        Exr = "exr",
+        /// KTX2.
+        Ktx2 = "ktx2",
+    }
+}
+
+choice! {
+    /// The directions that the coefficients are over.
+    pub(crate) enum View {
+        /// The view in the frame of the texel.
+        Local = "local",
+        /// The view in the world.
+        Global = "global",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-shrm`.
+    pub(crate) struct Parameters {
+        /// Where the texels lie. Left out: "cube", or as the map that arrives has it.
+        layout: Option<MapLayout> = None,
+        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto", or as the map that arrives has it.
+        resolution: Option<Resolution> = None,
+        /// With resolution "auto": the error of bilinear look-ups, as a share of the map's RMS. Left out: 0.01.
+        error: Option<f64> = None,
+        /// The frame of the views that the coefficients are over. Left out: "local", or as the map that arrives has it.
+        view: Option<View> = None,
+        /// The container; see Files.
+        format: Format = Format::Safetensors,
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504. Safetensors hold 32-bit numbers.
+        precision: Numbers = Numbers::Half,
+        /// With precision "half": what is done with values past 65504; see there.
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+impl Parameters {
+    fn input(&self) -> MapInput {
+        let view = self.view.map(|view| match view {
+            View::Local => shrm::View::Local,
+            View::Global => shrm::View::Global,
+        });
+        MapInput { layout: self.layout, resolution: self.resolution, error: self.error, view }
+    }
+}
+
+/// The kind `export-shrm`.
+pub(crate) struct ExportShrm;
+
+impl Kind for ExportShrm {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-shrm";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("export_shrm.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![MapInput::port()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec![match parameters.format {
+            Format::Safetensors => ".safetensors".into(),
+            Format::Exr => ".exr".into(),
+            Format::Ktx2 => ".ktx2".into(),
+        }])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = parameters.input().check();
+        let textures = parameters.format != Format::Safetensors;
+        if parameters.overflow != Overflow::Clamp && !(textures && parameters.precision == Numbers::Half) {
+            faults.push((
+                "overflow",
+                "overflow: only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
+            ));
+        }
+        if parameters.precision != Numbers::Half && !textures {
+            faults.push(("precision", "precision: only format = \"exr\" or \"ktx2\" uses it".into()));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let map = parameters.input().map(context)?;
+        context.check_cancelled()?;
+        let recipe = Some(context.recipe());
+        let precision = match parameters.precision {
+            Numbers::Half => Precision::Half,
+            Numbers::Float => Precision::Float,
+        };
+        let file = match parameters.format {
+            Format::Safetensors => Encoded { bytes: tensors::encode_shrm(&map.0, recipe)?, clamped: 0 },
+            Format::Exr => layers(&map.0, precision, recipe)?,
+            Format::Ktx2 => texture(&map.0, precision, recipe)?,
+        };
+        tell_overflow(file.clamped, parameters.overflow, context)?;
+        context.note(format!("{} bytes", file.bytes.len()));
+        Ok(Output::Files(vec![file.bytes]))
+    }
+}
+
+/// The file's entries, and the names of its rows.
+fn entries(map: &Shrm, rows: &[String]) -> Vec<(String, String)> {
+    let entries = shrm_metadata(map).map(|(key, value)| (format!("specula.{key}"), value));
+    let rows = ("specula.rows".to_owned(), rows.join(" "));
+    entries.into_iter().chain([rows]).collect()
+}
+
+fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {
+    entries.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
+}
+
+/// One of the coefficients that a map keeps, at a range of texels.
+fn row(map: &Shrm, row: usize, texels: Range<usize>) -> impl Iterator<Item = [f32; 3]> {
+    texels.map(move |texel| map.texel(texel)[row])
+}
+
+/// A layer for each coefficient that the map keeps.
+fn texture(map: &Shrm, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+    let [faces, height, width] = map.grid().shape();
+    let layers = map.rows();
+    let pixels = (0..layers).flat_map(|layer| row(map, layer, 0..map.grid().len())).collect();
+    let texture = Texture { width, height, depth: 1, layers, faces, pixels };
+    let entries = entries(map, &row_names(map.p().get(), map.terms()));
+    Ok(write_ktx2(&texture, precision, recipe, &borrowed(&entries))?)
+}
+
+/// A layer for each of the (P+1)^2 coefficients, the first without a name.
+fn layers(map: &Shrm, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+    let [faces, height, width] = map.grid().shape();
+    let names = row_names(map.p().get(), Terms::All);
+    let kept = row_names(map.p().get(), map.terms());
+    let texels = map.grid().len();
+    let layers: Vec<(String, Vec<[f32; 3]>)> = names
+        .iter()
+        .enumerate()
+        .map(|(position, name)| {
+            let pixels = match kept.iter().position(|kept| kept == name) {
+                Some(layer) => row(map, layer, 0..texels).collect(),
+                None => vec![[0.0; 3]; texels],
+            };
+            (if position == 0 { String::new() } else { name.clone() }, pixels)
+        })
+        .collect();
+    let entries = entries(map, &names);
+    Ok(write_exr_layers(width, faces * height, &layers, precision, recipe, &borrowed(&entries))?)
+}

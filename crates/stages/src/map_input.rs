@@ -1,0 +1,201 @@
+//! The spherical harmonic reflection map that an export starts from: synthesised from a reflection on the wanted
+//! texels, or the map that arrives.
+
+use std::sync::Arc;
+
+use engine::{Artifact, Context, Failure, Fault, Parameter, Port, Value, ValueKind, choice, unexpected};
+use shrm::{MapGrid, Shrm, Terms, View};
+use sphere::{Cube, LatLong};
+
+use crate::artifacts;
+
+choice! {
+    /// Where the texels of a map lie.
+    pub(crate) enum MapLayout {
+        /// Six faces.
+        Cube = "cube",
+        /// Rows of latitude.
+        LatLong = "lat-long",
+    }
+}
+
+/// The largest resolution: what a texture unit takes.
+pub(crate) const MOST: usize = 4096;
+
+/// The interpolation error that `"auto"` is chosen for where none is given.
+pub(crate) const ERROR: f64 = 0.01;
+
+/// The edge of a cube's face or the rows of a lat-long map; or what an error needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Resolution {
+    /// The least that meets the error.
+    Auto,
+    /// This many.
+    Fixed(usize),
+}
+
+impl Parameter for Resolution {
+    fn expected() -> String {
+        format!("a whole number from 1 to {MOST} or \"auto\"")
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match &value.kind {
+            ValueKind::String(word) if word == "auto" => Ok(Self::Auto),
+            ValueKind::String(_) => Err(unexpected(value, &Self::expected()).help("did you mean \"auto\"?")),
+            ValueKind::Integer(number) => match usize::try_from(*number) {
+                Ok(number) if (1..=MOST).contains(&number) => Ok(Self::Fixed(number)),
+                _ => Err(unexpected(value, &Self::expected())),
+            },
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match self {
+            Self::Auto => "auto".into(),
+            Self::Fixed(number) => (*number).into(),
+        }
+    }
+}
+
+/// What the parameters ask for; what is left out is the reflection's default, or as the map that arrives has it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MapInput {
+    /// Default: a cube.
+    pub(crate) layout: Option<MapLayout>,
+    /// Default: `"auto"`.
+    pub(crate) resolution: Option<Resolution>,
+    /// Default: [`ERROR`].
+    pub(crate) error: Option<f64>,
+    /// Default: local.
+    pub(crate) view: Option<View>,
+}
+
+impl MapInput {
+    /// The port, which takes a reflection or a map.
+    pub(crate) fn port() -> Port {
+        Port::one::<artifacts::Reflection>("reflection").or::<artifacts::Shrm>()
+    }
+
+    /// Parameters that contradict each other.
+    pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
+        match (self.error, self.resolution) {
+            (Some(_), Some(Resolution::Fixed(_))) => {
+                vec![("error", "error: only resolution = \"auto\" uses it".into())]
+            }
+            (Some(error), _) if !(1e-6..1.0).contains(&error) => {
+                vec![("error", format!("error: {error} is not 0.000001 or more and below 1"))]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The map, and a note of its degrees and size.
+    ///
+    /// # Errors
+    /// Where the parameters ask for another map than the one that arrives, or for too large a one.
+    pub(crate) fn map(&self, context: &Context<'_>) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let (map, degrees, chosen) = if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
+            let map = self.as_it_is(context.get::<artifacts::Shrm>("reflection")?)?;
+            let degrees = format!("P = {}", map.0.p().get());
+            (map, degrees, String::new())
+        } else {
+            let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
+            let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
+            let (grid, chosen) = self.grid(reflection);
+            context.check_cancelled()?;
+            let map = reflection.synthesise(grid, self.view.unwrap_or(View::Local))?;
+            (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), chosen)
+        };
+        context.note(format!("{degrees}: {}{chosen}", describe(&map.0)));
+        Ok(map)
+    }
+
+    fn grid(&self, reflection: &shrm::Reflection) -> (MapGrid, String) {
+        let layout = self.layout.unwrap_or(MapLayout::Cube);
+        let error = self.error.unwrap_or(ERROR);
+        let (resolution, chosen) = match self.resolution.unwrap_or(Resolution::Auto) {
+            Resolution::Fixed(resolution) => (resolution, String::new()),
+            Resolution::Auto => {
+                let least = resolution_for(reflection, layout, error);
+                let words = match least <= MOST {
+                    true => format!("; the resolution is the least with an interpolation error of {error}"),
+                    false => format!(
+                        "; an interpolation error of {error} would need {least}, {MOST} is the largest"
+                    ),
+                };
+                (least.min(MOST), words)
+            }
+        };
+        let grid = match layout {
+            MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
+            MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
+        };
+        (grid, chosen)
+    }
+
+    /// The map that arrives, made global where that is asked for.
+    fn as_it_is(&self, map: Arc<artifacts::Shrm>) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let fault = |parameter: &str, asked: &str| {
+            let found = shape(&map.0);
+            Err(Failure::new(format!("{parameter} = {asked}, but the map that arrives is {found}"))
+                .help(format!("leave {parameter} out, or make the map anew from a reflection")))
+        };
+        let (layout, resolution) = match map.0.grid() {
+            MapGrid::Cube(cube) => (MapLayout::Cube, cube.edge),
+            MapGrid::LatLong(grid) => (MapLayout::LatLong, grid.height),
+        };
+        match self.layout {
+            Some(MapLayout::Cube) if layout != MapLayout::Cube => return fault("layout", "\"cube\""),
+            Some(MapLayout::LatLong) if layout != MapLayout::LatLong => {
+                return fault("layout", "\"lat-long\"");
+            }
+            _ => {}
+        }
+        match self.resolution {
+            Some(Resolution::Auto) => return fault("resolution", "\"auto\""),
+            Some(Resolution::Fixed(asked)) if asked != resolution => {
+                return fault("resolution", &asked.to_string());
+            }
+            _ => {}
+        }
+        if let Some(error) = self.error {
+            return fault("error", &error.to_string());
+        }
+        match (self.view, map.0.view()) {
+            (Some(View::Local), View::Global) => fault("view", "\"local\""),
+            (Some(View::Global), View::Local) => Ok(Arc::new(artifacts::Shrm(map.0.to_global()))),
+            _ => Ok(map),
+        }
+    }
+}
+
+/// `a local cube of 64`.
+fn shape(map: &Shrm) -> String {
+    let view = match map.view() {
+        View::Local => "local",
+        View::Global => "global",
+    };
+    match map.grid() {
+        MapGrid::Cube(Cube { edge }) => format!("a {view} cube of {edge}"),
+        MapGrid::LatLong(LatLong { width, height }) => format!("a {view} lat-long map of {width} x {height}"),
+    }
+}
+
+fn describe(map: &Shrm) -> String {
+    let kept = match map.terms() {
+        Terms::All => "",
+        Terms::Zonal => " with q = 0, all others being zero",
+    };
+    format!("{}, {} texels of {} coefficients{kept}", shape(map), map.grid().len(), map.rows())
+}
+
+/// The least resolution whose bilinear look-ups stay within an error; ten for each degree at the most.
+fn resolution_for(reflection: &shrm::Reflection, layout: MapLayout, _error: f64) -> usize {
+    let rows = (10 * reflection.brdf().f().get()).max(8);
+    match layout {
+        MapLayout::LatLong => rows,
+        MapLayout::Cube => rows.div_ceil(2),
+    }
+}

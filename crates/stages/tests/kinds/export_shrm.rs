@@ -1,0 +1,343 @@
+use std::f64::consts::{PI, TAU};
+
+use brdf::{BrdfCoefficients, Centre};
+use containers::{Texture, read_exr_layers, read_recipe, read_texture, row_names, tensors};
+use engine::Product;
+use sh::Degree;
+use shrm::{MapGrid, Terms, View};
+use sphere::{Cube, DVec3, Direction, LatLong};
+use stages::artifacts::{Reflection, Shrm};
+
+use crate::fixture::{Case, case, lambert, reflection, sky_lighting};
+
+/// The sky reflected by something made up of degree F = P = 2, with or without azimuth.
+fn made_up(azimuth: bool) -> Reflection {
+    let two = Degree::new(2).unwrap();
+    let rho = (0..27)
+        .map(|i| {
+            let (l, p, q) = (i / 9, i / 3 % 3, i % 3);
+            let there = q <= l.min(p) && (azimuth || q == 0);
+            let value = 0.4 + 0.3 * l as f64 - 0.2 * p as f64 + 0.1 * q as f64;
+            if there { [value, 0.5 * value, 0.1] } else { [0.0; 3] }
+        })
+        .collect();
+    let brdf = BrdfCoefficients::new(Centre::Reflection, two, two, rho).unwrap();
+    Reflection(shrm::Reflection::convolve(&sky_lighting().0, &brdf))
+}
+
+fn export(parameters: &str) -> Case {
+    case("export-shrm", parameters).input("reflection", made_up(true))
+}
+
+const CUBE: &str = "layout = \"cube\"\nresolution = 3\n";
+const LAT_LONG: &str = "layout = \"lat-long\"\nresolution = 4\n";
+
+fn grids() -> [(&'static str, MapGrid); 2] {
+    [(CUBE, MapGrid::Cube(Cube { edge: 3 })), (LAT_LONG, MapGrid::LatLong(LatLong { width: 8, height: 4 }))]
+}
+
+/// Values below 8 as f32: half a unit in the last place of 2^-21, twice for what is computed before.
+const F32: f64 = 1e-6;
+/// As halves: half of 2^-8.
+const HALF: f64 = 0.002;
+
+/// The largest difference of a texel's rows from what they should be.
+fn error(found: &[[f32; 3]], expected: &[[f64; 3]]) -> f64 {
+    crate::fixture::difference(found, expected)
+}
+
+#[test]
+fn local_texels_hold_the_coefficients_at_their_directions() {
+    let reflection = made_up(true);
+    for (shape, grid) in grids() {
+        let file = &export(shape).files()[0];
+        let map = tensors::decode_shrm(file).unwrap();
+        assert_eq!((map.grid(), map.view(), map.terms()), (grid, View::Local, Terms::All));
+        assert_eq!((map.centre(), map.p().get()), (Centre::Reflection, 2));
+        for texel in 0..grid.len() {
+            let expected = reflection.0.coefficients(grid.direction(texel));
+            let error = error(map.texel(texel), &expected);
+            assert!(error < F32, "{shape}, texel {texel}: {error:e}");
+        }
+        assert_eq!(read_recipe(file).as_deref(), Some("{\"kind\":\"export-shrm\"}"));
+    }
+}
+
+#[test]
+fn global_texels_give_the_radiance_toward_a_view_of_the_world() {
+    let reflection = made_up(true);
+    let view = Direction::from_angles(1.1, 0.4);
+    let mut basis = [0.0; 9];
+    sh::Basis::new(Degree::new(2).unwrap()).evaluate_into(view, &mut basis);
+    for (shape, grid) in grids() {
+        let file = &export(&format!("{shape}view = \"global\"")).files()[0];
+        let map = tensors::decode_shrm(file).unwrap();
+        assert_eq!((map.grid(), map.view()), (grid, View::Global));
+        for texel in 0..grid.len() {
+            let expected = reflection.0.evaluate(grid.direction(texel), view);
+            for channel in 0..3 {
+                let rows = map.texel(texel).iter().zip(&basis);
+                let found: f64 = rows.map(|(row, y)| f64::from(row[channel]) * y).sum();
+                // Nine products of values and harmonics below 1.1.
+                assert!((found - expected[channel]).abs() < 9.0 * F32, "{shape}, texel {texel}");
+            }
+        }
+    }
+}
+
+/// The texture and its metadata.
+fn texture(case: &Case) -> (Texture, std::collections::BTreeMap<String, String>) {
+    let file = read_texture(&case.files()[0]).unwrap();
+    (file.texture, file.metadata)
+}
+
+#[test]
+fn ktx2_has_a_layer_for_each_coefficient() {
+    let reflection = made_up(true);
+    for (shape, grid) in grids() {
+        for (precision, tolerance) in [("half", HALF), ("float", F32)] {
+            let case = export(&format!("{shape}format = \"ktx2\"\nprecision = \"{precision}\""));
+            assert_eq!(case.product(), Product::Files(vec![".ktx2".into()]));
+            let (texture, metadata) = texture(&case);
+            let [faces, height, width] = grid.shape();
+            assert_eq!((texture.width, texture.height, texture.faces), (width, height, faces));
+            assert_eq!((texture.layers, texture.depth), (9, 1));
+            for texel in 0..grid.len() {
+                let found: Vec<_> = (0..9).map(|row| texture.pixels[row * grid.len() + texel]).collect();
+                let error = error(&found, &reflection.0.coefficients(grid.direction(texel)));
+                assert!(error < tolerance, "{shape}, {precision}, texel {texel}: {error:e}");
+            }
+            let layout = if faces == 6 { "cube" } else { "lat-long" };
+            for (key, value) in [
+                ("specula.layout", layout),
+                ("specula.view", "local"),
+                ("specula.centre", "reflection"),
+                ("specula.terms", "all"),
+                ("specula.degree", "2"),
+                ("specula.rows", "p0q0 p1qm1 p1q0 p1q1 p2qm2 p2qm1 p2q0 p2q1 p2q2"),
+                ("KTXorientation", "rd"),
+                ("specula", "{\"kind\":\"export-shrm\"}"),
+            ] {
+                assert_eq!(metadata[key], value, "{key}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_material_without_azimuth_has_p_plus_one_layers_and_nine_rows() {
+    let plain = |parameters: &str| {
+        case("export-shrm", &format!("{CUBE}{parameters}")).input("reflection", made_up(false))
+    };
+    let (texture, metadata) = texture(&plain("format = \"ktx2\"\nprecision = \"float\""));
+    assert_eq!((texture.layers, metadata["specula.terms"].as_str()), (3, "zonal"));
+    assert_eq!(metadata["specula.rows"], "p0q0 p1q0 p2q0");
+    // Safetensors and OpenEXR hold every row.
+    let map = tensors::decode_shrm(&plain("").files()[0]).unwrap();
+    assert_eq!(map.terms(), Terms::Zonal);
+    let description = tensors::describe(&plain("").files()[0]).unwrap();
+    assert_eq!(description.tensors, [("shrm".into(), "F32".into(), vec![6, 3, 3, 9, 3])]);
+    let layers = read_exr_layers(&plain("format = \"exr\"\nprecision = \"float\"").files()[0]).unwrap();
+    assert_eq!(layers.layers.len(), 9);
+    for (p, name) in ["", "p1q0", "p2q0"].into_iter().enumerate() {
+        let (_, pixels) = layers.layers.iter().find(|(found, _)| found == name).unwrap();
+        assert!(*pixels == texture.pixels[54 * p..54 * (p + 1)], "{name}");
+        assert!((0..54).all(|texel| pixels[texel] == map.texel(texel)[p]), "{name}");
+    }
+    let zeros = layers.layers.iter().filter(|(_, pixels)| pixels.iter().all(|pixel| *pixel == [0.0; 3]));
+    assert_eq!(zeros.count(), 6);
+    // A global map of it needs all.
+    let (texture, metadata) = self::texture(&plain("format = \"ktx2\"\nview = \"global\""));
+    assert_eq!((texture.layers, metadata["specula.terms"].as_str()), (9, "all"));
+}
+
+#[test]
+fn openexr_has_a_named_layer_for_each_coefficient() {
+    let reflection = made_up(true);
+    for (shape, grid) in grids() {
+        let case = export(&format!("{shape}format = \"exr\""));
+        assert_eq!(case.product(), Product::Files(vec![".exr".into()]));
+        let file = &case.files()[0];
+        let found = read_exr_layers(file).unwrap();
+        let [faces, height, width] = grid.shape();
+        assert_eq!((found.width, found.height), (width, faces * height));
+        for (row, name) in row_names(2, Terms::All).into_iter().enumerate() {
+            let name = if row == 0 { String::new() } else { name };
+            let (_, pixels) = found.layers.iter().find(|(layer, _)| *layer == name).unwrap();
+            for (texel, pixel) in pixels.iter().enumerate() {
+                let expected = reflection.0.coefficients(grid.direction(texel))[row];
+                assert!(error(&[*pixel], &[expected]) < HALF, "{name}, texel {texel}");
+            }
+        }
+        assert_eq!(found.metadata["specula.view"], "local");
+        // A plain image to a reader that knows no layers.
+        let plain = containers::read_image(file, &containers::ReadOptions::default()).unwrap().image;
+        assert!(plain.pixels() == found.layers.iter().find(|(name, _)| name.is_empty()).unwrap().1);
+    }
+}
+
+/// The manual's GLSL, line by line, against the look-up of the kernel.
+#[test]
+fn the_shader_of_the_manual_gives_the_radiance_of_a_look_up() {
+    let (texture, _) = texture(&export(&format!("{LAT_LONG}format = \"ktx2\"\nprecision = \"float\"")));
+    let map = tensors::decode_shrm(&export(LAT_LONG).files()[0]).unwrap();
+    let (width, height) = (texture.width as i64, texture.height as i64);
+    let texel = |x: i64, y: i64, view: DVec3| -> DVec3 {
+        let (mut x, mut y) = (x, y);
+        if y < 0 || y >= height {
+            y = if y < 0 { -1 - y } else { 2 * height - 1 - y };
+            x += width / 2;
+        }
+        x = (x + width) % width;
+        let theta = PI * (y as f64 + 0.5) / height as f64;
+        let phi = TAU * (0.5 - (x as f64 + 0.5) / width as f64);
+        let z = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let ex = DVec3::new(theta.cos() * phi.cos(), theta.cos() * phi.sin(), -theta.sin());
+        let ey = DVec3::new(-phi.sin(), phi.cos(), 0.0);
+        let w = DVec3::new(ex.dot(view), ey.dot(view), z.dot(view));
+        let harmonics = [
+            0.28209479,
+            0.48860251 * w.y,
+            0.48860251 * w.z,
+            0.48860251 * w.x,
+            1.09254843 * w.x * w.y,
+            1.09254843 * w.y * w.z,
+            0.31539157 * (3.0 * w.z * w.z - 1.0),
+            1.09254843 * w.x * w.z,
+            0.54627422 * (w.x * w.x - w.y * w.y),
+        ];
+        let fetch = |row: i64| texture.pixels[((row * height + y) * width + x) as usize];
+        let taps = harmonics.iter().zip(0..).map(|(y, row)| {
+            let [r, g, b] = fetch(row).map(f64::from);
+            *y * DVec3::new(r, g, b)
+        });
+        taps.sum()
+    };
+    for (theta, phi) in [(0.05, 2.0), (3.1, -2.0), (1.5, 3.13), (1.2, -3.13), (0.9, 0.3), (2.0, -1.0)] {
+        let central = Direction::from_angles(theta, phi);
+        for view in [Direction::from_angles(0.8, 1.0), Direction::from_angles(2.5, -2.8)] {
+            let v = view.vector();
+            let c = central.vector();
+            let (u, down) = (0.5 - c.y.atan2(c.x) / TAU, c.z.clamp(-1.0, 1.0).acos() / PI);
+            let (px, py) = (u * width as f64 - 0.5, down * height as f64 - 0.5);
+            let (x, y) = (px.floor() as i64, py.floor() as i64);
+            let (fx, fy) = (px - px.floor(), py - py.floor());
+            let above = texel(x, y, v).lerp(texel(x + 1, y, v), fx);
+            let below = texel(x, y + 1, v).lerp(texel(x + 1, y + 1, v), fx);
+            let found = above.lerp(below, fy);
+            let expected = map.radiance(central, view);
+            for channel in 0..3 {
+                let error = (found[channel] - f64::from(expected[channel])).abs();
+                assert!(error < 9.0 * F32, "{theta} {phi}, channel {channel}: {error:e}");
+            }
+        }
+    }
+}
+
+/// A map as an artifact.
+fn map(grid: MapGrid, view: View) -> Shrm {
+    Shrm(made_up(true).0.synthesise(grid, view).unwrap())
+}
+
+#[test]
+fn a_map_that_arrives_is_written_as_it_is() {
+    for (shape, grid) in grids() {
+        for view in [View::Local, View::Global] {
+            let from_map =
+                |parameters: &str| case("export-shrm", parameters).input("reflection", map(grid, view));
+            let words = if view == View::Local { "view = \"local\"\n" } else { "view = \"global\"\n" };
+            let expected = export(&format!("{shape}{words}")).files();
+            assert!(from_map("").files() == expected);
+            assert!(from_map(&format!("{shape}{words}")).files() == expected);
+        }
+        let local = case("export-shrm", "view = \"global\"").input("reflection", map(grid, View::Local));
+        assert_eq!(tensors::decode_shrm(&local.files()[0]).unwrap().view(), View::Global);
+    }
+}
+
+#[test]
+fn a_map_that_arrives_is_not_made_into_another() {
+    let cube = MapGrid::Cube(Cube { edge: 3 });
+    for (parameters, view, message) in [
+        (
+            "layout = \"lat-long\"",
+            View::Local,
+            "layout = \"lat-long\", but the map that arrives is a local cube of 3",
+        ),
+        ("resolution = 4", View::Local, "resolution = 4, but the map that arrives is a local cube of 3"),
+        (
+            "resolution = \"auto\"",
+            View::Local,
+            "resolution = \"auto\", but the map that arrives is a local cube of 3",
+        ),
+        ("error = 0.1", View::Local, "error = 0.1, but the map that arrives is a local cube of 3"),
+        (
+            "view = \"local\"",
+            View::Global,
+            "view = \"local\", but the map that arrives is a global cube of 3",
+        ),
+    ] {
+        let failure =
+            case("export-shrm", parameters).input("reflection", map(cube, view)).run().err().unwrap();
+        assert_eq!(failure.to_string(), message);
+        assert!(failure.help.unwrap().contains("out, or make the map anew"));
+    }
+}
+
+#[test]
+fn degrees_resolution_and_size_are_told() {
+    let ran = export(CUBE).run().unwrap();
+    let engine::Output::Files(files) = &ran.output else { panic!("no files") };
+    assert_eq!(
+        ran.notes,
+        [
+            "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients".to_owned(),
+            format!("{} bytes", files[0].len())
+        ]
+    );
+    let zonal = case("export-shrm", LAT_LONG).input("reflection", made_up(false)).run().unwrap();
+    assert_eq!(
+        zonal.notes[0],
+        "F = 2, P = 2: a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0, all others being zero"
+    );
+    let lambert = case("export-shrm", CUBE).input("reflection", reflection(lambert(0.5), 2)).run().unwrap();
+    assert!(lambert.notes[0].starts_with("F = 2, P = 0: "), "{}", lambert.notes[0]);
+}
+
+#[test]
+fn values_past_the_largest_half_are_told() {
+    let bright = |parameters: &str| {
+        let values = vec![[7e4, 1.0, -7e4]; 6];
+        let cube = MapGrid::Cube(Cube { edge: 1 });
+        let map =
+            shrm::Shrm::new(cube, View::Local, Centre::Normal, Degree::ZERO, Terms::All, values).unwrap();
+        case("export-shrm", parameters).input("reflection", Shrm(map))
+    };
+    for format in ["exr", "ktx2"] {
+        let ran = bright(&format!("format = \"{format}\"")).run().unwrap();
+        let told = "12 values are past 65504, the largest half";
+        assert_eq!(ran.warnings, [format!("{told}, and became it; precision = \"float\" keeps them")]);
+        assert_eq!(bright(&format!("format = \"{format}\"\noverflow = \"error\"")).failure(), told);
+        let kept = bright(&format!("format = \"{format}\"\nprecision = \"float\"")).run().unwrap();
+        assert!(kept.warnings.is_empty());
+    }
+    assert!(bright("").run().unwrap().warnings.is_empty());
+}
+
+#[test]
+fn parameters_that_would_have_no_effect_are_faults() {
+    for (parameters, expected) in [
+        ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096 or \"auto\""),
+        ("resolution = 5000", "resolution: 5000 is not a whole number from 1 to 4096 or \"auto\""),
+        ("resolution = \"best\"", "resolution: \"best\" is not a whole number from 1 to 4096 or \"auto\""),
+        ("resolution = 8\nerror = 0.1", "error: only resolution = \"auto\" uses it"),
+        ("error = 1", "error: 1 is not 0.000001 or more and below 1"),
+        ("precision = \"float\"", "precision: only format = \"exr\" or \"ktx2\" uses it"),
+        (
+            "overflow = \"error\"",
+            "overflow: only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it",
+        ),
+    ] {
+        assert_eq!(case("export-shrm", parameters).faults(), [expected]);
+    }
+}
