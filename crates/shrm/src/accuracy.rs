@@ -36,7 +36,8 @@ pub struct Accuracy {
     brdf: Vec<[f64; 3]>,
     p: usize,
     lighting_total: [f64; 3],
-    brdf_total: [f64; 3],
+    /// What the BRDF has past the high degrees, in whatever channel.
+    brdf_unknown: f64,
 }
 
 /// Shares of the field's energy that a truncation to degrees (F, P) loses, each 0 to 1, all channels together.
@@ -61,10 +62,10 @@ pub struct Estimate {
 impl Accuracy {
     /// The energies of a field known to high degrees.
     ///
-    /// The totals are the integrals of L^2 over the sphere ([`sh::image_energy`]) and of rho_hat^2 over both
-    /// directions, RGB: what the coefficients' energies add up to where no degree is cut. A total below that sum, as
-    /// rounding makes it, counts as that sum.
-    pub fn of(high: &Reflection, lighting_total: [f64; 3], brdf_total: [f64; 3]) -> Self {
+    /// The totals are the integrals of L^2 over the sphere, RGB ([`sh::image_energy`]), and of rho_hat^2 over both
+    /// directions, summed over channels ([`brdf::Projection::total`]): what the coefficients' energies add up to where no
+    /// degree is cut. A total below that sum, as rounding makes it, counts as that sum.
+    pub fn of(high: &Reflection, lighting_total: [f64; 3], brdf_total: f64) -> Self {
         let (coefficients, lighting) = (high.brdf(), energy_per_degree(high.lighting()));
         let p = coefficients.p().get();
         let mut brdf = vec![[0.0; 3]; lighting.len() * (p + 1)];
@@ -78,12 +79,10 @@ impl Accuracy {
                 }
             }
         }
-        let at_least = |total: [f64; 3], parts: &[[f64; 3]]| {
-            std::array::from_fn(|channel| total[channel].max(parts.iter().map(|part| part[channel]).sum()))
-        };
-        let lighting_total = at_least(lighting_total, &lighting);
-        let brdf_total = at_least(brdf_total, &brdf);
-        Self { lighting, brdf, p, lighting_total, brdf_total }
+        let known = |channel| lighting.iter().map(|energy: &[f64; 3]| energy[channel]).sum();
+        let lighting_total = std::array::from_fn(|channel| lighting_total[channel].max(known(channel)));
+        let brdf_unknown = (brdf_total - brdf.as_flattened().iter().sum::<f64>()).max(0.0);
+        Self { lighting, brdf, p, lighting_total, brdf_unknown }
     }
 
     /// The high degree F.
@@ -118,7 +117,7 @@ impl Accuracy {
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
     /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
     /// let field = shrm::Reflection::convolve(&sky, &brdf);
-    /// let accuracy = shrm::accuracy::Accuracy::of(&field, [1.0; 3], [2.0 / 3.0; 3]);
+    /// let accuracy = shrm::accuracy::Accuracy::of(&field, [1.0; 3], 2.0);
     /// assert_eq!(accuracy.at(0, 0).truth, 0.0);
     /// assert_eq!(accuracy.at(0, 0).by_min, 0.0, "the sky has no other degree");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -128,11 +127,16 @@ impl Accuracy {
         let sum = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>();
         let whole = sum(&|channel| self.energy()[channel]);
         let held = sum(&|channel| self.held(channel, f, p));
-        let by_brdf = share(sum(&|channel| self.brdf_left(channel, f, p)), self.brdf_total.iter().sum());
+        let brdf_left = sum(&|channel| self.brdf_left(channel, f, p)) + self.brdf_unknown;
+        let brdf_total = self.brdf.as_flattened().iter().sum::<f64>() + self.brdf_unknown;
+        let by_brdf = share(brdf_left, brdf_total);
         let by_light = share(sum(&|channel| self.light_left(channel, f)), self.lighting_total.iter().sum());
-        let printed =
-            sum(&|channel| lambda(f + 1) * self.light_left(channel, f) * self.brdf_left(channel, f, p));
-        let certain = sum(&|channel| self.most_lost(channel, f, p));
+        let most_light = (0..3).map(|channel| self.light_left(channel, f)).fold(0.0, f64::max);
+        let printed = lambda(f + 1)
+            * (sum(&|channel| self.light_left(channel, f) * self.brdf_left(channel, f, p))
+                + most_light * self.brdf_unknown);
+        let heaviest = (0..3).map(|channel| self.heaviest(channel, f)).fold(0.0, f64::max);
+        let certain = sum(&|channel| self.lost(channel, f, p)) + heaviest * self.brdf_unknown;
         Estimate {
             f,
             p,
@@ -170,25 +174,27 @@ impl Accuracy {
         (self.lighting_total[channel] - held).max(0.0)
     }
 
-    /// What the BRDF has past (f, p).
+    /// What the coefficients of the BRDF have past (f, p).
     fn brdf_left(&self, channel: usize, f: usize, p: usize) -> f64 {
-        let held: f64 = (0..=f).flat_map(|l| (0..=p).map(move |p| self.brdf(l, p)[channel])).sum();
-        (self.brdf_total[channel] - held).max(0.0)
+        let of = |l| (if l <= f { p + 1 } else { 0 }..=self.p).map(move |p| self.brdf(l, p)[channel]);
+        (0..=self.f()).flat_map(of).sum()
     }
 
-    /// The most that the whole field can have past (f, p).
-    fn most_lost(&self, channel: usize, f: usize, p: usize) -> f64 {
-        let past_f = lambda(f + 1) * lambda(f + 1) * self.light_left(channel, f);
-        let sharper: f64 =
-            (f + 1..=self.f()).flat_map(|l| (0..=self.p).map(move |p| self.brdf(l, p)[channel])).sum();
-        let cut_by_p: f64 = (0..=f)
-            .map(|l| {
-                self.weight(channel, l) * (p + 1..=self.p).map(|p| self.brdf(l, p)[channel]).sum::<f64>()
-            })
-            .sum();
-        let unknown = self.brdf_left(channel, self.f(), self.p);
-        let heaviest = (0..=f).map(|l| self.weight(channel, l)).fold(past_f, f64::max);
-        past_f * sharper + cut_by_p + heaviest * unknown
+    /// The most that the field can have past l = f, for each unit of the BRDF's energy there.
+    fn past_f(&self, channel: usize, f: usize) -> f64 {
+        lambda(f + 1) * lambda(f + 1) * self.light_left(channel, f)
+    }
+
+    /// The most that the coefficients of the BRDF can have of the field past (f, p).
+    fn lost(&self, channel: usize, f: usize, p: usize) -> f64 {
+        let cut_by_p = |l| (p + 1..=self.p).map(|p| self.brdf(l, p)[channel]).sum::<f64>();
+        let past_p: f64 = (0..=f).map(|l| self.weight(channel, l) * cut_by_p(l)).sum();
+        self.past_f(channel, f) * self.brdf_left(channel, f, self.p) + past_p
+    }
+
+    /// The most of the field that a unit of the BRDF's energy can make where a truncation to f does not hold it.
+    fn heaviest(&self, channel: usize, f: usize) -> f64 {
+        (0..=f).map(|l| self.weight(channel, l)).fold(self.past_f(channel, f), f64::max)
     }
 }
 
@@ -251,9 +257,9 @@ mod tests {
         Reflection::convolve(&field.lighting().to_degree(degree(f)), &brdf)
     }
 
-    fn totals(field: &Reflection) -> [[f64; 3]; 2] {
-        let accuracy = Accuracy::of(field, [0.0; 3], [0.0; 3]);
-        [accuracy.lighting_total, accuracy.brdf_total]
+    fn totals(field: &Reflection) -> ([f64; 3], f64) {
+        let accuracy = Accuracy::of(field, [0.0; 3], 0.0);
+        (accuracy.lighting_total, accuracy.brdf.as_flattened().iter().sum())
     }
 
     /// The integral of the squared difference over central directions and views, by quadrature that is exact for it:
@@ -262,7 +268,7 @@ mod tests {
     fn the_energy_cut_is_the_mean_square_of_the_difference() {
         let (f, p) = (5, 3);
         let high = field(7, f, p, 0.3);
-        let accuracy = Accuracy::of(&high, [0.0; 3], [0.0; 3]);
+        let accuracy = Accuracy::of(&high, [0.0; 3], 0.0);
         let directions = |l: usize| {
             let (theta, weights) = gauss_legendre(l + 1);
             let columns = 2 * l + 2;
@@ -305,7 +311,7 @@ mod tests {
         for seed in 1..40 {
             let fall = [0.0, 0.5, 1.0, 2.0][seed as usize % 4];
             let world = field(seed, 10, 6, fall);
-            let [light, brdf] = totals(&world);
+            let (light, brdf) = totals(&world);
             let true_error = Accuracy::of(&world, light, brdf);
             for known in [world.clone(), cut(&world, 7, 4), cut(&world, 10, 2)] {
                 let accuracy = Accuracy::of(&known, light, brdf);
@@ -325,7 +331,7 @@ mod tests {
     #[test]
     fn the_printed_bound_does_not_see_what_p_cuts() {
         let world = field(3, 8, 4, 0.5);
-        let [light, brdf] = totals(&world);
+        let (light, brdf) = totals(&world);
         let estimate = Accuracy::of(&world, light, brdf).at(8, 0);
         assert!(estimate.truth > 0.1 && estimate.bound_printed < 1e-12, "{estimate:?}");
         assert!(
@@ -340,7 +346,7 @@ mod tests {
         let mut lighting = world.lighting().to_degree(degree(4)).to_degree(degree(8));
         lighting.rows_mut()[24] = [1.0; 3];
         let field = Reflection::convolve(&lighting, world.brdf());
-        let [light, brdf] = totals(&field);
+        let (light, brdf) = totals(&field);
         let estimate = Accuracy::of(&field, light, brdf).at(4, 0);
         assert_eq!((estimate.truth, estimate.by_min, estimate.bound_with_p), (0.0, 0.0, 0.0));
         assert!(estimate.by_brdf > 0.1);
@@ -350,7 +356,7 @@ mod tests {
     fn a_black_field_loses_nothing() {
         let black = BrdfCoefficients::new(Centre::Normal, degree(3), degree(1), vec![[0.0; 3]; 16]).unwrap();
         let field = Reflection::convolve(field(1, 3, 1, 0.0).lighting(), &black);
-        let estimate = Accuracy::of(&field, [1.0; 3], [0.0; 3]).at(1, 0);
+        let estimate = Accuracy::of(&field, [1.0; 3], 0.0).at(1, 0);
         assert_eq!((estimate.truth, estimate.by_brdf, estimate.bound_with_p), (0.0, 0.0, 0.0));
     }
 }

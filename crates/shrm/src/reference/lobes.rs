@@ -21,7 +21,6 @@ pub(super) enum Shape {
     /// max(0, C . L)^s.
     Power(f32),
     /// e^(-(theta_h / sigma)^2) above the horizon.
-    #[allow(dead_code)]
     Gaussian { sigma: f32 },
 }
 
@@ -38,6 +37,12 @@ impl Shape {
                 let whole = s >= 1.0 && s.fract() == 0.0;
                 let shape = if whole { Self::WholePower(s as u32) } else { Self::Power(s as f32) };
                 (s <= 1024.0).then_some((shape, scale))
+            }
+            Material::Microfacet(microfacet) => {
+                let sigma = microfacet.sigma();
+                let peak = 1.0 / (4.0 * std::f64::consts::PI * sigma * sigma);
+                let scale = microfacet.specular().map(|specular| specular * peak);
+                (sigma >= 0.03).then_some((Self::Gaussian { sigma: sigma as f32 }, scale))
             }
             _ => None,
         }
