@@ -4,9 +4,9 @@
 //! Goniometers sample a BRDF every ten degrees or so: far too coarse for a highlight, and with nothing past 80 degrees.
 //! Interpolating such values alone invents lobes between samples and toward grazing. So there are two steps:
 //!
-//! 1. [`base`]: a layered model f_0 (matte under a rough coat with Fresnel's rise) is fitted to the samples. It knows how
+//! 1. `base`: a layered model f_0 (matte under a rough coat with Fresnel's rise) is fitted to the samples. It knows how
 //!    highlights look, and where no sample is near, it is the answer.
-//! 2. [`residual`]: what it misses, y = ln((f + e) / (f_0 + e)), is smoothed with splines over half and difference angles,
+//! 2. `residual`: what it misses, y = ln((f + e) / (f_0 + e)), is smoothed with splines over half and difference angles,
 //!    and fades to zero away from data. Ratios, because measured values span five decades and errors are shares of the
 //!    value; e, two hundredths of the typical value, keeps the noise of dark samples from counting.
 //!

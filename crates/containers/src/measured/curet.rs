@@ -5,8 +5,8 @@
 //! `radians`; then 205 lines, in any order, of theta_v, phi_v (view), theta_i, phi_i (light), r, g, b, apart by white space;
 //! `#` starts a comment. Values are the BRDF in 1/sr, taken for linear Rec. 709.
 //!
-//! Half a dozen values a channel and decade of angle carry no highlight: they are fitted with the 55 reciprocal, isotropic
-//! products of Zernike polynomials up to order 8 ([`brdf::zernike`]), cut at 0.
+//! 205 measurements are too few for a sharp highlight, and the surfaces are rough: they are fitted with the 55 reciprocal,
+//! isotropic products of Zernike polynomials up to order 8 ([`brdf::zernike`]), cut at 0.
 
 use brdf::scattered::{SHAPE, Sample};
 
