@@ -220,6 +220,7 @@ impl WithSimd for Task<'_> {
         let direction = |row, column| self.cube.direction(Face::PositiveZ, row, column);
         let mut betas = vec![0.0; columns.len() * quarters.len()];
         let mut alphas = vec![0.0; columns.len() * half * quarters.len()];
+        let mut places = Vec::with_capacity(columns.len() * half);
         for (column, (beta, alpha)) in columns
             .clone()
             .zip(betas.chunks_exact_mut(quarters.len()).zip(alphas.chunks_exact_mut(half * quarters.len())))
@@ -228,7 +229,8 @@ impl WithSimd for Task<'_> {
             quarters.angle(top.phi().sin_cos(), beta);
             for (row, alpha) in alpha.chunks_exact_mut(quarters.len()).enumerate() {
                 let v = direction(row, column).vector();
-                quarters.angle((v.x.hypot(v.y), v.z), alpha);
+                quarters.angle(((v.x * v.x + v.y * v.y).sqrt(), v.z), alpha);
+                places.push(v);
             }
         }
         let mut across = vec![0.0; columns.len() * 4 * width];
@@ -241,6 +243,7 @@ impl WithSimd for Task<'_> {
             for (index, column) in columns.clone().enumerate() {
                 let across = &across[index * 4 * width..][..4 * width];
                 let alphas = &alphas[index * half * quarters.len()..][..half * quarters.len()];
+                let places = &places[index * half..][..half];
                 for mirrored in [false, true] {
                     let column = if mirrored { edge - 1 - column } else { column };
                     if mirrored && 2 * column + 1 == edge {
@@ -257,8 +260,14 @@ impl WithSimd for Task<'_> {
                                     *value *= flip;
                                 }
                             }
-                            let row = if i % 2 == 0 { row } else { edge - 1 - row };
-                            self.put(pair.faces, i >= 2, row, column, values);
+                            let mut place = places[row];
+                            place.y *= if mirrored { -1.0 } else { 1.0 };
+                            (place.x, place.y) =
+                                if i >= 2 { (-place.x, -place.y) } else { (place.x, place.y) };
+                            let (row, height) =
+                                if i % 2 == 0 { (row, place.z) } else { (edge - 1 - row, -place.z) };
+                            place.z = height;
+                            self.put(pair.faces, i >= 2, [row, column], place, values);
                         }
                     }
                 }
@@ -268,21 +277,20 @@ impl WithSimd for Task<'_> {
 }
 
 impl Task<'_> {
-    /// Writes a texel, given by its place on the near or far side face.
+    /// Writes a texel, given by its row, column and direction on the near or far side face.
     #[inline(always)]
-    fn put(&mut self, faces: &Faces, far: bool, row: usize, column: usize, values: &mut [f64]) {
-        let (face, side) = if far { (faces.far, Face::NegativeZ) } else { (faces.near, Face::PositiveZ) };
-        let (mut to_row, mut to_column) = (row, column);
+    fn put(&mut self, faces: &Faces, far: bool, place: [usize; 2], turned: DVec3, values: &mut [f64]) {
+        let face = if far { faces.far } else { faces.near };
+        let [mut row, mut column] = place;
         if faces.over {
             if self.plan.terms == Terms::All {
-                let turned = self.cube.direction(side, row, column).vector();
                 spin_by(frame_turn(turned), self.plan.reflection.brdf().p().get(), values);
             }
             if far {
-                (to_row, to_column) = (self.cube.edge - 1 - row, self.cube.edge - 1 - column);
+                (row, column) = (self.cube.edge - 1 - row, self.cube.edge - 1 - column);
             }
         }
-        for (out, value) in self.texel(face, to_row, to_column).iter_mut().zip(values) {
+        for (out, value) in self.texel(face, row, column).iter_mut().zip(values) {
             *out = *value as f32;
         }
     }
@@ -316,15 +324,13 @@ fn circle(plan: &Plan<'_>, across: &[f64], mirrored: bool, series: &mut [f64]) {
 
 /// [cos(psi), sin(psi)] with frame(C') = Q frame(C) R_z(psi), Q the turn by 90 degrees about +Y, at C' = Q C.
 ///
-/// frame(C) takes +X and +Y to south and east at C. South at C', turned back, is cos(psi) south + sin(psi) east at C.
+/// frame(C) takes +X and +Y to south and east at C = Q^-1 C' = (-z', y', x'). South at C', turned back, is cos(psi)
+/// south + sin(psi) east at C: with C' on the unit sphere, -(x' z', y') / sqrt((x'^2 + y'^2) (z'^2 + y'^2)).
 fn frame_turn(turned: DVec3) -> [f64; 2] {
-    let across = turned.x.hypot(turned.y);
-    let back = |v: DVec3| DVec3::new(-v.z, v.y, v.x);
-    let south = back(DVec3::new(turned.z * turned.x / across, turned.z * turned.y / across, -across));
-    let c = back(turned);
-    let sine = c.x.hypot(c.y);
-    let (x, y) = if sine > 0.0 { (c.x / sine, c.y / sine) } else { (1.0, 0.0) };
-    [south.dot(DVec3::new(c.z * x, c.z * y, -sine)), south.y * x - south.x * y]
+    let y = turned.y * turned.y;
+    let size = ((turned.x * turned.x + y) * (turned.z * turned.z + y)).sqrt();
+    // C is a pole: beta is 0 there.
+    if size == 0.0 { [turned.x, 0.0] } else { [-turned.x * turned.z / size, -turned.y / size] }
 }
 
 /// Turns coefficients about their +Z by psi: c' = c cos(q psi) - s sin(q psi), s' = c sin(q psi) + s cos(q psi).

@@ -5,3 +5,4 @@
 mod evaluation;
 mod maps;
 mod materials;
+mod resolution;
