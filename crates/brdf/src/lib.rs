@@ -1,5 +1,6 @@
 //! Reflection models and their spherical-harmonic coefficients.
 
+mod checks;
 mod clamped_cosine;
 mod coefficients;
 mod measured;
@@ -8,11 +9,13 @@ mod projection;
 pub mod scattered;
 pub mod zernike;
 
+pub use checks::{Albedo, Checks, checks};
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::{
-    Absent, KajiyaKay, Lafortune, LafortuneLobe, Lambert, LayersError, MODELS, Material, Microfacet, Model,
-    ModelText, Parameter, ParameterError, Phong, Range, Shape, Value, Values,
+    Absent, AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert,
+    LayersError, MODELS, Material, Microfacet, Model, ModelText, OrenNayar, Parameter, ParameterError, Phong,
+    Range, Shape, TorranceSparrow, Value, Values, Ward,
 };
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};

@@ -1,23 +1,40 @@
 //! Reflection models, one file each, and the list of them.
 
+mod ashikhmin_shirley;
+mod blinn_phong;
+mod facets;
+mod fresnel;
+mod ggx;
 mod kajiya_kay;
 mod lafortune;
 mod lambert;
 mod layers;
 mod microfacet;
+mod oren_nayar;
 mod parameter;
 mod phong;
+#[cfg(test)]
+mod tests;
+mod torrance_sparrow;
+mod ward;
 
 use sphere::Direction;
 
+pub use ashikhmin_shirley::AshikhminShirley;
+pub use blinn_phong::BlinnPhong;
+pub use fresnel::Fresnel;
+pub use ggx::Ggx;
 pub use kajiya_kay::KajiyaKay;
 pub use lafortune::{Lafortune, LafortuneLobe};
 pub use lambert::Lambert;
 pub use layers::LayersError;
 pub use microfacet::Microfacet;
+pub use oren_nayar::OrenNayar;
 pub(crate) use parameter::colour;
 pub use parameter::{Absent, Parameter, ParameterError, Range, Shape, Value, Values};
 pub use phong::Phong;
+pub use torrance_sparrow::TorranceSparrow;
+pub use ward::Ward;
 
 use crate::clamped_cosine::ClampedCosine;
 use crate::{Centre, Measured};
@@ -153,7 +170,19 @@ macro_rules! models {
     };
 }
 
-models!(Lambert, Phong, Microfacet, Lafortune, KajiyaKay);
+models!(
+    Lambert,
+    OrenNayar,
+    Phong,
+    BlinnPhong,
+    Microfacet,
+    TorranceSparrow,
+    Ggx,
+    Ward,
+    AshikhminShirley,
+    Lafortune,
+    KajiyaKay,
+);
 
 /// What the manual says about a model.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,345 @@
+//! What a user should know of a material before it is lit: albedo by angle, energy, reciprocity.
+//!
+//! The albedo toward a view w_o is the integral of rho_hat(w_i, w_o) over all w_i: what the view sees of a constant sky of
+//! radiance 1. Above 1 the material makes light. It is integrated over the square that Shirley and Chiu's map ("A Low
+//! Distortion Map Between Disk and Square", 1997) takes to the hemisphere with equal areas: the horizon is its edge, and
+//! panels are divided where two Gauss rules differ. Panels at the mirror direction, the view and the normal are divided
+//! down to 1e-5 of the square whatever the rules say, so that no highlight falls between nodes. The sphere's lower
+//! half counts too, for the models that reach there.
+//!
+//! Reciprocity is judged from the BRDF, rho_hat / cos(theta_i), at pairs of directions and with both exchanged.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use sphere::Direction;
+
+use crate::Material;
+
+/// What [`checks`] found of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checks {
+    /// The greatest difference of BRDF(L, V) and BRDF(V, L), relative to the greater of them: rounding of a reciprocal
+    /// model, near 1 of another.
+    pub reciprocity: f64,
+    /// The albedo by view. Isotropic materials have views in one plane only.
+    pub albedo: Vec<Albedo>,
+    /// Whether a turn about the normal changes nothing.
+    pub isotropic: bool,
+}
+
+/// The albedo toward a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Albedo {
+    /// The view's angle from the normal, in degrees.
+    pub theta: f64,
+    /// The view's angle from the tangent about the normal, in degrees.
+    pub phi: f64,
+    /// What it sees of a constant sky of radiance 1, RGB.
+    pub rgb: [f64; 3],
+}
+
+impl Albedo {
+    /// The greatest channel.
+    pub fn greatest(&self) -> f64 {
+        self.rgb.into_iter().fold(0.0, f64::max)
+    }
+}
+
+impl Checks {
+    /// The greatest albedo, and where.
+    pub fn greatest(&self) -> Albedo {
+        let none = Albedo { theta: 0.0, phi: 0.0, rgb: [0.0; 3] };
+        self.albedo
+            .iter()
+            .fold(none, |most, albedo| if albedo.greatest() > most.greatest() { *albedo } else { most })
+    }
+
+    /// Whether some view sees more light than falls on the surface, by more than the accuracy of the integrals.
+    pub fn makes_light(&self) -> bool {
+        self.greatest().greatest() > 1.0 + ACCURACY
+    }
+
+    /// Whether light and view may change places.
+    pub fn is_reciprocal(&self) -> bool {
+        self.reciprocity < 1e-6
+    }
+}
+
+/// The accuracy of an albedo near 1; of other ones relative to them.
+pub(crate) const ACCURACY: f64 = 1e-3;
+
+/// Angles of the views from the normal.
+const THETA: [f64; 11] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0];
+/// Azimuths of the views of an anisotropic material.
+const PHI: [f64; 4] = [0.0, 45.0, 90.0, 135.0];
+
+/// Albedo by view, reciprocity and isotropy of a material. Albedos are accurate to 1e-3 of themselves or of 1.
+///
+/// # Example: chalk reflects its albedo toward every view, and may change places with the light
+/// ```
+/// let chalk = brdf::Material::Lambert(brdf::Lambert::new([0.8, 0.8, 0.4])?);
+/// let checks = brdf::checks(&chalk);
+/// assert!(checks.albedo.iter().all(|albedo| (albedo.rgb[2] - 0.4).abs() < 1e-4));
+/// assert!(checks.is_reciprocal() && checks.isotropic && !checks.makes_light());
+/// # Ok::<(), brdf::ParameterError>(())
+/// ```
+pub fn checks(material: &Material) -> Checks {
+    let azimuths = if material.is_isotropic() { &PHI[..1] } else { &PHI };
+    let views: Vec<_> =
+        THETA.iter().flat_map(|&theta| azimuths.iter().map(move |&phi| (theta, phi))).collect();
+    let albedo = views.par_iter().map(|&(theta, phi)| {
+        let view = Direction::from_angles(theta.to_radians(), phi.to_radians());
+        Albedo { theta, phi, rgb: albedo(material, view) }
+    });
+    Checks {
+        albedo: albedo.collect(),
+        reciprocity: reciprocity(material),
+        isotropic: material.is_isotropic(),
+    }
+}
+
+/// The integral of rho_hat over the incident directions.
+fn albedo(material: &Material, view: Direction) -> [f64; 3] {
+    let v = view.vector();
+    let mirror = DVec3::new(-v.x, -v.y, v.z);
+    let peaks = [mirror, v, DVec3::Z].map(to_square);
+    let mut sum = [0.0; 3];
+    for side in [1.0, -1.0] {
+        let integral = Integral { material, view, side, peaks };
+        let whole = Panel { corner: DVec2::ZERO, size: 1.0 };
+        integral.add(whole, &mut sum);
+    }
+    sum
+}
+
+/// A part of the square.
+#[derive(Clone, Copy)]
+struct Panel {
+    corner: DVec2,
+    size: f64,
+}
+
+/// rho_hat over half of the sphere as a function on the square [0, 1]^2.
+struct Integral<'a> {
+    material: &'a Material,
+    view: Direction,
+    /// 1 above the horizon, -1 below.
+    side: f64,
+    /// Where panels are divided in any case.
+    peaks: [DVec2; 3],
+}
+
+/// Nodes and weights on [0, 1] of Gauss' rules of four and six nodes.
+const FOUR: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+const SIX: [(f64, f64); 6] = [
+    (0.033_765_242_898_423_99, 0.085_662_246_189_585_17),
+    (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
+    (0.380_690_406_958_401_5, 0.233_956_967_286_345_53),
+    (0.619_309_593_041_598_5, 0.233_956_967_286_345_53),
+    (0.830_604_693_233_132_2, 0.180_380_786_524_069_3),
+    (0.966_234_757_101_576, 0.085_662_246_189_585_17),
+];
+
+impl Integral<'_> {
+    /// Panels at a peak are divided down to this size.
+    const FINEST: f64 = 1.0 / 131_072.0;
+    /// No panel is smaller than this.
+    const LEAST: f64 = 1.0 / 1_048_576.0;
+
+    fn add(&self, panel: Panel, sum: &mut [f64; 3]) {
+        let fine = self.rule(panel, &SIX);
+        let coarse = self.rule(panel, &FOUR);
+        let [error, size] = [0, 1, 2].iter().fold([0.0f64; 2], |[error, size], &channel| {
+            [error.max((fine[channel] - coarse[channel]).abs()), size.max(fine[channel].abs())]
+        });
+        // The kink of a map's diagonal and a model's steps leave errors of panels along a line: thousands at most.
+        let good = error <= 1e-4 * size + 1e-7 * (1.0 + sum[0].max(sum[1]).max(sum[2]));
+        let divide =
+            (!good && panel.size > Self::LEAST) || (panel.size > Self::FINEST && self.at_peak(panel));
+        if !divide {
+            (0..3).for_each(|channel| sum[channel] += fine[channel]);
+            return;
+        }
+        let size = 0.5 * panel.size;
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            self.add(Panel { corner: panel.corner + DVec2::new(x, y) * size, size }, sum);
+        }
+    }
+
+    fn at_peak(&self, panel: Panel) -> bool {
+        let end = panel.corner + DVec2::splat(panel.size);
+        self.peaks.iter().any(|peak| panel.corner.cmple(*peak).all() && end.cmpge(*peak).all())
+    }
+
+    fn rule(&self, panel: Panel, rule: &[(f64, f64)]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (x, weight_x) in rule {
+            for (y, weight_y) in rule {
+                let w = to_hemisphere(panel.corner + DVec2::new(*x, *y) * panel.size);
+                let incident = Direction::from_unit(DVec3::new(w.x, w.y, self.side * w.z));
+                let rho_hat = self.material.transfer(incident, self.view);
+                let weight = weight_x * weight_y * panel.size * panel.size * TAU;
+                (0..3).for_each(|channel| sum[channel] += weight * rho_hat[channel]);
+            }
+        }
+        sum
+    }
+}
+
+/// The direction of a point of the square; equal areas have equal solid angles.
+fn to_hemisphere(point: DVec2) -> DVec3 {
+    let [a, b] = [2.0 * point.x - 1.0, 2.0 * point.y - 1.0];
+    let (r, phi) = match (a == 0.0 && b == 0.0, a.abs() > b.abs()) {
+        (true, _) => (0.0, 0.0),
+        (_, true) => (a, FRAC_PI_4 * b / a),
+        _ => (b, FRAC_PI_2 - FRAC_PI_4 * a / b),
+    };
+    // z = 1 - r^2: equal areas of the disk are equal heights of the sphere.
+    let across = r * (2.0 - r * r).sqrt();
+    DVec3::new(across * phi.cos(), across * phi.sin(), 1.0 - r * r)
+}
+
+/// The point of the square of a direction above the horizon.
+fn to_square(w: DVec3) -> DVec2 {
+    let r = (1.0 - w.z).max(0.0).sqrt();
+    let (a, b) = if w.x.abs() > w.y.abs() {
+        let a = r.copysign(w.x);
+        (a, a * (w.y / w.x).atan() / FRAC_PI_4)
+    } else if w.y == 0.0 {
+        (0.0, 0.0)
+    } else {
+        let b = r.copysign(w.y);
+        (b * (w.x / w.y).atan() / FRAC_PI_4, b)
+    };
+    DVec2::new(0.5 * (a + 1.0), 0.5 * (b + 1.0))
+}
+
+/// The greatest relative difference of the BRDF with light and view exchanged, over pairs up to 85 degrees from the normal:
+/// some anywhere, some near each other's mirror image, at many distances.
+fn reciprocity(material: &Material) -> f64 {
+    const PAIRS: usize = 4000;
+    // Differences of values this far below the greatest one are no fault that anyone sees.
+    const NEGLIGIBLE: f64 = 1e-6;
+
+    let pairs: Vec<[[f64; 3]; 2]> = (0..PAIRS)
+        .map(|index| {
+            // Multiples of the powers of x, x^-6 = 1 / x + 1, spread evenly over five dimensions (Roberts, 2018).
+            let at = |k: i32| (index as f64 * 0.881_271_461_633_569_6f64.powi(k) + 0.5).fract();
+            let above = |u: f64, v: f64| {
+                Direction::from_angles((1.0 - u * (1.0 - 85f64.to_radians().cos())).acos(), TAU * v)
+            };
+            let view = above(at(1), at(2));
+            let light = if index % 2 == 0 {
+                above(at(3), at(4))
+            } else {
+                let v = view.vector();
+                let away = above(at(3), at(4)).vector() * 10f64.powf(-4.0 * at(5));
+                Direction::normalised(DVec3::new(-v.x, -v.y, v.z) + away)
+            };
+            let brdf = |incident: Direction, outgoing: Direction| {
+                material.transfer(incident, outgoing).map(|value| value / incident.vector().z)
+            };
+            [brdf(light, view), brdf(view, light)]
+        })
+        .collect();
+    let most = pairs.iter().flatten().flatten().fold(0.0, |most: f64, value| most.max(*value));
+    let fault = |one: f64, other: f64| {
+        let size = one.max(other);
+        if size > NEGLIGIBLE * most { (one - other).abs() / size } else { 0.0 }
+    };
+    let faults =
+        pairs.iter().flat_map(|[one, other]| [0, 1, 2].map(|channel| fault(one[channel], other[channel])));
+    faults.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::{KajiyaKay, Lambert, Microfacet, Phong};
+
+    #[test]
+    fn the_square_is_the_hemisphere_there_and_back() {
+        for i in 0..20 {
+            for j in 0..20 {
+                let point = DVec2::new((f64::from(i) + 0.3) / 20.0, (f64::from(j) + 0.6) / 20.0);
+                let w = to_hemisphere(point);
+                assert!((w.length() - 1.0).abs() < 1e-14 && w.z >= 0.0);
+                assert!((to_square(w) - point).length() < 1e-12, "{point} {w}");
+            }
+        }
+        assert_eq!(to_square(DVec3::Z), DVec2::splat(0.5));
+        assert_eq!(to_hemisphere(DVec2::splat(0.5)), DVec3::Z);
+    }
+
+    /// Phong's lobe is normalised over the whole sphere, from every view and at every sharpness.
+    #[test]
+    fn a_highlight_of_weight_1_has_albedo_1() {
+        for exponent in [0.0, 1.5, 32.0, 1e4, 1e8] {
+            let checks = checks(&Material::Phong(Phong::new(exponent, [1.0, 0.5, 0.0]).unwrap()));
+            for albedo in &checks.albedo {
+                let [red, green, blue] = albedo.rgb;
+                assert!(
+                    (red - 1.0).abs() < 2e-4 && (green - 0.5).abs() < 1e-4 && blue == 0.0,
+                    "{exponent} {albedo:?}"
+                );
+            }
+            assert!(!checks.makes_light());
+        }
+    }
+
+    /// Head on theta_h = theta_i / 2; with h = theta_h and dw_i = 4 cos(h) dw_h the albedo is 8 pi times the integral
+    /// of cos(h) sin(h) e^(-(h / sigma)^2) / (4 pi sigma^2) over [0, pi/4]: here by the midpoint rule, which is
+    /// accurate to 1e-8.
+    #[test]
+    fn equation_11_head_on() {
+        for sigma in [0.001, 0.1, 0.4] {
+            let found = checks(&Material::Microfacet(Microfacet::new(sigma, [1.0; 3]).unwrap()));
+            let steps = 400_000;
+            let sum: f64 = (0..steps)
+                .map(|step| {
+                    let h = (f64::from(step) + 0.5) / f64::from(steps) * FRAC_PI_4;
+                    h.sin() * h.cos() * (-(h / sigma).powi(2)).exp()
+                })
+                .sum();
+            let expected = 2.0 * sum * FRAC_PI_4 / f64::from(steps) / (sigma * sigma);
+            let head_on = found.albedo[0].rgb[0];
+            assert!((head_on - expected).abs() < 1e-4, "{sigma}: {head_on} {expected}");
+        }
+    }
+
+    /// Across the fibre cos(theta_i - pi/2) = sin(theta_i), and the integral of sin^s over the sphere is known for
+    /// s = 2: 8 pi / 3.
+    #[test]
+    fn a_fibre_makes_light_and_is_anisotropic() {
+        let found = checks(&Material::KajiyaKay(KajiyaKay::new(2.0, [1.0; 3]).unwrap()));
+        assert!((found.albedo[0].rgb[0] - 8.0 * PI / 3.0).abs() < 1e-3);
+        assert_eq!((found.albedo.len(), found.isotropic, found.makes_light()), (44, false, true));
+    }
+
+    #[test]
+    fn light_is_made_where_the_albedo_says_so() {
+        let lambert = |albedo: f64| checks(&Material::Lambert(Lambert::new([0.2, albedo, 0.2]).unwrap()));
+        assert!(!lambert(1.0).makes_light());
+        let bright = lambert(1.5);
+        assert!(bright.makes_light() && (bright.greatest().greatest() - 1.5).abs() < 1e-4);
+        assert!(bright.greatest().rgb[0] < 0.2001);
+    }
+
+    #[test]
+    fn the_greatest_fault_of_reciprocity_is_told() {
+        let fault = |material: Material| checks(&material).reciprocity;
+        assert!(fault(Material::Lambert(Lambert::new([0.5; 3]).unwrap())) < 1e-13);
+        assert_eq!(fault(Material::Lambert(Lambert::new([0.0; 3]).unwrap())), 0.0);
+        let phong = fault(Material::Phong(Phong::new(8.0, [0.5; 3]).unwrap()));
+        assert!((0.5..=1.0).contains(&phong), "{phong}");
+    }
+}

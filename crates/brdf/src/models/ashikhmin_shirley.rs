@@ -1,0 +1,123 @@
+//! `ashikhmin-shirley`: a highlight with Fresnel over a matte base that gets what the highlight leaves.
+//!
+//! BRDF = rho_s + rho_d (Ashikhmin and Shirley, "An Anisotropic Phong BRDF Model", 2000, equations 2 to 5) with
+//!
+//! - rho_s = sqrt((e_x + 1) (e_y + 1)) / (8 pi) * (N.h)^((e_x h_x^2 + e_y h_y^2) / (1 - (N.h)^2)) / (L.h max(N.L, N.V)) * F,
+//! - F = specular + (1 - specular) (1 - L.h)^5, Schlick's share,
+//! - rho_d = 28 diffuse / (23 pi) * (1 - specular) (1 - (1 - N.L / 2)^5) (1 - (1 - N.V / 2)^5),
+//!
+//! and rho_hat = BRDF * max(0, cos(theta_i)). `specular` is the share at normal incidence; e_x is the exponent along the
+//! tangent (the surface's +X), e_y across it.
+//!
+//! Where light and view are opposite, both at the horizon, the value has no bound; L.h is taken no less than 1e-3 there, which matters
+//! within 0.06 degrees of grazing.
+//!
+//! Reciprocal. With weights of 1 and less no view sees more light than falls on the surface.
+
+use std::f64::consts::PI;
+
+use sphere::Direction;
+
+use super::Model;
+use super::facets::Half;
+use super::parameter::{POWER, Parameter, ParameterError, Range, Value, Values, WEIGHT};
+
+const EXPONENT: Parameter = Parameter::number(
+    "exponent",
+    "the sharpness of the highlight: the power of the half vector's cosine",
+    POWER,
+);
+const EXPONENT_X: Parameter = Parameter::number(
+    "exponent_x",
+    "the sharpness along the tangent; `exponent` where it is left out",
+    POWER,
+)
+.optional();
+const EXPONENT_Y: Parameter = Parameter::number(
+    "exponent_y",
+    "the sharpness across the tangent; `exponent` where it is left out",
+    POWER,
+)
+.optional();
+const DIFFUSE: Parameter =
+    Parameter::colour("diffuse", "the share of the remaining light that the base reflects", WEIGHT).or(0.0);
+/// Past 1 Schlick's share would fall toward grazing and the base's would be negative.
+const SHARE: Parameter = Parameter::colour(
+    "specular",
+    "the share of light that the highlight reflects at normal incidence",
+    Range { least: 0.0, most: 1.0, words: "a number from 0 to 1" },
+);
+
+/// The least L.h.
+const LEAST: f64 = 1e-3;
+
+/// A highlight with Fresnel over a matte base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AshikhminShirley {
+    exponent: [f64; 2],
+    diffuse: [f64; 3],
+    specular: [f64; 3],
+}
+
+impl AshikhminShirley {
+    /// A highlight of these exponents along and across the tangent, over a matte base; colours are RGB.
+    ///
+    /// # Errors
+    /// Where an exponent is not a number from 0 to 1e9, a channel of `diffuse` not one from 0 to 1e6, or one of `specular` not
+    /// one from 0 to 1.
+    pub fn new(exponent: [f64; 2], diffuse: [f64; 3], specular: [f64; 3]) -> Result<Self, ParameterError> {
+        if exponent[0] == exponent[1] {
+            EXPONENT.checked(exponent[0])?;
+        }
+        Ok(Self {
+            exponent: [EXPONENT_X.checked(exponent[0])?, EXPONENT_Y.checked(exponent[1])?],
+            diffuse: DIFFUSE.checked_colour(diffuse)?,
+            specular: SHARE.checked_colour(specular)?,
+        })
+    }
+}
+
+impl Model for AshikhminShirley {
+    const NAME: &'static str = "ashikhmin-shirley";
+    const SUMMARY: &'static str = "a highlight with Fresnel, stretched or not, over a matte base";
+    const PARAMETERS: &'static [Parameter] = &[EXPONENT, EXPONENT_X, EXPONENT_Y, DIFFUSE, SHARE];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        let both = EXPONENT.checked(values.number("exponent")?)?;
+        let along = |name| values.optional_number(name).unwrap_or(both);
+        let exponent = [along("exponent_x"), along("exponent_y")];
+        Self::new(exponent, values.colour("diffuse")?, values.colour("specular")?)
+    }
+
+    fn values(&self) -> Values {
+        let [x, y] = self.exponent;
+        let values = Values::default()
+            .with("exponent", Value::Number(x))
+            .with("diffuse", Value::Colour(self.diffuse))
+            .with("specular", Value::Colour(self.specular));
+        if self.is_isotropic() { values } else { values.with("exponent_y", Value::Number(y)) }
+    }
+
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let [e_x, e_y] = self.exponent;
+        let (light, view, facet) = (half.light, half.view, half.facet());
+        let sum = half.sum;
+        let across = sum.x * sum.x + sum.y * sum.y;
+        // h_x^2 / (1 - (N.h)^2) is the square of the azimuth's cosine; at the pole the power of 1 is 1.
+        let power = if across > 0.0 { (e_x * sum.x * sum.x + e_y * sum.y * sum.y) / across } else { 0.0 };
+        let lobe = ((e_x + 1.0) * (e_y + 1.0)).sqrt() / (8.0 * PI) * half.cos2().min(1.0).powf(0.5 * power);
+        let lobe = lobe / facet.max(LEAST) * (light / light.max(view));
+        let grazing = (1.0 - facet).max(0.0).powi(5);
+        let fade = |cosine: f64| 1.0 - (1.0 - 0.5 * cosine).powi(5);
+        let base = 28.0 / (23.0 * PI) * fade(light) * fade(view) * light;
+        [0, 1, 2].map(|channel| {
+            let (diffuse, specular) = (self.diffuse[channel], self.specular[channel]);
+            lobe * (specular + (1.0 - specular) * grazing) + base * diffuse * (1.0 - specular)
+        })
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.exponent[0] == self.exponent[1]
+    }
+}

@@ -1,0 +1,68 @@
+//! `blinn-phong`: a highlight about the half vector.
+//!
+//! BRDF = specular * c(s) * (N.h)^s with s the `exponent` (Blinn, "Models of Light Reflection for Computer Synthesized
+//! Pictures", 1977); rho_hat = BRDF * max(0, cos(theta_i)). The factor
+//!
+//! c(s) = (s + 2) (s + 4) / (8 pi (2^(-s/2) + s))
+//!
+//! makes a view along the normal see the share `specular` of a constant sky: with V = N and u = cos(theta_i), N.h =
+//! sqrt((1 + u) / 2) and 2 pi times the integral of ((1 + u) / 2)^(s/2) u over [0, 1] is 1 / c(s).
+//!
+//! Reciprocal. Every other view sees less than `specular`.
+
+use std::f64::consts::PI;
+
+use sphere::Direction;
+
+use super::Model;
+use super::facets::Half;
+use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
+
+const EXPONENT: Parameter = Parameter::number(
+    "exponent",
+    "the sharpness of the highlight: the power of the half vector's cosine",
+    POWER,
+);
+
+/// A highlight about the half vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlinnPhong {
+    exponent: f64,
+    specular: [f64; 3],
+    /// c(s).
+    factor: f64,
+}
+
+impl BlinnPhong {
+    /// A highlight (N.h)^`exponent` that reflects the share `specular` toward the normal, RGB.
+    ///
+    /// # Errors
+    /// Where `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6.
+    pub fn new(exponent: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
+        let s = EXPONENT.checked(exponent)?;
+        let factor = (s + 2.0) * (s + 4.0) / (8.0 * PI * ((-0.5 * s).exp2() + s));
+        Ok(Self { exponent, specular: SPECULAR.checked_colour(specular)?, factor })
+    }
+}
+
+impl Model for BlinnPhong {
+    const NAME: &'static str = "blinn-phong";
+    const SUMMARY: &'static str = "a highlight about the half vector";
+    const PARAMETERS: &'static [Parameter] = &[EXPONENT, SPECULAR];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        Self::new(values.number("exponent")?, values.colour("specular")?)
+    }
+
+    fn values(&self) -> Values {
+        Values::default()
+            .with("exponent", Value::Number(self.exponent))
+            .with("specular", Value::Colour(self.specular))
+    }
+
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let value = self.factor * half.light * half.cos2().min(1.0).powf(0.5 * self.exponent);
+        self.specular.map(|specular| specular * value)
+    }
+}

@@ -1,0 +1,54 @@
+//! The half vector of light and view, as the models of small facets want it.
+
+use glam::DVec3;
+use sphere::Direction;
+
+/// The half vector h = (L + V) / |L + V| over a surface with normal +Z, and what facets that face it see.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Half {
+    /// The sum L + V.
+    pub(crate) sum: DVec3,
+    /// |L + V|^2.
+    pub(crate) length_squared: f64,
+    /// N.L, above 0.
+    pub(crate) light: f64,
+    /// N.V, 0 or more.
+    pub(crate) view: f64,
+}
+
+impl Half {
+    /// Of light above the horizon; `None` of light below it and where light and view are opposite.
+    pub(crate) fn new(incident: Direction, outgoing: Direction) -> Option<Self> {
+        let (light, view) = (incident.vector(), outgoing.vector());
+        let sum = light + view;
+        let length_squared = sum.length_squared();
+        // A view at the horizon may be a hair below it.
+        (light.z > 0.0 && sum.z > 0.0 && length_squared > 0.0).then_some(Self {
+            sum,
+            length_squared,
+            light: light.z,
+            view: view.z.max(0.0),
+        })
+    }
+
+    /// (N.h)^2.
+    pub(crate) fn cos2(&self) -> f64 {
+        self.sum.z * self.sum.z / self.length_squared
+    }
+
+    /// 1 - (N.h)^2, without cancellation.
+    pub(crate) fn sin2(&self) -> f64 {
+        (self.sum.x * self.sum.x + self.sum.y * self.sum.y) / self.length_squared
+    }
+
+    /// L.h = V.h, above 0.
+    pub(crate) fn facet(&self) -> f64 {
+        0.5 * self.length_squared.sqrt()
+    }
+
+    /// tan^2(theta_h) weighted by 1 / `x`^2 along +X and 1 / `y`^2 along +Y; infinite where h is on the horizon.
+    pub(crate) fn tan2(&self, x: f64, y: f64) -> f64 {
+        let (x, y) = (self.sum.x / x, self.sum.y / y);
+        (x * x + y * y) / (self.sum.z * self.sum.z)
+    }
+}

@@ -1,0 +1,77 @@
+//! `ggx`: a rough surface of small mirrors with GGX's long-tailed highlight, masking and Fresnel.
+//!
+//! rho_hat = specular * D(h) F(L.h) G(L, V) / (4 N.V) with alpha = roughness^2 and
+//!
+//! - D = alpha^2 / (pi ((N.h)^2 (alpha^2 - 1) + 1)^2) (Trowbridge and Reitz 1975; Walter, Marschner, Li and Torrance,
+//!   "Microfacet Models for Refraction through Rough Surfaces", 2007, equation 33),
+//! - G = 2 N.L N.V / (N.L sqrt(alpha^2 + (1 - alpha^2) (N.V)^2) + N.V sqrt(alpha^2 + (1 - alpha^2) (N.L)^2)): Smith's
+//!   masking and shadowing, correlated by height (Heitz, "Understanding the Masking-Shadowing Function", 2014, equation 99),
+//! - F Fresnel's exact share, of a dielectric (`ior`) or a conductor (`n`, `k`).
+//!
+//! Reciprocal. D is normalised, so that with `specular` 1 no view sees more light than falls on the surface; light
+//! that is reflected twice is lost, which darkens rough metals.
+
+use std::f64::consts::PI;
+
+use sphere::Direction;
+
+use super::Model;
+use super::facets::Half;
+use super::fresnel::{Fresnel, IOR, K, N};
+use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+
+const ROUGH: Parameter =
+    Parameter::number("roughness", "the width of the highlight: alpha is its square", ROUGHNESS);
+
+/// A rough surface of GGX facets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ggx {
+    roughness: f64,
+    fresnel: Fresnel,
+    specular: [f64; 3],
+}
+
+impl Ggx {
+    /// A surface of this roughness and material, its highlight times `specular`, RGB.
+    ///
+    /// # Errors
+    /// Where `roughness` is not a number from 0.01 to 1, the material is none that [`Fresnel`] allows, or a channel of
+    /// `specular` not a number from 0 to 1e6.
+    pub fn new(roughness: f64, fresnel: Fresnel, specular: [f64; 3]) -> Result<Self, ParameterError> {
+        Ok(Self {
+            roughness: ROUGH.checked(roughness)?,
+            fresnel: fresnel.checked()?,
+            specular: SPECULAR.checked_colour(specular)?,
+        })
+    }
+}
+
+impl Model for Ggx {
+    const NAME: &'static str = "ggx";
+    const SUMMARY: &'static str = "a rough surface with a long-tailed highlight, masking and Fresnel";
+    const PARAMETERS: &'static [Parameter] = &[ROUGH, IOR, N, K, SPECULAR];
+
+    fn from_values(values: &Values) -> Result<Self, ParameterError> {
+        Self::new(values.number("roughness")?, Fresnel::from_values(values)?, values.colour("specular")?)
+    }
+
+    fn values(&self) -> Values {
+        self.fresnel
+            .values()
+            .with("roughness", Value::Number(self.roughness))
+            .with("specular", Value::Colour(self.specular))
+    }
+
+    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
+        let alpha2 = self.roughness.powi(4);
+        let (light, view) = (half.light, half.view);
+        let across = half.sin2() + alpha2 * half.cos2();
+        let d = alpha2 / (PI * across * across);
+        let masked = |cosine: f64| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
+        // G / (4 N.V), finite at grazing.
+        let value = d * 0.5 * light / (light * masked(view) + view * masked(light));
+        let fresnel = self.fresnel.at(half.facet());
+        [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
+    }
+}
