@@ -1,3 +1,5 @@
-//! Benchmarks of the whole program, on frozen manifests: `cargo bench -p bench`.
+//! Benchmarks of the whole program on frozen manifests, and of the paper's tables: `cargo bench -p bench`.
 //!
-//! The benchmarks of one crate are in that crate.
+//! The benchmarks of one crate are in that crate. `cargo run --release -p bench --bin paper-ratios` prints the tables.
+
+pub mod paper;
