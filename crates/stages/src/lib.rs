@@ -8,12 +8,18 @@ mod colour;
 mod contact_sheet;
 mod convolve;
 mod degree_choice;
+mod export_cabral;
+mod export_kautz_mccool;
 mod export_reflection_map;
 mod export_sh;
 mod export_shrm;
+mod export_view_maps;
 mod import_environment;
 mod import_material;
+mod import_reflection_maps;
+mod map_index;
 mod map_input;
+mod map_source;
 mod project_brdf;
 mod project_sh;
 mod rotate;
@@ -35,5 +41,9 @@ pub fn kinds() -> engine::Kinds {
         .with(export_reflection_map::ExportReflectionMap)
         .with(export_sh::ExportSh)
         .with(export_shrm::ExportShrm)
+        .with(export_cabral::ExportCabral)
+        .with(export_kautz_mccool::ExportKautzMcCool)
+        .with(export_view_maps::ExportViewMaps)
+        .with(import_reflection_maps::ImportReflectionMaps)
         .with(contact_sheet::ContactSheet)
 }

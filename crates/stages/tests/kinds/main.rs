@@ -4,6 +4,7 @@
 
 mod corpus;
 mod export_reflection_map;
+mod explicit_maps;
 mod export_sh;
 mod export_shrm;
 mod fixture;

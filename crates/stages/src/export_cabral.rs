@@ -1,0 +1,277 @@
+//! Writes Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view.
+//!
+//! A renderer that can look up a reflection map can show a material that changes with the view by blending three of
+//! twelve (Cabral, Olano and Nemec 1999). Map k holds the radiance toward the view V_k for every central direction of the
+//! surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is the reflection vector R: all
+//! maps are looked up at the R of the pixel, with no warp between them.
+//!
+//! Twelve views follow a field up to P = 2 in the view. A note tells the share of the reflected energy beyond that, which
+//! blurs or is lost between the vertices; `export-shrm` keeps all of it in fewer numbers.
+//!
+//! The input is a reflection, which is evaluated at each texel, or an SHRM, which is used as it is where layout and
+//! resolution are its own and else interpolated, with a note. With `resolution = "auto"`, or left out, a reflection gets
+//! the least texels between which it is interpolated with an error of 1 %, and an SHRM keeps its own.
+//!
+//! ## Files
+//!
+//! After the item's `path`, a folder: `/view-00.exr` to `/view-11.exr` (or `.hdr`, `.dds`), and last `/cabral.json`.
+//!
+//! | `layout` | one file holds |
+//! | --- | --- |
+//! | `cube` | six faces +X -X +Y -Y +Z -Z, below each other in a picture, the faces of a cube map in DDS |
+//! | `lat-long` | an image twice as wide as high, its centre along +X |
+//! | `sphere` | the image of a mirror ball as the view V_k sees it: the centre is R = V_k, the whole rim R = -V_k |
+//!
+//! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216 and 288 degrees;
+//! vertices 6 to 10 at z = -1 / sqrt(5), at azimuths 36, 108, 180, 252 and 324 degrees.
+//!
+//! In a sphere map up is toward +Z, against theta of the view, and right along its phi; the views +-Z take phi = 0.
+//! The radius is sin(t / 2) at the angle t from the centre. Texels outside the disk repeat the rim.
+//!
+//! ## The index
+//!
+//! `/cabral.json` has everything a renderer needs: for each map its file and view (in Specula's frame and, with +Y
+//! up, in the file frame) and for sphere maps their axes; the twenty triangles; how a direction finds its texel; and
+//! how to blend. The manual of `import-reflection-maps` lists its members. To blend: a view V lies in one triangle
+//! (a, b, c); there
+//!
+//! > w_a = V.(b x c), w_b = V.(c x a), w_c = V.(a x b), divided by their sum
+//!
+//! are 0 or more, and weigh the three maps.
+//!
+//! ## Numbers
+//!
+//! `precision = "half"` holds 3 digits up to 65504; values past that, in either direction, become +-65504 with a warning
+//! that counts them, or fail the item with `overflow = "error"`. RGBE holds no negative values, which a series that is cut
+//! can have: they become 0, with a warning.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.cabral]
+//! kind = "export-cabral"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! path = "{environment}/{material}/cabral"
+//! ```
+
+use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
+
+use containers::{Encoded, Texture, write_dds, write_exr, write_rgbe};
+use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use shrm::{Cabral, MapGrid, Shrm, Terms, View, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps};
+use sphere::LatLong;
+
+use crate::artifacts;
+use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
+use crate::map_input::{ERROR, MOST, MapLayout, Resolution};
+use crate::map_source::{self, MapSource};
+use crate::share::share;
+
+choice! {
+    /// How the sphere of central directions lies on a file.
+    pub(crate) enum Layout {
+        /// Six faces.
+        Cube = "cube",
+        /// Latitude and longitude.
+        LatLong = "lat-long",
+        /// A mirror ball seen from the view.
+        Sphere = "sphere",
+    }
+}
+
+choice! {
+    /// The container of the maps.
+    pub(crate) enum Format {
+        /// OpenEXR.
+        Exr = "exr",
+        /// Radiance.
+        Rgbe = "rgbe",
+        /// DirectDraw surfaces.
+        Dds = "dds",
+    }
+}
+
+parameters! {
+    /// Parameters of `export-cabral`.
+    pub(crate) struct Parameters {
+        /// How the sphere of central directions lies on a file; see Files.
+        layout: Layout = Layout::Cube,
+        /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Left out: "auto".
+        resolution: Option<Resolution> = None,
+        /// The container: OpenEXR, Radiance, or DDS for engines.
+        format: Format = Format::Exr,
+        /// With format "exr" or "dds": 16-bit or 32-bit numbers.
+        precision: Numbers = Numbers::Half,
+        /// With precision "half": what is done with values past 65504; see Numbers.
+        overflow: Overflow = Overflow::Clamp,
+    }
+}
+
+/// The kind `export-cabral`.
+pub(crate) struct ExportCabral;
+
+impl Kind for ExportCabral {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-cabral";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("export_cabral.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![MapSource::port()]
+    }
+
+    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        let maps = (0..12).map(|vertex| format!("/{}", file(vertex, parameters.format)));
+        Product::Files(maps.chain(["/cabral.json".to_owned()]).collect())
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let numbers = (parameters.format != Format::Rgbe).then_some(parameters.precision);
+        let mut faults: Vec<_> =
+            map_source::check_overflow(parameters.overflow, numbers).into_iter().collect();
+        if parameters.precision != Numbers::Half && parameters.format == Format::Rgbe {
+            faults.push(("precision", "precision: format = \"rgbe\" has its own".into()));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let source = MapSource::of(context)?;
+        let vertices = icosahedron::vertices();
+        let on_grid = |layout| -> Result<_, Failure> {
+            let map = source.map(layout, parameters.resolution, View::Local, context)?;
+            let maps = Cabral::from_shrm(&map.0);
+            Ok((map, map_source::picture_size(maps.grid()), maps.maps().to_vec()))
+        };
+        let (layout, (map, size, pixels)) = match parameters.layout {
+            Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
+            Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
+            Layout::Sphere => {
+                let (map, edge) = for_spheres(&source, parameters.resolution)?;
+                let pixels = sphere_maps(&map.0, &vertices, edge)?;
+                (FileLayout::Sphere, (map, [edge; 2], pixels))
+            }
+        };
+        let map = &map.0;
+        context.check_cancelled()?;
+        tell_lost(map, context);
+        let files = pixels.chunks_exact(size[0] * size[1]);
+        let encoded = files.map(|pixels| encode(parameters, size, pixels, context));
+        let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
+        let clamped = encoded.iter().map(|file| file.clamped).sum();
+        match parameters.format {
+            Format::Rgbe if clamped > 0 => {
+                context.warn(format!("{clamped} values are negative, and RGBE has them as 0"));
+            }
+            _ => tell_overflow(clamped, parameters.overflow, context)?,
+        }
+        let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
+        let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
+            let entry = Entry::of_file(&file(vertex, parameters.format)).seen_from(view);
+            if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(view)) } else { entry }
+        });
+        let index = NewIndex {
+            method: "cabral",
+            centre: map.centre(),
+            views: Views::Global,
+            layout,
+            resolution: size[0],
+            degree: source.p(),
+            lookup: lookup_text(layout).into(),
+            interpolation: INTERPOLATION.into(),
+            maps: entries.collect(),
+            triangles: Some(icosahedron::TRIANGLES.to_vec()),
+        };
+        files.push(index.encode(context.recipe())?);
+        Ok(Output::Files(files))
+    }
+}
+
+const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indices into maps, where w_a = V.(b x c), w_b = V.(c x a) and \
+                             w_c = V.(a x b) are 0 or more; divided by their sum they weigh the three maps, all looked up at \
+                             the same central direction";
+
+/// The name of a vertex's file.
+fn file(vertex: usize, format: Format) -> String {
+    let extension = match format {
+        Format::Exr => "exr",
+        Format::Rgbe => "hdr",
+        Format::Dds => "dds",
+    };
+    format!("view-{vertex:02}.{extension}")
+}
+
+/// The map that sphere maps are evaluated from, an SHRM as it is, a reflection on rows that lose nothing; and their edge.
+/// `"auto"` makes a texel in the middle of a ball, 4 / N, as wide as a row.
+fn for_spheres(
+    source: &MapSource,
+    resolution: Option<Resolution>,
+) -> Result<(Arc<artifacts::Shrm>, usize), Failure> {
+    let edge = |rows: usize| match resolution {
+        Some(Resolution::Fixed(edge)) => edge,
+        _ => ((rows as f64 / FRAC_PI_4).ceil() as usize).min(MOST),
+    };
+    match source {
+        MapSource::Shrm(map) => {
+            let rows = match map.0.grid() {
+                MapGrid::Cube(cube) => 2 * cube.edge,
+                MapGrid::LatLong(grid) => grid.height,
+            };
+            Ok((Arc::clone(map), edge(rows)))
+        }
+        MapSource::Reflection(reflection) => {
+            let reflection = &reflection.0;
+            let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
+            let map = reflection.synthesise(MapGrid::LatLong(LatLong::with_rows(rows)), View::Local)?;
+            let needed = reflection.resolution(shrm::MapLayout::LatLong, ERROR).texels;
+            Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
+        }
+    }
+}
+
+/// A note of the energy with p > 2.
+fn tell_lost(map: &Shrm, context: &Context<'_>) {
+    let p_of = |row: usize| if map.terms() == Terms::Zonal { row } else { row.isqrt() };
+    let (mut lost, mut all) = (0.0, 0.0);
+    for texel in 0..map.grid().len() {
+        let solid_angle = map.grid().solid_angle(texel);
+        for (row, value) in map.texel(texel).iter().enumerate() {
+            let energy: f64 = value.iter().map(|&value| f64::from(value).powi(2)).sum();
+            all += solid_angle * energy;
+            lost += if p_of(row) > 2 { solid_angle * energy } else { 0.0 };
+        }
+    }
+    if lost > 0.0 {
+        context.note(format!(
+            "{} of the reflected energy changes with the view faster (P = 3 to {}) than twelve views follow",
+            share(lost / all),
+            map.p().get()
+        ));
+    }
+}
+
+/// The file of one map.
+fn encode(
+    parameters: &Parameters,
+    size: [usize; 2],
+    pixels: &[[f32; 3]],
+    context: &Context<'_>,
+) -> Result<Encoded, Failure> {
+    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
+    match parameters.format {
+        Format::Exr => Ok(write_exr(&map_source::picture(size, pixels)?, precision, recipe)?),
+        Format::Rgbe => Ok(write_rgbe(&map_source::picture(size, pixels)?, recipe)?),
+        Format::Dds => {
+            let faces = if parameters.layout == Layout::Cube { 6 } else { 1 };
+            let [width, height] = size;
+            let height = height / faces;
+            let texture = Texture { width, height, depth: 1, layers: 0, faces, pixels: pixels.to_vec() };
+            Ok(write_dds(&texture, precision)?)
+        }
+    }
+}

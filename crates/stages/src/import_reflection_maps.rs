@@ -1,0 +1,369 @@
+//! Reads explicit reflection maps for several views and fits a spherical harmonic reflection map to them.
+//!
+//! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance) or textures (KTX2, DDS of
+//! RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write such an index; for old data of
+//! any other maker write one by hand. The result is of type `shrm`, for `export-shrm` and the exports of maps.
+//!
+//! For each texel the coefficients are the least-squares fit to the values of all views, without regularisation: what the
+//! views do not determine is an error (Ramamoorthi and Hanrahan 2002, appendix C). A note tells P, the residual (what the
+//! fit leaves of the maps, as a share of their root mean square), and how far errors of the maps grow in coefficients.
+//!
+//! | maps | result | P at most |
+//! | --- | --- | --- |
+//! | twelve views of an icosahedron | global | 2 |
+//! | K slices for angles theta_o | local, terms with q = 0 | K - 1 |
+//! | T x T views | local or global as they are | (T - 1) / 2 |
+//! | other views | local or global as they are | what they determine |
+//!
+//! A field whose P is not above that comes back to the precision of the files. Of a field with more, the rest is in the
+//! residual or folds into the coefficients. Without `degree` it is that of the index, or where that is more or is
+//! not given the highest P that the views determine well.
+//!
+//! ## The index
+//!
+//! ```json
+//! {
+//!   "format": "explicit-reflection-maps",
+//!   "version": 1,
+//!   "centre": "reflection",
+//!   "views": "global",
+//!   "layout": "cube",
+//!   "maps": [
+//!     { "file": "front.exr", "view": [1, 0, 0] },
+//!     { "file": "top.exr", "view_file": [0, 1, 0] }
+//!   ]
+//! }
+//! ```
+//!
+//! | member | value |
+//! | --- | --- |
+//! | `format`, `version` | as above |
+//! | `centre` | what maps are looked up by: `reflection` (the vector R; the default), `normal` or `tangent` |
+//! | `views` | `global`: each map has a view in the world. `local`: a view in the frame of each texel. `angles`: an angle between central direction and view |
+//! | `layout` | `cube`, `lat-long` or `sphere`, as in the manual of `export-cabral` |
+//! | `degree` | the P of what the maps were made from, if known |
+//! | `maps` | one entry for each map |
+//! | `resolution`, `method`, `central_direction`, `frame`, `lookup`, `interpolation`, `triangles`, `specula` | for renderers and people; may be left out |
+//!
+//! | member of a map | value |
+//! | --- | --- |
+//! | `file` | the file, relative to the index |
+//! | `layer` | in an array texture, which layer, from 0 |
+//! | `slice` | in a volume, which slice, from 0 |
+//! | `view` or `view_file` | with `global` and `local`: the direction to the viewer, in Specula's frame (+Z up, the centre of a lat-long image along +X) or in the file frame (+Y up, the centre along +Z) |
+//! | `up` or `up_file` | with layout `sphere`: the direction that is up in the image; left out, against theta of the view |
+//! | `theta_o` | with `angles`: the angle in radians, 0 to pi |
+//!
+//! In a picture a cube's faces +X -X +Y -Y +Z -Z lie below each other; a texture has six faces. All maps of an index
+//! have one size.
+//!
+//! ## Sphere maps
+//!
+//! Balls seen from different views have no texels in common: each is interpolated onto a cube first, by default of half
+//! the ball's edge. That blurs a little, and around the rim, where the central direction is opposite to the view, a ball holds
+//! nearly nothing: expect a residual of some percent. Cubes and lat-long maps keep their texels.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.old-maps]
+//! kind = "import-reflection-maps"
+//! source = "assets/maps/*/cabral.json"
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use containers::{ReadOptions, is_texture, read_image, read_texture};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use sh::Degree;
+use shrm::{Fit, FitError, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
+use sphere::{Cube, Direction, LatLong};
+
+use crate::artifacts;
+use crate::map_index::{Entry, FileLayout, Index, Views};
+
+parameters! {
+    /// Parameters of `import-reflection-maps`.
+    pub(crate) struct Parameters {
+        /// P of the result, 0 to 64. Left out: that of the index, as far as the views determine it well.
+        degree: Option<usize> = None,
+        /// With sphere maps: the edge of the cube that they are interpolated onto, 1 to 4096. Left out: half of theirs.
+        resolution: Option<usize> = None,
+    }
+}
+
+/// The highest P, and the largest edge of a cube.
+const MOST: [usize; 2] = [64, 4096];
+
+/// The kind `import-reflection-maps`.
+pub(crate) struct ImportReflectionMaps;
+
+impl Kind for ImportReflectionMaps {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "import-reflection-maps";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("import_reflection_maps.rs");
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::Shrm::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = Vec::new();
+        if let Some(degree) = parameters.degree.filter(|degree| *degree > MOST[0]) {
+            faults.push(("degree", format!("degree: {degree} is not 0 to {}", MOST[0])));
+        }
+        if let Some(edge) = parameters.resolution.filter(|edge| !(1..=MOST[1]).contains(edge)) {
+            faults.push(("resolution", format!("resolution: {edge} is not 1 to {}", MOST[1])));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let source = context.source()?;
+        let name = source.file_name().unwrap_or(source.as_os_str()).to_string_lossy().into_owned();
+        let fit = import(parameters, source, context)
+            .map_err(|failure| failure.context(format!("cannot import {name}")))?;
+        Output::artifact(artifacts::Shrm(fit.map))
+    }
+}
+
+fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Result<Fit, Failure> {
+    let index = Index::decode(&context.read(source)?)?;
+    let sampled = sampling(&index)?;
+    let maps = read_maps(&index, context)?;
+    context.check_cancelled()?;
+    if parameters.resolution.is_some() && index.layout != FileLayout::Sphere {
+        context.warn("resolution is for sphere maps; these maps keep their texels");
+    }
+    let (grid, pixels) = on_one_grid(&index, maps, parameters.resolution)?;
+    context.check_cancelled()?;
+    let centre = index.centre.into();
+    let fit = |degree: Option<usize>| {
+        let degree = degree.map(Degree::new).transpose()?;
+        let fit = match &sampled {
+            Sampling::Views(view, directions) => fit_views(grid, centre, *view, directions, &pixels, degree),
+            Sampling::Angles(angles) => fit_angles(grid, centre, angles, &pixels, degree),
+        };
+        fit.map_err(|error| failure(error, &index, grid))
+    };
+    let fitted = match (parameters.degree, index.degree) {
+        (Some(degree), _) => fit(Some(degree))?,
+        (None, of_index) => {
+            let most = fit(None)?;
+            match of_index {
+                Some(degree) if degree < most.map.p().get() => fit(Some(degree))?,
+                _ => most,
+            }
+        }
+    };
+    tell(&fitted, &index, context);
+    Ok(fitted)
+}
+
+/// What the maps are for.
+enum Sampling {
+    Views(View, Vec<Direction>),
+    Angles(Vec<f64>),
+}
+
+fn sampling(index: &Index) -> Result<Sampling, Failure> {
+    let directions = || index.maps.iter().map(Entry::view).collect::<Result<Vec<_>, _>>();
+    Ok(match index.views {
+        Views::Global => Sampling::Views(View::Global, directions()?),
+        Views::Local => Sampling::Views(View::Local, directions()?),
+        Views::Angles => {
+            let angles = index.maps.iter().map(|entry| match entry.theta_o {
+                Some(angle) if (0.0..=std::f64::consts::PI).contains(&angle) => Ok(angle),
+                Some(angle) => Err(Failure::new(format!(
+                    "the map in {}: `theta_o` is {angle}; expected 0 to pi, in radians",
+                    entry.file
+                ))),
+                None => Err(Failure::new(format!(
+                    "the map in {} has no `theta_o`, which `views` \"angles\" needs",
+                    entry.file
+                ))),
+            });
+            Sampling::Angles(angles.collect::<Result<_, _>>()?)
+        }
+    })
+}
+
+/// The pixels of one file: of a picture, or of a texture with its parts.
+struct Opened {
+    width: usize,
+    height: usize,
+    depth: usize,
+    layers: usize,
+    faces: usize,
+    pixels: Vec<[f32; 3]>,
+}
+
+/// Maps of one size, one after the other.
+struct Maps {
+    /// Columns and rows; of a cube, those of a face.
+    size: [usize; 2],
+    pixels: Vec<[f32; 3]>,
+}
+
+/// Reads each file once and takes the maps from them.
+fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
+    let mut files: BTreeMap<&str, Opened> = BTreeMap::new();
+    let mut maps: Option<Maps> = None;
+    for entry in &index.maps {
+        context.check_cancelled()?;
+        if !files.contains_key(entry.file.as_str()) {
+            // Of pictures only the one in hand is kept: each holds one map.
+            files.retain(|_, file| file.layers * file.depth > 1);
+            let file = open(&entry.file, index.layout, context)
+                .map_err(|failure| failure.context(entry.file.clone()))?;
+            files.insert(&entry.file, file);
+        }
+        let Some(file) = files.get(entry.file.as_str()) else { continue };
+        let pixels = part(file, entry).map_err(|failure| failure.context(entry.file.clone()))?;
+        let size = [file.width, file.height];
+        let maps = maps.get_or_insert_with(|| Maps { size, pixels: Vec::new() });
+        if maps.size != size {
+            let [[a, b], [c, d]] = [maps.size, size];
+            return Err(Failure::new(format!(
+                "{}: {c} x {d} texels, but {} has {a} x {b}; all maps of an index have one size",
+                entry.file, index.maps[0].file
+            )));
+        }
+        if maps.pixels.len() + pixels.len() > containers::MAX_PIXELS {
+            return Err(Failure::new(format!(
+                "the maps have more than {} texels together",
+                containers::MAX_PIXELS
+            )));
+        }
+        maps.pixels.extend_from_slice(pixels);
+    }
+    // An index names a map at least.
+    maps.ok_or_else(|| Failure::new("`maps` is empty"))
+}
+
+/// A file, and whether it can hold a map of the layout.
+fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened, Failure> {
+    let bytes = context.read(Path::new(file))?;
+    let opened = if is_texture(&bytes) {
+        let texture = read_texture(&bytes)?.texture;
+        let containers::Texture { width, height, depth, layers, faces, pixels } = texture;
+        Opened { width, height, depth, layers: layers.max(1), faces, pixels }
+    } else {
+        let decoded = read_image(&bytes, &ReadOptions::default())?;
+        for warning in &decoded.warnings {
+            context.warn(format!("{file}: {warning}"));
+        }
+        let (width, height) = (decoded.image.width(), decoded.image.height());
+        let faces = if layout == FileLayout::Cube { 6 } else { 1 };
+        if height % faces != 0 {
+            return Err(wrong_shape(layout, width, height));
+        }
+        let pixels = decoded.image.into_pixels();
+        Opened { width, height: height / faces, depth: 1, layers: 1, faces, pixels }
+    };
+    let Opened { width, height, faces, .. } = opened;
+    let fits = match layout {
+        FileLayout::Cube => faces == 6 && width == height,
+        FileLayout::LatLong => faces == 1 && width == 2 * height,
+        FileLayout::Sphere => faces == 1 && width == height,
+    };
+    if fits { Ok(opened) } else { Err(wrong_shape(layout, width, height * faces)) }
+}
+
+fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
+    let rule = match layout {
+        FileLayout::Cube => {
+            "a cube has six square faces, below each other in a picture, six times as high as wide"
+        }
+        FileLayout::LatLong => "a lat-long map is twice as wide as high",
+        FileLayout::Sphere => "a sphere map is square",
+    };
+    Failure::new(format!("{rule}; this file has {width} x {height} texels"))
+}
+
+/// The pixels of an entry's map in its file.
+fn part<'a>(file: &'a Opened, entry: &Entry) -> Result<&'a [[f32; 3]], Failure> {
+    let texels = file.width * file.height * file.faces;
+    let (name, at, count) =
+        if file.depth > 1 { ("slice", entry.slice, file.depth) } else { ("layer", entry.layer, file.layers) };
+    let at = match at {
+        Some(at) if at < count => at,
+        None if count == 1 => 0,
+        Some(at) => {
+            return Err(Failure::new(format!("`{name}` is {at}; the file has {count}, counted from 0")));
+        }
+        None => return Err(Failure::new(format!("`{name}` is missing; the file has {count}"))),
+    };
+    Ok(&file.pixels[at * texels..][..texels])
+}
+
+/// The maps on one grid: their own, or for sphere maps a cube.
+fn on_one_grid(
+    index: &Index,
+    maps: Maps,
+    resolution: Option<usize>,
+) -> Result<(MapGrid, Vec<[f32; 3]>), Failure> {
+    let [width, height] = maps.size;
+    match index.layout {
+        FileLayout::Cube => Ok((MapGrid::Cube(Cube { edge: width }), maps.pixels)),
+        FileLayout::LatLong => Ok((MapGrid::LatLong(LatLong { width, height }), maps.pixels)),
+        FileLayout::Sphere => {
+            if let Some(bad) = maps.pixels.as_flattened().iter().position(|value| !value.is_finite()) {
+                let (map, texel) = (bad / 3 / (width * height), bad / 3 % (width * height));
+                return Err(not_finite(index, map, texel, width, maps.pixels.as_flattened()[bad]));
+            }
+            let axes = index.maps.iter().map(Entry::axes).collect::<Result<Vec<_>, _>>()?;
+            let grid = MapGrid::Cube(Cube { edge: resolution.unwrap_or(width.div_ceil(2)) });
+            Ok((grid, from_sphere_maps(width, &axes, &maps.pixels, grid)))
+        }
+    }
+}
+
+/// A fault of the fit, with the file that is to blame.
+fn failure(error: FitError, index: &Index, grid: MapGrid) -> Failure {
+    match error {
+        FitError::NotFinite { map, texel, value } => not_finite(index, map, texel, grid.shape()[2], value),
+        FitError::TooFewViews { .. } | FitError::Undetermined { .. } => {
+            Failure::from(error).help("lower degree, or leave it out; or name more maps, for other views")
+        }
+        error => error.into(),
+    }
+}
+
+fn not_finite(index: &Index, map: usize, texel: usize, width: usize, value: f32) -> Failure {
+    let entry = &index.maps[map];
+    let part = match (entry.layer, entry.slice) {
+        (Some(layer), _) => format!(", layer {layer}"),
+        (None, Some(slice)) => format!(", slice {slice}"),
+        (None, None) => String::new(),
+    };
+    Failure::new(format!(
+        "{}{part}: {value} at column {}, row {} (rows of faces below each other)",
+        entry.file,
+        texel % width,
+        texel / width
+    ))
+    .help("repair the map: every value must be a finite number")
+}
+
+/// Notes what came of it.
+fn tell(fit: &Fit, index: &Index, context: &Context<'_>) {
+    let p = fit.map.p().get();
+    context.note(format!(
+        "P = {p} from {} maps: the residual is {:.2e} of the maps' root mean square, errors grow by {:.2}",
+        index.maps.len(),
+        fit.residual,
+        fit.condition
+    ));
+    if let Some(degree) = index.degree.filter(|degree| *degree > p) {
+        context.note(format!("the maps were made from P = {degree}, of which these views determine P = {p}"));
+    }
+}

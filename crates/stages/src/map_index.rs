@@ -1,0 +1,412 @@
+//! The JSON index of explicit reflection maps: what a renderer, or `import-reflection-maps`, needs to know of the files
+//! beside it. The manual of `import-reflection-maps` describes it.
+
+use std::path::{Component, Path};
+
+use brdf::Centre;
+use engine::Failure;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use sphere::{DVec3, Direction, from_file, to_file};
+
+/// The member `format` of every index.
+const FORMAT: &str = "explicit-reflection-maps";
+
+/// The member `version`.
+const VERSION: u32 = 1;
+
+/// How a file holds the sphere of central directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum FileLayout {
+    /// Six faces: below each other in a picture, or the faces of a texture.
+    Cube,
+    /// Latitude and longitude.
+    LatLong,
+    /// A mirror ball seen from the view.
+    Sphere,
+}
+
+/// What tells the maps apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Views {
+    /// Views in the world.
+    Global,
+    /// Views in the frame of each texel.
+    Local,
+    /// Angles between central direction and view.
+    Angles,
+}
+
+/// The names of [`Centre`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CentreName {
+    Reflection,
+    Normal,
+    Tangent,
+}
+
+impl From<Centre> for CentreName {
+    fn from(centre: Centre) -> Self {
+        match centre {
+            Centre::Reflection => Self::Reflection,
+            Centre::Normal => Self::Normal,
+            Centre::Tangent => Self::Tangent,
+        }
+    }
+}
+
+impl From<CentreName> for Centre {
+    fn from(name: CentreName) -> Self {
+        match name {
+            CentreName::Reflection => Self::Reflection,
+            CentreName::Normal => Self::Normal,
+            CentreName::Tangent => Self::Tangent,
+        }
+    }
+}
+
+/// One map: where it is and which view it is for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Entry {
+    /// The file, relative to the index.
+    pub(crate) file: String,
+    /// The layer of an array texture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) layer: Option<usize>,
+    /// The slice of a volume.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) slice: Option<usize>,
+    /// The view, in Specula's frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    view: Option<[f64; 3]>,
+    /// The view, in the file frame (+Y up).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    view_file: Option<[f64; 3]>,
+    /// The image's right of a sphere map, for renderers; reading takes it from `up`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    right: Option<[f64; 3]>,
+    /// The image's right in the file frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    right_file: Option<[f64; 3]>,
+    /// The image's up of a sphere map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    up: Option<[f64; 3]>,
+    /// The image's up in the file frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    up_file: Option<[f64; 3]>,
+    /// The angle between central direction and view, in radians.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) theta_o: Option<f64>,
+}
+
+impl Entry {
+    /// A map in a file of its own.
+    pub(crate) fn of_file(file: &str) -> Self {
+        Self { file: file.into(), ..Self::default() }
+    }
+
+    /// The same, in one layer of an array texture.
+    pub(crate) fn in_layer(self, layer: Option<usize>) -> Self {
+        Self { layer, ..self }
+    }
+
+    /// The same, in one slice of a volume.
+    pub(crate) fn in_slice(self, slice: Option<usize>) -> Self {
+        Self { slice, ..self }
+    }
+
+    /// The same, for an angle between central direction and view, in radians.
+    pub(crate) fn at_angle(self, angle: f64) -> Self {
+        Self { theta_o: Some(angle), ..self }
+    }
+
+    /// The same, for a view in the world.
+    pub(crate) fn seen_from(self, view: Direction) -> Self {
+        let [view, view_file] = both_frames(view);
+        Self { view, view_file, ..self }
+    }
+
+    /// The same, for a view in the texel's frame, of which there is no other.
+    pub(crate) fn seen_from_local(self, view: Direction) -> Self {
+        Self { view: Some(view.vector().to_array()), ..self }
+    }
+
+    /// The same, a sphere map with these axes: right, up, view.
+    pub(crate) fn with_axes(self, [right, up, _]: [Direction; 3]) -> Self {
+        let ([right, right_file], [up, up_file]) = (both_frames(right), both_frames(up));
+        Self { right, right_file, up, up_file, ..self }
+    }
+
+    /// The view, whichever frame it is given in.
+    pub(crate) fn view(&self) -> Result<Direction, Failure> {
+        direction("view", self.view, self.view_file)?.ok_or_else(|| {
+            Failure::new(format!("the map in {} has neither `view` nor `view_file`", self.file))
+        })
+    }
+
+    /// The axes of a sphere map: right, up, view.
+    pub(crate) fn axes(&self) -> Result<[Direction; 3], Failure> {
+        let view = self.view()?;
+        let Some(up) = direction("up", self.up, self.up_file)? else {
+            return Ok(shrm::sphere_map_axes(view));
+        };
+        let right = Direction::new(up.vector().cross(view.vector())).ok_or_else(|| {
+            Failure::new(format!("the map in {}: `up` lies along the view, and says no direction", self.file))
+        })?;
+        Ok([right, Direction::normalised(view.vector().cross(right.vector())), view])
+    }
+}
+
+/// A direction in Specula's frame and in the file frame, as an index gives it.
+fn both_frames(direction: Direction) -> [Option<[f64; 3]>; 2] {
+    // A zero of either sign is written as 0.
+    [direction.vector(), to_file(direction.vector())].map(|v| Some((v + DVec3::ZERO).to_array()))
+}
+
+/// A direction of an index; `None` where it is not given.
+fn direction(
+    name: &str,
+    ours: Option<[f64; 3]>,
+    file: Option<[f64; 3]>,
+) -> Result<Option<Direction>, Failure> {
+    let vector = match (ours, file) {
+        (Some(ours), _) => DVec3::from_array(ours),
+        (None, Some(file)) => from_file(DVec3::from_array(file)),
+        (None, None) => return Ok(None),
+    };
+    let bad = || Failure::new(format!("`{name}` is {:?}, which is no direction", vector.to_array()));
+    Direction::new(vector).ok_or_else(bad).map(Some)
+}
+
+/// An index as it is written.
+pub(crate) struct NewIndex {
+    /// Which of the three methods made the maps.
+    pub(crate) method: &'static str,
+    pub(crate) centre: Centre,
+    pub(crate) views: Views,
+    pub(crate) layout: FileLayout,
+    pub(crate) resolution: usize,
+    pub(crate) degree: usize,
+    /// How a renderer finds the value in a map, and between maps.
+    pub(crate) lookup: String,
+    pub(crate) interpolation: String,
+    pub(crate) maps: Vec<Entry>,
+    pub(crate) triangles: Option<Vec<[usize; 3]>>,
+}
+
+impl NewIndex {
+    /// The bytes, a map on each line.
+    pub(crate) fn encode(&self, recipe: &str) -> Result<Vec<u8>, Failure> {
+        let rows = |rows: Vec<String>| format!("[\n    {}\n  ]", rows.join(",\n    "));
+        let maps: Result<Vec<String>, _> = self.maps.iter().map(serde_json::to_string).collect();
+        let central = match self.centre {
+            Centre::Reflection => {
+                "maps are looked up by the reflection vector R = 2 (N.V) N - V of the view V about the surface normal N"
+            }
+            Centre::Normal => "maps are looked up by the surface normal N",
+            Centre::Tangent => "maps are looked up by the surface tangent T",
+        };
+        let mut members = vec![
+            ("format", json!(FORMAT).to_string()),
+            ("version", json!(VERSION).to_string()),
+            ("method", json!(self.method).to_string()),
+            ("centre", json!(CentreName::from(self.centre)).to_string()),
+            ("central_direction", json!(central).to_string()),
+            ("views", json!(self.views).to_string()),
+            ("layout", json!(self.layout).to_string()),
+            ("resolution", json!(self.resolution).to_string()),
+            ("degree", json!(self.degree).to_string()),
+            ("frame", json!(FRAME).to_string()),
+            ("lookup", json!(self.lookup).to_string()),
+            ("interpolation", json!(self.interpolation).to_string()),
+            ("maps", rows(maps?)),
+        ];
+        if let Some(triangles) = &self.triangles {
+            members.push(("triangles", rows(triangles.iter().map(|t| json!(t).to_string()).collect())));
+        }
+        // A recipe is JSON already.
+        members.push(("specula", recipe.to_owned()));
+        let lines: Vec<String> =
+            members.iter().map(|(name, value)| format!("  \"{name}\": {value}")).collect();
+        Ok(format!("{{\n{}\n}}\n", lines.join(",\n")).into_bytes())
+    }
+}
+
+const FRAME: &str = "view, right and up: right-handed, +Z up, the centre of a lat-long image along +X, its left quarter along +Y. \
+                     view_file, right_file and up_file: right-handed, +Y up, the image's centre along +Z: \
+                     (x, y, z) = (y, z, x) of the first";
+
+/// How a direction of the first frame finds its texel.
+pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
+    match layout {
+        FileLayout::LatLong => {
+            "with the central direction (x, y, z): u = 0.5 - atan2(y, x) / (2 pi), v = acos(z) / pi, v = 0 at the top; \
+             repeat in u, clamp in v"
+        }
+        FileLayout::Cube => {
+            "with the central direction (x, y, z): a cube map sampled along (-y, z, x), faces +X -X +Y -Y +Z -Z in the \
+             orientation of D3D, GL and Vulkan; in a picture they lie below each other"
+        }
+        FileLayout::Sphere => {
+            "with the central direction C: a = C.right, b = C.up, c = C.view, s = 1 / sqrt(2 (1 + c)), \
+             u = (1 + a s) / 2, v = (1 - b s) / 2, v = 0 at the top; the rim is C = -view"
+        }
+    }
+}
+
+/// An index as it is read. Texts are for people, and `specula` is for `specula` itself.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Index {
+    format: String,
+    version: u32,
+    #[serde(default, rename = "method")]
+    _method: IgnoredAny,
+    #[serde(default = "reflection")]
+    pub(crate) centre: CentreName,
+    #[serde(default, rename = "central_direction")]
+    _central_direction: IgnoredAny,
+    pub(crate) views: Views,
+    pub(crate) layout: FileLayout,
+    #[serde(default, rename = "resolution")]
+    _resolution: IgnoredAny,
+    #[serde(default)]
+    pub(crate) degree: Option<usize>,
+    #[serde(default, rename = "frame")]
+    _frame: IgnoredAny,
+    #[serde(default, rename = "lookup")]
+    _lookup: IgnoredAny,
+    #[serde(default, rename = "interpolation")]
+    _interpolation: IgnoredAny,
+    pub(crate) maps: Vec<Entry>,
+    #[serde(default, rename = "triangles")]
+    _triangles: IgnoredAny,
+    #[serde(default, rename = "specula")]
+    _specula: IgnoredAny,
+}
+
+fn reflection() -> CentreName {
+    CentreName::Reflection
+}
+
+impl Index {
+    /// An index from its bytes.
+    ///
+    /// # Errors
+    /// Where it is not JSON of this shape, of another version, names no map, or a file outside by an absolute path.
+    pub(crate) fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        let index: Self = serde_json::from_slice(bytes)
+            .map_err(|error| Failure::new(format!("not an index of reflection maps: {error}")))?;
+        if index.format != FORMAT {
+            return Err(Failure::new(format!("`format` is {:?}; expected {FORMAT:?}", index.format)));
+        }
+        if index.version != VERSION {
+            return Err(Failure::new(format!(
+                "`version` is {}; this program reads {VERSION}",
+                index.version
+            )));
+        }
+        if index.maps.is_empty() {
+            return Err(Failure::new("`maps` is empty; expected a map for each view"));
+        }
+        if index.layout == FileLayout::Sphere && index.views != Views::Global {
+            return Err(Failure::new(
+                "layout \"sphere\" is a ball seen from its view in the world: expected `views` \"global\"",
+            ));
+        }
+        for entry in &index.maps {
+            let path = Path::new(&entry.file);
+            if entry.file.is_empty()
+                || path.components().any(|part| matches!(part, Component::RootDir | Component::Prefix(_)))
+            {
+                return Err(Failure::new(format!(
+                    "`file` is {:?}; expected a path relative to the index",
+                    entry.file
+                )));
+            }
+        }
+        Ok(index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(maps: Vec<Entry>) -> Vec<u8> {
+        let index = NewIndex {
+            method: "cabral",
+            centre: Centre::Normal,
+            views: Views::Global,
+            layout: FileLayout::Sphere,
+            resolution: 8,
+            degree: 2,
+            lookup: lookup_text(FileLayout::Sphere).into(),
+            interpolation: "none".into(),
+            maps,
+            triangles: Some(vec![[0, 1, 2]]),
+        };
+        index.encode("{\"kind\":\"x\"}").unwrap()
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let view = Direction::from_angles(0.5, 2.0);
+        let entry = Entry::of_file("a.exr").seen_from(view).with_axes(shrm::sphere_map_axes(view));
+        let bytes = written(vec![entry.clone()]);
+        assert_eq!(containers::read_recipe(&bytes).as_deref(), Some("{\"kind\":\"x\"}"));
+        let index = Index::decode(&bytes).unwrap();
+        assert_eq!(
+            (index.centre, index.views, index.layout),
+            (CentreName::Normal, Views::Global, FileLayout::Sphere)
+        );
+        assert_eq!(index.degree, Some(2));
+        assert_eq!(index.maps, [entry]);
+        for (found, expected) in index.maps[0].axes().unwrap().iter().zip(shrm::sphere_map_axes(view)) {
+            assert!((found.vector() - expected.vector()).length() < 1e-15);
+        }
+    }
+
+    /// +Y of the file frame is up: +Z of ours.
+    #[test]
+    fn a_view_may_be_given_in_the_file_frame() {
+        let text = r#"{"format": "explicit-reflection-maps", "version": 1, "views": "global", "layout": "cube",
+            "maps": [{"file": "up.exr", "view_file": [0, 2, 0]}]}"#;
+        let index = Index::decode(text.as_bytes()).unwrap();
+        assert_eq!(index.maps[0].view().unwrap(), Direction::Z);
+        assert_eq!(index.centre, CentreName::Reflection);
+        assert_eq!(index.maps[0].axes().unwrap()[0], Direction::Y);
+    }
+
+    #[test]
+    fn faults_say_what_was_expected() {
+        let check = |from: &str, to: &str, expected: &str| {
+            let text = String::from_utf8(written(vec![Entry::of_file("a.exr")])).unwrap();
+            assert!(text.contains(from), "{from}");
+            let message = Index::decode(text.replace(from, to).as_bytes()).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        };
+        check(
+            "explicit-reflection-maps",
+            "gltf",
+            "`format` is \"gltf\"; expected \"explicit-reflection-maps\"",
+        );
+        check("\"version\": 1", "\"version\": 7", "`version` is 7; this program reads 1");
+        check("\"a.exr\"", "\"/a.exr\"", "`file` is \"/a.exr\"; expected a path relative to the index");
+        check("\"views\": \"global\"", "\"views\": \"local\"", "expected `views` \"global\"");
+        check("\"views\"", "\"veiws\"", "unknown field `veiws`");
+        check("{\"file\":\"a.exr\"}", "", "`maps` is empty");
+        check("]", "", "not an index of reflection maps");
+        let entry = Entry::of_file("a.exr");
+        assert!(entry.view().unwrap_err().to_string().contains("neither `view` nor `view_file`"));
+        let entry = Entry { view: Some([0.0; 3]), ..entry };
+        assert!(entry.view().unwrap_err().to_string().contains("no direction"));
+        let entry = Entry { view: Some([0.0, 0.0, 2.0]), up: Some([0.0, 0.0, 1.0]), ..entry };
+        assert!(entry.axes().unwrap_err().to_string().contains("lies along the view"));
+    }
+}

@@ -1,0 +1,120 @@
+//! What the exports of explicit maps have in common: the map that they start from, and the files of maps.
+
+use std::sync::Arc;
+
+use containers::{Precision, Texture};
+use engine::{Artifact, Context, Failure, Port};
+use envmap::Image;
+use shrm::{MapGrid, View};
+use sphere::{Cube, LatLong};
+
+use crate::artifacts;
+use crate::export_reflection_map::{Numbers, Overflow};
+use crate::map_input::{MapInput, MapLayout, Resolution};
+
+/// Maps are made from a reflection, exactly, or from a spherical harmonic reflection map, interpolated where its
+/// grid is another.
+pub(crate) enum MapSource {
+    Reflection(Arc<artifacts::Reflection>),
+    Shrm(Arc<artifacts::Shrm>),
+}
+
+impl MapSource {
+    pub(crate) fn port() -> Port {
+        MapInput::port()
+    }
+
+    /// What arrives at the port.
+    pub(crate) fn of(context: &Context<'_>) -> Result<Self, Failure> {
+        let port = Self::port().name;
+        if context.type_at(port) == Some(artifacts::Shrm::TYPE) {
+            return Ok(Self::Shrm(context.get::<artifacts::Shrm>(port)?));
+        }
+        Ok(Self::Reflection(context.get::<artifacts::Reflection>(port)?))
+    }
+
+    /// The degree in the view, P.
+    pub(crate) fn p(&self) -> usize {
+        match self {
+            Self::Reflection(reflection) => reflection.0.brdf().p().get(),
+            Self::Shrm(map) => map.0.p().get(),
+        }
+    }
+
+    /// The map with texels of this layout; `"auto"`, or left out, is what a reflection needs and what a map has.
+    pub(crate) fn map(
+        &self,
+        layout: MapLayout,
+        resolution: Option<Resolution>,
+        view: View,
+        context: &Context<'_>,
+    ) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let map = match self {
+            Self::Reflection(_) => {
+                let input = MapInput { layout: Some(layout), resolution, error: None, view: Some(view) };
+                return input.map(context);
+            }
+            Self::Shrm(map) => map,
+        };
+        let resolution = match (resolution, map.0.grid(), layout) {
+            (Some(Resolution::Fixed(resolution)), ..) => resolution,
+            // An edge of a cube is a quarter of the equator, a row of a lat-long map half of it.
+            (_, MapGrid::Cube(cube), MapLayout::Cube) => cube.edge,
+            (_, MapGrid::Cube(cube), MapLayout::LatLong) => 2 * cube.edge,
+            (_, MapGrid::LatLong(grid), MapLayout::Cube) => grid.height.div_ceil(2),
+            (_, MapGrid::LatLong(grid), MapLayout::LatLong) => grid.height,
+        };
+        let grid = match layout {
+            MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
+            MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
+        };
+        if grid == map.0.grid() && view == map.0.view() {
+            return Ok(Arc::clone(map));
+        }
+        if grid != map.0.grid() {
+            let [old, new] = [map.0.grid(), grid].map(grid_text);
+            context.note(format!("the map was interpolated from {old} to {new}"));
+        }
+        Ok(Arc::new(artifacts::Shrm(map.0.resampled(grid, view))))
+    }
+}
+
+/// A grid in words.
+fn grid_text(grid: MapGrid) -> String {
+    match grid {
+        MapGrid::LatLong(LatLong { width, height }) => format!("lat-long {width} x {height}"),
+        MapGrid::Cube(Cube { edge }) => format!("a cube of edge {edge}"),
+    }
+}
+
+/// Columns and rows of the picture that holds a grid: the faces of a cube below each other.
+pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
+    let [faces, height, width] = grid.shape();
+    [width, faces * height]
+}
+
+/// A picture of these pixels.
+pub(crate) fn picture([width, height]: [usize; 2], pixels: &[[f32; 3]]) -> Result<Image, Failure> {
+    Image::new(width, height, pixels.to_vec())
+        .ok_or_else(|| Failure::new(format!("{} pixels do not fill {width} x {height}", pixels.len())))
+}
+
+/// A texture of a map, or an array of `layers` maps.
+pub(crate) fn texture(grid: MapGrid, layers: usize, pixels: Vec<[f32; 3]>) -> Texture {
+    let [faces, height, width] = grid.shape();
+    Texture { width, height, depth: 1, layers, faces, pixels }
+}
+
+/// The precision of a file.
+pub(crate) fn precision(numbers: Numbers) -> Precision {
+    match numbers {
+        Numbers::Half => Precision::Half,
+        Numbers::Float => Precision::Float,
+    }
+}
+
+/// The fault of an `overflow` that nothing would come of.
+pub(crate) fn check_overflow(overflow: Overflow, numbers: Option<Numbers>) -> Option<(&'static str, String)> {
+    (overflow != Overflow::Clamp && numbers != Some(Numbers::Half))
+        .then(|| ("overflow", "overflow: only precision = \"half\" uses it".into()))
+}
