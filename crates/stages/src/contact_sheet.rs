@@ -7,7 +7,9 @@
 //!   as shares of the environment's energy, and the environment put together again from the degrees up to each of
 //!   `degrees` and up to all;
 //! - for each item at `reflection`: its reflection map, and a ball before the environment, seen along +X. The ball is
-//!   looked up by the reflection vector or by the normal, whichever the material is centred on.
+//!   looked up by the reflection vector, the normal or the tangent, whichever the material is centred on. Of a material
+//!   that changes with the view (P > 0) the ball shows what each of its points reflects toward the camera, and
+//!   the map the mean over all views.
 //!
 //! All pictures have one exposure and one curve, so that they can be compared. Negative values, which a cut series
 //! has around bright lights, are black; the captions tell the least and the greatest value and the mean.
@@ -37,7 +39,8 @@ use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, choice, par
 use envmap::{Environment, ToneMap, middle_grey_exposure};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
-use sphere::LatLong;
+use shrm::{MapGrid, Plain, View};
+use sphere::{Cube, LatLong};
 
 use crate::artifacts;
 use crate::sheet::{Lighting, MAP, Material, RECONSTRUCTION, Reconstruction, Sheet, stops};
@@ -72,6 +75,9 @@ const MOST_STOPS: f64 = 60.0;
 /// The mean of an environment is not shown brighter than this: two stops above middle grey.
 const BRIGHTEST_MEAN: f64 = 0.72;
 
+/// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
+const BALL_EDGES: [usize; 2] = [32, 160];
+
 /// The kind `contact-sheet`.
 pub(crate) struct ContactSheet;
 
@@ -79,7 +85,7 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -147,9 +153,14 @@ impl Kind for ContactSheet {
 
 /// The exposure in stops, and where it comes from.
 fn exposure(parameters: &Parameters, environment: &Environment) -> (f64, &'static str) {
-    if let Some(exposure) = parameters.exposure {
-        return (exposure, "as given");
+    match parameters.exposure {
+        Some(exposure) => (exposure, "as given"),
+        None => exposure_of(environment),
     }
+}
+
+/// The exposure in stops that shows an environment and what it lights, and where it comes from.
+pub(crate) fn exposure_of(environment: &Environment) -> (f64, &'static str) {
     let from_log_average = middle_grey_exposure(environment);
     let [r, g, b] = environment.integral().map(|integral| integral / (4.0 * PI));
     let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -195,19 +206,18 @@ fn energy(environment: &Environment) -> f64 {
 /// A material's map and its labels.
 fn material(own: &ItemKey, key: &ItemKey, reflection: &shrm::Reflection) -> Result<Material, Failure> {
     let name = name(own, key);
-    let field = reflection.radial().map_err(|error| {
-        Failure::from(error)
-            .context(name.clone())
-            .help("contact-sheet is for radially symmetric materials, P = 0")
-    })?;
-    let centre = reflection.brdf().centre();
-    let about = match centre {
+    let brdf = reflection.brdf();
+    let (f, p) = (brdf.f(), brdf.p().get());
+    let about = match brdf.centre() {
         Centre::Reflection => "reflection vector",
         Centre::Normal => "normal",
         Centre::Tangent => "tangent",
     };
-    let detail = format!("degree {} · by the {about}", field.degree().get());
-    Ok(Material { name, detail, centre, map: shown(&field, MAP)? })
+    let detail = format!("F {} · P {p} · by the {about}", f.get());
+    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
+    let field = reflection.synthesise(grid, View::Local);
+    let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
+    Ok(Material { name, detail, field, map: shown(&reflection.plain(Plain::Mean), MAP)? })
 }
 
 /// What tells an item from the others of a sheet: the stems of the keys that are not the sheet's own. Of several, each

@@ -5,6 +5,15 @@
 //! surface normal, and the map is an *irradiance map*: with albedo 1 it holds the irradiance divided by pi, which is
 //! what a renderer multiplies by a surface's albedo.
 //!
+//! ## Materials that change with the view
+//!
+//! A plain map has one value for each central direction. Of a material whose highlight changes with the view (P > 0) it
+//! holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is looked at straight
+//! (the view, the normal and the reflection vector are one). A note tells the share of the reflected energy that
+//! changes with the view and is left out; `export-shrm` keeps it.
+//!
+//! ## Texels
+//!
 //! The map is evaluated from coefficients at the centre of each texel. It holds every detail where a lat-long map has
 //! more rows than the degree, or an edge of a cube more texels than two thirds of it. Values are linear Rec. 709
 //! radiance; a PNG holds them tone-mapped, by the `filmic` curve of `contact-sheet`, and is for looking only.
@@ -46,10 +55,22 @@
 use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::{Image, ToneMap, to_srgb8};
-use sh::{Expansion, Synthesis, synthesise_cube};
+use sh::{Expansion, Synthesis, energy_per_degree, lambda, synthesise_cube};
+use shrm::{Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
+use crate::share::share;
+
+choice! {
+    /// Which map stands for a material that changes with the view.
+    pub(crate) enum View {
+        /// The mean over all views.
+        Mean = "mean",
+        /// The surface looked at straight.
+        HeadOn = "head-on",
+    }
+}
 
 choice! {
     /// How the sphere lies on the written images.
@@ -112,6 +133,8 @@ parameters! {
         overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
         exposure: f64 = 0.0,
+        /// Of a material that changes with the view (P > 0): the mean over views, or the surface looked at straight.
+        view: View = View::Mean,
     }
 }
 
@@ -125,7 +148,7 @@ impl Kind for ExportReflectionMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-reflection-map";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
     fn ports() -> Vec<Port> {
@@ -171,9 +194,20 @@ impl Kind for ExportReflectionMap {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reflection = context.get::<artifacts::Reflection>("reflection")?;
-        let field = reflection.0.radial().map_err(|error| {
-            Failure::from(error).help("export-reflection-map is for radially symmetric materials, P = 0")
-        })?;
+        let (plain, words) = match parameters.view {
+            View::Mean => (Plain::Mean, "the mean over all views"),
+            View::HeadOn => (Plain::HeadOn, "the surface looked at straight"),
+        };
+        let lost = view_dependent_share(&reflection.0);
+        if lost > 0.0 {
+            context.note(format!(
+                "P = {}: the map holds {words}; {} of the reflected energy changes with the view, \
+                 which export-shrm keeps",
+                reflection.0.brdf().p().get(),
+                share(lost)
+            ));
+        }
+        let field = reflection.0.plain(plain);
         let images = images(parameters, &field)?;
         context.check_cancelled()?;
         tell_negatives(parameters.format, &images, context);
@@ -186,6 +220,27 @@ impl Kind for ExportReflectionMap {
         }
         Ok(Output::Files(encoded.into_iter().map(|file| file.bytes).collect()))
     }
+}
+
+/// The share of the energy of the reflected field that has p > 0; 0 for a black one.
+///
+/// The energy of B_lmpq over central directions and views is Lambda_l^2 |L_lm|^2 |rho_lpq|^2, summed over both signs of q.
+fn view_dependent_share(reflection: &Reflection) -> f64 {
+    let (mut dependent, mut total) = (0.0, 0.0);
+    let (brdf, light) = (reflection.brdf(), energy_per_degree(reflection.lighting()));
+    for (l, light) in light.iter().enumerate() {
+        for p in 0..=brdf.p().get() {
+            for q in 0..=p {
+                let rho = brdf.get(l, p, q);
+                let signs = if q == 0 { 1.0 } else { 2.0 };
+                let energy: f64 =
+                    (0..3).map(|c| light[c] * (lambda(l) * rho[c]).powi(2)).sum::<f64>() * signs;
+                total += energy;
+                dependent += if p > 0 { energy } else { 0.0 };
+            }
+        }
+    }
+    if total > 0.0 { dependent / total } else { 0.0 }
 }
 
 /// The field on the images of a layout.
@@ -249,7 +304,11 @@ fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
 }
 
 /// Warns of values that a half cannot hold, or fails because of them.
-pub(crate) fn tell_overflow(clamped: usize, overflow: Overflow, context: &Context<'_>) -> Result<(), Failure> {
+pub(crate) fn tell_overflow(
+    clamped: usize,
+    overflow: Overflow,
+    context: &Context<'_>,
+) -> Result<(), Failure> {
     match overflow {
         _ if clamped == 0 => Ok(()),
         Overflow::Clamp => {

@@ -22,6 +22,7 @@ mod map_input;
 mod map_source;
 mod project_brdf;
 mod project_sh;
+mod report;
 mod rotate;
 mod share;
 mod sheet;
@@ -46,4 +47,5 @@ pub fn kinds() -> engine::Kinds {
         .with(export_view_maps::ExportViewMaps)
         .with(import_reflection_maps::ImportReflectionMaps)
         .with(contact_sheet::ContactSheet)
+        .with(report::ReportKind)
 }

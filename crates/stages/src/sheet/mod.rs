@@ -12,9 +12,9 @@ mod scale;
 mod text;
 mod theme;
 
-use brdf::Centre;
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
+use shrm::Shrm;
 use sphere::LatLong;
 
 use canvas::{Canvas, Rect};
@@ -63,8 +63,9 @@ pub(crate) struct Reconstruction {
 pub(crate) struct Material {
     pub(crate) name: String,
     pub(crate) detail: String,
-    pub(crate) centre: Centre,
-    /// Reflected radiance by central direction.
+    /// Reflected radiance by central direction and view.
+    pub(crate) field: Shrm,
+    /// Reflected radiance by central direction, the mean over views.
     pub(crate) map: Environment,
 }
 
@@ -113,7 +114,7 @@ impl Sheet<'_> {
                 .par_iter()
                 .zip(&layout.materials)
                 .map(|(material, panel)| {
-                    let ball = ball::ball(self.environment, &material.map, material.centre, panel.ball.width);
+                    let ball = ball::ball(self.environment, &material.field, panel.ball.width);
                     (self.shown(&material.map, panel.map), to_srgb8(&ball, self.exposure, self.tone))
                 })
                 .collect();
@@ -179,7 +180,19 @@ fn caption(canvas: &mut Canvas, lines: [Rect; 2], name: &str, fact: &str, below:
 
 #[cfg(test)]
 mod tests {
+    use brdf::Centre;
+    use sh::Degree;
+    use shrm::{MapGrid, Terms, View};
+
     use super::*;
+
+    /// A map that shows the same toward every view: B_00 Y_00.
+    fn field(map: &Environment) -> Shrm {
+        let scale = (4.0 * std::f32::consts::PI).sqrt();
+        let values = map.pixels().iter().map(|pixel| pixel.map(|value| value * scale)).collect();
+        let grid = MapGrid::LatLong(map.grid());
+        Shrm::new(grid, View::Local, Centre::Reflection, Degree::ZERO, Terms::All, values).unwrap()
+    }
 
     /// A dim sky with a bright spot toward +X.
     fn sky(rows: usize) -> Environment {
@@ -212,7 +225,7 @@ mod tests {
                 .map(|name| Material {
                     name: (*name).into(),
                     detail: "about the reflection vector · degree 20".into(),
-                    centre: Centre::Reflection,
+                    field: field(&sky(64)),
                     map: sky(64),
                 })
                 .collect(),
@@ -244,6 +257,7 @@ mod tests {
         let environment = Environment::new(grid, vec![[0.18, 0.09, 0.36]; grid.len()]).unwrap();
         let mut sheet = sheet(&environment, &["flat"]);
         sheet.materials[0].map = environment.clone();
+        sheet.materials[0].field = field(&environment);
         (sheet.exposure, sheet.tone) = (1.0, ToneMap::Plain);
         let expected = to_srgb8(&[[0.18, 0.09, 0.36]], 1.0, ToneMap::Plain)[0];
         let picture = sheet.draw();

@@ -172,3 +172,61 @@ fn parameters_that_would_have_no_effect_are_faults() {
         assert_eq!(case("export-reflection-map", parameters).faults(), [expected]);
     }
 }
+
+/// The reflection of a rough surface, with P = 2.
+fn rough() -> Reflection {
+    let material = brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [0.8; 3]).unwrap());
+    let degree = |l| sh::Degree::new(l).unwrap();
+    let choice = brdf::Choice::Degree { f: degree(2), p: degree(2) };
+    let brdf = brdf::project(&material, choice).unwrap().coefficients;
+    Reflection(shrm::Reflection::convolve(&crate::fixture::sky_lighting().0, &brdf))
+}
+
+#[test]
+fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
+    let field = rough().0;
+    let map = |parameters: &str| {
+        let text = format!("resolution = 8\nprecision = \"float\"\n{parameters}");
+        let ran = case("export-reflection-map", &text).input("reflection", rough()).run().unwrap();
+        let engine::Output::Files(files) = &ran.output else { panic!("a map is a file") };
+        (pixels(&files[0]).2, ran.notes)
+    };
+    // Head on the view is the central direction itself.
+    let grid = LatLong::with_rows(8);
+    let (found, notes) = map("view = \"head-on\"");
+    for (index, found) in found.iter().enumerate() {
+        let central = grid.direction(index / 16, index % 16);
+        let expected = field.evaluate(central, central);
+        assert!(
+            (0..3).all(|c| (f64::from(found[c]) - expected[c]).abs() < F32),
+            "{found:?}, not {expected:?}"
+        );
+    }
+    assert!(notes[0].starts_with("P = 2: the map holds the surface looked at straight; "), "{notes:?}");
+    // The mean is that over the views at the corners of an octahedron, exact to degree 3, and P is 2.
+    let (found, notes) = map("");
+    let axes = [(0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.5, 1.0), (0.5, 1.5)];
+    let views = axes.map(|(theta, phi)| {
+        use std::f64::consts::PI;
+        sphere::Direction::from_angles(PI * theta, PI * phi)
+    });
+    for (index, found) in found.iter().enumerate() {
+        let central = grid.direction(index / 16, index % 16);
+        let seen = views.map(|view| field.evaluate(central, view));
+        let expected: [f64; 3] = std::array::from_fn(|c| seen.iter().map(|seen| seen[c]).sum::<f64>() / 6.0);
+        assert!(
+            (0..3).all(|c| (f64::from(found[c]) - expected[c]).abs() < F32),
+            "{found:?}, not {expected:?}"
+        );
+    }
+    let accuracy = shrm::accuracy::Accuracy::of(&field, [0.0; 3], 0.0);
+    let lost = 100.0 * accuracy.at(2, 0).truth;
+    let told: f64 = notes[0].split("; ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(lost > 1.0 && (told - lost).abs() < 1e-3, "{notes:?}, not {lost}");
+}
+
+#[test]
+fn a_material_that_does_not_change_with_the_view_has_one_plain_map() {
+    let files = ["mean", "head-on"].map(|view| export(&format!("resolution = 8\nview = \"{view}\"")).files());
+    assert_eq!(files[0], files[1]);
+}

@@ -15,5 +15,6 @@ mod pipeline;
 mod project_sh;
 mod reference;
 mod reflect;
+mod report;
 mod revisions;
 mod rotate;

@@ -1,0 +1,226 @@
+//! Writes a report: which export to use for which material, with pictures and numbers, as one web page.
+//!
+//! The page opens with a table in plain words: for each material under each environment the advised export
+//! (a plain reflection map, Kautz-McCool's 3D texture, Cabral's view maps, or a spherical harmonic reflection map), its
+//! error, its size and the reason. Below it are
+//!
+//! - the degrees F and P that each material needs, and the share of its energy that each P holds;
+//! - a sphere of each pair under every export beside the truth, which adds up all light for each pixel (brute force),
+//!   with pictures of the differences and the relative RMS error;
+//! - the accuracy against F: measured, and by three estimates that need no picture (the BRDF's energy, the better of BRDF
+//!   and lighting, and a bound that holds for certain);
+//! - the same sphere with more and fewer degrees in the view;
+//! - the size of each export.
+//!
+//! The smallest export with an error of `accept` or less is advised; where there is none, the one that comes closest,
+//! and what would help.
+//!
+//! ## What is compared
+//!
+//! Connect `environment` and `material`. Their degrees come from `tolerance` or `degree`, as in `project-brdf`. With
+//! `brdf` connected the report shows the coefficients that your graph really exports; there must be one for each
+//! material. The lighting is each environment's own: a turn, a window or a lower degree on the way to your exports is not
+//! part of the report. Set `resolution` to that of your exports.
+//!
+//! Brute force is slow, so that the environments are scaled: to twice as many rows as the degree F, 32 at least and
+//! `reference-rows` at most. All exports on the page are made from the same scaled environment, so that scaling is no
+//! part of the errors. The page says the size. A pair takes about a second.
+//!
+//! ## Files
+//!
+//! `.json`: all figures, for scripts; `.html`: the page, which needs no other file. By default there is one report
+//! over everything; `per = ["environment"]` makes one for each environment.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.report]
+//! kind = "report"
+//! inputs = { environment = "environment", material = "material", brdf = "coefficients" }
+//! path = "report"
+//! ```
+
+mod advice;
+mod escape;
+mod figures;
+mod page;
+mod picture;
+mod plot;
+mod sphere;
+mod study;
+
+use brdf::Choice;
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, parameters};
+use rayon::prelude::*;
+use sh::Tolerance;
+
+use crate::artifacts;
+use crate::contact_sheet::exposure_of;
+use crate::degree_choice::DegreePair;
+use crate::sheet::percent;
+use figures::{Report, Settings};
+use study::{Exported, Lit};
+
+parameters! {
+    /// Parameters of `report`.
+    pub(crate) struct Parameters {
+        /// The relative RMS error up to which an export is good enough, above 0 and below 1.
+        accept: f64 = 0.05,
+        /// The degrees [F, P] of every material, instead of a tolerance.
+        degree: Option<DegreePair> = None,
+        /// The share of a material's energy that may be lost, above 0 and below 1. Without it and a degree, 0.03.
+        tolerance: Option<f64> = None,
+        /// Texels along the edge of a cube's face of the exports that are compared, 4 to 512.
+        resolution: usize = 64,
+        /// Pixels along the edge of a picture of a sphere, 32 to 256.
+        sphere: usize = 96,
+        /// The most rows of an environment that brute force adds up, 32 to 512.
+        reference_rows: usize = 96,
+        /// How many times stronger the second row of differences is shown, 1 to 100.
+        amplify: f64 = 8.0,
+    }
+}
+
+impl Parameters {
+    fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(0.03)
+    }
+}
+
+/// The kind `report`.
+pub(crate) struct ReportKind;
+
+impl Kind for ReportKind {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "report";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("report.rs");
+    const SHOWS_KEYS: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::many::<artifacts::Environment>("environment"),
+            Port::many::<artifacts::Material>("material"),
+            Port::many::<artifacts::Brdf>("brdf").optional(),
+        ]
+    }
+
+    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+        Product::Files(vec![".json".into(), ".html".into()])
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = Vec::new();
+        if let Err(error) = Tolerance::new(parameters.tolerance()) {
+            faults.push(("tolerance", error.to_string()));
+        }
+        if parameters.tolerance.is_some() && parameters.degree.is_some() {
+            faults.push(("tolerance", "tolerance: degree already sets the degrees".into()));
+        }
+        if !(parameters.accept > 0.0 && parameters.accept < 1.0) {
+            faults.push(("accept", format!("accept: {} is not above 0 and below 1", parameters.accept)));
+        }
+        for (name, value, least, most) in [
+            ("resolution", parameters.resolution, 4, 512),
+            ("sphere", parameters.sphere, 32, 256),
+            ("reference-rows", parameters.reference_rows, 32, 512),
+        ] {
+            if !(least..=most).contains(&value) {
+                faults.push((name, format!("{name}: {value} is not {least} to {most}")));
+            }
+        }
+        if !(1.0..=100.0).contains(&parameters.amplify) {
+            faults.push(("amplify", format!("amplify: {} is not 1 to 100", parameters.amplify)));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let own = context.key().cloned().unwrap_or_default();
+        let environments = context.many::<artifacts::Environment>("environment")?;
+        let materials = context.many::<artifacts::Material>("material")?;
+        let coefficients = context.many::<artifacts::Brdf>("brdf")?;
+
+        let settings = Settings {
+            accept: parameters.accept,
+            resolution: parameters.resolution,
+            sphere: parameters.sphere,
+            reference_rows: parameters.reference_rows,
+            amplify: parameters.amplify,
+        };
+        let materials = materials.iter().map(|(key, material)| {
+            context.check_cancelled()?;
+            let name = name(key, "material");
+            let exported = match coefficients.iter().find(|(other, _)| holds(other, key)) {
+                Some((_, coefficients)) => Exported::Made(&coefficients.0),
+                None if coefficients.is_empty() => choice(parameters)?,
+                None => {
+                    return Err(Failure::new(format!(
+                        "{name}: no coefficients of this material arrive at brdf"
+                    ))
+                    .help("connect a project-brdf over the same materials, or leave brdf out"));
+                }
+            };
+            study::material(name.clone(), &material.0, exported).map_err(|failure| failure.context(name))
+        });
+        let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
+        let environments: Vec<_> = environments
+            .iter()
+            .map(|(key, environment)| Lit {
+                name: name(key, "environment"),
+                environment: &environment.0,
+                exposure: exposure_of(&environment.0).0,
+            })
+            .collect();
+        let pairs: Vec<_> = materials
+            .iter()
+            .flat_map(|material| environments.iter().map(move |environment| (material, environment)))
+            .collect();
+        let measured = pairs
+            .par_iter()
+            .map(|(material, environment)| study::pair(environment, material, &settings, context));
+        let (figures, pictures): (Vec<_>, Vec<_>) =
+            measured.collect::<Result<Vec<_>, Failure>>()?.into_iter().unzip();
+        context.check_cancelled()?;
+
+        let materials = materials.into_iter().map(|material| material.figures).collect();
+        let report = Report { schema: 1, settings, materials, pairs: figures };
+        let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
+        context.note(format!(
+            "{good} of {} pairs have an export within {}",
+            report.pairs.len(),
+            percent(parameters.accept)
+        ));
+        let title = if own.0.is_empty() { "Reflections".to_owned() } else { own.to_string() };
+        let page = page::page(&title, &report, &pictures)?;
+        let mut json = serde_json::to_vec_pretty(&report)?;
+        json.push(b'\n');
+        Ok(Output::Files(vec![json, page.into_bytes()]))
+    }
+}
+
+/// How the degrees are chosen where no coefficients are connected.
+fn choice(parameters: &Parameters) -> Result<Exported<'static>, Failure> {
+    Ok(match parameters.degree {
+        Some(DegreePair { f, p }) => Exported::Choose(Choice::Degree { f, p }, "given by `degree`".into()),
+        None => {
+            let share = parameters.tolerance();
+            let reason = format!("the least that lose at most {} of the energy", percent(share));
+            Exported::Choose(Choice::Tolerance(Tolerance::new(share)?), reason)
+        }
+    })
+}
+
+/// Whether a key names everything that another one does.
+fn holds(key: &ItemKey, part: &ItemKey) -> bool {
+    part.0.iter().all(|(stage, stem)| key.0.get(stage) == Some(stem))
+}
+
+/// An item's name on the page: the stems of its key.
+fn name(key: &ItemKey, otherwise: &str) -> String {
+    if key.0.is_empty() {
+        return otherwise.to_owned();
+    }
+    key.0.values().cloned().collect::<Vec<_>>().join(" · ")
+}

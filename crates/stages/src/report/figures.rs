@@ -1,0 +1,154 @@
+//! The figures of a report: what the page shows and the JSON file holds.
+
+use serde::Serialize;
+
+/// Everything that was measured.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Report {
+    /// The shape of this file; a new number when a field changes its meaning or goes.
+    pub(crate) schema: u32,
+    pub(crate) settings: Settings,
+    pub(crate) materials: Vec<MaterialFigures>,
+    pub(crate) pairs: Vec<PairFigures>,
+}
+
+/// How it was measured.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Settings {
+    /// The relative RMS error up to which an export is called good enough.
+    pub(crate) accept: f64,
+    /// Texels along the edge of a face of the exported maps.
+    pub(crate) resolution: usize,
+    /// Pixels along the edge of a picture of the sphere.
+    pub(crate) sphere: usize,
+    /// The most rows of an environment under which everything was rendered.
+    pub(crate) reference_rows: usize,
+    /// How much stronger the second row of differences is shown.
+    pub(crate) amplify: f64,
+}
+
+/// A material by itself.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct MaterialFigures {
+    pub(crate) name: String,
+    /// The model and what it is centred on.
+    pub(crate) model: String,
+    pub(crate) centre: &'static str,
+    /// The degrees that the exports have.
+    pub(crate) f: usize,
+    pub(crate) p: usize,
+    /// The share of the BRDF's energy that they hold.
+    pub(crate) captured: f64,
+    /// Why these degrees.
+    pub(crate) chosen: String,
+    /// Whether every term with q > 0 is zero: nothing changes around the central direction.
+    pub(crate) azimuth_free: bool,
+    /// The F of `captured_per_p`.
+    pub(crate) high_f: usize,
+    /// The share of the BRDF's energy that F = `high_f` and P = 0, 1, 2 ... hold.
+    pub(crate) captured_per_p: Vec<f64>,
+}
+
+/// A material under an environment.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PairFigures {
+    pub(crate) environment: String,
+    pub(crate) material: String,
+    /// The grid of the environment that was rendered: columns and rows.
+    pub(crate) rendered: [usize; 2],
+    /// In the order of [`Method::ALL`].
+    pub(crate) exports: Vec<Export>,
+    /// The SHRM with F = `high_f` and lower and higher P.
+    pub(crate) per_p: Vec<PerP>,
+    /// Cut at degrees F = 0, 1, 2 ..., with the P of the exports.
+    pub(crate) accuracy: Accuracy,
+    /// Cut at degrees P = 0, 1, 2 ..., with the F of the exports.
+    pub(crate) accuracy_per_p: Accuracy,
+    pub(crate) advice: Advice,
+}
+
+/// A way to hand reflected light to a renderer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Method {
+    /// One reflection map, `export-reflection-map`.
+    ReflectionMap,
+    /// The 3D texture, `export-kautz-mccool`.
+    KautzMccool,
+    /// Twelve view maps, `export-cabral`.
+    Cabral,
+    /// The spherical harmonic reflection map, `export-shrm`.
+    Shrm,
+}
+
+impl Method {
+    /// From the plainest to the most exact.
+    pub(crate) const ALL: [Self; 4] = [Self::ReflectionMap, Self::KautzMccool, Self::Cabral, Self::Shrm];
+
+    /// The name in headings.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::ReflectionMap => "Plain map",
+            Self::KautzMccool => "Kautz-McCool",
+            Self::Cabral => "Cabral",
+            Self::Shrm => "SHRM",
+        }
+    }
+
+    /// The kind that writes it.
+    pub(crate) fn kind(self) -> &'static str {
+        match self {
+            Self::ReflectionMap => "export-reflection-map",
+            Self::KautzMccool => "export-kautz-mccool",
+            Self::Cabral => "export-cabral",
+            Self::Shrm => "export-shrm",
+        }
+    }
+}
+
+/// One export of a pair.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Export {
+    pub(crate) method: Method,
+    /// RMS difference from brute force over the sphere's pixels, divided by the RMS radiance.
+    pub(crate) rms: f64,
+    /// Bytes of its texels as RGBA half floats.
+    pub(crate) bytes: u64,
+    /// What the bytes are.
+    pub(crate) texture: String,
+}
+
+/// An SHRM cut at a degree in the view.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PerP {
+    pub(crate) p: usize,
+    /// The share of the BRDF's energy up to this P.
+    pub(crate) captured: f64,
+    /// As [`Export::rms`].
+    pub(crate) rms: f64,
+}
+
+/// Accuracies of the reflected light cut at each degree 0, 1, 2 ...: 1 less the share of its energy that is lost.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Accuracy {
+    /// Measured against the light field at the highest degree.
+    pub(crate) truth: Vec<f64>,
+    /// What the BRDF's captured energy says.
+    pub(crate) brdf: Vec<f64>,
+    /// What the better captured of BRDF and lighting says.
+    pub(crate) better: Vec<f64>,
+    /// What the bound on the residual energy guarantees, with the part that P cuts.
+    pub(crate) bound: Vec<f64>,
+    /// The same bound as the thesis prints it, without that part.
+    pub(crate) bound_as_printed: Vec<f64>,
+}
+
+/// What to do.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Advice {
+    pub(crate) method: Method,
+    /// Whether it stays within `accept`.
+    pub(crate) good: bool,
+    /// Plain words.
+    pub(crate) why: String,
+}

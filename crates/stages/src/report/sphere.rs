@@ -1,0 +1,118 @@
+//! The sphere that every picture of a report shows: seen from far away along +X, up is +Z.
+//!
+//! The camera is orthographic, so that the view V = -X is the same for every pixel, and the pixel itself is the
+//! normal: N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. About the reflection vector, R = 2 (N.V) N
+//! - V runs over the whole sphere and w_o over every angle to it, so that one picture asks a map for all of its views.
+
+use brdf::Centre;
+use sphere::{DVec3, Direction};
+
+/// The pixels that see the sphere.
+pub(crate) struct Sphere {
+    edge: usize,
+    pixels: Vec<Pixel>,
+}
+
+struct Pixel {
+    index: usize,
+    normal: Direction,
+    /// Whether the pixel's centre sees the sphere; the ring around it is there for the outline in pictures only.
+    inside: bool,
+}
+
+impl Sphere {
+    /// A picture of `edge` x `edge` pixels whose border the sphere touches.
+    pub(crate) fn new(edge: usize) -> Self {
+        let half = edge as f64 / 2.0;
+        let at = |i: usize| (i as f64 + 0.5 - half) / half;
+        let pixels = (0..edge * edge).filter_map(|index| {
+            let (x, y) = (at(index % edge), at(index / edge));
+            let radius = x.hypot(y);
+            if radius > 1.0 + 2.0 / half {
+                return None;
+            }
+            let shrink = 0.999_f64.min(radius) / radius.max(1e-9);
+            let (x, y) = (x * shrink, y * shrink);
+            let normal = Direction::normalised(DVec3::new(-(1.0 - x * x - y * y).sqrt(), -x, -y));
+            Some(Pixel { index, normal, inside: radius < 1.0 })
+        });
+        Self { edge, pixels: pixels.collect() }
+    }
+
+    /// The direction toward the camera, in the world's frame.
+    pub(crate) fn view() -> Direction {
+        Direction::normalised(-DVec3::X)
+    }
+
+    /// The central direction that each pixel sees. The tangent is Z x N.
+    pub(crate) fn central(&self, centre: Centre) -> Vec<Direction> {
+        let tangent =
+            |normal: Direction| Direction::new(DVec3::Z.cross(normal.vector())).unwrap_or(Direction::Y);
+        let central = |pixel: &Pixel| centre.central(pixel.normal, tangent(pixel.normal), Self::view());
+        self.pixels.iter().map(central).collect()
+    }
+
+    /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of the mean
+    /// of `truth` squared. Both in the order of [`Sphere::central`]. Of a black truth: 0 if equal, else infinite.
+    pub(crate) fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+        let (mut difference, mut energy) = (0.0, 0.0);
+        for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
+            if pixel.inside {
+                for channel in 0..3 {
+                    difference += f64::from(value[channel] - truth[channel]).powi(2);
+                    energy += f64::from(truth[channel]).powi(2);
+                }
+            }
+        }
+        if difference == 0.0 { 0.0 } else { (difference / energy).sqrt() }
+    }
+
+    /// The whole picture, black where the sphere is not, of values in the order of [`Sphere::central`].
+    pub(crate) fn picture(&self, values: &[[u8; 3]]) -> Vec<[u8; 3]> {
+        let mut picture = vec![[0; 3]; self.edge * self.edge];
+        for (pixel, value) in self.pixels.iter().zip(values) {
+            picture[pixel.index] = *value;
+        }
+        picture
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_looks_back_and_the_outline_ahead() {
+        let sphere = Sphere::new(65);
+        let middle = sphere.pixels.iter().position(|pixel| pixel.index == 32 * 65 + 32).unwrap();
+        let reflected = sphere.central(Centre::Reflection);
+        assert!((reflected[middle].vector() + DVec3::X).length() < 1e-12);
+        // Up in the picture is +Z, right is -Y.
+        let (top, right) = (65 * 8 + 32, 32 * 65 + 56);
+        let normals = sphere.central(Centre::Normal);
+        let of =
+            |index| normals[sphere.pixels.iter().position(|pixel| pixel.index == index).unwrap()].vector();
+        assert!(of(top).z > 0.7 && of(right).y < -0.7);
+        // The reflections cover the sphere: some lie within 10 degrees of straight ahead.
+        assert!(reflected.iter().any(|r| r.vector().x > 0.985));
+        for (tangent, normal) in sphere.central(Centre::Tangent).iter().zip(&normals) {
+            assert!(tangent.dot(*normal).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn errors_are_relative_to_what_is_there() {
+        let sphere = Sphere::new(16);
+        let count = sphere.pixels.len();
+        let (truth, off) = (vec![[2.0_f32; 3]; count], vec![[2.5_f32; 3]; count]);
+        assert!((sphere.relative_rms(&off, &truth) - 0.25).abs() < 1e-12);
+        let black = vec![[0.0_f32; 3]; count];
+        assert_eq!(sphere.relative_rms(&black, &black), 0.0);
+        assert_eq!(sphere.relative_rms(&off, &black), f64::INFINITY);
+        // A pixel that does not see the sphere does not count.
+        let outside = sphere.pixels.iter().position(|pixel| !pixel.inside).unwrap();
+        let mut one = truth.clone();
+        one[outside] = [9.0; 3];
+        assert_eq!(sphere.relative_rms(&one, &truth), 0.0);
+    }
+}

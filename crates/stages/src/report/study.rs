@@ -1,0 +1,272 @@
+//! Measures materials and pairs: calls the kernels and fills the figures.
+
+use brdf::{BrdfCoefficients, Centre, Choice, Projection, project};
+use engine::{Context, Failure};
+use envmap::{Environment, ToneMap, to_srgb8};
+use rayon::prelude::*;
+use sh::{Degree, Expansion, Transform, image_energy};
+use shrm::accuracy::Estimate;
+use shrm::reference::{Cull, Reference};
+use shrm::{Cabral, KautzMcCool, MapGrid, Reflection, Shrm, View};
+use sphere::{Cube, Direction, LatLong};
+
+use crate::report::advice::advise;
+use crate::report::figures::{Accuracy, Export, MaterialFigures, Method, PairFigures, PerP, Settings};
+use crate::report::page::Pictures;
+use crate::report::sphere::Sphere;
+
+/// The degrees up to which every material is looked at: the F of figures 7 and 8 of the paper, and its highest P.
+const HIGH: [usize; 2] = [30, 5];
+/// The degrees in the view that the spheres of figure 7 have.
+const SHOWN_P: [usize; 5] = [0, 1, 2, 4, 8];
+/// The fewest rows of an environment that is rendered.
+const FEWEST_ROWS: usize = 32;
+/// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
+const SLICES: usize = 16;
+/// What a lobe may lose when the light that it hardly sees is left out: far below what a picture shows.
+const CULLED: f64 = 1e-5;
+
+/// A material, projected.
+pub(crate) struct Material<'a> {
+    pub(crate) figures: MaterialFigures,
+    material: &'a brdf::Material,
+    /// At the degrees of the exports.
+    exported: BrdfCoefficients,
+    /// At the degrees of [`HIGH`], or the exports' where those are higher.
+    high: Projection,
+}
+
+/// Projects a material; `exported` is what the graph made of it, or the choice of degrees and its reason.
+pub(crate) fn material<'a>(
+    name: String,
+    material: &'a brdf::Material,
+    exported: Exported<'_>,
+) -> Result<Material<'a>, Failure> {
+    let (exported, chosen) = match exported {
+        Exported::Made(coefficients) => {
+            (coefficients.clone(), "as the connected coefficients have them".to_owned())
+        }
+        Exported::Choose(choice, reason) => (project(material, choice)?.coefficients, reason),
+    };
+    let (f, p) = (exported.f(), exported.p());
+    let [high_f, high_p] = [f.get().max(HIGH[0]), p.get().max(HIGH[1])];
+    let choice = Choice::Degree { f: Degree::new(high_f)?, p: Degree::new(high_p)? };
+    let high = project(material, choice)?;
+    let captured = Captured::of(&high);
+    let per_p = (0..=high_p).map(|p| captured.share(high_f, p)).collect();
+    let figures = MaterialFigures {
+        name,
+        model: material.name().to_owned(),
+        centre: match exported.centre() {
+            Centre::Reflection => "reflection vector",
+            Centre::Normal => "normal",
+            Centre::Tangent => "tangent",
+        },
+        f: f.get(),
+        p: p.get(),
+        captured: captured.share(f.get(), p.get()),
+        chosen,
+        azimuth_free: is_azimuth_free(&exported),
+        high_f,
+        captured_per_p: per_p,
+    };
+    Ok(Material { figures, material, exported, high })
+}
+
+/// Where the exports' coefficients come from.
+pub(crate) enum Exported<'a> {
+    /// Another stage.
+    Made(&'a BrdfCoefficients),
+    /// Here, with the reason in words.
+    Choose(Choice, String),
+}
+
+/// Sums of a projection's energy.
+struct Captured<'a> {
+    energy: &'a [f64],
+    /// Entries for each l.
+    side: usize,
+    total: f64,
+}
+
+impl<'a> Captured<'a> {
+    fn of(projection: &'a Projection) -> Self {
+        Self {
+            energy: &projection.energy_lp,
+            side: projection.coefficients.p().get() + 1,
+            total: projection.total,
+        }
+    }
+
+    /// The share up to degrees F and P; 1 for a black material.
+    fn share(&self, f: usize, p: usize) -> f64 {
+        if self.total <= 0.0 {
+            return 1.0;
+        }
+        let rows = self.energy.chunks_exact(self.side).take(f + 1);
+        (rows.flat_map(|row| row.iter().take(p + 1)).sum::<f64>() / self.total).min(1.0)
+    }
+}
+
+/// An environment and how it is shown.
+pub(crate) struct Lit<'a> {
+    pub(crate) name: String,
+    pub(crate) environment: &'a Environment,
+    /// Stops.
+    pub(crate) exposure: f64,
+}
+
+/// Renders a material under an environment in every way.
+pub(crate) fn pair(
+    lit: &Lit<'_>,
+    material: &Material<'_>,
+    settings: &Settings,
+    context: &Context<'_>,
+) -> Result<(PairFigures, Pictures), Failure> {
+    let figures = &material.figures;
+    let sphere = Sphere::new(settings.sphere);
+    let central = sphere.central(material.exported.centre());
+    let view = Sphere::view();
+
+    let environment = scaled(lit.environment, figures.f, settings.reference_rows)?;
+    let grid = environment.grid();
+    let highest = Degree::new(figures.high_f.min(grid.height - 1))?;
+    let lighting = Transform::new(grid, highest)?.analyse(environment.pixels());
+
+    let tolerance = sh::Tolerance::new(CULLED)?;
+    let reference = Reference::new(&environment, material.material, Cull::Energy(tolerance));
+    let mut truth = vec![[0.0_f32; 3]; central.len()];
+    for (pixels, central) in truth.chunks_mut(512).zip(central.chunks(512)) {
+        context.check_cancelled()?;
+        let radiance = |central: &Direction| reference.radiance(*central, view).map(|value| value as f32);
+        pixels.par_iter_mut().zip(central).for_each(|(pixel, central)| *pixel = radiance(central));
+    }
+    let shown = |values: &[[f32; 3]]| sphere.picture(&to_srgb8(values, lit.exposure, ToneMap::Filmic));
+
+    let map = |brdf: &BrdfCoefficients| synthesise(&lighting, brdf, settings.resolution);
+    let look = |of: &(dyn Fn(Direction) -> [f32; 3] + Sync)| -> Vec<[f32; 3]> {
+        central.par_iter().map(|central| of(*central)).collect()
+    };
+    let full = map(&material.exported)?;
+    let plain = map(&with_p(&material.exported, 0))?;
+    // Slices of a 3D texture are lat-long images, as dense at the equator as the cubes.
+    let rows = LatLong::with_rows(2 * settings.resolution);
+    let field = Reflection::convolve(&lighting, &material.exported);
+    let kautz = field.synthesise(MapGrid::LatLong(rows), View::Local)?;
+    let kautz = KautzMcCool::from_shrm(&kautz, KautzMcCool::even_angles(SLICES))
+        .ok_or_else(|| Failure::new("no angles for a 3D texture"))?;
+    let cabral = Cabral::from_shrm(&full);
+    context.check_cancelled()?;
+
+    let mut pictures = Pictures { truth: shown(&truth), exports: Vec::new(), per_p: Vec::new() };
+    let n = settings.resolution;
+    let faces = format!("6 faces of {n} × {n}");
+    let mut exports = Vec::new();
+    for method in Method::ALL {
+        let (values, texels, texture) = match method {
+            Method::ReflectionMap => (look(&|c| plain.radiance(c, view)), 6 * n * n, faces.clone()),
+            Method::KautzMccool => {
+                let size = format!("{SLICES} angles × {} × {}", rows.width, rows.height);
+                (look(&|c| kautz.radiance(c, view)), SLICES * rows.len(), size)
+            }
+            Method::Cabral => {
+                (look(&|c| cabral.radiance(c, view)), 12 * 6 * n * n, format!("12 views × {faces}"))
+            }
+            Method::Shrm => {
+                let terms = full.rows();
+                let size =
+                    format!("{terms} {} × {faces}", if terms == 1 { "coefficient" } else { "coefficients" });
+                (look(&|c| full.radiance(c, view)), terms * 6 * n * n, size)
+            }
+        };
+        let rms = sphere.relative_rms(&values, &truth);
+        exports.push(Export { method, rms, bytes: (8 * texels) as u64, texture });
+        pictures.exports.push(shown(&values));
+    }
+    context.check_cancelled()?;
+
+    let captured = Captured::of(&material.high);
+    let mut per_p = Vec::new();
+    // Where nothing changes with the view, one P is as good as another.
+    let mut changes = material.high.energy_lp.chunks_exact(material.high.coefficients.p().get() + 1);
+    let most = if changes.any(|row| row[1..].iter().any(|energy| *energy > 0.0)) {
+        material.high.coefficients.p().get()
+    } else {
+        0
+    };
+    for p in SHOWN_P.into_iter().filter(|p| *p <= most) {
+        let cut = map(&with_p(&material.high.coefficients, p))?;
+        let values = look(&|c| cut.radiance(c, view));
+        let rms = sphere.relative_rms(&values, &truth);
+        per_p.push(PerP { p, captured: captured.share(figures.high_f, p), rms });
+        pictures.per_p.push(shown(&values));
+        context.check_cancelled()?;
+    }
+
+    let advice = advise(figures.p, &exports, figures.high_f, &per_p, settings.accept);
+    let known = Reflection::convolve(&lighting, &material.high.coefficients);
+    let light = image_energy(environment.grid(), environment.pixels());
+    let known = shrm::accuracy::Accuracy::of(&known, light, material.high.total);
+    let (f, p) = (figures.f, figures.p);
+    let accuracy = curve(known.curve(p));
+    let accuracy_per_p = curve((0..=known.p()).map(|p| known.at(f, p)).collect());
+    let figures = PairFigures {
+        environment: lit.name.clone(),
+        material: figures.name.clone(),
+        rendered: [grid.width, grid.height],
+        exports,
+        per_p,
+        accuracy,
+        accuracy_per_p,
+        advice,
+    };
+    Ok((figures, pictures))
+}
+
+/// Accuracies, 1 - error.
+fn curve(estimates: Vec<Estimate>) -> Accuracy {
+    let of = |error: fn(&Estimate) -> f64| estimates.iter().map(|estimate| 1.0 - error(estimate)).collect();
+    Accuracy {
+        truth: of(|e| e.truth),
+        brdf: of(|e| e.by_brdf),
+        better: of(|e| e.by_min),
+        bound: of(|e| e.bound_with_p),
+        bound_as_printed: of(|e| e.bound_printed),
+    }
+}
+
+/// The environment at a size at which all its light can be added up for every pixel: twice as many rows as the degree
+/// F of the material, which blurs finer detail away.
+fn scaled(environment: &Environment, f: usize, most: usize) -> Result<Environment, Failure> {
+    let rows = (2 * f + 2).next_multiple_of(16).max(FEWEST_ROWS).min(most);
+    if rows >= environment.grid().height {
+        return Ok(environment.clone());
+    }
+    Ok(environment.downsampled(LatLong::with_rows(rows))?)
+}
+
+/// A cube map of these coefficients, local.
+fn synthesise(lighting: &Expansion, brdf: &BrdfCoefficients, edge: usize) -> Result<Shrm, Failure> {
+    let grid = MapGrid::Cube(Cube { edge });
+    Ok(Reflection::convolve(lighting, brdf).synthesise(grid, View::Local)?)
+}
+
+/// The same coefficients up to a lower degree in the view.
+fn with_p(brdf: &BrdfCoefficients, p: usize) -> BrdfCoefficients {
+    let (from, to) = (brdf.p().get(), p.min(brdf.p().get()));
+    let degree = Degree::new(to).unwrap_or(brdf.p());
+    let mut rho = Vec::with_capacity((brdf.f().get() + 1) * (to + 1) * (to + 1));
+    for l in 0..=brdf.f().get() {
+        for p in 0..=to {
+            rho.extend((0..=to).map(|q| brdf.get(l, p, q)));
+        }
+    }
+    debug_assert!(to <= from);
+    BrdfCoefficients::new(brdf.centre(), brdf.f(), degree, rho).unwrap_or_else(|| brdf.clone())
+}
+
+/// Whether every term with q > 0 is zero.
+fn is_azimuth_free(brdf: &BrdfCoefficients) -> bool {
+    let side = brdf.p().get() + 1;
+    brdf.rho().chunks_exact(side).all(|row| row[1..].iter().all(|rho| *rho == [0.0; 3]))
+}
