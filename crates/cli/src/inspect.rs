@@ -1,9 +1,13 @@
 //! `specula inspect`: what a file is: format, shape, frame, range, and the recipe that made it.
 
+mod texture;
+
 use std::fs;
 use std::path::Path;
 
-use containers::{Format, OpenExrEnvmap, ReadOptions, lighting_json, read_image, read_recipe, tensors};
+use containers::{
+    Format, OpenExrEnvmap, ReadOptions, is_texture, lighting_json, read_image, read_recipe, tensors,
+};
 use serde_json::{Value, json};
 
 use crate::print::say;
@@ -36,7 +40,7 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
         Err(error) => {
             say!("error: {}: {error}", file.display());
             say!(
-                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, safetensors and the JSON of lighting and materials"
+                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors and the JSON of lighting and materials"
             );
             Exit::Usage
         }
@@ -57,6 +61,7 @@ fn text_of(value: &Value) -> String {
 fn facts(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let mut facts = match Format::sniff(bytes) {
         Some(_) => image(bytes)?,
+        None if is_texture(bytes) => texture::texture(bytes)?,
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,
         None => image(bytes)?,
@@ -65,6 +70,9 @@ fn facts(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let recipe = read_recipe(bytes);
     facts.push(match recipe {
         Some(recipe) => ("recipe", serde_json::from_str(&recipe).unwrap_or(Value::String(recipe))),
+        None if bytes.starts_with(b"DDS ") => {
+            ("recipe", "none: DDS holds no texts; see the .json beside it".into())
+        }
         None => ("recipe", "none: not made by this program, or stripped".into()),
     });
     Ok(facts)
@@ -205,6 +213,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.push(("frame", ENVIRONMENT_FRAME.into()));
             facts.extend(range("radiance", environment.pixels().iter().map(|pixel| pixel.map(f64::from))));
         }
+        "shrm" => facts.extend(texture::reflection_map(bytes)?),
         _ => {}
     }
     Ok(facts)

@@ -1,0 +1,109 @@
+//! What `specula inspect` says of textures and of reflection maps in spherical harmonics.
+
+use containers::{Precision, read_texture, tensors};
+use serde_json::{Value, json};
+
+use super::{Facts, range};
+
+/// KTX2 and DDS.
+pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
+    let file = read_texture(bytes)?;
+    let texture = &file.texture;
+    let kind = match (texture.depth > 1, texture.faces == 6, texture.layers > 0) {
+        (true, ..) => "volume",
+        (_, true, true) => "cube array",
+        (_, true, false) => "cube",
+        (_, false, true) => "2D array",
+        (_, false, false) => "2D",
+    };
+    let mut shape = format!("{} x {}", texture.width, texture.height);
+    for (count, what) in [(texture.depth, "slices"), (texture.faces, "faces"), (texture.layers, "layers")] {
+        if count > 1 || (what == "layers" && count > 0) {
+            shape.push_str(&format!(", {count} {what}"));
+        }
+    }
+    let numbers = match file.precision {
+        Precision::Half => "16-bit floats",
+        Precision::Float => "32-bit floats",
+    };
+    let mut facts = vec![
+        ("what", format!("texture, {kind}").into()),
+        ("format", file.container.into()),
+        ("shape", format!("{shape}, RGBA of {numbers}").into()),
+    ];
+    let texts = file.metadata.iter().filter(|(key, _)| *key != "specula");
+    let texts: serde_json::Map<String, Value> =
+        texts.map(|(key, value)| (key.clone(), json!(value))).collect();
+    let coefficients = texts.contains_key("specula.basis");
+    if !texts.is_empty() {
+        facts.push(("metadata", Value::Object(texts)));
+    }
+    let unit = if coefficients { "coefficients of radiance" } else { "linear Rec. 709" };
+    facts.extend(range(unit, texture.pixels.iter().map(|pixel| pixel.map(f64::from))));
+    Ok(facts)
+}
+
+/// The safetensors of a reflection map.
+pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
+    let map = tensors::decode_shrm(bytes)?;
+    // The centre stands among the facts of every such file.
+    let entries = containers::shrm_metadata(&map).into_iter().filter(|(key, _)| *key != "centre");
+    let mut facts: Facts = entries.map(|(key, value)| (key, value.into())).collect();
+    facts.extend(range("coefficients of radiance", map.values().iter().map(|value| value.map(f64::from))));
+    Ok(facts)
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::Centre;
+    use containers::{Texture, write_dds, write_ktx2};
+    use sh::Degree;
+    use shrm::{MapGrid, Shrm, Terms, View};
+    use sphere::Cube;
+
+    use super::*;
+
+    fn told(facts: Facts) -> std::collections::BTreeMap<&'static str, Value> {
+        facts.into_iter().collect()
+    }
+
+    #[test]
+    fn a_texture_tells_its_shape_its_texts_and_what_is_no_number() {
+        let mut cube = Texture { width: 2, height: 2, depth: 1, layers: 9, faces: 6, pixels: Vec::new() };
+        cube.pixels = vec![[1.0, -2.0, f32::NAN]; 216];
+        let bytes =
+            write_ktx2(&cube, Precision::Half, Some("{}"), &[("specula.basis", "real")]).unwrap().bytes;
+        let facts = told(super::super::facts(&bytes).unwrap());
+        assert_eq!(facts["what"], "texture, cube array");
+        assert_eq!(facts["shape"], "2 x 2, 6 faces, 9 layers, RGBA of 16-bit floats");
+        assert_eq!(facts["metadata"]["KTXorientation"], "rd");
+        assert_eq!(facts["values"], "coefficients of radiance");
+        assert_eq!(
+            (&facts["not finite"], &facts["least"]),
+            (&json!(216), &json!("[1.000000, -2.000000, none]"))
+        );
+        assert_eq!(facts["recipe"], json!({}));
+
+        let volume = Texture { depth: 3, layers: 0, faces: 1, pixels: vec![[0.5; 3]; 12], ..cube };
+        let bytes = write_dds(&volume, Precision::Float).unwrap().bytes;
+        let facts = told(super::super::facts(&bytes).unwrap());
+        assert_eq!((&facts["what"], &facts["format"]), (&json!("texture, volume"), &json!("DDS")));
+        assert_eq!(facts["shape"], "2 x 2, 3 slices, RGBA of 32-bit floats");
+        assert!(facts["recipe"].as_str().unwrap().contains("beside"), "{}", facts["recipe"]);
+        assert!(!facts.contains_key("metadata"));
+    }
+
+    #[test]
+    fn a_reflection_map_tells_its_view_and_frame() {
+        let grid = MapGrid::Cube(Cube { edge: 1 });
+        let values = vec![[0.5; 3]; 6 * 2];
+        let map = Shrm::new(grid, View::Local, Centre::Normal, Degree::new(1).unwrap(), Terms::Zonal, values)
+            .unwrap();
+        let facts = told(super::super::facts(&tensors::encode_shrm(&map, None).unwrap()).unwrap());
+        assert_eq!((&facts["what"], &facts["degree"]), (&json!("shrm"), &json!("1")));
+        assert_eq!((&facts["layout"], &facts["centre"]), (&json!("cube"), &json!("normal")));
+        assert_eq!(facts["shape"], json!(["shrm [6, 1, 1, 4, 3] F32"]));
+        assert_eq!((&facts["view"], &facts["terms"]), (&json!("local"), &json!("zonal")));
+        assert!(facts["frame"].as_str().unwrap().contains("+Z up"));
+    }
+}
