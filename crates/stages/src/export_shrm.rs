@@ -11,8 +11,9 @@
 //! need few coefficients there, those without azimuth only the P + 1 with q = 0. In a *global* map (equation 8) w is V
 //! itself: more to store, less to do in a shader.
 //!
-//! `resolution = "auto"` takes the least for which bilinear look-ups stay within `error` of the map; a map of degree F
-//! needs about 10 F rows at the most. The build notes degrees, resolution and size.
+//! `resolution = "auto"` takes the least, a multiple of 4, for which bilinear look-ups miss at most an estimated `error` of
+//! the RMS radiance; at the most 10 F rows of a lat-long map, or an edge of 5 F texels, F being the degree. The build
+//! notes degrees, resolution, this error and the file's size.
 //!
 //! ## Files
 //!
@@ -163,7 +164,7 @@ parameters! {
         layout: Option<MapLayout> = None,
         /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto", or as the map that arrives has it.
         resolution: Option<Resolution> = None,
-        /// With resolution "auto": the error of bilinear look-ups, as a share of the map's RMS. Left out: 0.01.
+        /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Left out: 0.01.
         error: Option<f64> = None,
         /// The frame of the views that the coefficients are over. Left out: "local", or as the map that arrives has it.
         view: Option<View> = None,

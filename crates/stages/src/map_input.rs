@@ -96,43 +96,48 @@ impl MapInput {
     /// # Errors
     /// Where the parameters ask for another map than the one that arrives, or for too large a one.
     pub(crate) fn map(&self, context: &Context<'_>) -> Result<Arc<artifacts::Shrm>, Failure> {
-        let (map, degrees, chosen) = if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
+        let (map, degrees, told) = if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
             let map = self.as_it_is(context.get::<artifacts::Shrm>("reflection")?)?;
             let degrees = format!("P = {}", map.0.p().get());
             (map, degrees, String::new())
         } else {
             let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
             let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
-            let (grid, chosen) = self.grid(reflection);
+            let (grid, told) = self.grid(reflection);
             context.check_cancelled()?;
             let map = reflection.synthesise(grid, self.view.unwrap_or(View::Local))?;
-            (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), chosen)
+            (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), told)
         };
-        context.note(format!("{degrees}: {}{chosen}", describe(&map.0)));
+        context.note(format!("{degrees}: {}{told}", describe(&map.0)));
         Ok(map)
     }
 
+    /// The texels to synthesise, and what of the error of look-ups is to be told.
     fn grid(&self, reflection: &shrm::Reflection) -> (MapGrid, String) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
         let error = self.error.unwrap_or(ERROR);
-        let (resolution, chosen) = match self.resolution.unwrap_or(Resolution::Auto) {
-            Resolution::Fixed(resolution) => (resolution, String::new()),
-            Resolution::Auto => {
-                let least = resolution_for(reflection, layout, error);
-                let words = match least <= MOST {
-                    true => format!("; the resolution is the least with an interpolation error of {error}"),
-                    false => format!(
-                        "; an interpolation error of {error} would need {least}, {MOST} is the largest"
-                    ),
-                };
-                (least.min(MOST), words)
-            }
+        let auto = reflection.resolution(
+            match layout {
+                MapLayout::Cube => shrm::MapLayout::Cube,
+                MapLayout::LatLong => shrm::MapLayout::LatLong,
+            },
+            error,
+        );
+        let resolution = match self.resolution.unwrap_or(Resolution::Auto) {
+            Resolution::Fixed(resolution) => resolution,
+            Resolution::Auto => auto.texels.min(MOST),
         };
+        // It falls with the square of the resolution.
+        let estimate = auto.estimated_error * (auto.texels as f64 / resolution as f64).powi(2);
+        let mut told = format!("; bilinear look-ups miss an estimated {estimate:.1e} of RMS radiance");
+        if self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto && estimate > error {
+            told.push_str(&format!(", more than error = {error}: no larger resolution is chosen by itself"));
+        }
         let grid = match layout {
             MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
             MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
         };
-        (grid, chosen)
+        (grid, told)
     }
 
     /// The map that arrives, made global where that is asked for.
@@ -189,13 +194,4 @@ fn describe(map: &Shrm) -> String {
         Terms::Zonal => " with q = 0, all others being zero",
     };
     format!("{}, {} texels of {} coefficients{kept}", shape(map), map.grid().len(), map.rows())
-}
-
-/// The least resolution whose bilinear look-ups stay within an error; ten for each degree at the most.
-fn resolution_for(reflection: &shrm::Reflection, layout: MapLayout, _error: f64) -> usize {
-    let rows = (10 * reflection.brdf().f().get()).max(8);
-    match layout {
-        MapLayout::LatLong => rows,
-        MapLayout::Cube => rows.div_ceil(2),
-    }
 }

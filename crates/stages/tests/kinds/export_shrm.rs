@@ -288,20 +288,36 @@ fn a_map_that_arrives_is_not_made_into_another() {
 fn degrees_resolution_and_size_are_told() {
     let ran = export(CUBE).run().unwrap();
     let engine::Output::Files(files) = &ran.output else { panic!("no files") };
-    assert_eq!(
-        ran.notes,
-        [
-            "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients".to_owned(),
-            format!("{} bytes", files[0].len())
-        ]
-    );
+    let told =
+        "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups miss an estimated ";
+    assert!(ran.notes[0].starts_with(told), "{}", ran.notes[0]);
+    assert_eq!(ran.notes[1], format!("{} bytes", files[0].len()));
     let zonal = case("export-shrm", LAT_LONG).input("reflection", made_up(false)).run().unwrap();
-    assert_eq!(
-        zonal.notes[0],
-        "F = 2, P = 2: a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0, all others being zero"
-    );
+    let told = "a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0, all others being zero; bilinear";
+    assert!(zonal.notes[0].contains(told), "{}", zonal.notes[0]);
     let lambert = case("export-shrm", CUBE).input("reflection", reflection(lambert(0.5), 2)).run().unwrap();
     assert!(lambert.notes[0].starts_with("F = 2, P = 0: "), "{}", lambert.notes[0]);
+}
+
+#[test]
+fn an_error_chooses_the_resolution() {
+    for (layout, words) in [(shrm::MapLayout::Cube, "cube"), (shrm::MapLayout::LatLong, "lat-long")] {
+        for error in [0.2, 0.1] {
+            let expected = made_up(true).0.resolution(layout, error);
+            let case = export(&format!("layout = \"{words}\"\nerror = {error}"));
+            let ran = case.run().unwrap();
+            let [_, rows, _] = tensors::decode_shrm(&case.files()[0]).unwrap().grid().shape();
+            assert_eq!(rows, expected.texels, "{words}, {error}");
+            let told = format!("estimated {:.1e} of RMS radiance", expected.estimated_error);
+            assert!(ran.notes[0].ends_with(&told), "{}", ran.notes[0]);
+        }
+    }
+    // Degree 2 asks for no more than an edge of 10, to the next multiple of 4.
+    let case = export("error = 0.0001");
+    assert_eq!(tensors::decode_shrm(&case.files()[0]).unwrap().grid(), MapGrid::Cube(Cube { edge: 12 }));
+    assert!(case.run().unwrap().notes[0].contains("more than error = 0.0001"));
+    // Nothing given: a local cube, within 0.01 or the most.
+    assert_eq!(tensors::decode_shrm(&export("").files()[0]).unwrap().view(), View::Local);
 }
 
 #[test]
