@@ -1,11 +1,22 @@
 //! Reflects a lighting off a material: the reflected light field in spherical harmonics.
 //!
-//! For a radially symmetric material (P = 0) this is the convolution of Ramamoorthi and Hanrahan (2002):
+//! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one direction,
+//! and this is the convolution of Ramamoorthi and Hanrahan (2002):
 //!
 //! > B_lm = Lambda_l rho_l L_lm, with Lambda_l = sqrt(4 pi / (2 l + 1))
 //!
-//! and in general B_lmpq = L_lm rho_lpq (equation 7). Both are cut to the smaller of their degrees: light that the
-//! material blurs away, or detail that the lighting does not hold, costs nothing.
+//! In general it depends on the view too, and its coefficients are
+//!
+//! > B_lmpq = L_lm rho_lpq,
+//!
+//! l up to F for the central direction (the reflection vector, the normal or the tangent, as the material has
+//! it), p up to P for the view about it. They are kept as their two factors. From them `export-shrm` makes reflection maps
+//! with (P+1)^2 coefficients in each texel, of which P+1 are not zero where the material has no dependence on azimuth;
+//! `export-reflection-map` makes one plain map, which is exact for P = 0.
+//!
+//! Lighting and material are cut to the smaller of their degrees: light that the material blurs away, or detail
+//! that the lighting does not hold, costs nothing. The build notes F and P, and says where the lighting's degree is
+//! the smaller one, since the material then looks blurrier than it is.
 //!
 //! ## Example
 //!
@@ -47,6 +58,52 @@ impl Kind for Convolve {
         let lighting = context.get::<artifacts::Lighting>("lighting")?;
         let brdf = context.get::<artifacts::Brdf>("brdf")?;
         let reflection = Reflection::convolve(&lighting.0, &brdf.0);
+        context.note(degrees(&reflection, brdf.0.f().get()));
         Output::artifact(artifacts::Reflection(reflection))
+    }
+}
+
+/// What the reflection holds, beside the degree that the material asked for.
+fn degrees(reflection: &Reflection, asked: usize) -> String {
+    let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
+    let terms = match (p, reflection.is_azimuth_free()) {
+        (0, _) => "the same for every view".to_string(),
+        (_, true) => format!("{} coefficients over the view, without azimuth", p + 1),
+        (_, false) => format!("{} coefficients over the view", (p + 1) * (p + 1)),
+    };
+    let cut = if f < asked {
+        format!("; the lighting ends at {f}, the material goes to {asked}")
+    } else {
+        String::new()
+    };
+    format!("F = {f}, P = {p}: {terms}{cut}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use brdf::{BrdfCoefficients, Centre};
+    use sh::{Degree, Expansion};
+
+    #[test]
+    fn the_note_tells_what_the_reflection_holds() {
+        for (f, p, entry, expected) in [
+            (2, 0, [0, 0], "F = 2, P = 0: the same for every view"),
+            (2, 2, [1, 0], "F = 2, P = 2: 3 coefficients over the view, without azimuth"),
+            (2, 2, [1, 1], "F = 2, P = 2: 9 coefficients over the view"),
+            (
+                5,
+                0,
+                [0, 0],
+                "F = 3, P = 0: the same for every view; the lighting ends at 3, the material goes to 5",
+            ),
+        ] {
+            let degree = |l| Degree::new(l).unwrap();
+            let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];
+            rho[((p + 1) + entry[0]) * (p + 1) + entry[1]] = [1.0; 3];
+            let brdf = BrdfCoefficients::new(Centre::Reflection, degree(f), degree(p), rho).unwrap();
+            let reflection = Reflection::convolve(&Expansion::zero(degree(3)), &brdf);
+            assert_eq!(degrees(&reflection, f), expected);
+        }
     }
 }
