@@ -6,13 +6,17 @@
 
 use sh::{Degree, Tolerance};
 
+use super::ProjectionError;
 use super::legendre::Legendre;
 use super::slice::{Fineness, NotFinite, Source, slice};
 use super::tabulation::{ACCURACY, Table, tabulate};
-use super::{MOST_COEFFICIENTS, ProjectionError};
 
 /// Where the search for F begins, and P.
 const FIRST: (usize, usize) = (16, 4);
+
+/// The most entries (F+1)(P+1)^2 of a table that the search makes, [64, 62] or [2048, 10]: past these no map is
+/// kept, and the search would take seconds.
+const MOST_SEARCHED: usize = 1 << 18;
 
 /// Outgoing directions that tell how sharp a material is.
 const PROBES: [f64; 3] = [0.3, 1.2, 2.2];
@@ -45,7 +49,7 @@ pub(super) fn least(
             let least_f = (0..f).find(|&f| held(f, least_p + 1) >= enough).unwrap_or(f);
             // Too little room to have lowered P as far as a higher F would allow.
             let higher = (f + f / 2).min(Degree::MAX.get());
-            if least_f > f - f / 16 && higher > f && (higher + 1) * (p + 1) * (p + 1) <= MOST_COEFFICIENTS {
+            if least_f > f - f / 16 && higher > f && (higher + 1) * (p + 1) * (p + 1) <= MOST_SEARCHED {
                 f = higher;
                 continue;
             }
@@ -62,8 +66,7 @@ pub(super) fn least(
         if upper_p >= upper_f / 4.0 {
             p = (2 * p).min(Degree::MAX.get());
         }
-        if (f, p) == (before_f, before_p) || most < enough || (f + 1) * (p + 1) * (p + 1) > MOST_COEFFICIENTS
-        {
+        if (f, p) == (before_f, before_p) || most < enough || (f + 1) * (p + 1) * (p + 1) > MOST_SEARCHED {
             return Err(ProjectionError::TooSharp {
                 f: before_f,
                 p: before_p,

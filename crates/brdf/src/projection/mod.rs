@@ -70,9 +70,10 @@ pub struct Projection {
 /// Why a material could not be projected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProjectionError {
-    /// A highlight, or a cut at the horizon, so sharp that no supported degrees meet the tolerance.
+    /// A highlight, a rise toward grazing views or a cut at the horizon so sharp that no degrees worth keeping meet the
+    /// tolerance: those up to (F+1)(P+1)^2 = 262144 are tried.
     #[error(
-        "degrees [{f}, {p}] capture {captured:.4} of the energy and no supported ones meet tolerance {tolerance}: \
+        "degrees [{f}, {p}] capture {captured:.4} of the energy and no higher ones of use meet tolerance {tolerance}: \
          the material is too sharp; give the degrees or a larger tolerance"
     )]
     TooSharp {
@@ -112,8 +113,9 @@ pub enum ProjectionError {
 /// The most entries (F+1)(P+1)^2 that a projection may have: 4 million, 100 MB.
 pub const MOST_COEFFICIENTS: usize = 1 << 22;
 
-/// An anisotropic material is averaged over this many turns.
-const TURNS: usize = 64;
+/// An anisotropic material is averaged over this many turns: odd, so that one that is the same after half a turn is
+/// met at twice as many.
+const TURNS: usize = 19;
 
 /// The coefficients of a material, exact in closed form for the radially symmetric models.
 ///

@@ -227,14 +227,20 @@ impl Columns {
             let modes = &self.modes[q];
             let moment = &mut moments[l * side + q];
             for channel in 0..3 {
-                let mut lanes = [0.0; 4];
-                for i in 0..LANES {
-                    lanes[i % 4] += value[i] * modes[channel][i];
-                }
-                moment[channel] += (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+                moment[channel] += dot(value, &modes[channel]);
             }
         });
     }
+}
+
+/// The sum of products, in four independent sums that fill vector registers.
+#[inline]
+fn dot(a: &Lanes, b: &Lanes) -> f64 {
+    let mut sums = [0.0; 4];
+    for i in 0..LANES {
+        sums[i % 4] += a[i] * b[i];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// A circle theta_i = const, or an arc of it.
@@ -266,7 +272,7 @@ impl Circle<'_> {
         let mut first = lane == 0;
         while let Some(panel) = waiting.pop() {
             let mut values = [[0.0; 3]; NODES];
-            let mut cosines = [0.0; NODES];
+            let mut cosines = [0.0; LANES];
             let [mut kronrod, mut gauss] = [0.0; 2];
             for (i, node) in RULE.into_iter().enumerate() {
                 let phi = panel.at(node);
@@ -296,18 +302,22 @@ impl Circle<'_> {
             if kronrod == 0.0 && range[1] == [0.0; 3] {
                 continue;
             }
+            let mut scaled = [[0.0; LANES]; 3];
             for i in 0..NODES {
-                let scaled = values[i].map(|value| value * weight * both * RULE[i].kronrod);
-                let (mut before, mut cosine) = (cosines[i], 1.0);
-                for mode in &mut columns.modes {
-                    for channel in 0..3 {
-                        mode[channel][lane] += scaled[channel] * cosine;
-                    }
-                    (before, cosine) = (cosine, 2.0 * cosines[i] * cosine - before);
-                }
                 for channel in 0..3 {
-                    range[0][channel] = range[0][channel].min(values[i][channel]);
-                    range[1][channel] = range[1][channel].max(values[i][channel]);
+                    let value = values[i][channel];
+                    scaled[channel][i] = value * weight * both * RULE[i].kronrod;
+                    range[0][channel] = range[0][channel].min(value);
+                    range[1][channel] = range[1][channel].max(value);
+                }
+            }
+            let (mut before, mut cosine) = (cosines, [1.0; LANES]);
+            for mode in &mut columns.modes {
+                for channel in 0..3 {
+                    mode[channel][lane] += dot(&scaled[channel], &cosine);
+                }
+                for i in 0..LANES {
+                    (before[i], cosine[i]) = (cosine[i], 2.0 * cosines[i] * cosine[i] - before[i]);
                 }
             }
         }
