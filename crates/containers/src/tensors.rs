@@ -5,6 +5,7 @@
 //! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m | |
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0 | `centre` |
 //! | `reflection` | `sh` and `rho`, of one degree F | `centre` |
+//! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... where it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q | `layout`, `view`, `centre`, `terms` |
 //!
@@ -26,6 +27,10 @@ use serde_json::json;
 use sh::{Degree, Expansion};
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
+
+mod material;
+
+pub use material::{decode_material, encode_material};
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
@@ -264,7 +269,7 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
 struct Writer {
     metadata: BTreeMap<&'static str, String>,
     /// The header's entry of each tensor. The format wants descending alignment; kinds mix no types.
-    tensors: Vec<(&'static str, serde_json::Value)>,
+    tensors: Vec<(String, serde_json::Value)>,
     data: Vec<u8>,
     start: usize,
 }
@@ -302,10 +307,10 @@ impl Writer {
     }
 
     /// Names the data added since the last tensor.
-    fn tensor(&mut self, name: &'static str, dtype: &str, shape: &[usize]) {
+    fn tensor(&mut self, name: impl Into<String>, dtype: &str, shape: &[usize]) {
         let offsets = [self.start, self.data.len()];
         self.start = self.data.len();
-        self.tensors.push((name, json!({ "dtype": dtype, "shape": shape, "data_offsets": offsets })));
+        self.tensors.push((name.into(), json!({ "dtype": dtype, "shape": shape, "data_offsets": offsets })));
     }
 
     fn finish(self) -> Vec<u8> {

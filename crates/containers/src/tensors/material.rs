@@ -1,0 +1,254 @@
+//! A material: its models as JSON in the metadata, its tables as tensors.
+//!
+//! `material` in `__metadata__` is `{"model": "phong", "exponent": 64.0, "specular": [1.0, 0.8, 0.3]}`: a model's name
+//! and its parameters by [`brdf::MODELS`], colours always three numbers. Of layers it is `{"model": "layers", "layers":
+//! [...]}`, of a table `{"model": "measured", "scale": [1.0, 1.0, 1.0], "table": 0}`, whose values are the tensor `table0`
+//! [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]); tables are numbered in the order of the layers.
+
+use brdf::{MODELS, Material, Measured, Parameter, Shape, Value, Values};
+use safetensors::tensor::Dtype;
+use serde_json::{Map, Value as Json, json};
+
+use super::{File, Writer, wrong_shape};
+use crate::error::{Error, ErrorKind};
+
+/// The entry of the metadata that holds the models.
+const KEY: &str = "material";
+const SHAPE: &str = "[n_h, n_d, n_phi, 3]";
+
+/// A material: models and parameters in the metadata, measured tables as `table0` [n_h, n_d, n_phi, 3] f32, `table1` ...
+///
+/// # Errors
+/// Where the material is an empty sum.
+pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    let mut file = Writer::new("material", recipe);
+    let tree = write(material, &mut file)?;
+    file.metadata.insert(KEY, tree.to_string());
+    Ok(file.finish())
+}
+
+/// A material, from a file of kind `material`.
+///
+/// # Errors
+/// Where the file is not one that [`encode_material`] could have written; the message names the model, the parameter or the
+/// tensor and what was expected.
+pub fn decode_material(bytes: &[u8]) -> Result<Material, Error> {
+    let file = File::open_as(bytes, "material")?;
+    let text = file.metadata.get(KEY).ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
+    let tree: Json = serde_json::from_str(text)
+        .map_err(|error| Error::damaged(format!("metadata `material`: no sound JSON: {error}")))?;
+    let mut tables = 0;
+    let material = read(&tree, &file, &mut tables)?;
+    let found = file.tensors.len();
+    if found != tables {
+        return Err(Error::damaged(format!("expected {tables} tensors, one for each table, found {found}")));
+    }
+    Ok(material)
+}
+
+fn write(material: &Material, file: &mut Writer) -> Result<Json, Error> {
+    let mut object = match json_of(&material.values()) {
+        Json::Object(object) => object,
+        _ => Map::new(),
+    };
+    match material {
+        Material::Layers(layers) => {
+            if layers.is_empty() {
+                return Err(Error::new(
+                    ErrorKind::Unwritable,
+                    "a material of no layers; expected one or more",
+                ));
+            }
+            let layers = layers.iter().map(|layer| write(layer, file)).collect::<Result<_, _>>()?;
+            object.insert("layers".into(), Json::Array(layers));
+        }
+        Material::Measured(measured) => {
+            let [n_h, n_d, n_phi] = measured.shape();
+            let number = file.tensors.len();
+            file.extend_f32(measured.values().as_flattened());
+            file.tensor(format!("table{number}"), "F32", &[n_h, n_d, n_phi, 3]);
+            object.insert("table".into(), number.into());
+        }
+        _ => {}
+    }
+    object.insert("model".into(), material.name().into());
+    Ok(Json::Object(object))
+}
+
+fn json_of(values: &Values) -> Json {
+    let json = |value: &Value| match value {
+        Value::Number(number) => json!(number),
+        Value::Colour(rgb) => json!(rgb),
+        Value::Records(records) => records.iter().map(json_of).collect(),
+    };
+    Json::Object(values.iter().map(|(name, value)| (name.to_owned(), json(value))).collect())
+}
+
+fn read(tree: &Json, file: &File<'_>, tables: &mut usize) -> Result<Material, Error> {
+    let wrong = |expected: &str, found: &Json| {
+        Error::damaged(format!("metadata `material`: expected {expected}, found {found}"))
+    };
+    let object = tree.as_object().ok_or_else(|| wrong("a model", tree))?;
+    let name =
+        object.get("model").and_then(Json::as_str).ok_or_else(|| wrong("the name of a model", tree))?;
+    let known = |names: &[&str]| match object.keys().find(|key| !names.contains(&key.as_str())) {
+        Some(key) => Err(Error::damaged(format!("metadata `material`: {name} has no parameter `{key}`"))),
+        None => Ok(()),
+    };
+    match name {
+        "layers" => {
+            known(&["model", "layers"])?;
+            let layers =
+                object.get("layers").and_then(Json::as_array).ok_or_else(|| wrong("layers", tree))?;
+            let layers = layers.iter().map(|layer| read(layer, file, tables)).collect::<Result<_, _>>()?;
+            Material::layers(layers).map_err(|error| Error::damaged(format!("metadata `material`: {error}")))
+        }
+        "measured" => {
+            known(&["model", "scale", "table"])?;
+            let number = *tables;
+            *tables += 1;
+            if object.get("table").and_then(Json::as_u64) != Some(number as u64) {
+                return Err(wrong(&format!("table {number}"), tree));
+            }
+            let scale =
+                object.get("scale").and_then(colour).ok_or_else(|| wrong("a `scale` colour", tree))?;
+            let name = format!("table{number}");
+            let table = table(file, &name)?;
+            table
+                .scaled(scale)
+                .map_err(|error| Error::damaged(format!("metadata `material`: {error}")))
+                .map(Material::Measured)
+        }
+        _ => {
+            let text = MODELS.iter().find(|model| model.name == name);
+            let text = text.ok_or_else(|| wrong("a model of this version", tree))?;
+            let values = values(object, text.parameters, "model")?;
+            match Material::analytic(name, &values) {
+                Some(Ok(material)) => Ok(material),
+                Some(Err(error)) => Err(Error::damaged(format!("metadata `material`: {name}: {error}"))),
+                None => Err(wrong("a model of this version", tree)),
+            }
+        }
+    }
+}
+
+/// The values of an object's members, `besides` one that is none of them.
+fn values(object: &Map<String, Json>, parameters: &[Parameter], besides: &str) -> Result<Values, Error> {
+    let mut values = Values::default();
+    for (key, json) in object.iter().filter(|(key, _)| *key != besides) {
+        let parameter = parameters.iter().find(|parameter| parameter.name == key);
+        let value = parameter.and_then(|parameter| match parameter.shape {
+            Shape::Number(_) => json.as_f64().map(Value::Number),
+            Shape::Colour(_) => colour(json).map(Value::Colour),
+            Shape::Records(inner) => {
+                let records = json.as_array()?.iter();
+                let records = records.map(|record| self::values(record.as_object()?, inner, "").ok());
+                records.collect::<Option<_>>().map(Value::Records)
+            }
+        });
+        match (parameter, value) {
+            (Some(parameter), Some(value)) => values.set(parameter.name, value),
+            _ => {
+                let message = format!("metadata `material`: `{key}` = {json} is no parameter of the model");
+                return Err(Error::damaged(message));
+            }
+        }
+    }
+    Ok(values)
+}
+
+fn colour(json: &Json) -> Option<[f64; 3]> {
+    match json.as_array()?.as_slice() {
+        [red, green, blue] => Some([red.as_f64()?, green.as_f64()?, blue.as_f64()?]),
+        _ => None,
+    }
+}
+
+fn table(file: &File<'_>, name: &str) -> Result<Measured, Error> {
+    let tensor = file.tensor(name, Dtype::F32, SHAPE)?;
+    let &[n_h, n_d, n_phi, 3] = tensor.shape() else { return Err(wrong_shape(name, SHAPE, tensor.shape())) };
+    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let rows = tensor.data().chunks_exact(12);
+    let values = rows.map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])]).collect();
+    Measured::new([n_h, n_d, n_phi], values)
+        .map_err(|error| Error::damaged(format!("tensor `{name}`: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Phong};
+
+    use super::super::describe;
+    use super::*;
+
+    fn measured(scale: f64) -> Material {
+        let values = (0..24).map(|i| [i as f32, 0.1, 1e-30]).collect();
+        Material::Measured(Measured::new([2, 3, 4], values).unwrap().scaled([scale; 3]).unwrap())
+    }
+
+    /// All kinds of parameter: numbers, colours, some left out, arrays of tables; two tables, and layers in layers.
+    fn rich() -> Material {
+        let lobe = LafortuneLobe { cx: -0.95, cz: 0.1 + 0.2, n: 12.0, weight: [1.0, 0.5, 1.0 / 3.0] };
+        let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
+        let inner = Material::layers(vec![
+            Material::Ggx(Ggx::new(0.3, gold, [0.5; 3]).unwrap()),
+            Material::Lafortune(Lafortune::new([0.1; 3], vec![lobe, lobe]).unwrap()),
+            measured(0.25),
+        ]);
+        Material::layers(vec![
+            Material::Lambert(Lambert::new([0.1, 0.2, 0.3]).unwrap()),
+            inner.unwrap(),
+            measured(2.0),
+        ])
+        .unwrap()
+    }
+
+    #[test]
+    fn a_material_is_what_its_bytes_decode_to() {
+        let phong = Material::Phong(Phong::new(64.0, [1.0, 0.77, 0.34]).unwrap());
+        for material in [phong, rich(), measured(1.0)] {
+            let bytes = encode_material(&material, None).unwrap();
+            assert_eq!(decode_material(&bytes).unwrap(), material);
+            assert_eq!(bytes, encode_material(&decode_material(&bytes).unwrap(), None).unwrap());
+        }
+        assert!(encode_material(&Material::Layers(Vec::new()), None).is_err());
+    }
+
+    #[test]
+    fn the_metadata_can_be_read_by_people() {
+        let phong = Material::Phong(Phong::new(64.0, [1.0, 0.77, 0.34]).unwrap());
+        let description = describe(&encode_material(&phong, None).unwrap()).unwrap();
+        let expected = r#"{"exponent":64.0,"model":"phong","specular":[1.0,0.77,0.34]}"#;
+        assert_eq!(description.metadata["material"], expected);
+        let description = describe(&encode_material(&rich(), None).unwrap()).unwrap();
+        let tables: Vec<_> =
+            description.tensors.iter().map(|(name, _, shape)| (name.as_str(), shape)).collect();
+        assert_eq!(tables, [("table0", &vec![2, 3, 4, 3]), ("table1", &vec![2, 3, 4, 3])]);
+    }
+
+    #[test]
+    fn what_no_material_has_is_an_error() {
+        let fault = |tree: Json| {
+            let mut file = Writer::new("material", None);
+            file.metadata.insert(KEY, tree.to_string());
+            decode_material(&file.finish()).unwrap_err().to_string()
+        };
+        for (tree, expected) in [
+            (json!(3), "expected a model, found 3"),
+            (json!({ "model": "fong" }), "expected a model of this version"),
+            (json!({ "model": "phong" }), "phong: exponent is missing"),
+            (json!({ "model": "phong", "exponent": -1, "specular": [1, 1, 1] }), "exponent: -1 is not"),
+            (json!({ "model": "phong", "exponent": "a" }), "`exponent` = \"a\" is no parameter"),
+            (json!({ "model": "phong", "albedo": 1 }), "`albedo` = 1 is no parameter"),
+            (json!({ "model": "layers", "layers": [] }), "there is no layer"),
+            (json!({ "model": "layers" }), "expected layers"),
+            (json!({ "model": "measured", "scale": [1, 1, 1], "table": 1 }), "expected table 0"),
+            (json!({ "model": "measured", "scale": [1, 1, 1], "table": 0 }), "expected a tensor `table0`"),
+            (json!({ "model": "measured", "table": 0 }), "a `scale` colour"),
+            (json!({ "model": "measured", "file": 0 }), "measured has no parameter `file`"),
+        ] {
+            let found = fault(tree);
+            assert!(found.contains(expected), "{found}");
+        }
+    }
+}
