@@ -56,7 +56,7 @@ use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::{Image, ToneMap, to_srgb8};
 use sh::{Expansion, Synthesis, energy_per_degree, lambda, synthesise_cube};
-use shrm::{Plain, Reflection};
+use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
@@ -211,15 +211,24 @@ impl Kind for ExportReflectionMap {
         let images = images(parameters, &field)?;
         context.check_cancelled()?;
         tell_negatives(parameters.format, &images, context);
-        let recipe = Some(context.recipe());
-        let encoded = images.iter().map(|image| encode(parameters, image, recipe));
-        let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
-        let clamped = encoded.iter().map(|file| file.clamped).sum();
-        if parameters.format == Format::Exr {
-            tell_overflow(clamped, parameters.overflow, context)?;
-        }
-        Ok(Output::Files(encoded.into_iter().map(|file| file.bytes).collect()))
+        write(parameters, &images, context)
     }
+}
+
+/// The files of the images.
+pub(crate) fn write(
+    parameters: &Parameters,
+    images: &[Image],
+    context: &Context<'_>,
+) -> Result<Output, Failure> {
+    let recipe = Some(context.recipe());
+    let encoded = images.iter().map(|image| encode(parameters, image, recipe));
+    let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
+    let clamped = encoded.iter().map(|file| file.clamped).sum();
+    if parameters.format == Format::Exr {
+        tell_overflow(clamped, parameters.overflow, context)?;
+    }
+    Ok(Output::Files(encoded.into_iter().map(|file| file.bytes).collect()))
 }
 
 /// The share of the energy of the reflected field that has p > 0; 0 for a black one.
@@ -245,22 +254,35 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
 
 /// The field on the images of a layout.
 fn images(parameters: &Parameters, field: &Expansion) -> Result<Vec<Image>, Failure> {
-    let resolution = parameters.resolution;
-    if parameters.layout == Layout::LatLong {
-        let grid = LatLong::with_rows(resolution);
-        let pixels = Synthesis::new(grid, field.degree())?.synthesise(field);
-        return Ok(vec![image(grid.width, grid.height, pixels)?]);
-    }
-    let cube = Cube { edge: resolution };
-    let pixels: Vec<[f32; 3]> = synthesise_cube(field, cube)?;
+    let pixels = match grid(parameters) {
+        MapGrid::LatLong(grid) => Synthesis::new(grid, field.degree())?.synthesise(field),
+        MapGrid::Cube(cube) => synthesise_cube(field, cube)?,
+    };
+    arrange(parameters, pixels)
+}
+
+/// The texels that a layout shows.
+pub(crate) fn grid(parameters: &Parameters) -> MapGrid {
     match parameters.layout {
+        Layout::LatLong => MapGrid::LatLong(LatLong::with_rows(parameters.resolution)),
+        Layout::Cube | Layout::CubeStrip | Layout::CubeCross => {
+            MapGrid::Cube(Cube { edge: parameters.resolution })
+        }
+    }
+}
+
+/// The images that show the values of the texels.
+pub(crate) fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
+    let resolution = parameters.resolution;
+    match parameters.layout {
+        Layout::LatLong => Ok(vec![image(2 * resolution, resolution, pixels)?]),
         Layout::Cube => {
             let faces = pixels.chunks_exact(resolution * resolution);
             faces.map(|face| image(resolution, resolution, face.to_vec())).collect()
         }
-        Layout::CubeCross => Ok(vec![cross(cube, &pixels)?]),
+        Layout::CubeCross => Ok(vec![cross(Cube { edge: resolution }, &pixels)?]),
         // Six faces below each other are a strip.
-        Layout::CubeStrip | Layout::LatLong => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
+        Layout::CubeStrip => Ok(vec![image(resolution, 6 * resolution, pixels)?]),
     }
 }
 

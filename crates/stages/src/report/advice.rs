@@ -43,7 +43,14 @@ pub(crate) fn advise(p: usize, exports: &[Export], high_f: usize, per_p: &[PerP]
             Some(other) => {
                 format!("F = {high_f} and P = {} bring an SHRM to {}.", other.p, percent(other.rms))
             }
-            None => format!("The light or the highlight is sharper than F = {high_f} holds."),
+            None => match per_p.last() {
+                Some(last) => format!(
+                    "Even F = {high_f} and P = {} leave an SHRM off by {}: light or highlight are sharper.",
+                    last.p,
+                    percent(last.rms)
+                ),
+                None => String::new(),
+            },
         });
     } else if p > 0 && chosen.method == Method::ReflectionMap {
         say(format!("Yet a plain map is off by {} only, for a fraction of the size.", off(plain)));
@@ -89,7 +96,7 @@ mod tests {
         assert_eq!((hair.method, hair.good), (Method::Shrm, false));
         assert!(hair.why.ends_with("F = 30 and P = 8 bring an SHRM to 3.0 %."), "{}", hair.why);
         let sharp = advise(4, &exports(rms), 30, &per_p[..1], 0.05);
-        assert!(sharp.why.ends_with("sharper than F = 30 holds."), "{}", sharp.why);
+        assert!(sharp.why.contains("Even F = 30 and P = 4 leave an SHRM off by 10.0 %"), "{}", sharp.why);
         let coarse = advise(8, &exports(rms), 30, &per_p, 0.05);
         assert!(coarse.why.ends_with("F = 30 brings an SHRM to 3.0 %."), "{}", coarse.why);
     }

@@ -141,19 +141,15 @@ fn materials(page: &mut Page, report: &Report) {
         .iter()
         .map(|m| Row { name: &m.name, shares: &m.captured_per_p, chosen: m.p })
         .collect();
-    let (Some(most), Some(f)) = (
-        report.materials.iter().map(|m| m.captured_per_p.len().saturating_sub(1)).max(),
-        report.materials.iter().map(|m| m.high_f).max(),
-    ) else {
-        return;
-    };
+    let description = "The share of each material's energy that each degree in the view holds; the JSON file has \
+                       the figures";
+    let svg = dots(&rows, description).replacen("<svg ", "<svg class=\"wide\" ", 1);
+    let f = report.materials.iter().map(|m| m.high_f).min().unwrap_or_default();
     page.put(format_args!(
-        "<h3>Energy held for each P</h3>\n<figure>{}<figcaption>The share of a material's energy that F = {f} and P = \
-         0, 1, 2 ... {most} hold: light diamonds for low P, a black circle for P = {most}. A ring marks the P that the \
-         exports have. Where all marks lie together, the highlight does not change with the view.</figcaption>\
-         </figure>\n",
-        dots(&rows, "The share of each material's energy that each degree in the view holds; figures are in the JSON file")
-            .replacen("<svg ", "<svg class=\"wide\" ", 1)
+        "<h3>Energy held for each P</h3>\n<figure>{svg}<figcaption>The share of a material's energy that P = 0, 1, 2 \
+         and more hold, from left to right: faint diamonds for low P, a circle for the highest. F = {f}, or the exports' \
+         own where that is higher. A ring marks the P that the exports have. Where all marks lie together, the highlight \
+         does not change with the view.</figcaption></figure>\n",
     ));
 }
 
@@ -204,11 +200,14 @@ fn card(
     page.line("\n</div></div>");
     if pair.per_p.len() > 1 {
         let f = material.high_f;
+        // The widest row has five; of more, the highest.
+        let from = pair.per_p.len().saturating_sub(5);
+        let (per_p, spheres) = (&pair.per_p[from..], pictures.per_p.get(from..).unwrap_or_default());
         page.put(format_args!(
             "<h4>SHRM with more and fewer degrees in the view, F = {f}</h4>\n<div class=\"scroll\"><div \
              class=\"spheres\">\n<div></div>"
         ));
-        for per_p in pair.per_p.iter().take(5) {
+        for per_p in per_p {
             page.put(format_args!(
                 "<div class=\"head\">P = {}<span>{} · {} of energy</span></div>",
                 per_p.p,
@@ -217,18 +216,18 @@ fn card(
             ));
         }
         let fill = |page: &mut Page| {
-            for _ in pair.per_p.len()..5 {
+            for _ in per_p.len()..5 {
                 page.line("<div></div>");
             }
         };
         fill(page);
         page.line("\n<div class=\"side\">picture</div>");
-        for (per_p, picture) in pair.per_p.iter().zip(&pictures.per_p).take(5) {
+        for (per_p, picture) in per_p.iter().zip(spheres) {
             image(page, picture, &format!("SHRM with P = {}", per_p.p))?;
         }
         fill(page);
         page.line("\n<div class=\"side\">difference<br/>× 1</div>");
-        for (per_p, picture) in pair.per_p.iter().zip(&pictures.per_p).take(5) {
+        for (per_p, picture) in per_p.iter().zip(spheres) {
             let what = format!("difference of the SHRM with P = {} from brute force", per_p.p);
             image(page, &difference(picture, &pictures.truth, 1.0), &what)?;
         }

@@ -37,7 +37,7 @@ struct Frame {
 impl Curves<'_> {
     /// The `<svg>` element.
     pub(crate) fn svg(&self) -> String {
-        let frame = Frame { left: 46.0, top: 14.0, width: 380.0, height: 190.0 };
+        let frame = Frame { left: 46.0, top: 24.0, width: 380.0, height: 180.0 };
         let last =
             self.curves.iter().map(|curve| curve.values.len()).max().unwrap_or(1).saturating_sub(1).max(1);
         let x = |degree: f64| frame.left + frame.width * degree / last as f64;
@@ -77,7 +77,7 @@ impl Curves<'_> {
                 r#"<text class="label middle" x="{x}" y="{y}">{label}</text><text class="label" x="4" y="{top}">{y_label}</text>"#,
                 x = frame.left + frame.width / 2.0,
                 y = bottom + 34.0,
-                top = frame.top - 4.0,
+                top = frame.top - 13.0,
                 label = escape(self.x_label),
                 y_label = escape(self.y_label)
             ),

@@ -17,8 +17,10 @@ use crate::report::sphere::Sphere;
 
 /// The degrees up to which every material is looked at: the F of figures 7 and 8 of the paper, and its highest P.
 const HIGH: [usize; 2] = [30, 5];
+/// How much further than the exports' P that is at least, where it is 5 or more.
+const FURTHER: usize = 4;
 /// The degrees in the view that the spheres of figure 7 have.
-const SHOWN_P: [usize; 5] = [0, 1, 2, 4, 8];
+const SHOWN_P: [usize; 7] = [0, 1, 2, 4, 8, 12, 16];
 /// The fewest rows of an environment that is rendered.
 const FEWEST_ROWS: usize = 32;
 /// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
@@ -32,7 +34,7 @@ pub(crate) struct Material<'a> {
     material: &'a brdf::Material,
     /// At the degrees of the exports.
     exported: BrdfCoefficients,
-    /// At the degrees of [`HIGH`], or the exports' where those are higher.
+    /// At the degrees of [`HIGH`], or higher ones where the exports have.
     high: Projection,
 }
 
@@ -49,7 +51,8 @@ pub(crate) fn material<'a>(
         Exported::Choose(choice, reason) => (project(material, choice)?.coefficients, reason),
     };
     let (f, p) = (exported.f(), exported.p());
-    let [high_f, high_p] = [f.get().max(HIGH[0]), p.get().max(HIGH[1])];
+    let high_p = if p.get() < HIGH[1] { HIGH[1] } else { p.get() + FURTHER };
+    let high_f = f.get().max(HIGH[0]);
     let choice = Choice::Degree { f: Degree::new(high_f)?, p: Degree::new(high_p)? };
     let high = project(material, choice)?;
     let captured = Captured::of(&high);
