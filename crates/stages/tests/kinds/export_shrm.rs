@@ -11,7 +11,7 @@ use stages::artifacts::{Reflection, Shrm};
 use crate::fixture::{Case, case, lambert, reflection, sky_lighting};
 
 /// The sky reflected by something made up of degree F = P = 2, with or without azimuth.
-fn made_up(azimuth: bool) -> Reflection {
+pub(crate) fn made_up(azimuth: bool) -> Reflection {
     let two = Degree::new(2).unwrap();
     let rho = (0..27)
         .map(|i| {

@@ -20,6 +20,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("project-brdf", 1, [30.00000000, 41.14625603, 41.14625603, -2.53847722, -0.02699258]),
     ("convolve", 1, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
     ("export-reflection-map", 2, [1296.00000000, 518.40527344, 518.40527344, 1.53200292, -0.96969274]),
+    ("export-shrm", 1, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
     ("contact-sheet", 2, [6935040.00000000, 635874.87159255, 635874.87159255, -47.99953824, 17.91489095]),
     ("report", 1, [151.00000000, 133445.64699661, 133445.64699661, -7024.87815246, 25753.09446347]),
     ("export-sh", 1, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
@@ -47,6 +48,8 @@ fn fixture(kind: &str) -> Case {
         }
         "export-reflection-map" => case("export-reflection-map", "layout = \"cube-cross\"\nresolution = 6")
             .input("reflection", reflection(lambert(0.8), 2)),
+        "export-shrm" => case("export-shrm", "resolution = 3\nview = \"global\"\nformat = \"ktx2\"")
+            .input("reflection", crate::export_shrm::made_up(true)),
         "export-sh" => case("export-sh", "preset = \"unity\"").input("lighting", sky_lighting()),
         "contact-sheet" => case("contact-sheet", "degrees = [1]")
             .input("environment", environment(16, sky))
@@ -87,6 +90,10 @@ fn file_numbers(file: &[u8]) -> Vec<f64> {
         // A page shows the figures of the file beside it; here count its pictures and plots.
         let page = String::from_utf8_lossy(file);
         return ["<img", "<polyline", "<tr>"].map(|element| page.matches(element).count() as f64).into();
+    }
+    if containers::is_texture(file) {
+        let texture = containers::read_texture(file).unwrap().texture;
+        return texture.pixels.as_flattened().iter().map(|&value| value.into()).collect();
     }
     match serde_json::from_slice(file) {
         Ok(json) => json_numbers(&json),
