@@ -7,7 +7,7 @@ use sh::{Degree, Tolerance, Transform};
 use shrm::Reflection;
 use shrm::reference::{Cull, Reference};
 use sphere::{DVec3, Direction};
-use stages::artifacts::{Brdf, Environment, Material};
+use stages::artifacts::{Brdf, Material};
 
 use crate::fixture::{Case, case, environment, lambert, phong, sky};
 
