@@ -130,6 +130,14 @@ impl Kind for ExportKautzMcCool {
                 share(lost)
             ));
         }
+        if parameters.slices <= source.p() {
+            context.note(format!(
+                "{} slices hold P = {}; the field has P = {}",
+                parameters.slices,
+                parameters.slices - 1,
+                source.p()
+            ));
+        }
         context.check_cancelled()?;
         let texture = KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices))
             .ok_or_else(|| Failure::new(format!("{} slices are no texture", parameters.slices)))?;

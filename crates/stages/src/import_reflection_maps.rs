@@ -77,7 +77,7 @@ use std::path::Path;
 use containers::{ReadOptions, is_texture, read_image, read_texture};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Degree;
-use shrm::{Fit, FitError, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
+use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, from_sphere_maps};
 use sphere::{Cube, Direction, LatLong};
 
 use crate::artifacts;
@@ -156,13 +156,11 @@ fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Resu
     };
     let fitted = match (parameters.degree, index.degree) {
         (Some(degree), _) => fit(Some(degree))?,
-        (None, of_index) => {
-            let most = fit(None)?;
-            match of_index {
-                Some(degree) if degree < most.map.p().get() => fit(Some(degree))?,
-                _ => most,
-            }
-        }
+        (None, Some(of_index)) => match fit(Some(of_index)) {
+            Ok(fitted) if fitted.condition <= GOOD_CONDITION => fitted,
+            _ => fit(None)?,
+        },
+        (None, None) => fit(None)?,
     };
     tell(&fitted, &index, context);
     Ok(fitted)

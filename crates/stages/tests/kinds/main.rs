@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, missing_docs)] // a test may panic
 
 mod corpus;
-mod export_reflection_map;
 mod explicit_maps;
+mod export_reflection_map;
 mod export_sh;
 mod export_shrm;
 mod fixture;

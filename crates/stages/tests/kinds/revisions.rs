@@ -7,7 +7,7 @@
 
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
-use stages::artifacts::{Brdf, Environment, Lighting, Material, Reflection};
+use stages::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
 
@@ -23,6 +23,10 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-shrm", 1, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
     ("contact-sheet", 2, [6935040.00000000, 635874.87159255, 635874.87159255, -47.99953824, 17.91489095]),
     ("report", 1, [151.00000000, 133445.64699661, 133445.64699661, -7024.87815246, 25753.09446347]),
+    ("export-cabral", 1, [1575.00000000, 754.51357624, 849.29541752, -43.59984273, -0.82769094]),
+    ("export-kautz-mccool", 1, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
+    ("export-view-maps", 1, [1497.00000000, 538.41252518, 556.84685949, 3.10003517, 3.98891865]),
+    ("import-reflection-maps", 1, [1458.00000000, 201.28708034, 413.02017110, -1.92816769, 1.01576073]),
     ("export-sh", 1, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
@@ -50,6 +54,17 @@ fn fixture(kind: &str) -> Case {
             .input("reflection", reflection(lambert(0.8), 2)),
         "export-shrm" => case("export-shrm", "resolution = 3\nview = \"global\"\nformat = \"ktx2\"")
             .input("reflection", crate::export_shrm::made_up(true)),
+        "export-cabral" => case("export-cabral", "layout = \"sphere\"\nresolution = 6")
+            .input("reflection", crate::explicit_maps::reflection(2, 2)),
+        "export-kautz-mccool" => case("export-kautz-mccool", "format = \"exr\"\nresolution = 3\nslices = 4")
+            .input("reflection", crate::explicit_maps::reflection(2, 1)),
+        "export-view-maps" => case("export-view-maps", "view = \"local\"\nviews = 3\nresolution = 3")
+            .input("reflection", crate::explicit_maps::reflection(2, 2)),
+        "import-reflection-maps" => {
+            let maps = case("export-cabral", "resolution = 3\nprecision = \"float\"");
+            let maps = maps.input("reflection", crate::explicit_maps::reflection(2, 2));
+            crate::explicit_maps::import("", &maps)
+        }
         "export-sh" => case("export-sh", "preset = \"unity\"").input("lighting", sky_lighting()),
         "contact-sheet" => case("contact-sheet", "degrees = [1]")
             .input("environment", environment(16, sky))
@@ -76,6 +91,10 @@ fn numbers(case: &Case) -> Vec<f64> {
             Reflection::TYPE => {
                 let reflection = Reflection::decode(&bytes).unwrap().0;
                 [colours(reflection.lighting().rows()), colours(reflection.brdf().rho())].concat()
+            }
+            Shrm::TYPE => {
+                let map = Shrm::decode(&bytes).unwrap().0;
+                map.values().as_flattened().iter().map(|&value| value.into()).collect()
             }
             Material::TYPE => json_numbers(&serde_json::from_slice(&bytes).unwrap()),
             other => panic!("read the numbers of {other} here"),
