@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use brdf::Microfacet;
 use stages::artifacts::{Brdf, Material, Reflection};
 
 use crate::fixture::{case, lambert, phong, sky_lighting};
@@ -15,6 +16,18 @@ fn a_tolerance_chooses_the_degrees() {
         assert_eq!((brdf.0.f().get(), brdf.0.p().get()), degrees, "{parameters}");
         assert!(ran.notes[0].starts_with(&format!("degrees [{}, {}] hold ", degrees.0, degrees.1)));
     }
+}
+
+/// Paper 1, table 5.
+#[test]
+fn a_rough_surface_depends_on_the_view_and_the_note_says_how_much() {
+    let model = Microfacet::new(0.2, [1.0; 3]).unwrap();
+    let material = Material(brdf::Material::Microfacet(model));
+    let ran = case("project-brdf", "tolerance = 0.03").input("material", material).run().unwrap();
+    let brdf = ran.artifact::<Brdf>();
+    assert_eq!((brdf.0.f().get(), brdf.0.p().get()), (11, 2));
+    assert_eq!(ran.notes, ["degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %"]);
+    assert!(ran.warnings.is_empty());
 }
 
 #[test]
