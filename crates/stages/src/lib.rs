@@ -22,6 +22,7 @@ mod map_input;
 mod map_source;
 mod project_brdf;
 mod project_sh;
+mod reference;
 mod report;
 mod rotate;
 mod share;
@@ -46,6 +47,7 @@ pub fn kinds() -> engine::Kinds {
         .with(export_kautz_mccool::ExportKautzMcCool)
         .with(export_view_maps::ExportViewMaps)
         .with(import_reflection_maps::ImportReflectionMaps)
+        .with(reference::ReferenceMap)
         .with(contact_sheet::ContactSheet)
         .with(report::ReportKind)
 }

@@ -1,0 +1,221 @@
+//! Writes a reflection map by brute force: the integral that the other kinds are faster forms of.
+//!
+//! Each texel sums the environment's texels, radiance times the material's transfer function times solid angle:
+//!
+//! > B(C, V) = sum over w of L(w) rho_hat(w, V) dOmega
+//!
+//! No harmonics, no degree, no ringing: use it to see what a degree or an export loses. The central direction C of a
+//! texel is its own direction, as in `export-reflection-map`: the reflection vector, or the normal of a lambert
+//! material, or the tangent of a kajiya-kay one. The time is that of (texels of the map) x (lit texels of the
+//! environment); `rows` bounds the second.
+//!
+//! ## The view
+//!
+//! | `view` | what a texel shows |
+//! | --- | --- |
+//! | `"head-on"` | each central direction seen along itself: the view, the normal and the reflection vector are one |
+//! | `[yaw, pitch]` | every central direction seen from one far viewer, who stands where +X is turned to by these degrees (a positive pitch lowers it, as in `rotate`) |
+//!
+//! Of a material that is the same from every view (lambert, phong) the map is the same for all.
+//!
+//! ## Files
+//!
+//! As those of `export-reflection-map` with the same `layout` and `format`.
+//!
+//! ## Example
+//!
+//! ```toml
+//! [stage.truth]
+//! kind = "reference"
+//! inputs = { environment = "environment", material = "material" }
+//! view = [30.0, -10.0]
+//! resolution = 32
+//! format = "png"
+//! path = "{environment}/{material}/truth"
+//! ```
+
+use engine::{
+    Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters, unexpected,
+};
+use sh::Tolerance;
+use shrm::View;
+use shrm::reference::{Cull, Reference};
+use sphere::{Direction, LatLong, Rotation};
+
+use crate::artifacts;
+use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout, Numbers, Overflow};
+
+/// Where the viewer is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Viewer {
+    /// Straight above each surface.
+    HeadOn,
+    /// Far away: +X turned by yaw and pitch, in degrees.
+    Far {
+        /// About +Z, after the pitch.
+        yaw: f64,
+        /// About +Y; positive lowers +X.
+        pitch: f64,
+    },
+}
+
+impl Parameter for Viewer {
+    fn expected() -> String {
+        "\"head-on\" or [yaw, pitch] in degrees".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        match &value.kind {
+            ValueKind::String(word) if word == "head-on" => Ok(Self::HeadOn),
+            ValueKind::Array(angles) => match angles.as_slice() {
+                [yaw, pitch] => Ok(Self::Far { yaw: f64::parse(yaw)?, pitch: f64::parse(pitch)? }),
+                _ => Err(Fault::at(
+                    value.span.clone(),
+                    format!("{} numbers are not [yaw, pitch]", angles.len()),
+                )
+                .expected(format!("expected {}", Self::expected()))),
+            },
+            _ => Err(unexpected(value, &Self::expected())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match self {
+            Self::HeadOn => "head-on".into(),
+            Self::Far { yaw, pitch } => vec![yaw.canonical(), pitch.canonical()].into(),
+        }
+    }
+}
+
+parameters! {
+    /// Parameters of `reference`.
+    pub(crate) struct Parameters {
+        /// Where the viewer is; see there.
+        view: Viewer = Viewer::HeadOn,
+        /// Rows of the environment that is summed over: a finer one is averaged down to it first, by exact areas, to
+        /// twice as many columns. 1 to 4096.
+        rows: usize = 128,
+        /// The share of a lobe that may be left out: lambert, phong and microfacet sum over the cap that holds the rest.
+        /// 0 sums over everything; below 1.
+        cull: f64 = 0.0,
+        /// How the sphere lies on the written images, as in export-reflection-map.
+        layout: Layout = Layout::LatLong,
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face. 1 to 4096.
+        resolution: usize = 32,
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        format: Format = Format::Exr,
+        /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
+        precision: Numbers = Numbers::Half,
+        /// With precision "half": what is done with values past 65504: each becomes it, or the item fails.
+        overflow: Overflow = Overflow::Clamp,
+        /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
+        exposure: f64 = 0.0,
+    }
+}
+
+impl Parameters {
+    /// What is said of the written files.
+    fn picture(&self) -> picture::Parameters {
+        picture::Parameters {
+            layout: self.layout,
+            resolution: self.resolution,
+            format: self.format,
+            precision: self.precision,
+            overflow: self.overflow,
+            exposure: self.exposure,
+            view: picture::View::Mean,
+        }
+    }
+
+    fn cull(&self) -> Option<Cull> {
+        let some = || Tolerance::new(self.cull).ok().map(Cull::Energy);
+        if self.cull == 0.0 { Some(Cull::None) } else { some() }
+    }
+}
+
+/// The most rows of the environment.
+const MOST: usize = 4096;
+
+/// Rows of the map between two looks at whether the build was told to stop.
+const BAND: usize = 4;
+
+/// The kind `reference`.
+pub(crate) struct ReferenceMap;
+
+impl Kind for ReferenceMap {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "reference";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = include_str!("reference.rs");
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Environment>("environment"), Port::one::<artifacts::Material>("material")]
+    }
+
+    fn product(parameters: &Parameters, types: &[(&'static str, &'static str)]) -> Product {
+        ExportReflectionMap::product(&parameters.picture(), types)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        let mut faults = ExportReflectionMap::check(&parameters.picture());
+        if !(1..=MOST).contains(&parameters.rows) {
+            faults.push(("rows", format!("rows: {} is not 1 to {MOST}", parameters.rows)));
+        }
+        if parameters.cull().is_none() {
+            faults.push(("cull", format!("cull: {} is not 0, nor a share below 1", parameters.cull)));
+        }
+        faults
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let environment = context.get::<artifacts::Environment>("environment")?;
+        let material = context.get::<artifacts::Material>("material")?;
+        let whole = environment.0.grid();
+        let coarse = (whole.height > parameters.rows)
+            .then(|| environment.0.downsampled(LatLong::with_rows(parameters.rows)))
+            .transpose()?;
+        let light = coarse.as_ref().unwrap_or(&environment.0);
+        let cull = parameters.cull().unwrap_or(Cull::None);
+        let reference = Reference::new(light, &material.0, cull);
+        let (view, toward) = match parameters.view {
+            Viewer::HeadOn => (View::Local, Direction::Z),
+            Viewer::Far { yaw, pitch } => {
+                let turn = Rotation::from_yaw_pitch_roll(yaw.to_radians(), pitch.to_radians(), 0.0);
+                (View::Global, turn.apply(Direction::X))
+            }
+        };
+        let picture = parameters.picture();
+        let grid = picture::grid(&picture);
+        let [faces, height, _] = grid.shape();
+        let mut pixels = Vec::with_capacity(grid.len());
+        for first in (0..faces * height).step_by(BAND) {
+            context.check_cancelled()?;
+            let rows = first..(first + BAND).min(faces * height);
+            pixels.extend(reference.rows(grid, rows, view, toward));
+        }
+        tell_sizes(light.grid(), whole, &reference, grid.len(), context);
+        picture::write(&picture, &picture::arrange(&picture, pixels)?, context)
+    }
+}
+
+/// Says what was summed over.
+fn tell_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
+    let from = if used == whole {
+        String::new()
+    } else {
+        format!(", averaged from {} x {}", whole.width, whole.height)
+    };
+    let width = reference.width();
+    let cap = if width < 1.0 {
+        format!(", of them those in a cap of {:.2} % of the sphere", 100.0 * width)
+    } else {
+        String::new()
+    };
+    context.note(format!(
+        "{texels} texels of the map, {} lit ones of {} x {} of the environment{from}{cap}",
+        reference.lit(),
+        used.width,
+        used.height
+    ));
+}
