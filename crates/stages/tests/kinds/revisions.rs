@@ -17,7 +17,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("import-material", 1, [4.00000000, 9.00000000, 9.00000000, 8.75279504, 0.48240101]),
     ("project-sh", 1, [147.00000000, 31.35296443, 32.22187693, 4.72306370, 1.13808098]),
     ("rotate", 1, [27.00000000, 9.81585951, 15.94363884, 7.85013800, -0.04349477]),
-    ("project-brdf", 1, [30.00000000, 41.14625603, 41.14625603, -2.53847722, -0.02699258]),
+    ("project-brdf", 1, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
     ("convolve", 1, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
     ("export-reflection-map", 2, [1296.00000000, 518.40527344, 518.40527344, 1.53200292, -0.96969274]),
     ("export-shrm", 1, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
@@ -45,7 +45,11 @@ fn fixture(kind: &str) -> Case {
         "project-sh" => case("project-sh", "degree = 6\nwindow = \"lanczos\"")
             .input("environment", environment(16, |w| sky(w).map(|value| value.powi(3)))),
         "rotate" => case("rotate", "yaw = 20\npitch = -35\nroll = 110").input("lighting", sky_lighting()),
-        "project-brdf" => case("project-brdf", "tolerance = 0.01").input("material", Material(phong(20.0))),
+        "project-brdf" => {
+            let rough = brdf::Microfacet::new(0.5, [1.0, 0.5, 0.2]).unwrap();
+            case("project-brdf", "tolerance = 0.05")
+                .input("material", Material(brdf::Material::Microfacet(rough)))
+        }
         "convolve" => {
             let brdf = case("project-brdf", "").input("material", Material(phong(3.0))).artifact::<Brdf>();
             case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone())
@@ -66,6 +70,9 @@ fn fixture(kind: &str) -> Case {
             crate::explicit_maps::import("", &maps)
         }
         "export-sh" => case("export-sh", "preset = \"unity\"").input("lighting", sky_lighting()),
+        "reference" => case("reference", "view = [30, 20]\nresolution = 4\nrows = 8")
+            .input("environment", environment(16, sky))
+            .input("material", Material(brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [0.5; 3]).unwrap()))),
         "contact-sheet" => case("contact-sheet", "degrees = [1]")
             .input("environment", environment(16, sky))
             .input("lighting", sky_lighting())
