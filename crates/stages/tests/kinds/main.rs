@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, missing_docs)] // a test may panic
 
+mod brute_force;
 mod corpus;
 mod explicit_maps;
 mod export_reflection_map;

@@ -1,0 +1,89 @@
+//! The kind `reference`.
+
+use shrm::reference::{Cull, Reference};
+use sphere::{Direction, LatLong};
+use stages::artifacts::Material;
+
+use crate::fixture::{Case, case, difference, environment, lambert, phong, pixels, reflection, sky};
+
+fn truth(parameters: &str) -> Case {
+    let rough = brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [1.0; 3]).unwrap());
+    case("reference", &format!("precision = \"float\"\nresolution = 4\n{parameters}"))
+        .input("environment", environment(32, sky))
+        .input("material", Material(rough))
+}
+
+#[test]
+fn a_map_holds_the_integral_of_the_environment_that_it_names() {
+    let ran = truth("view = [90, 0]\nrows = 16").run().unwrap();
+    assert_eq!(
+        ran.notes,
+        ["32 texels of the map, 512 lit ones of 32 x 16 of the environment, averaged from 64 x 32"]
+    );
+    let (width, height, found) = pixels(&truth("view = [90, 0]\nrows = 16").files()[0]);
+    assert_eq!((width, height), (8, 4));
+    let coarse = environment(32, sky).0.downsampled(LatLong::with_rows(16)).unwrap();
+    let rough = brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [1.0; 3]).unwrap());
+    let reference = Reference::new(&coarse, &rough, Cull::None);
+    let grid = LatLong::with_rows(4);
+    let expected: Vec<[f64; 3]> = (0..grid.len())
+        .map(|texel| reference.radiance(grid.direction(texel / 8, texel % 8), Direction::Y))
+        .collect();
+    // f32 sums, and +X turned by 90 degrees is +Y to rounding.
+    assert!(difference(&found, &expected) < 1e-5);
+}
+
+/// Head-on, a lobe about N = R = V; its map is rounder than one toward a far viewer, and they are not the same.
+#[test]
+fn the_view_matters_for_a_microfacet_surface_and_not_for_phong() {
+    let maps = ["", "view = [0, 0]", "view = [10, 80]"].map(|view| pixels(&truth(view).files()[0]).2);
+    assert!(difference(&maps[0], &maps[1]) > 0.01 && difference(&maps[1], &maps[2]) > 0.01);
+    let of_phong = |view: &str| {
+        let case = case("reference", view).input("environment", environment(16, sky));
+        pixels(&case.input("material", Material(phong(9.0))).files()[0]).2
+    };
+    assert!(of_phong("resolution = 4") == of_phong("resolution = 4\nview = [10, 80]"));
+}
+
+/// The sky is of degree 2, so that nothing is cut; the midpoint rule at 64 rows is good to h^2 / 2 = 1.2e-3.
+#[test]
+fn it_agrees_with_harmonics_on_every_layout() {
+    for layout in ["lat-long", "cube", "cube-cross", "cube-strip"] {
+        let parameters = format!("layout = \"{layout}\"\nresolution = 6\nprecision = \"float\"");
+        let found = case("reference", &parameters)
+            .input("environment", environment(64, sky))
+            .input("material", Material(lambert(0.8)))
+            .files();
+        let expected = case("export-reflection-map", &parameters)
+            .input("reflection", reflection(lambert(0.8), 2))
+            .files();
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(difference(&pixels(found).2, &pixels(expected).2) < 1.2e-3, "{layout}");
+        }
+    }
+}
+
+#[test]
+fn a_culled_map_says_so_and_is_darker_by_its_share() {
+    let ran = truth("cull = 0.05\nview = \"head-on\"").run().unwrap();
+    assert!(ran.notes[0].ends_with("% of the sphere"), "{:?}", ran.notes);
+    let [culled, whole] = ["cull = 0.1", ""].map(|cull| pixels(&truth(cull).files()[0]).2);
+    for (culled, whole) in culled.iter().zip(&whole) {
+        let kept = culled[1] / whole[1];
+        assert!(kept > 0.85 && kept < 1.0, "{kept}");
+    }
+}
+
+#[test]
+fn impossible_parameters_are_faults() {
+    for (parameters, expected) in [
+        ("cull = 1", "cull: 1 is not 0, nor a share below 1"),
+        ("rows = 0", "rows: 0 is not 1 to 4096"),
+        ("resolution = 9999", "resolution: 9999 is not 1 to 4096"),
+        ("view = [1, 2, 3]", "view: 3 numbers are not [yaw, pitch]"),
+        ("view = \"above\"", "view: \"above\" is not \"head-on\" or [yaw, pitch] in degrees"),
+    ] {
+        assert_eq!(case("reference", parameters).faults(), [expected]);
+    }
+}
