@@ -48,12 +48,13 @@ impl Albedo {
 }
 
 impl Checks {
-    /// The greatest albedo, and where.
+    /// The greatest albedo, and where: of several within the accuracy, the nearest to the normal.
     pub fn greatest(&self) -> Albedo {
         let none = Albedo { theta: 0.0, phi: 0.0, rgb: [0.0; 3] };
-        self.albedo
-            .iter()
-            .fold(none, |most, albedo| if albedo.greatest() > most.greatest() { *albedo } else { most })
+        self.albedo.iter().fold(none, |most, albedo| {
+            let more = albedo.greatest() > (1.0 + 0.1 * ACCURACY) * most.greatest();
+            if more { *albedo } else { most }
+        })
     }
 
     /// Whether some view sees more light than falls on the surface, by more than the accuracy of the integrals.

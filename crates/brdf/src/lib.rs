@@ -16,6 +16,6 @@ pub use measured::{Measured, MeasuredError, from_half_difference, half_differenc
 pub use models::{
     Absent, AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert,
     LayersError, MODELS, Material, Microfacet, Model, ModelText, OrenNayar, Parameter, ParameterError, Phong,
-    Range, Shape, TorranceSparrow, Value, Values, Ward,
+    Range, Shape, TorranceSparrow, Value, Values, WEIGHT, Ward,
 };
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};

@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
 //! | `lighting` | [`sh::Expansion`] | safetensors: `sh` [(F+1)^2, 3] f64 |
-//! | `material` | [`brdf::Material`] | JSON: `model` and its parameters |
+//! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
 //! | `brdf` | [`brdf::BrdfCoefficients`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho` |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
@@ -13,7 +13,6 @@
 
 use containers::tensors;
 use engine::{Artifact, Failure};
-use serde::{Deserialize, Serialize};
 
 /// Distant light as a lat-long image.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,38 +46,19 @@ impl Artifact for Lighting {
     }
 }
 
-/// A reflection model and its parameters.
+/// A reflection model and its parameters, a measured table, or several of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material(pub brdf::Material);
-
-/// A material as JSON.
-#[derive(Serialize, Deserialize)]
-#[serde(tag = "model", rename_all = "kebab-case", deny_unknown_fields)]
-enum MaterialJson {
-    Lambert { albedo: [f64; 3] },
-    Phong { exponent: f64, specular: [f64; 3] },
-}
 
 impl Artifact for Material {
     const TYPE: &'static str = "material";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(serde_json::to_vec(&match self.0 {
-            brdf::Material::Lambert(model) => MaterialJson::Lambert { albedo: model.albedo() },
-            brdf::Material::Phong(model) => {
-                MaterialJson::Phong { exponent: model.exponent(), specular: model.specular() }
-            }
-            _ => return Err(Failure::new(format!("the model {:?} has no bytes yet", self.0.name()))),
-        })?)
+        Ok(tensors::encode_material(&self.0, None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        Ok(Self(match serde_json::from_slice(bytes)? {
-            MaterialJson::Lambert { albedo } => brdf::Material::Lambert(brdf::Lambert::new(albedo)?),
-            MaterialJson::Phong { exponent, specular } => {
-                brdf::Material::Phong(brdf::Phong::new(exponent, specular)?)
-            }
-        }))
+        Ok(Self(tensors::decode_material(bytes)?))
     }
 }
 

@@ -1,33 +1,160 @@
-//! Reads a material: a TOML file that names a reflection model and its parameters.
+//! Reads a material: a TOML file that names a reflection model and its parameters, or a measured BRDF.
 //!
 //! Every file that `source` matches gives one item. The faults of a file are told together, each with its line and
 //! column. Where a colour is wanted, `[red, green, blue]` is linear Rec. 709 and one number means grey.
 //!
-//! ## Models
-//!
-//! `model = "lambert"`: matte, the same from every view. The transfer function about the normal N is
-//!
-//! > rho_hat(theta_i) = albedo / pi * max(cos theta_i, 0)
-//!
-//! `model = "phong"`: a highlight about the reflection vector R, of one shape from every view:
-//!
-//! > rho_hat(theta_i) = specular * (exponent + 1) / (2 pi) * max(cos theta_i, 0)^exponent
-//!
-//! | model | key | value |
-//! | --- | --- | --- |
-//! | `lambert` | `albedo` | a colour, the share of light that is reflected; must be given |
-//! | `phong` | `exponent` | a number from 0 to 1e9, the sharpness of the highlight; must be given |
-//! | `phong` | `specular` | a colour, the share of light that is reflected; 1 where it is left out |
-//!
-//! A colour above 1 (at most 1e6) is taken with a warning, because such a material reflects more light than falls on it. Otherwise
-//! a constant environment of radiance 1 is reflected as `albedo` or `specular`: neither model makes light.
-//!
 //! ```toml
 //! # gold.toml
-//! model = "phong"
-//! exponent = 64
-//! specular = [1.0, 0.77, 0.34]
+//! model = "ggx"
+//! roughness = 0.3
+//! n = [0.14, 0.37, 1.45]
+//! k = [4.0, 2.4, 1.9]
 //! ```
+//!
+//! A material that reflects more light than falls on it is taken with a warning. `specula inspect` on the file tells its
+//! albedo by angle and whether light and view may change places.
+//!
+//! ## Models
+//!
+//! ### `lambert`
+//!
+//! Matte, the same from every view.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `albedo` | a colour, each a number from 0 to 1e6; must be given | the share of light that is reflected, 0 to 1 |
+//!
+//! ### `oren-nayar`
+//!
+//! A rough matte surface.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `albedo` | a colour, each a number from 0 to 1e6; must be given | the share of light that a facet reflects, 0 to 1 |
+//! | `sigma` | a number of degrees from 0 to 90; must be given | the standard deviation of the facets' angle from the surface, in degrees; 0 is lambert |
+//!
+//! ### `phong`
+//!
+//! A highlight about the reflection vector, of one shape from every view.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the cosine |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ### `blinn-phong`
+//!
+//! A highlight about the half vector.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the half vector's cosine |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ### `microfacet`
+//!
+//! The paper's simplified rough surface (equation 11): a Gaussian of the half vector's angle.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `sigma` | a number from 1e-4 to 100; must be given | the width of the highlight: the angle of the half vector from the normal, in radians, at which it has fallen to 1/e |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ### `torrance-sparrow`
+//!
+//! A rough surface with Gaussian slopes, masking and Fresnel.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `roughness` | a number from 0.01 to 1; must be given | the width of the highlight: the tangent of the half vector's angle at which the facets have thinned out to 1/e |
+//! | `ior` | a number from 1 to 10; may be left out | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
+//! | `n` | a colour, each a number from 0.01 to 50; may be left out | the index of refraction of a conductor, with `k` |
+//! | `k` | a colour, each a number from 0 to 50; may be left out | the extinction of a conductor, with `n` |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ### `ggx`
+//!
+//! A rough surface with a long-tailed highlight, masking and Fresnel.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `roughness` | a number from 0.01 to 1; must be given | the width of the highlight: alpha is its square |
+//! | `ior` | a number from 1 to 10; may be left out | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
+//! | `n` | a colour, each a number from 0.01 to 50; may be left out | the index of refraction of a conductor, with `k` |
+//! | `k` | a colour, each a number from 0 to 50; may be left out | the extinction of a conductor, with `n` |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ### `ward`
+//!
+//! A Gaussian highlight, stretched along or across the tangent or not.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `roughness` | a number from 0.01 to 1; must be given | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
+//! | `roughness_x` | a number from 0.01 to 1; may be left out | the width along the tangent; `roughness` where it is left out |
+//! | `roughness_y` | a number from 0.01 to 1; may be left out | the width across the tangent; `roughness` where it is left out |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ### `ashikhmin-shirley`
+//!
+//! A highlight with Fresnel, stretched or not, over a matte base.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the half vector's cosine |
+//! | `exponent_x` | a number from 0 to 1e9; may be left out | the sharpness along the tangent; `exponent` where it is left out |
+//! | `exponent_y` | a number from 0 to 1e9; may be left out | the sharpness across the tangent; `exponent` where it is left out |
+//! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of the remaining light that the base reflects |
+//! | `specular` | a colour, each a number from 0 to 1; must be given | the share of light that the highlight reflects at normal incidence |
+//!
+//! ### `lafortune`
+//!
+//! A matte part and generalised cosine lobes, fitted to measurements; not normalised.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of light that the matte part reflects |
+//! | `lobes` | an array of tables { cx, cz, n, weight }; must be given | the lobes |
+//! | `lobes.cx` | a number from -10 to 10; must be given | the factor of L_x V_x + L_y V_y; -1 for Phong's lobe |
+//! | `lobes.cz` | a number from -10 to 10; must be given | the factor of L_z V_z; 1 for Phong's lobe |
+//! | `lobes.n` | a number from 0 to 1e6; must be given | the power |
+//! | `lobes.weight` | a colour, each a number from 0 to 1e6; default 1 | the weight of the lobe |
+//!
+//! ### `kajiya-kay`
+//!
+//! A highlight along a fibre, about the tangent; not normalised.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the cosine |
+//! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
+//!
+//! ## Measured materials
+//!
+//! `model = "measured"` reads a table. Its file becomes part of the material: the item is rerun when either changes.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `file` | a path from this file's folder; must be given | the measured BRDF |
+//! | `format` | `merl`, `cornell`, `curet` or `table`; by the file's ending where it is left out: `.binary`, `.brdf`, `.curet`, `.csv` | how it is written |
+//! | `scale` | a colour, each a number from 0 to 1e6; default 1 | what the table is multiplied by |
+//!
+//! `source` may also name such a file itself.
+//!
+//! ## Layers
+//!
+//! `layers` sums several materials, each a table with its `model`. Weights are the layers' own.
+//!
+//! ```toml
+//! # lacquer.toml
+//! layers = [
+//!     { model = "lambert", albedo = [0.4, 0.05, 0.02] },
+//!     { model = "torrance-sparrow", roughness = 0.1, ior = 1.5 },
+//! ]
+//! ```
+//!
+//! Layers about one direction are taken about it. Beside others, those about the normal are taken about the reflection
+//! vector, which asks for more degrees. `kajiya-kay` is taken about the tangent and cannot stand beside others.
 //!
 //! ## Example
 //!
@@ -37,14 +164,10 @@
 //! source = "assets/materials/*.toml"
 //! ```
 
-use brdf::{Lambert, Material, Model as _, ParameterError, Phong};
-use engine::{
-    Artifact, Context, Document, Failure, Fault, Faults, Kind, Output, Parameter, Parameters as _, Port,
-    Product, Table, nearest, parameters,
-};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 
 use crate::artifacts;
-use crate::colour::Rgb;
+use crate::material_file::read_material;
 
 parameters! {
     /// `import-material` has no parameters: a material's are in its file.
@@ -58,7 +181,7 @@ impl Kind for ImportMaterial {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-material";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
 
@@ -78,115 +201,22 @@ impl Kind for ImportMaterial {
                 .help("name a file, or every file in it: source = \"folder/*.toml\""),
             false => failure,
         })?;
-        let document = Document::parse(file, &bytes).map_err(|faults| failure(&faults))?;
-        let mut faults = Vec::new();
-        match material(&document.table, &mut faults) {
-            Some(material) if faults.is_empty() => {
-                tell_excess(&material, context);
-                Output::artifact(artifacts::Material(material))
-            }
-            _ => Err(failure(&document.faults(faults))),
-        }
+        let found = read_material(&file, &bytes, &|path| context.read(path))?;
+        found.notes.into_iter().for_each(|note| context.note(note));
+        tell_excess(&found.material, context);
+        Output::artifact(artifacts::Material(found.material))
     }
-}
-
-/// A model's name in material files, and how its parameters are parsed.
-type Model = (&'static str, fn(&Table, &mut Vec<Fault>) -> Option<Material>);
-
-/// Every model.
-const MODELS: [Model; 2] = [(Lambert::NAME, lambert), (Phong::NAME, phong)];
-
-parameters! {
-    /// Parameters of `model = "lambert"`.
-    pub(crate) struct LambertParameters {
-        /// The share of light that is reflected, 0 to 1.
-        albedo: Rgb,
-    }
-}
-
-fn lambert(table: &Table, faults: &mut Vec<Fault>) -> Option<Material> {
-    let parameters = LambertParameters::parse(table, faults)?;
-    checked(Lambert::new(parameters.albedo.0).map(Material::Lambert), table, faults)
-}
-
-parameters! {
-    /// Parameters of `model = "phong"`.
-    pub(crate) struct PhongParameters {
-        /// The sharpness of the highlight: the power of the cosine, 0 or more.
-        exponent: f64,
-        /// The share of light that is reflected, 0 to 1.
-        specular: Rgb = Rgb::grey(1.0),
-    }
-}
-
-fn phong(table: &Table, faults: &mut Vec<Fault>) -> Option<Material> {
-    let parameters = PhongParameters::parse(table, faults)?;
-    checked(Phong::new(parameters.exponent, parameters.specular.0).map(Material::Phong), table, faults)
-}
-
-/// A model that the kernel accepts, or the fault of the parameter that it does not.
-fn checked(
-    model: Result<Material, ParameterError>,
-    table: &Table,
-    faults: &mut Vec<Fault>,
-) -> Option<Material> {
-    model
-        .map_err(|error| {
-            let entry = table.get(error.parameter);
-            let span = entry.map_or(table.span.clone(), |entry| entry.value.span.clone());
-            faults.push(Fault::at(span, error.to_string()));
-        })
-        .ok()
-}
-
-/// The material that a file's table describes; `None` where that left a fault.
-fn material(table: &Table, faults: &mut Vec<Fault>) -> Option<Material> {
-    let models = || MODELS.iter().map(|(name, _)| *name);
-    let expected = format!("expected one of: {}", models().collect::<Vec<_>>().join(", "));
-    let Some(entry) = table.get("model") else {
-        faults.push(Fault::at(0..0, "\"model\" is missing").expected(expected));
-        return None;
-    };
-    let name = match String::parse(&entry.value) {
-        Ok(name) => name,
-        Err(fault) => {
-            faults.push(fault.expected(expected));
-            return None;
-        }
-    };
-    let Some((_, parse)) = MODELS.iter().find(|(model, _)| *model == name) else {
-        let fault =
-            Fault::at(entry.value.span.clone(), format!("there is no model {name:?}")).expected(expected);
-        faults.push(match nearest(&name, models()) {
-            Some(near) => fault.help(format!("did you mean {near:?}?")),
-            None => fault,
-        });
-        return None;
-    };
-    let rest = table.entries.iter().filter(|entry| entry.key != "model").cloned().collect();
-    parse(&Table { span: entry.key_span.clone(), entries: rest }, faults)
 }
 
 /// Warns of a material that reflects more than it receives.
-fn tell_excess(material: &Material, context: &Context<'_>) {
-    let (name, colour) = match material {
-        Material::Lambert(model) => ("albedo", model.albedo()),
-        Material::Phong(model) => ("specular", model.specular()),
-        _ => return,
-    };
-    if let Some(channel) = colour.into_iter().find(|channel| *channel > 1.0) {
+fn tell_excess(material: &brdf::Material, context: &Context<'_>) {
+    let checks = brdf::checks(material);
+    if checks.makes_light() {
+        let most = checks.greatest();
         context.warn(format!(
-            "{name} {channel} is more than 1: the material reflects more light than falls on it"
+            "the material reflects more light than falls on it: {:.3} times as much toward a view {} degrees from the normal",
+            most.greatest(),
+            most.theta,
         ));
     }
-}
-
-/// All faults of a file, each on a line of its own.
-fn failure(faults: &Faults) -> Failure {
-    let mut chain = vec![format!("{}: {} faults", faults.file, faults.faults.len())];
-    if faults.faults.len() == 1 {
-        chain.clear();
-    }
-    chain.extend(faults.to_string().lines().map(str::to_owned));
-    Failure { chain, help: None, cancelled: false }
 }

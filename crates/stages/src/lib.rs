@@ -20,6 +20,7 @@ mod import_reflection_maps;
 mod map_index;
 mod map_input;
 mod map_source;
+mod material_file;
 mod project_brdf;
 mod project_sh;
 mod reference;
@@ -30,6 +31,7 @@ mod sheet;
 mod six_faces;
 
 pub use colour::Rgb;
+pub use material_file::{MaterialFile, ReadFile, is_measured_file, read_material};
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {

@@ -31,7 +31,7 @@ pub use layers::LayersError;
 pub use microfacet::Microfacet;
 pub use oren_nayar::OrenNayar;
 pub(crate) use parameter::colour;
-pub use parameter::{Absent, Parameter, ParameterError, Range, Shape, Value, Values};
+pub use parameter::{Absent, Parameter, ParameterError, Range, Shape, Value, Values, WEIGHT};
 pub use phong::Phong;
 pub use torrance_sparrow::TorranceSparrow;
 pub use ward::Ward;

@@ -52,8 +52,8 @@ pub enum Absent {
     Is(f64),
 }
 
-/// Weights: more than 1 makes light and is left to the caller to judge.
-pub(crate) const WEIGHT: Range = Range { least: 0.0, most: 1e6, words: "a number from 0 to 1e6" };
+/// The range of weights: more than 1 makes light and is left to the caller to judge.
+pub const WEIGHT: Range = Range { least: 0.0, most: 1e6, words: "a number from 0 to 1e6" };
 /// Exponents of a cosine.
 pub(crate) const POWER: Range = Range { least: 0.0, most: 1e9, words: "a number from 0 to 1e9" };
 /// Roughness: 0 would be a mirror, which no expansion holds.

@@ -1,17 +1,133 @@
+use std::path::Path;
+
+use brdf::{Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Material as Model, Phong};
+use engine::{Artifact, Output};
 use stages::artifacts::Material;
 
 use crate::fixture::{Case, case};
+
+const MODELS: &str = "lambert, oren-nayar, phong, blinn-phong, microfacet, torrance-sparrow, ggx, ward, \
+                      ashikhmin-shirley, lafortune, kajiya-kay, measured, layers";
 
 fn import(text: &str) -> Case {
     case("import-material", "").file("materials/gold.toml", text).source("materials/gold.toml")
 }
 
+/// A matte table of 10 degrees in both angles and phi.
+fn csv() -> String {
+    let mut text = String::from("theta_i,theta_o,phi,r,g,b\n");
+    for i in 0..9 {
+        for o in 0..9 {
+            for phi in 0..19 {
+                text += &format!("{},{},{},0.2,0.1,0.05\n", 10 * i, 10 * o, 10 * phi);
+            }
+        }
+    }
+    text
+}
+
 #[test]
 fn models_take_their_parameters() {
     let lambert = import("model = \"lambert\"\nalbedo = 0.5\n").artifact::<Material>();
-    assert_eq!(lambert.0, brdf::Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap()));
+    assert_eq!(lambert.0, Model::Lambert(Lambert::new([0.5; 3]).unwrap()));
     let phong = import("exponent = 64\nmodel = \"phong\"\nspecular = [1, 0.77, 0.34]").artifact::<Material>();
-    assert_eq!(phong.0, brdf::Material::Phong(brdf::Phong::new(64.0, [1.0, 0.77, 0.34]).unwrap()));
+    assert_eq!(phong.0, Model::Phong(Phong::new(64.0, [1.0, 0.77, 0.34]).unwrap()));
+    let gold =
+        import("model = \"ggx\"\nroughness = 0.3\nn = [0.14, 0.37, 1.45]\nk = 2").artifact::<Material>();
+    let fresnel = Fresnel::Conductor { n: [0.14, 0.37, 1.45], k: [2.0; 3] };
+    assert_eq!(gold.0, Model::Ggx(Ggx::new(0.3, fresnel, [1.0; 3]).unwrap()));
+    let skin = import("model = \"lafortune\"\nlobes = [{ cx = -0.9, cz = 1, n = 9 }]\ndiffuse = 0.1");
+    let lobe = LafortuneLobe { cx: -0.9, cz: 1.0, n: 9.0, weight: [1.0; 3] };
+    assert_eq!(
+        skin.artifact::<Material>().0,
+        Model::Lafortune(Lafortune::new([0.1; 3], vec![lobe]).unwrap())
+    );
+}
+
+/// Every model of the list, with the parameters that it must have and one of each choice, is read by the one mechanism.
+#[test]
+fn every_model_can_be_imported() {
+    for (model, rest) in [
+        ("lambert", "albedo = 0.5"),
+        ("oren-nayar", "albedo = 0.5\nsigma = 20"),
+        ("phong", "exponent = 9"),
+        ("blinn-phong", "exponent = 9"),
+        ("microfacet", "sigma = 0.2"),
+        ("torrance-sparrow", "roughness = 0.2\nior = 1.5"),
+        ("ggx", "roughness = 0.2\nior = 1.5"),
+        ("ward", "roughness = 0.2\nroughness_y = 0.1"),
+        ("ashikhmin-shirley", "exponent = 9\nspecular = 0.04"),
+        ("lafortune", "lobes = []"),
+        ("kajiya-kay", "exponent = 9\nspecular = 0.1"),
+    ] {
+        let found = import(&format!("model = \"{model}\"\n{rest}")).artifact::<Material>();
+        assert_eq!(found.0.name(), model);
+    }
+    assert_eq!(brdf::MODELS.len(), 11, "add the new model here");
+}
+
+#[test]
+fn layers_are_materials_in_an_array() {
+    let inline = "layers = [{ model = \"lambert\", albedo = 0.5 }, { model = \"phong\", exponent = 64, specular = 0.1 }]";
+    let tables = "model = \"layers\"\n[[layers]]\nmodel = \"lambert\"\nalbedo = 0.5\n[[layers]]\nmodel = \"phong\"\n\
+                  exponent = 64\nspecular = 0.1";
+    let layers = vec![
+        Model::Lambert(Lambert::new([0.5; 3]).unwrap()),
+        Model::Phong(Phong::new(64.0, [0.1; 3]).unwrap()),
+    ];
+    for text in [inline, tables] {
+        assert_eq!(import(text).artifact::<Material>().0, Model::layers(layers.clone()).unwrap());
+    }
+}
+
+#[test]
+fn a_measured_file_is_part_of_the_material() {
+    let case = import(
+        "layers = [{ model = \"lambert\", albedo = 0.1 }, { model = \"measured\", file = \"paint.csv\", scale = 0.5 }]",
+    );
+    let ran = case.file("materials/paint.csv", csv()).run().unwrap();
+    let read: Vec<_> = ran.reads.iter().map(|read| read.path.clone()).collect();
+    assert_eq!(read, ["gold.toml", "paint.csv"].map(|name| Path::new("/memory/materials").join(name)));
+    let Model::Layers(layers) = ran.artifact::<Material>().0.clone() else { panic!("no layers") };
+    let Model::Measured(paint) = &layers[1] else { panic!("not measured") };
+    assert_eq!(paint.scale(), [0.5; 3]);
+
+    // A source that is such a file itself, and one whose ending says nothing.
+    let alone = case_of("paint.csv", &csv());
+    assert!(matches!(alone.artifact::<Material>().0, Model::Measured(_)));
+    let named = import("model = \"measured\"\nfile = \"paint.txt\"\nformat = \"table\"")
+        .file("materials/paint.txt", csv());
+    assert!(matches!(named.artifact::<Material>().0, Model::Measured(_)));
+}
+
+fn case_of(name: &str, text: &str) -> Case {
+    case("import-material", "").file(name, text).source(name)
+}
+
+#[test]
+fn faults_of_measured_files_say_what_and_where() {
+    for (text, expected) in [
+        ("model = \"measured\"", "gold.toml:1:1: \"file\" is missing"),
+        (
+            "model = \"measured\"\nfile = \"paint.txt\"",
+            "gold.toml:2:8: file: the ending of \"paint.txt\" is none of a measured BRDF; expected one of: .binary (merl), .brdf \
+             (cornell), .curet (curet), .csv (table); or give its format, as in format = \"merl\"",
+        ),
+        (
+            "model = \"measured\"\nfile = \"nowhere.csv\"",
+            "gold.toml:2:8: file: cannot read /memory/materials/nowhere.csv",
+        ),
+        ("model = \"measured\"\nfile = \"broken.csv\"", "gold.toml:2:8: file: "),
+        (
+            "model = \"measured\"\nfile = \"a.csv\"\nformat = \"mrl\"",
+            "gold.toml:3:10: format: \"mrl\" is not \"merl\" or \"cornell\" or \"curet\" or \"table\"",
+        ),
+    ] {
+        let failure = import(text).file("materials/broken.csv", "theta_i\n1\n").failure();
+        assert!(failure.starts_with(expected), "{failure}");
+    }
+    let failure = case_of("broken.brdf", "this is none").failure();
+    assert!(failure.contains("broken.brdf"), "{failure}");
 }
 
 #[test]
@@ -21,27 +137,70 @@ fn all_faults_are_told_each_with_its_place() {
         failure.chain,
         [
             "gold.toml: 3 faults",
-            "gold.toml:1:1: \"exponent\" is missing; expected exponent = a finite number",
+            "gold.toml:1:1: \"exponent\" is missing; expected exponent = a number from 0 to 1e9",
             "gold.toml:2:1: unknown key \"exponant\"; expected one of: exponent, specular; did you mean \"exponent\"?",
             "gold.toml:3:12: specular: 2 numbers are not a colour; expected a colour: [red, green, blue] or one \
-             number for a grey, each 0 or more",
+             number for a grey, each a number from 0 to 1e6",
+        ]
+    );
+    let layers = "layers = [\n  { model = \"phong\", exponent = -4, specular = [1, -2, \"x\"] },\n  { model = \"labmert\" },\n  \
+                  3,\n  { model = \"lafortune\", lobes = [{ cx = 1, cz = 99 }, 7] },\n]\n";
+    let failure = import(layers).run().err().unwrap();
+    assert_eq!(
+        failure.chain,
+        [
+            "gold.toml: 8 faults".to_owned(),
+            "gold.toml:2:33: exponent: -4 is not a number from 0 to 1e9".into(),
+            "gold.toml:2:52: specular: -2 is not a number from 0 to 1e6".into(),
+            "gold.toml:2:56: specular: \"x\" is not a number from 0 to 1e6; expected a number from 0 to 1e6"
+                .into(),
+            format!(
+                "gold.toml:3:13: there is no model \"labmert\"; expected one of: {MODELS}; did you mean \"lambert\"?"
+            ),
+            "gold.toml:4:3: layers[2]: 3 is not a table { model, ... }; expected a table { model, ... }"
+                .into(),
+            "gold.toml:5:35: \"lobes[0].n\" is missing; expected n = a number from 0 to 1e6".into(),
+            "gold.toml:5:50: lobes[0].cz: 99 is not a number from -10 to 10".into(),
+            "gold.toml:5:56: lobes[1]: 7 is not a table; expected a table".into(),
         ]
     );
 }
 
 #[test]
 fn one_fault_stands_alone() {
+    let expected_models = format!("expected one of: {MODELS}");
     for (text, expected) in [
         (
             "model = \"fong\"",
-            "gold.toml:1:9: there is no model \"fong\"; expected one of: lambert, phong; did you mean \"phong\"?",
+            format!("gold.toml:1:9: there is no model \"fong\"; {expected_models}; did you mean \"phong\"?"),
         ),
-        ("albedo = 1", "gold.toml:1:1: \"model\" is missing; expected one of: lambert, phong"),
-        ("model = 3", "gold.toml:1:9: 3 is not a string; expected one of: lambert, phong"),
-        ("model = \"phong\"\nexponent = -1", "gold.toml:2:12: exponent: -1 is not a number from 0 to 1e9"),
+        ("albedo = 1", format!("gold.toml:1:1: \"model\" is missing; {expected_models}")),
+        ("model = 3", format!("gold.toml:1:9: 3 is not a string; {expected_models}")),
+        ("model = \"phong\"\nexponent = -1", "gold.toml:2:12: exponent: -1 is not a number from 0 to 1e9".into()),
+        ("model = \"microfacet\"\nsigma = 0", "gold.toml:2:9: sigma: 0 is not a number from 1e-4 to 100".into()),
+        ("model = \"ggx\"\nroughness = 0.5", "gold.toml:1:1: ior is missing; give ior, or n and k".into()),
+        (
+            "model = \"ggx\"\nroughness = 0.5\nior = 1.5\nn = 1",
+            "gold.toml:3:7: ior stands beside n or k; give ior, or n and k".into(),
+        ),
+        (
+            "model = \"lafortune\"\nlobes = [{ cx = -9, cz = 9, n = 900 }]",
+            "gold.toml:2:33: lobes[0].n: 900 is not a power that keeps the lobe, max(|cx|, |cz|)^n, at 1e9 or below".into(),
+        ),
+        (
+            "layers = [{ model = \"kajiya-kay\", exponent = 3 }, { model = \"lambert\", albedo = 1 }]",
+            "gold.toml:1:10: layers: kajiya-kay is taken about the tangent and lambert is not: they have no common \
+             centre; expected layers of kajiya-kay alone, or none"
+                .into(),
+        ),
+        ("layers = []", "gold.toml:1:10: layers: there is no layer; expected one or more".into()),
+        (
+            "model = \"layers\"",
+            "gold.toml:1:1: \"layers\" is missing; expected layers = an array of tables { model, ... }".into(),
+        ),
         (
             "model = \"lambert\"\nalbedo = 2e6",
-            "gold.toml:2:10: albedo: 2000000 is not a number from 0 to 1e6",
+            "gold.toml:2:10: albedo: 2000000 is not a number from 0 to 1e6".into(),
         ),
     ] {
         assert_eq!(import(text).failure(), expected);
@@ -55,8 +214,24 @@ fn a_material_that_makes_light_is_warned_of() {
     let ran = import("model = \"lambert\"\nalbedo = [0.5, 1.5, 0.5]\n").run().unwrap();
     assert_eq!(
         ran.warnings,
-        ["albedo 1.5 is more than 1: the material reflects more light than falls on it"]
+        [
+            "the material reflects more light than falls on it: 1.500 times as much toward a view 0 degrees from the normal"
+        ]
     );
+    let both = "layers = [{ model = \"lambert\", albedo = 0.8 }, { model = \"phong\", exponent = 9, specular = 0.8 }]";
+    assert_eq!(import(both).run().unwrap().warnings.len(), 1);
+    assert!(import("model = \"lambert\"\nalbedo = 1\n").run().unwrap().warnings.is_empty());
+}
+
+#[test]
+fn equal_materials_are_equal_bytes() {
+    let bytes = |text: &str| match import(text).run().unwrap().output {
+        Output::Artifact { bytes, .. } => bytes,
+        _ => unreachable!(),
+    };
+    let one = bytes("model = \"phong\"\nexponent = 3\nspecular = 0.5");
+    assert_eq!(one, bytes("specular = [0.5, 0.5, 0.5]\nexponent = 3.0\nmodel = \"phong\" # shiny"));
+    assert!(Material::decode(&one[..one.len() - 1]).is_err());
 }
 
 #[test]

@@ -1,0 +1,390 @@
+//! Material files: TOML that names models by [`brdf::MODELS`], and measured files.
+//!
+//! One mechanism reads every model: its list of parameters says which keys there are, what each looks like, and its
+//! range. All faults of a file are told at once, each with its place.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Shape, Value, Values};
+use containers::measured::{Format, read_with_notes};
+use engine::{
+    Document, Entry, Failure, Fault, Faults, Parameter as _, Table, Value as Toml, ValueKind, nearest,
+    unexpected, unknown_keys,
+};
+
+/// The names of what is no analytic model.
+const MEASURED: &str = "measured";
+const LAYERS: &str = "layers";
+
+/// A material and what there is to say about its files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialFile {
+    /// The material.
+    pub material: Material,
+    /// What its user should know of measured files: values that were missing, out of gamut or interpolated.
+    pub notes: Vec<String>,
+}
+
+/// How the content of a file is had: relative paths are those of the material file's folder.
+pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
+
+/// The material of a file: a material file's text, or a measured BRDF by its name's ending.
+///
+/// `name` is the file's name, for messages. Files that it names are read by `read`.
+///
+/// # Errors
+/// All faults of the file, each on a line of its own with its place.
+pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<MaterialFile, Failure> {
+    if Format::of_name(name).is_some() {
+        let reading = read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
+        return Ok(MaterialFile { material: Material::Measured(reading.measured), notes: reading.notes });
+    }
+    let document = Document::parse(name, bytes).map_err(|faults| failure(&faults))?;
+    let mut reader = Reader { read, faults: Vec::new(), notes: Vec::new() };
+    match reader.material(&document.table) {
+        Some(material) if reader.faults.is_empty() => Ok(MaterialFile { material, notes: reader.notes }),
+        _ => Err(failure(&document.faults(reader.faults))),
+    }
+}
+
+/// Whether a file's name is that of a measured BRDF.
+pub fn is_measured_file(name: &str) -> bool {
+    Format::of_name(name).is_some()
+}
+
+/// All faults of a file, each on a line of its own.
+fn failure(faults: &Faults) -> Failure {
+    let mut chain = vec![format!("{}: {} faults", faults.file, faults.faults.len())];
+    if faults.faults.len() == 1 {
+        chain.clear();
+    }
+    chain.extend(faults.to_string().lines().map(str::to_owned));
+    Failure { chain, help: None, cancelled: false }
+}
+
+/// Every name that `model` may have.
+fn names() -> impl Iterator<Item = &'static str> {
+    MODELS.iter().map(|model| model.name).chain([MEASURED, LAYERS])
+}
+
+/// What a value of this shape looks like, for messages and the manual.
+fn looks_like(shape: &Shape) -> String {
+    match shape {
+        Shape::Number(range) => range.words.to_owned(),
+        Shape::Colour(range) => {
+            format!("a colour: [red, green, blue] or one number for a grey, each {}", range.words)
+        }
+        Shape::Records(parameters) => {
+            let names: Vec<_> = parameters.iter().map(|parameter| parameter.name).collect();
+            format!("an array of tables {{ {} }}", names.join(", "))
+        }
+    }
+}
+
+struct Reader<'a> {
+    read: &'a ReadFile<'a>,
+    faults: Vec<Fault>,
+    notes: Vec<String>,
+}
+
+impl Reader<'_> {
+    /// The material that a table describes; `None` where that left a fault.
+    fn material(&mut self, table: &Table) -> Option<Material> {
+        let expected = || format!("expected one of: {}", names().collect::<Vec<_>>().join(", "));
+        let Some(entry) = table.get("model") else {
+            if table.get(LAYERS).is_some() {
+                return self.layers(table);
+            }
+            let fault = Fault::at(table.span.clone(), "\"model\" is missing").expected(expected());
+            self.faults.push(fault);
+            return None;
+        };
+        let name = match String::parse(&entry.value) {
+            Ok(name) => name,
+            Err(fault) => {
+                self.faults.push(fault.expected(expected()));
+                return None;
+            }
+        };
+        let entries = table.entries.iter().filter(|entry| entry.key != "model").cloned().collect();
+        let rest = Table { span: entry.key_span.clone(), entries };
+        match name.as_str() {
+            MEASURED => self.measured(&rest),
+            LAYERS => self.layers(&rest),
+            _ => match MODELS.iter().find(|model| model.name == name) {
+                Some(model) => self.analytic(model, &rest),
+                None => {
+                    let fault = Fault::at(entry.value.span.clone(), format!("there is no model {name:?}"));
+                    self.faults.push(with_nearest(fault.expected(expected()), &name, names()));
+                    None
+                }
+            },
+        }
+    }
+
+    fn analytic(&mut self, model: &ModelText, table: &Table) -> Option<Material> {
+        let values = self.values(model.parameters, table, "")?;
+        match Material::analytic(model.name, &values)? {
+            Ok(material) => Some(material),
+            Err(error) => {
+                self.faults.push(Fault::at(place(&error, table), error.to_string()));
+                None
+            }
+        }
+    }
+
+    /// The values of a table; `within` is put before the names in messages.
+    fn values(&mut self, parameters: &[Parameter], table: &Table, within: &str) -> Option<Values> {
+        let before = self.faults.len();
+        let known: Vec<_> = parameters.iter().map(|parameter| parameter.name.to_owned()).collect();
+        unknown_keys(table, &known, &mut self.faults);
+        let mut values = Values::default();
+        for parameter in parameters {
+            let name = format!("{within}{}", parameter.name);
+            let value = match table.get(parameter.name) {
+                Some(entry) => self.value(&parameter.shape, &entry.value, &name),
+                None => parameter.default(),
+            };
+            match value {
+                Some(value) => values.set(parameter.name, value),
+                None if parameter.absent == Absent::Required && table.get(parameter.name).is_none() => {
+                    let expected = format!("expected {} = {}", parameter.name, looks_like(&parameter.shape));
+                    let fault = Fault::at(table.span.clone(), format!("\"{name}\" is missing"));
+                    self.faults.push(fault.expected(expected));
+                }
+                None => {}
+            }
+        }
+        (self.faults.len() == before).then_some(values)
+    }
+
+    /// A value; `None` where that left a fault.
+    fn value(&mut self, shape: &Shape, value: &Toml, name: &str) -> Option<Value> {
+        match shape {
+            Shape::Number(range) => self.number(range, value, name).map(Value::Number),
+            Shape::Colour(range) => self.colour(range, value, name).map(Value::Colour),
+            Shape::Records(parameters) => {
+                let ValueKind::Array(records) = &value.kind else {
+                    return self.refuse(unexpected(value, &looks_like(shape)), name);
+                };
+                let mut all = Vec::new();
+                for (index, record) in records.iter().enumerate() {
+                    let name = format!("{name}[{index}]");
+                    match &record.kind {
+                        ValueKind::Table(table) => {
+                            all.push(self.values(parameters, table, &format!("{name}.")))
+                        }
+                        _ => all.push(self.refuse(unexpected(record, "a table"), &name)),
+                    }
+                }
+                all.into_iter().collect::<Option<_>>().map(Value::Records)
+            }
+        }
+    }
+
+    fn number(&mut self, range: &brdf::Range, value: &Toml, name: &str) -> Option<f64> {
+        match f64::parse(value) {
+            Ok(number) if (range.least..=range.most).contains(&number) => Some(number),
+            Ok(number) => {
+                let fault = Fault::at(value.span.clone(), format!("{number} is not {}", range.words));
+                self.refuse(fault, name)
+            }
+            Err(_) => self.refuse(unexpected(value, range.words), name),
+        }
+    }
+
+    fn colour(&mut self, range: &brdf::Range, value: &Toml, name: &str) -> Option<[f64; 3]> {
+        let looks_like = || looks_like(&Shape::Colour(*range));
+        match &value.kind {
+            ValueKind::Array(channels) => match channels.as_slice() {
+                [red, green, blue] => {
+                    let rgb = [red, green, blue].map(|channel| self.number(range, channel, name));
+                    Some([rgb[0]?, rgb[1]?, rgb[2]?])
+                }
+                _ => {
+                    let fault =
+                        Fault::at(value.span.clone(), format!("{} numbers are not a colour", channels.len()));
+                    self.refuse(fault.expected(format!("expected {}", looks_like())), name)
+                }
+            },
+            ValueKind::Float(_) | ValueKind::Integer(_) => {
+                self.number(range, value, name).map(|grey| [grey; 3])
+            }
+            _ => self.refuse(unexpected(value, &looks_like()), name),
+        }
+    }
+
+    /// Tells a fault of a named value.
+    fn refuse<T>(&mut self, fault: Fault, name: &str) -> Option<T> {
+        self.faults.push(Fault { message: format!("{name}: {}", fault.message), ..fault });
+        None
+    }
+
+    /// `layers = [{ model = "...", ... }, ...]`.
+    fn layers(&mut self, table: &Table) -> Option<Material> {
+        unknown_keys(table, &[LAYERS.to_owned()], &mut self.faults);
+        const EXPECTED: &str = "an array of tables { model, ... }";
+        let Some(entry) = table.get(LAYERS) else {
+            let fault = Fault::at(table.span.clone(), "\"layers\" is missing");
+            self.faults.push(fault.expected(format!("expected layers = {EXPECTED}")));
+            return None;
+        };
+        let ValueKind::Array(items) = &entry.value.kind else {
+            return self.refuse(unexpected(&entry.value, EXPECTED), LAYERS);
+        };
+        let mut layers = Vec::new();
+        for (index, item) in items.iter().enumerate() {
+            layers.push(match &item.kind {
+                ValueKind::Table(table) => self.material(table),
+                _ => self.refuse(unexpected(item, "a table { model, ... }"), &format!("{LAYERS}[{index}]")),
+            });
+        }
+        let layers = layers.into_iter().collect::<Option<_>>()?;
+        match Material::layers(layers) {
+            Ok(material) => Some(material),
+            Err(error) => self.refuse(Fault::at(entry.value.span.clone(), error.to_string()), LAYERS),
+        }
+    }
+
+    /// `file`, `format` and `scale`.
+    fn measured(&mut self, table: &Table) -> Option<Material> {
+        let before = self.faults.len();
+        unknown_keys(table, &["file", "format", "scale"].map(str::to_owned), &mut self.faults);
+        let scale = match table.get("scale") {
+            Some(entry) => self.colour(&brdf::WEIGHT, &entry.value, "scale"),
+            None => Some([1.0; 3]),
+        };
+        let format = table.get("format").and_then(|entry| self.format(&entry.value));
+        let Some(entry) = table.get("file") else {
+            let fault = Fault::at(table.span.clone(), "\"file\" is missing");
+            self.faults
+                .push(fault.expected("expected file = the path of a measured BRDF, from this file's folder"));
+            return None;
+        };
+        let file = match String::parse(&entry.value) {
+            Ok(file) => file,
+            Err(fault) => return self.refuse(fault, "file"),
+        };
+        if format.is_none() && table.get("format").is_none() && !is_measured_file(&file) {
+            let endings = Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name()));
+            let fault = Fault::at(
+                entry.value.span.clone(),
+                format!("the ending of {file:?} is none of a measured BRDF"),
+            )
+            .expected(format!("expected one of: {}", endings.join(", ")))
+            .help("or give its format, as in format = \"merl\"");
+            return self.refuse(fault, "file");
+        }
+        if self.faults.len() > before {
+            return None;
+        }
+        self.table(&file, entry, format)?
+            .scaled(scale?)
+            .map_err(|error| self.faults.push(Fault::at(place(&error, table), error.to_string())))
+            .map(Material::Measured)
+            .ok()
+    }
+
+    /// What a measured file holds.
+    fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<brdf::Measured> {
+        let read = (self.read)(Path::new(file)).and_then(|bytes| Ok(read_with_notes(file, &bytes, format)?));
+        match read {
+            Ok(reading) => {
+                self.notes.extend(reading.notes.into_iter().map(|note| format!("{file}: {note}")));
+                Some(reading.measured)
+            }
+            Err(failure) => {
+                let fault = Fault::at(entry.value.span.clone(), failure.chain.join(": "));
+                self.refuse(fault, "file")
+            }
+        }
+    }
+
+    fn format(&mut self, value: &Toml) -> Option<Format> {
+        let names = || Format::ALL.iter().map(|format| format.name());
+        let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(" or ");
+        let fault = unexpected(value, &expected);
+        match &value.kind {
+            ValueKind::String(word) => match Format::ALL.into_iter().find(|format| format.name() == word) {
+                Some(format) => Some(format),
+                None => self.refuse(with_nearest(fault, word, names()), "format"),
+            },
+            _ => self.refuse(fault, "format"),
+        }
+    }
+}
+
+fn with_nearest<'a>(fault: Fault, name: &str, names: impl Iterator<Item = &'a str>) -> Fault {
+    match nearest(name, names) {
+        Some(near) => fault.help(format!("did you mean {near:?}?")),
+        None => fault,
+    }
+}
+
+/// Where a parameter stands that the kernel refuses: its value, or the table that lacks it.
+fn place(error: &ParameterError, table: &Table) -> Range<usize> {
+    let record = error.record.and_then(|(records, index)| match &table.get(records)?.value.kind {
+        ValueKind::Array(items) => match &items.get(index)?.kind {
+            ValueKind::Table(table) => Some(table),
+            _ => None,
+        },
+        _ => None,
+    });
+    let table = record.unwrap_or(table);
+    table.get(error.parameter).map_or(table.span.clone(), |entry| entry.value.span.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The manual's table of models is that of the kernel: this makes its lines anew.
+    #[test]
+    fn the_manual_lists_every_model_and_parameter() {
+        let manual = include_str!("import_material.rs");
+        let mut lines = Vec::new();
+        for model in MODELS {
+            lines.push(format!("//! ### `{}`", model.name));
+            lines.push(format!("//! {}.", capital(model.summary)));
+            lines.extend(rows(model.parameters, ""));
+        }
+        let missing: Vec<_> =
+            lines.iter().filter(|line| !manual.lines().any(|have| have == line.as_str())).collect();
+        let rows = manual.lines().filter(|line| line.starts_with("//! | `")).count();
+        let expected = lines.iter().filter(|line| line.starts_with("//! | `")).count();
+        assert!(
+            missing.is_empty() && rows == expected + 3,
+            "{rows} rows of parameters, not {expected} and the 3 of measured files; the text of import_material.rs should have:\n{}",
+            lines.join("\n")
+        );
+    }
+
+    fn capital(text: &str) -> String {
+        let mut characters = text.chars();
+        characters.next().map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
+    }
+
+    fn rows(parameters: &[Parameter], within: &str) -> Vec<String> {
+        let row = |parameter: &Parameter| {
+            let looks_like = match parameter.shape {
+                Shape::Number(range) => range.words.to_owned(),
+                Shape::Colour(range) => format!("a colour, each {}", range.words),
+                Shape::Records(_) => looks_like(&parameter.shape),
+            };
+            let absent = match parameter.absent {
+                Absent::Required => "must be given".to_owned(),
+                Absent::Optional => "may be left out".to_owned(),
+                Absent::Is(value) => format!("default {value}"),
+            };
+            let (name, meaning) = (parameter.name, parameter.meaning);
+            let mut rows = vec![format!("//! | `{within}{name}` | {looks_like}; {absent} | {meaning} |")];
+            if let Shape::Records(inner) = parameter.shape {
+                rows.extend(self::rows(inner, &format!("{within}{name}.")));
+            }
+            rows
+        };
+        parameters.iter().flat_map(row).collect()
+    }
+}
