@@ -168,7 +168,8 @@ impl Reference {
         let axis = at.direction.vector();
         let (sum, scale) = match self.shape {
             Some((Shape::WholePower(exponent), scale)) => {
-                (self.sum(arch, at, spans, WholePower { axis, exponent }), scale)
+                let weight = WholePower { axis, exponent };
+                (Sum { light: &self.light, spans, column: at.column, weight }.run(arch), scale)
             }
             Some((Shape::Power(exponent), scale)) => {
                 (self.sum(arch, at, spans, Power { axis, exponent }), scale)

@@ -145,6 +145,7 @@ impl Light {
 
     /// The lit texels of a span about a column coordinate: two ranges, of which the first may be read `beyond` texels
     /// past its end without meeting the second (a row where it would is read whole), up to [`PAD`].
+    #[inline(always)]
     pub(super) fn segments(&self, span: Span, column: f64, beyond: usize) -> [Range<usize>; 2] {
         debug_assert!(beyond <= PAD);
         let width = self.grid.width;
