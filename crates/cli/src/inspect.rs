@@ -1,5 +1,6 @@
 //! `specula inspect`: what a file is: format, shape, frame, range, and the recipe that made it.
 
+mod material;
 mod texture;
 
 use std::fs;
@@ -28,7 +29,15 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
             return Exit::Usage;
         }
     };
-    match facts(&bytes) {
+    let material = material::of_file(file, &bytes);
+    if let Some(Err(failure)) = &material {
+        for (index, line) in failure.chain.iter().enumerate() {
+            say!("{}{line}", if index == 0 { "error: " } else { "  " });
+        }
+        return Exit::Usage;
+    }
+    let found = material.and_then(Result::ok).map_or_else(|| facts(&bytes), Ok);
+    match found {
         Ok(facts) if as_json => {
             let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
             print::data(&format!("{}\n", Value::Object(object)))
@@ -40,7 +49,7 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
         Err(error) => {
             say!("error: {}: {error}", file.display());
             say!(
-                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors and the JSON of lighting and materials"
+                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors, the JSON of lighting, material files and measured BRDFs"
             );
             Exit::Usage
         }
@@ -53,6 +62,12 @@ fn text_of(value: &Value) -> String {
         Value::String(text) => text.clone(),
         Value::Array(values) if values.iter().all(Value::is_string) => {
             values.iter().map(text_of).collect::<Vec<_>>().join("; ")
+        }
+        Value::Array(values) if values.iter().all(Value::is_object) => {
+            values.iter().map(|value| format!("\n  {}", text_of(value))).collect()
+        }
+        Value::Object(members) if members.values().all(|member| !member.is_object()) => {
+            members.iter().map(|(name, value)| format!("{name} {}", text_of(value))).collect::<Vec<_>>().join(", ")
         }
         value => value.to_string(),
     }
@@ -172,11 +187,6 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 facts.extend(members.iter().filter_map(|name| Some((*name, object.get(*name)?.clone()))));
                 Ok(facts)
             }
-            Ok(Value::Object(object)) if object.contains_key("model") => Ok(vec![
-                ("what", "material".into()),
-                ("format", "JSON".into()),
-                ("parameters", Value::Object(object)),
-            ]),
             _ => Err(error),
         },
     }
@@ -208,6 +218,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.push(("frame", SH_FRAME.into()));
             facts.extend(range("coefficients of radiance", lighting.rows().iter().copied()));
         }
+        "material" => facts.extend(material::checked(&tensors::decode_material(bytes)?)),
         "environment" => {
             let environment = tensors::decode_environment(bytes)?;
             facts.push(("frame", ENVIRONMENT_FRAME.into()));

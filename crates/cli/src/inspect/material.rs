@@ -1,0 +1,136 @@
+//! What `specula inspect` says of materials: material files, measured files and material artifacts.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use brdf::{Centre, Checks, Material};
+use containers::tensors;
+use engine::Failure;
+use serde_json::{Value, json};
+
+use super::Facts;
+
+/// A material by its file's name; `None` where the name is of no such file.
+pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure>> {
+    let name = file.file_name()?.to_string_lossy();
+    let toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    (toml || stages::is_measured_file(&name)).then(|| {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let read = |path: &Path| {
+            let path = folder.join(path);
+            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
+            fs::read(&path).map(Arc::new).map_err(cannot)
+        };
+        let found = stages::read_material(&name, bytes, &read)?;
+        let mut facts: Facts =
+            vec![("what", "material".into()), ("format", if toml { "TOML" } else { "measured" }.into())];
+        facts.extend(checked(&found.material));
+        if !found.notes.is_empty() {
+            facts.push(("notes", json!(found.notes)));
+        }
+        facts.push(("bytes", bytes.len().into()));
+        Ok(facts)
+    })
+}
+
+/// The models of a material, and what [`brdf::checks`] finds.
+pub(super) fn checked(material: &Material) -> Facts {
+    let checks = brdf::checks(material);
+    let greatest = checks.greatest();
+    vec![
+        ("models", models(material)),
+        (
+            "centre",
+            match material.centre() {
+                Centre::Reflection => "the reflection vector",
+                Centre::Normal => "the normal",
+                Centre::Tangent => "the tangent",
+            }
+            .into(),
+        ),
+        ("isotropic", checks.isotropic.into()),
+        ("reciprocity", reciprocity(&checks).into()),
+        ("albedo", checks.albedo.iter().map(|albedo| albedo_of(albedo, checks.isotropic)).collect()),
+        ("greatest", albedo_of(&greatest, checks.isotropic)),
+        (
+            "energy",
+            match checks.makes_light() {
+                true => "more than 1: some view sees more light than falls on the surface",
+                false => "at most 1",
+            }
+            .into(),
+        ),
+    ]
+}
+
+/// The models with their parameters, as a material artifact holds them.
+fn models(material: &Material) -> Value {
+    let described = tensors::encode_material(material, None).and_then(|bytes| tensors::describe(&bytes));
+    let text = described.ok().and_then(|mut description| description.metadata.remove("material"));
+    text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_else(|| material.name().into())
+}
+
+fn reciprocity(checks: &Checks) -> String {
+    let fault = checks.reciprocity;
+    match checks.is_reciprocal() {
+        true => {
+            format!("light and view may change places: the BRDF differs by {fault:.1e} of itself at most")
+        }
+        false => {
+            format!("light and view may not change places: the BRDF differs by up to {fault:.3} of itself")
+        }
+    }
+}
+
+/// What a view sees of a constant sky of radiance 1; angles in degrees.
+fn albedo_of(albedo: &brdf::Albedo, isotropic: bool) -> Value {
+    let rgb = albedo.rgb.map(|channel| (channel * 1e4).round() / 1e4);
+    match isotropic {
+        true => json!({ "angle": albedo.theta, "rgb": rgb }),
+        false => json!({ "angle": albedo.theta, "azimuth": albedo.phi, "rgb": rgb }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(text: &str) -> std::collections::BTreeMap<&'static str, Value> {
+        of_file(Path::new("gold.toml"), text.as_bytes()).unwrap().unwrap().into_iter().collect()
+    }
+
+    #[test]
+    fn a_material_file_tells_albedo_energy_and_reciprocity() {
+        let facts = told("model = \"lambert\"\nalbedo = [0.5, 1.25, 0]");
+        assert_eq!(facts["models"], json!({ "albedo": [0.5, 1.25, 0.0], "model": "lambert" }));
+        assert_eq!((&facts["isotropic"], &facts["centre"]), (&json!(true), &json!("the normal")));
+        assert_eq!(facts["albedo"].as_array().unwrap().len(), 11);
+        assert_eq!(facts["albedo"][3], json!({ "angle": 30.0, "rgb": [0.5, 1.25, 0.0] }));
+        assert!(facts["energy"].as_str().unwrap().starts_with("more than 1"));
+        assert!(facts["reciprocity"].as_str().unwrap().contains("may change places"));
+        let facts = told("model = \"kajiya-kay\"\nexponent = 8\nspecular = 0.1");
+        assert_eq!(facts["greatest"]["azimuth"].as_f64().map(|angle| angle < 180.0), Some(true));
+        assert_eq!(facts["energy"], "at most 1");
+        assert!(facts["reciprocity"].as_str().unwrap().contains("may not"));
+    }
+
+    #[test]
+    fn a_material_artifact_tells_the_same() {
+        let chalk = Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap());
+        let bytes = tensors::encode_material(&chalk, None).unwrap();
+        let facts: std::collections::BTreeMap<_, _> =
+            super::super::facts(&bytes).unwrap().into_iter().collect();
+        assert_eq!((&facts["what"], &facts["format"]), (&json!("material"), &json!("safetensors")));
+        assert_eq!(facts["energy"], "at most 1");
+    }
+
+    #[test]
+    fn faults_of_a_file_are_those_of_its_import() {
+        let failure = of_file(Path::new("a.toml"), b"model = \"fong\"").unwrap().unwrap_err();
+        assert!(failure.to_string().contains("a.toml:1:9: there is no model \"fong\""));
+        assert!(of_file(Path::new("a.exr"), b"").is_none());
+        let failure = of_file(Path::new("/nowhere/a.toml"), b"model = \"measured\"\nfile = \"b.csv\"");
+        assert!(failure.unwrap().unwrap_err().to_string().contains("/nowhere/b.csv"));
+    }
+}
