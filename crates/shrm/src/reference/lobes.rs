@@ -296,6 +296,7 @@ fn angle_squared<S: Simd>(simd: S, u: S::f32s) -> S::f32s {
 #[inline(always)]
 fn exp2<S: Simd>(simd: S, y: S::f32s) -> S::f32s {
     // 2^f for |f| <= 1/2, within 8e-8.
+    #[allow(clippy::approx_constant)] // fitted, and near Taylor's
     const A: [f32; 6] = [1.0, 0.693_147, 0.240_221_2, 0.055_507_13, 0.009_675_54, 0.001_327_65];
     // Adding 1.5 * 2^23 rounds to a whole number and leaves it in the low bits.
     let shift = simd.splat_f32s(12_582_912.0);
@@ -311,6 +312,7 @@ fn exp2<S: Simd>(simd: S, y: S::f32s) -> S::f32s {
 #[inline(always)]
 fn log2<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     // log2(1 + t) / t for 1 + t from sqrt(1/2) to sqrt(2), within 3e-8.
+    #[allow(clippy::approx_constant)] // as above
     const A: [f32; 9] = [
         1.442_695,
         -0.721_347_35,
