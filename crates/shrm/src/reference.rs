@@ -6,7 +6,7 @@
 //! rule instead, which differ from the solid angles by O(h^2), h the height of a row.
 //!
 //! [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet go
-//! through sums in vectors ([`lobes`]) that the tests hold against it; other materials through the same sum as
+//! through sums in vectors (`lobes.rs`) that the tests hold against it; other materials through the same sum as
 //! `radiance`. Work common to the texels of a row, to a row of a map and to one view is done once; black texels are
 //! not read.
 //!
