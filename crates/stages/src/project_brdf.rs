@@ -33,9 +33,9 @@
 //!
 //! A tolerance below 0.001 follows the cut at the horizon, and asks for high degrees of both kinds. So do models that
 //! shine most toward grazing views (ggx, torrance-sparrow and ward of low roughness): there most of the energy lies where few
-//! pixels are, and a given `degree`, such as `[30, 8]`, serves better. Degrees with more than 262144 coefficients
-//! (F+1)(P+1)^2 are not tried: a material too sharp for them is an error, as is one with a value that is no finite
-//! number.
+//! pixels are, and a given `degree`, such as `[30, 8]`, serves better. P above 32, and degrees with more than 131072 coefficients
+//! (F+1)(P+1)^2, are not tried. Where those that are miss the tolerance the best are kept with a warning, if they hold
+//! half of the energy; less is an error, as is a value that is no finite number.
 //!
 //! ## Example
 //!
@@ -133,6 +133,13 @@ impl Kind for ProjectBrdf {
             context.warn(format!(
                 "{} is anisotropic here: its mean over all turns about the normal is taken",
                 material.0.name()
+            ));
+        }
+        if projection.captured < 1.0 - parameters.tolerance() - 1e-9 && parameters.degree.is_none() {
+            context.warn(format!(
+                "no higher degrees are tried, and these hold less than the {} that the tolerance asks for; most of \
+                 the rest is at grazing views: give `degree`, such as [30, 8], or a larger tolerance",
+                share(1.0 - parameters.tolerance())
             ));
         }
         if projection.uncertainty > UNCERTAIN {

@@ -14,9 +14,15 @@ use super::tabulation::{ACCURACY, Table, tabulate};
 /// Where the search for F begins, and P.
 const FIRST: (usize, usize) = (16, 4);
 
-/// The most entries (F+1)(P+1)^2 of a table that the search makes, [64, 62] or [2048, 10]: past these no map is
+/// The most entries (F+1)(P+1)^2 of a table that the search makes: [119, 32], [452, 16] or [2047, 7]. Past these no map is
 /// kept, and the search would take seconds.
-const MOST_SEARCHED: usize = 1 << 18;
+const MOST_SEARCHED: usize = 1 << 17;
+
+/// The highest P of the search.
+const MOST_P: usize = 32;
+
+/// The least share of the energy for which degrees that miss a tolerance still are the material's.
+const LEAST_CAPTURED: f64 = 0.5;
 
 /// Outgoing directions that tell how sharp a material is.
 const PROBES: [f64; 3] = [0.3, 1.2, 2.2];
@@ -31,7 +37,8 @@ pub(super) fn energies(rho: &[[f64; 3]], p: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A table that meets a tolerance, and the least degrees that do.
+/// A table that meets a tolerance, and the least degrees that do. Where none that is searched does, the last one, if it
+/// holds half of the energy, and the least degrees that lose no more of what it holds.
 pub(super) fn least(
     source: Source<'_>,
     tolerance: Tolerance,
@@ -44,9 +51,12 @@ pub(super) fn least(
             energy.chunks_exact(p + 1).take(f + 1).flat_map(|row| &row[..side]).sum()
         };
         let enough = (1.0 - tolerance.get()) * table.total;
-        if held(f, p + 1) >= enough {
+        let least = |enough: f64| {
             let least_p = (0..p).find(|&p| held(f, p + 1) >= enough).unwrap_or(p);
-            let least_f = (0..f).find(|&f| held(f, least_p + 1) >= enough).unwrap_or(f);
+            (least_p, (0..f).find(|&f| held(f, least_p + 1) >= enough).unwrap_or(f))
+        };
+        if held(f, p + 1) >= enough {
+            let (least_p, least_f) = least(enough);
             // Too little room to have lowered P as far as a higher F would allow.
             let higher = (f + f / 2).min(Degree::MAX.get());
             if least_f > f - f / 16 && higher > f && (higher + 1) * (p + 1) * (p + 1) <= MOST_SEARCHED {
@@ -58,15 +68,19 @@ pub(super) fn least(
         let (upper_f, upper_p) = (held(f, p + 1) - held(f / 2, p + 1), held(f, p + 1) - held(f, p / 2 + 1));
         let captured = held(f, p + 1) / table.total;
         let (before_f, before_p) = (f, p);
+        let (least_p, least_f) = least((1.0 - tolerance.get()) * held(f, p + 1));
         // Where rho_hat is not negative no l holds more than 2 l + 1 times what l = 0 does: all of them too little?
         let most = 2.0 * held(0, p + 1) * Degree::MAX.rows() as f64;
         if upper_f >= upper_p / 4.0 {
             f = (2 * f).min(Degree::MAX.get());
         }
         if upper_p >= upper_f / 4.0 {
-            p = (2 * p).min(Degree::MAX.get());
+            p = (2 * p).min(MOST_P);
         }
         if (f, p) == (before_f, before_p) || most < enough || (f + 1) * (p + 1) * (p + 1) > MOST_SEARCHED {
+            if captured >= LEAST_CAPTURED {
+                return Ok((table, least_f, least_p));
+            }
             return Err(ProjectionError::TooSharp {
                 f: before_f,
                 p: before_p,

@@ -36,7 +36,9 @@ use tabulation::{ACCURACY, tabulate};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Choice {
     /// The least degrees that lose at most this share of the energy: first P is lowered as far as that allows,
-    /// then F (paper 1, Appendix C).
+    /// then F (paper 1, Appendix C). Where no degrees that make a usable map do (P above 32, or more than
+    /// 131072 coefficients), those that lose at most this share of what the highest ones tried hold, if that is half of
+    /// the energy: [`Projection::captured`] tells.
     Tolerance(Tolerance),
     /// The given degrees, whatever they lose.
     Degree {
@@ -124,8 +126,8 @@ const TURNS: usize = 19;
 /// exactly. Uses all threads; the result does not depend on their number.
 ///
 /// # Errors
-/// Where no supported degrees meet the tolerance, the given degrees make too many coefficients, or the material has a
-/// value that is not finite.
+/// Where the degrees tried for a tolerance hold too little, the given degrees make too many coefficients, or the material
+/// has a value that is not finite.
 ///
 /// # Example: degree 2 captures 99 percent of a Lambertian surface
 /// ```

@@ -1,7 +1,7 @@
 //! Projections against closed forms and brute force.
 
 use super::*;
-use crate::{KajiyaKay, Lambert, Microfacet, Model, Phong};
+use crate::{Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Model, Phong};
 use sh::Basis;
 use std::f64::consts::PI;
 
@@ -451,6 +451,17 @@ fn a_needle_is_too_sharp() {
     let needle = microfacet(1e-4);
     let error = general(Centre::Reflection, &needle, tolerance(0.01)).unwrap_err();
     assert!(matches!(error, ProjectionError::TooSharp { captured, .. } if captured < 0.9), "{error}");
+}
+
+/// GGX shines most toward grazing views. What no usable degrees hold is told by `captured`, not refused.
+#[test]
+fn what_misses_the_tolerance_is_kept_if_it_holds_half() {
+    let facets = Fresnel::Dielectric(1.5);
+    let shiny = Material::Ggx(Ggx::new(0.3, facets, [1.0; 3]).unwrap());
+    let found = project(&shiny, tolerance(0.03)).unwrap();
+    let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
+    assert!(found.captured > 0.5 && found.captured < 0.97, "[{f}, {p}] {}", found.captured);
+    assert!(p <= 32 && (f + 1) * (p + 1) * (p + 1) <= 1 << 17, "[{f}, {p}]");
 }
 
 /// Under a light tolerance the cut at the horizon decides: a table to far higher degrees says the same.
