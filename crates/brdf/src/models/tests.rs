@@ -317,6 +317,25 @@ fn a_smooth_mirror_reflects_everything() {
     }
 }
 
+/// Projection takes every model, averages the anisotropic ones and says so; black ones and P > F are no trouble.
+#[test]
+fn every_model_is_projected() {
+    let degree = |l| sh::Degree::new(l).unwrap();
+    let black = Material::Microfacet(Microfacet::new(0.3, [0.0; 3]).unwrap());
+    for material in every_model().into_iter().chain([black]) {
+        let choice = crate::Choice::Degree { f: degree(3), p: degree(4) };
+        let found = crate::project(&material, choice).unwrap();
+        assert!(
+            found.coefficients.rho().as_flattened().iter().all(|rho| rho.is_finite()),
+            "{}",
+            material.name()
+        );
+        assert!((0.0..=1.0).contains(&found.captured), "{}: {}", material.name(), found.captured);
+        let turned = !material.is_isotropic() && material.centre() != Centre::Tangent;
+        assert_eq!(found.anisotropic, turned, "{}", material.name());
+    }
+}
+
 /// The factor of blinn-phong is exact head on, and every other view sees less.
 #[test]
 fn blinn_phong_reflects_its_weight_head_on() {
