@@ -7,7 +7,8 @@ use std::fs;
 use std::path::Path;
 
 use containers::{
-    Format, OpenExrEnvmap, ReadOptions, is_texture, lighting_json, read_image, read_recipe, tensors,
+    Format, OpenExrEnvmap, ReadOptions, is_texture, is_web_page, lighting_json, read_image, read_recipe,
+    tensors,
 };
 use serde_json::{Value, json};
 
@@ -66,9 +67,11 @@ fn text_of(value: &Value) -> String {
         Value::Array(values) if values.iter().all(Value::is_object) => {
             values.iter().map(|value| format!("\n  {}", text_of(value))).collect()
         }
-        Value::Object(members) if members.values().all(|member| !member.is_object()) => {
-            members.iter().map(|(name, value)| format!("{name} {}", text_of(value))).collect::<Vec<_>>().join(", ")
-        }
+        Value::Object(members) if members.values().all(|member| !member.is_object()) => members
+            .iter()
+            .map(|(name, value)| format!("{name} {}", text_of(value)))
+            .collect::<Vec<_>>()
+            .join(", "),
         value => value.to_string(),
     }
 }
@@ -77,6 +80,9 @@ fn facts(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let mut facts = match Format::sniff(bytes) {
         Some(_) => image(bytes)?,
         None if is_texture(bytes) => texture::texture(bytes)?,
+        None if is_web_page(bytes) => {
+            vec![("what", "web page, for a browser".into()), ("format", "HTML".into())]
+        }
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,
         None => image(bytes)?,
@@ -187,6 +193,14 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 facts.extend(members.iter().filter_map(|name| Some((*name, object.get(*name)?.clone()))));
                 Ok(facts)
             }
+            Ok(Value::Object(object)) if object.contains_key("specula") => Ok(vec![
+                ("what", "figures or an index, for programs".into()),
+                ("format", "JSON".into()),
+                (
+                    "members",
+                    object.keys().filter(|name| *name != "specula").cloned().collect::<Vec<_>>().into(),
+                ),
+            ]),
             _ => Err(error),
         },
     }

@@ -33,6 +33,7 @@ mod recipe;
 mod shrm_metadata;
 pub mod tensors;
 mod texture;
+mod web_page;
 
 pub use dds::{read_dds, write_dds};
 pub use error::{Error, ErrorKind};
@@ -46,3 +47,4 @@ pub use radiance::write_rgbe;
 pub use recipe::{read_recipe, texture_sidecar};
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
 pub use texture::{Texture, TextureFile, is_texture, read_texture};
+pub use web_page::{is_web_page, recipe_element};

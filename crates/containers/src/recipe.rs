@@ -7,6 +7,7 @@
 //! | PNG | an uncompressed iTXt chunk `specula` |
 //! | safetensors | the entry `specula` of `__metadata__` |
 //! | JSON | the member `specula` of the top object |
+//! | HTML | the `meta` element `specula` |
 //! | KTX2 | the key/value entry `specula` |
 //! | DDS | no place: a JSON file beside it, [`texture_sidecar`] |
 
@@ -16,7 +17,7 @@ use serde_json::json;
 use serde_json::value::RawValue;
 
 use crate::error::{Error, ErrorKind};
-use crate::{Format, ktx2, lighting_json, open_exr, png, radiance, tensors, texture};
+use crate::{Format, ktx2, lighting_json, open_exr, png, radiance, tensors, texture, web_page};
 
 /// The name that the recipe goes by in every format.
 pub(crate) const KEY: &str = "specula";
@@ -40,6 +41,7 @@ pub fn read_recipe(bytes: &[u8]) -> Option<String> {
         Some(Format::Png) => png::read_recipe(bytes),
         Some(Format::Jpeg) => None,
         None if bytes.first() == Some(&b'{') => lighting_json::read_recipe(bytes),
+        None if web_page::is_web_page(bytes) => web_page::read_recipe(bytes),
         None if texture::is_ktx2(bytes) => ktx2::read_recipe(bytes),
         None => tensors::read_recipe(bytes),
     }
