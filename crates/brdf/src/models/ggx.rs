@@ -75,3 +75,19 @@ impl Model for Ggx {
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Head on, D = 1 / (pi alpha^2), F = 0.04 and G = 1.
+    #[test]
+    fn ggx_alpha_is_the_square_of_roughness() {
+        for roughness in [0.1_f64, 0.4, 1.0] {
+            let model = Ggx::new(roughness, Fresnel::Dielectric(1.5), [1.0; 3]).unwrap();
+            let expected = 0.04 / (4.0 * PI * roughness.powi(4));
+            let found = model.transfer(Direction::Z, Direction::Z)[0];
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+}
