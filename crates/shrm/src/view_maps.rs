@@ -14,6 +14,7 @@
 //! O(P^2) for each texel and theta, O(P) for each texel and view: O(P) for each value where T > P.
 
 use brdf::Centre;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use sh::{Basis, Degree};
 use sphere::{Direction, LatLong};
@@ -37,30 +38,18 @@ impl ViewMaps {
         if side == 0 {
             return None;
         }
-        let (grid, p) = (map.grid(), map.p().get());
-        let views = LatLong { width: side, height: side };
-        let turns: Vec<Vec<[f64; 2]>> = (0..side)
-            .map(|column| (0..=p).map(|q| (q as f64 * views.phi(column)).sin_cos().into()).collect())
-            .collect();
-        let basis = Basis::new(map.p());
+        let (grid, terms) = (map.grid(), Views::new(map, side));
         let mut maps = vec![[0.0; 3]; side * side * grid.len()];
-        maps.par_chunks_mut(side * grid.len()).enumerate().for_each(|(row, maps)| {
-            // At phi = 0 the rows q >= 0 are f_pq.
-            let mut f = vec![0.0; map.p().rows()];
-            basis.evaluate_into(Direction::from_angles(views.theta(row), 0.0), &mut f);
-            let mut sums = vec![[[0.0; 3]; 2]; p + 1];
-            for texel in 0..grid.len() {
-                sum_over_p(map, texel, &f, &mut sums);
-                for (column, turns) in turns.iter().enumerate() {
-                    let mut value = [0.0; 3];
-                    for ([c, s], [sine, cosine]) in sums.iter().zip(turns) {
-                        for channel in 0..3 {
-                            value[channel] += c[channel] * cosine + s[channel] * sine;
-                        }
-                    }
-                    maps[column * grid.len() + texel] = value.map(|value| value as f32);
-                }
-            }
+        // Block after block, its run in every map.
+        let mut runs: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
+        runs.resize_with(grid.len().div_ceil(BLOCK), || Vec::with_capacity(side * side));
+        for map in maps.chunks_exact_mut(grid.len()) {
+            runs.iter_mut().zip(map.chunks_mut(BLOCK)).for_each(|(runs, run)| runs.push(run));
+        }
+        let arch = Arch::new();
+        let values = map.values().par_chunks(BLOCK * map.rows());
+        runs.into_par_iter().zip(values).for_each(|(runs, values)| {
+            arch.dispatch(Block { views: &terms, values, runs });
         });
         Some(Self { grid, view: map.view(), centre: map.centre(), side, maps })
     }
@@ -146,26 +135,118 @@ impl ViewMaps {
     }
 }
 
-/// The sums over p at one theta: c_q and s_q for q = 0 to P.
-fn sum_over_p(map: &Shrm, texel: usize, f: &[f64], sums: &mut [[[f64; 3]; 2]]) {
-    sums.fill([[0.0; 3]; 2]);
-    let values = map.texel(texel);
-    for p in 0..=map.p().get() {
-        let middle = p * p + p;
-        if map.terms() == Terms::Zonal {
-            add(&mut sums[0][0], values[p], f[middle]);
-            continue;
+/// Texels that are computed at once: their coefficients and sums stay in the nearest caches, and what they write into
+/// one map is a run of 1.5 kB.
+const BLOCK: usize = 128;
+
+/// The harmonics of all views, in factors.
+struct Views {
+    side: usize,
+    /// For each place c_q or s_q of the sums, the coefficients that it is made of: row of a texel, p, q.
+    parts: Vec<Vec<[usize; 3]>>,
+    /// f_pq of each theta, rows as in `Basis`.
+    thetas: Vec<Vec<f64>>,
+    /// cos(q phi) or sin(q phi) of each phi, for each place.
+    turns: Vec<Vec<f32>>,
+}
+
+impl Views {
+    fn new(map: &Shrm, side: usize) -> Self {
+        let (views, p) = (LatLong { width: side, height: side }, map.p().get());
+        let basis = Basis::new(map.p());
+        // At phi = 0 the rows q >= 0 are f_pq.
+        let thetas = (0..side).map(|row| {
+            let mut f = vec![0.0; map.p().rows()];
+            basis.evaluate_into(Direction::from_angles(views.theta(row), 0.0), &mut f);
+            f
+        });
+        let zonal = map.terms() == Terms::Zonal;
+        let mut parts = vec![(0..=p).map(|p| [if zonal { p } else { p * p + p }, p, 0]).collect()];
+        for q in 1..=if zonal { 0 } else { p } {
+            parts.push((q..=p).map(|p| [p * p + p + q, p, q]).collect());
+            parts.push((q..=p).map(|p| [p * p + p - q, p, q]).collect());
         }
-        add(&mut sums[0][0], values[middle], f[middle]);
-        for q in 1..=p {
-            add(&mut sums[q][0], values[middle + q], f[middle + q]);
-            add(&mut sums[q][1], values[middle - q], f[middle + q]);
+        let turns = (0..side).map(|column| {
+            let turn = |place: usize| {
+                let (sine, cosine) = (place.div_ceil(2) as f64 * views.phi(column)).sin_cos();
+                if place == 0 || place % 2 == 1 { cosine as f32 } else { sine as f32 }
+            };
+            (0..parts.len()).map(turn).collect()
+        });
+        Self { side, thetas: thetas.collect(), turns: turns.collect(), parts }
+    }
+}
+
+/// A block of texels toward all views.
+struct Block<'a> {
+    views: &'a Views,
+    /// The texels' coefficients.
+    values: &'a [[f32; 3]],
+    /// Their part of every map.
+    runs: Vec<&'a mut [[f32; 3]]>,
+}
+
+impl WithSimd for Block<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        /// Vectors that are summed at once.
+        const WIDE: usize = 12;
+        let Self { views, values, mut runs } = self;
+        let texels = runs[0].len();
+        let rows = values.len() / texels;
+        // Each row of the coefficients in whole tiles, [rows, texels, 3].
+        let len = (3 * texels).next_multiple_of(WIDE * S::F32_LANES);
+        let mut planes = vec![0.0; rows * len];
+        for (texel, values) in values.chunks_exact(rows).enumerate() {
+            for (plane, value) in planes.chunks_exact_mut(len).zip(values) {
+                plane[3 * texel..][..3].copy_from_slice(value);
+            }
+        }
+        let (planes, _) = S::as_simd_f32s(&planes);
+        let vectors = len / S::F32_LANES;
+        let mut sums = vec![simd.splat_f32s(0.0); views.parts.len() * vectors];
+        let mut line = vec![0.0; len];
+        for (f, runs) in views.thetas.iter().zip(runs.chunks_exact_mut(views.side)) {
+            for (sum, parts) in sums.chunks_exact_mut(vectors).zip(&views.parts) {
+                let factors = parts.iter().map(|&[row, p, q]| (row, f[p * p + p + q] as f32));
+                total::<S, WIDE>(simd, factors, planes, sum);
+            }
+            for (turns, run) in views.turns.iter().zip(runs) {
+                let turns = turns.iter().copied().enumerate();
+                let run = run.as_flattened_mut();
+                if run.len() == len {
+                    let (out, _) = S::as_mut_simd_f32s(run);
+                    total::<S, WIDE>(simd, turns, &sums, out);
+                } else {
+                    let (out, _) = S::as_mut_simd_f32s(&mut line);
+                    total::<S, WIDE>(simd, turns, &sums, out);
+                    run.copy_from_slice(&line[..run.len()]);
+                }
+            }
         }
     }
 }
 
-fn add(sum: &mut [f64; 3], value: [f32; 3], factor: f64) {
-    for channel in 0..3 {
-        sum[channel] += f64::from(value[channel]) * factor;
+/// The sum of rows times factors, in tiles of `WIDE` vectors that stay in registers.
+#[inline(always)]
+fn total<S: Simd, const WIDE: usize>(
+    simd: S,
+    factors: impl Iterator<Item = (usize, f32)> + Clone,
+    rows: &[S::f32s],
+    sums: &mut [S::f32s],
+) {
+    let vectors = sums.len();
+    for (tile, sums) in sums.chunks_exact_mut(WIDE).enumerate() {
+        let mut total = [simd.splat_f32s(0.0); WIDE];
+        for (row, factor) in factors.clone() {
+            let factor = simd.splat_f32s(factor);
+            let row = &rows[row * vectors + tile * WIDE..][..WIDE];
+            for i in 0..WIDE {
+                total[i] = simd.mul_add_e_f32s(factor, row[i], total[i]);
+            }
+        }
+        sums.copy_from_slice(&total);
     }
 }
