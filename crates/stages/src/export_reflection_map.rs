@@ -9,8 +9,9 @@
 //!
 //! A plain map has one value for each central direction. Of a material whose highlight changes with the view (P > 0) it
 //! holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is looked at straight
-//! (the view, the normal and the reflection vector are one). A note tells the share of the reflected energy that
-//! changes with the view and is left out; `export-shrm` keeps it.
+//! (the view, the normal and the reflection vector are one; of a kajiya-kay material, looked up by the tangent, the view
+//! is at a right angle to that). A note tells the share of the reflected energy that changes with the view and is left
+//! out; `export-shrm` keeps it.
 //!
 //! ## Texels
 //!

@@ -13,7 +13,7 @@
 //!
 //! | `view` | what a texel shows |
 //! | --- | --- |
-//! | `"head-on"` | each central direction seen along itself: the view, the normal and the reflection vector are one |
+//! | `"head-on"` | each surface seen straight: the view, the normal and the reflection vector are one; of kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
 //! | `[yaw, pitch]` | every central direction seen from one far viewer, who stands where +X is turned to by these degrees (a positive pitch lowers it, as in `rotate`) |
 //!
 //! Of a material that is the same from every view (lambert, phong) the map is the same for all.
@@ -34,6 +34,7 @@
 //! path = "{environment}/{material}/truth"
 //! ```
 
+use brdf::Centre;
 use engine::{
     Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters, unexpected,
 };
@@ -146,7 +147,7 @@ impl Kind for ReferenceMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "reference";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("reference.rs");
 
     fn ports() -> Vec<Port> {
@@ -179,7 +180,11 @@ impl Kind for ReferenceMap {
         let cull = parameters.cull().unwrap_or(Cull::None);
         let reference = Reference::new(light, &material.0, cull);
         let (view, toward) = match parameters.view {
-            Viewer::HeadOn => (View::Local, Direction::Z),
+            Viewer::HeadOn => match material.0.centre() {
+                Centre::Reflection | Centre::Normal => (View::Local, Direction::Z),
+                // A normal of the tangent: +X of the texel's frame, one of a circle that are all alike.
+                Centre::Tangent => (View::Local, Direction::X),
+            },
             Viewer::Far { yaw, pitch } => {
                 let turn = Rotation::from_yaw_pitch_roll(yaw.to_radians(), pitch.to_radians(), 0.0);
                 (View::Global, turn.apply(Direction::X))
