@@ -145,6 +145,7 @@ impl Kind for ExportCabral {
         let vertices = icosahedron::vertices();
         let on_grid = |layout| -> Result<_, Failure> {
             let map = source.map(layout, parameters.resolution, View::Local, context)?;
+            map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
             let maps = Cabral::from_shrm(&map.0);
             Ok((map, map_source::picture_size(maps.grid()), maps.maps().to_vec()))
         };
@@ -153,6 +154,7 @@ impl Kind for ExportCabral {
             Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
             Layout::Sphere => {
                 let (map, edge) = for_spheres(&source, parameters.resolution)?;
+                map_source::check_total(edge * edge, vertices.len(), None)?;
                 let pixels = sphere_maps(&map.0, &vertices, edge)?;
                 (FileLayout::Sphere, (map, [edge; 2], pixels))
             }

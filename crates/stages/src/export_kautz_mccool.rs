@@ -138,6 +138,7 @@ impl Kind for ExportKautzMcCool {
                 source.p()
             ));
         }
+        map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
         context.check_cancelled()?;
         let texture = KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices))
             .ok_or_else(|| Failure::new(format!("{} slices are no texture", parameters.slices)))?;

@@ -6,7 +6,7 @@
 //!
 //! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and
 //! phi_k = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly, as in such
-//! an image. T = 2 P + 1 keeps all that a field of degree P has, for `import-reflection-maps` to find again; for bilinear
+//! an image; past a pole lies the same row half a turn away, which for an odd T is half way between two columns. T = 2 P + 1 keeps all that a field of degree P has, for `import-reflection-maps` to find again; for bilinear
 //! interpolation that nobody sees take about 10 P.
 //!
 //! | `view` | the views are | |
@@ -103,7 +103,7 @@ impl Kind for ExportViewMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-view-maps";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 
     fn ports() -> Vec<Port> {
@@ -140,7 +140,7 @@ impl Kind for ExportViewMaps {
         };
         let map = source.map(parameters.layout, parameters.resolution, view, context)?;
         let side = parameters.views;
-        check_size(&map.0, side)?;
+        map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
         context.check_cancelled()?;
         let table = ViewMaps::from_shrm(&map.0, side)
             .ok_or_else(|| Failure::new(format!("{side} x {side} views are no table")))?;
@@ -180,19 +180,6 @@ impl Kind for ExportViewMaps {
     }
 }
 
-/// Refuses a table that no container holds, before it is made.
-fn check_size(map: &shrm::Shrm, side: usize) -> Result<(), Failure> {
-    let texels = map.grid().len();
-    if texels.saturating_mul(side * side) <= containers::MAX_PIXELS {
-        return Ok(());
-    }
-    Err(Failure::new(format!(
-        "{side} x {side} maps of {texels} texels are more than {} texels",
-        containers::MAX_PIXELS
-    ))
-    .help("lower views or resolution"))
-}
-
 fn interpolation(view: View, side: usize) -> String {
     let frame = match view {
         View::Global => "with the view (x, y, z) in the frame of `view`",
@@ -203,7 +190,8 @@ fn interpolation(view: View, side: usize) -> String {
     };
     format!(
         "{frame}: column = {side} (0.5 - atan2(y, x) / (2 pi)) - 0.5, row = {side} acos(z) / pi - 0.5, map = {side} row + \
-         column, bilinear; columns repeat, past a pole the same row half a turn away"
+         column, bilinear; columns repeat, past a pole the same row at column + {} (half a turn)",
+        side as f64 / 2.0
     )
 }
 

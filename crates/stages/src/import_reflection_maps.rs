@@ -52,10 +52,15 @@
 //! | `slice` | in a volume, which slice, from 0 |
 //! | `view` or `view_file` | with `global` and `local`: the direction to the viewer, in Specula's frame (+Z up, the centre of a lat-long image along +X) or in the file frame (+Y up, the centre along +Z) |
 //! | `up` or `up_file` | with layout `sphere`: the direction that is up in the image; left out, against theta of the view |
+//! | `right` or `right_file` | with layout `sphere`: the direction that is right in the image, up x view; may be left out |
 //! | `theta_o` | with `angles`: the angle in radians, 0 to pi |
 //!
-//! In a picture a cube's faces +X -X +Y -Y +Z -Z lie below each other; a texture has six faces. All maps of an index
-//! have one size.
+//! A direction in both frames must be one. In a picture a cube's faces +X -X +Y -Y +Z -Z lie below each other; a texture has
+//! six faces. All maps of an index have one size. One map for two views, or two maps for one view, are taken with a
+//! warning.
+//!
+//! The name of the index is the name of the item, and may be any: to read several sets by one glob, give each index a
+//! name of its own.
 //!
 //! ## Sphere maps
 //!
@@ -68,7 +73,7 @@
 //! ```toml
 //! [stage.old-maps]
 //! kind = "import-reflection-maps"
-//! source = "assets/maps/*/cabral.json"
+//! source = "assets/old-gold/cabral.json"
 //! ```
 
 use std::collections::BTreeMap;
@@ -103,7 +108,7 @@ impl Kind for ImportReflectionMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-reflection-maps";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("import_reflection_maps.rs");
     const SOURCE: bool = true;
 
@@ -138,6 +143,7 @@ impl Kind for ImportReflectionMaps {
 fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Result<Fit, Failure> {
     let index = Index::decode(&context.read(source)?)?;
     let sampled = sampling(&index)?;
+    tell_repeated(&index, &sampled, context);
     let maps = read_maps(&index, context)?;
     context.check_cancelled()?;
     if parameters.resolution.is_some() && index.layout != FileLayout::Sphere {
@@ -177,21 +183,44 @@ fn sampling(index: &Index) -> Result<Sampling, Failure> {
     Ok(match index.views {
         Views::Global => Sampling::Views(View::Global, directions()?),
         Views::Local => Sampling::Views(View::Local, directions()?),
-        Views::Angles => {
-            let angles = index.maps.iter().map(|entry| match entry.theta_o {
-                Some(angle) if (0.0..=std::f64::consts::PI).contains(&angle) => Ok(angle),
-                Some(angle) => Err(Failure::new(format!(
-                    "the map in {}: `theta_o` is {angle}; expected 0 to pi, in radians",
-                    entry.file
-                ))),
-                None => Err(Failure::new(format!(
-                    "the map in {} has no `theta_o`, which `views` \"angles\" needs",
-                    entry.file
-                ))),
-            });
-            Sampling::Angles(angles.collect::<Result<_, _>>()?)
-        }
+        Views::Angles => Sampling::Angles(index.maps.iter().map(Entry::angle).collect::<Result<_, _>>()?),
     })
+}
+
+/// Warns of two entries that name one map, or one view: most often a line that was copied and not changed.
+fn tell_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
+    /// Views are one where they round to the same multiple of this.
+    const STEP: f64 = 1e-6;
+    let rounded = |value: f64| (value / STEP).round() as i64;
+    let view = |k: usize| match sampled {
+        Sampling::Views(_, views) => views[k].vector().to_array().map(rounded),
+        Sampling::Angles(angles) => [rounded(angles[k]), 0, 0],
+    };
+    let map = |k: usize| (&index.maps[k].file, index.maps[k].layer, index.maps[k].slice);
+    let all = 0..index.maps.len();
+    if let Some((a, b)) = repeated(all.clone().map(map)) {
+        context.warn(format!("entries {} and {} of `maps` name one map, {}", a + 1, b + 1, map(a).0));
+    }
+    if let Some((a, b)) = repeated(all.map(view)) {
+        context.warn(format!(
+            "entries {} and {} of `maps`, in {} and {}, have one view",
+            a + 1,
+            b + 1,
+            map(a).0,
+            map(b).0
+        ));
+    }
+}
+
+/// The first value that was there before, and where it was.
+fn repeated<T: Ord>(values: impl Iterator<Item = T>) -> Option<(usize, usize)> {
+    let mut seen = BTreeMap::new();
+    for (position, value) in values.enumerate() {
+        if let Some(before) = seen.insert(value, position) {
+            return Some((before, position));
+        }
+    }
+    None
 }
 
 /// The pixels of one file: of a picture, or of a texture with its parts.
@@ -290,8 +319,14 @@ fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
 /// The pixels of an entry's map in its file.
 fn part<'a>(file: &'a Opened, entry: &Entry) -> Result<&'a [[f32; 3]], Failure> {
     let texels = file.width * file.height * file.faces;
-    let (name, at, count) =
-        if file.depth > 1 { ("slice", entry.slice, file.depth) } else { ("layer", entry.layer, file.layers) };
+    let ((name, at, count), (other, none)) = if file.depth > 1 {
+        (("slice", entry.slice, file.depth), ("layer", entry.layer))
+    } else {
+        (("layer", entry.layer, file.layers), ("slice", entry.slice))
+    };
+    if none.is_some_and(|at| at > 0) {
+        return Err(Failure::new(format!("`{other}` is given, but the file has no {other}s")));
+    }
     let at = match at {
         Some(at) if at < count => at,
         None if count == 1 => 0,
@@ -343,8 +378,9 @@ fn not_finite(index: &Index, map: usize, texel: usize, width: usize, value: f32)
         (None, Some(slice)) => format!(", slice {slice}"),
         (None, None) => String::new(),
     };
+    let rows = if index.layout == FileLayout::Cube { " (rows of faces below each other)" } else { "" };
     Failure::new(format!(
-        "{}{part}: {value} at column {}, row {} (rows of faces below each other)",
+        "{}{part}: {value} at column {}, row {}{rows}",
         entry.file,
         texel % width,
         texel / width

@@ -71,7 +71,7 @@ impl From<CentreName> for Centre {
 
 /// One map: where it is and which view it is for.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with a `file` and a view")]
 pub(crate) struct Entry {
     /// The file, relative to the index.
     pub(crate) file: String,
@@ -87,7 +87,7 @@ pub(crate) struct Entry {
     /// The view, in the file frame (+Y up).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     view_file: Option<[f64; 3]>,
-    /// The image's right of a sphere map, for renderers; reading takes it from `up`.
+    /// The image's right of a sphere map: up x view.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     right: Option<[f64; 3]>,
     /// The image's right in the file frame.
@@ -144,21 +144,71 @@ impl Entry {
 
     /// The view, whichever frame it is given in.
     pub(crate) fn view(&self) -> Result<Direction, Failure> {
-        direction("view", self.view, self.view_file)?.ok_or_else(|| {
-            Failure::new(format!("the map in {} has neither `view` nor `view_file`", self.file))
-        })
+        if self.theta_o.is_some() {
+            return Err(self.fault("`theta_o` is for `views` \"angles\"; expected a `view` or `view_file`"));
+        }
+        let view = self.direction("view", self.view, self.view_file)?;
+        view.ok_or_else(|| self.fault("neither `view` nor `view_file` is given"))
+    }
+
+    /// The angle between central direction and view, in radians.
+    pub(crate) fn angle(&self) -> Result<f64, Failure> {
+        match self.theta_o {
+            _ if self.view.or(self.view_file).is_some() => {
+                Err(self.fault("with `views` \"angles\" expected a `theta_o` and no view"))
+            }
+            Some(angle) if (0.0..=std::f64::consts::PI).contains(&angle) => Ok(angle),
+            Some(angle) => Err(self.fault(&format!("`theta_o` is {angle}; expected 0 to pi, in radians"))),
+            None => Err(self.fault("no `theta_o` is given, which `views` \"angles\" needs")),
+        }
     }
 
     /// The axes of a sphere map: right, up, view.
     pub(crate) fn axes(&self) -> Result<[Direction; 3], Failure> {
+        /// The cosine from which a given right is that which follows from up: within 2.6 degrees.
+        const ALIKE: f64 = 0.999;
         let view = self.view()?;
-        let Some(up) = direction("up", self.up, self.up_file)? else {
-            return Ok(shrm::sphere_map_axes(view));
+        let up = self.direction("up", self.up, self.up_file)?;
+        let given = self.direction("right", self.right, self.right_file)?;
+        let right = match (up, given) {
+            (Some(up), _) => Direction::new(up.vector().cross(view.vector()))
+                .ok_or_else(|| self.fault("`up` lies along the view, and says no direction"))?,
+            (None, Some(_)) => return Err(self.fault("`right` is given without `up`")),
+            (None, None) => return Ok(shrm::sphere_map_axes(view)),
         };
-        let right = Direction::new(up.vector().cross(view.vector())).ok_or_else(|| {
-            Failure::new(format!("the map in {}: `up` lies along the view, and says no direction", self.file))
-        })?;
+        if given.is_some_and(|given| given.dot(right) < ALIKE) {
+            return Err(self.fault("`right` is not up x view; mirrored images are not read"));
+        }
         Ok([right, Direction::normalised(view.vector().cross(right.vector())), view])
+    }
+
+    /// A direction in either frame; `None` where it is not given.
+    fn direction(
+        &self,
+        name: &str,
+        ours: Option<[f64; 3]>,
+        file: Option<[f64; 3]>,
+    ) -> Result<Option<Direction>, Failure> {
+        /// The cosine from which two directions are one: digits of a text, 0.1 degrees.
+        const ALIKE: f64 = 0.999_998;
+        let parse = |name: &str, given: Option<[f64; 3]>| {
+            let bad = |given| self.fault(&format!("`{name}` is {given:?}, which is no direction"));
+            given.map(|given| Direction::new(DVec3::from_array(given)).ok_or_else(|| bad(given))).transpose()
+        };
+        let ours = parse(name, ours)?;
+        let file = parse(&format!("{name}_file"), file)?;
+        let file = file.map(|file| Direction::normalised(from_file(file.vector())));
+        match (ours, file) {
+            (Some(ours), Some(file)) if ours.dot(file) < ALIKE => {
+                Err(self
+                    .fault(&format!("`{name}` and `{name}_file` are not one direction; give one of them")))
+            }
+            _ => Ok(ours.or(file)),
+        }
+    }
+
+    fn fault(&self, message: &str) -> Failure {
+        Failure::new(format!("the map in {}: {message}", self.file))
     }
 }
 
@@ -166,21 +216,6 @@ impl Entry {
 fn both_frames(direction: Direction) -> [Option<[f64; 3]>; 2] {
     // A zero of either sign is written as 0.
     [direction.vector(), to_file(direction.vector())].map(|v| Some((v + DVec3::ZERO).to_array()))
-}
-
-/// A direction of an index; `None` where it is not given.
-fn direction(
-    name: &str,
-    ours: Option<[f64; 3]>,
-    file: Option<[f64; 3]>,
-) -> Result<Option<Direction>, Failure> {
-    let vector = match (ours, file) {
-        (Some(ours), _) => DVec3::from_array(ours),
-        (None, Some(file)) => from_file(DVec3::from_array(file)),
-        (None, None) => return Ok(None),
-    };
-    let bad = || Failure::new(format!("`{name}` is {:?}, which is no direction", vector.to_array()));
-    Direction::new(vector).ok_or_else(bad).map(Some)
 }
 
 /// An index as it is written.
@@ -261,7 +296,7 @@ pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
 
 /// An index as it is read. Texts are for people, and `specula` is for `specula` itself.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with the members of an index")]
 pub(crate) struct Index {
     format: String,
     version: u32,
@@ -295,11 +330,12 @@ fn reflection() -> CentreName {
 }
 
 impl Index {
-    /// An index from its bytes.
+    /// An index from its bytes, with or without a byte order mark.
     ///
     /// # Errors
     /// Where it is not JSON of this shape, of another version, names no map, or a file outside by an absolute path.
     pub(crate) fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let index: Self = serde_json::from_slice(bytes)
             .map_err(|error| Failure::new(format!("not an index of reflection maps: {error}")))?;
         if index.format != FORMAT {
@@ -402,11 +438,32 @@ mod tests {
         check("\"views\"", "\"veiws\"", "unknown field `veiws`");
         check("{\"file\":\"a.exr\"}", "", "`maps` is empty");
         check("]", "", "not an index of reflection maps");
+        let list = Index::decode(b"[]").unwrap_err().to_string();
+        assert!(list.contains("expected an object with the members of an index"), "{list}");
+        let marked = [&b"\xef\xbb\xbf"[..], &written(vec![Entry::of_file("a.exr")])].concat();
+        assert!(Index::decode(&marked).is_ok());
         let entry = Entry::of_file("a.exr");
-        assert!(entry.view().unwrap_err().to_string().contains("neither `view` nor `view_file`"));
-        let entry = Entry { view: Some([0.0; 3]), ..entry };
-        assert!(entry.view().unwrap_err().to_string().contains("no direction"));
-        let entry = Entry { view: Some([0.0, 0.0, 2.0]), up: Some([0.0, 0.0, 1.0]), ..entry };
-        assert!(entry.axes().unwrap_err().to_string().contains("lies along the view"));
+        let view = |entry: Entry| entry.view().unwrap_err().to_string();
+        assert_eq!(view(entry.clone()), "the map in a.exr: neither `view` nor `view_file` is given");
+        let nowhere = Entry { view_file: Some([0.0; 3]), ..entry.clone() };
+        assert_eq!(view(nowhere), "the map in a.exr: `view_file` is [0.0, 0.0, 0.0], which is no direction");
+        let up = Entry { view: Some([0.0, 0.0, 2.0]), ..entry.clone() };
+        let two = Entry { view_file: Some([0.0, 0.0, 1.0]), ..up.clone() };
+        assert!(view(two).ends_with("`view` and `view_file` are not one direction; give one of them"));
+        let same = Entry { view_file: Some([0.0, 1.0, 0.0]), ..up.clone() };
+        assert_eq!(same.view().unwrap(), Direction::Z);
+        let angle = |entry: Entry| entry.angle().unwrap_err().to_string();
+        assert!(view(up.clone().at_angle(1.0)).contains("`theta_o` is for `views` \"angles\""));
+        assert!(angle(up.clone().at_angle(1.0)).ends_with("expected a `theta_o` and no view"));
+        assert!(angle(entry.clone().at_angle(4.0)).ends_with("`theta_o` is 4; expected 0 to pi, in radians"));
+        assert!(angle(entry).contains("no `theta_o` is given"));
+        let axes = |entry: Entry| entry.axes().unwrap_err().to_string();
+        let along = Entry { up: Some([0.0, 0.0, 1.0]), ..up.clone() };
+        assert!(axes(along).contains("lies along the view"));
+        // Up x view: +X x +Z is -Y.
+        let ball = Entry { up: Some([1.0, 0.0, 0.0]), right: Some([0.0, -1.0, 0.0]), ..up.clone() };
+        assert_eq!(ball.axes().unwrap()[0].vector().to_array(), [0.0, -1.0, 0.0]);
+        assert!(axes(Entry { right: Some([0.0, 1.0, 0.0]), ..ball }).contains("mirrored"));
+        assert!(axes(Entry { right: Some([0.0, 1.0, 0.0]), ..up }).contains("`right` is given without `up`"));
     }
 }

@@ -105,6 +105,17 @@ pub(crate) fn texture(grid: MapGrid, layers: usize, pixels: Vec<[f32; 3]>) -> Te
     Texture { width, height, depth: 1, layers, faces, pixels }
 }
 
+/// Refuses more maps than a container, or `import-reflection-maps`, holds together, before they are made; `count` is the
+/// parameter that says how many.
+pub(crate) fn check_total(texels: usize, maps: usize, count: Option<&str>) -> Result<(), Failure> {
+    if texels.saturating_mul(maps) <= containers::MAX_PIXELS {
+        return Ok(());
+    }
+    let lower = count.map_or("lower resolution".into(), |count| format!("lower {count} or resolution"));
+    let most = containers::MAX_PIXELS;
+    Err(Failure::new(format!("{maps} maps of {texels} texels are more than {most} texels")).help(lower))
+}
+
 /// The precision of a file.
 pub(crate) fn precision(numbers: Numbers) -> Precision {
     match numbers {

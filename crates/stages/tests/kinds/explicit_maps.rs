@@ -382,7 +382,16 @@ fn bad_maps_are_told_by_file() {
     );
     let text = String::from_utf8(files[9].clone()).unwrap();
     let edit = |from: &str, to: &str| Some(text.replacen(from, to, 1).into_bytes());
-    check("/view-maps.json", edit("\"global\"", "\"angles\""), "the map in view-000.exr has no `theta_o`");
+    check(
+        "/view-maps.json",
+        edit("\"global\"", "\"angles\""),
+        "the map in view-000.exr: with `views` \"angles\" expected a `theta_o` and no view",
+    );
+    check(
+        "/view-maps.json",
+        edit("{\"file\":\"view-002.exr\"", "{\"slice\":1,\"file\":\"view-002.exr\""),
+        "view-002.exr: `slice` is given, but the file has no slices",
+    );
     check(
         "/view-maps.json",
         edit("\"view\":[", "\"theta_o\":0.5,\"view_file\":[["),
@@ -394,6 +403,7 @@ fn bad_maps_are_told_by_file() {
     let mut value: Value = serde_json::from_slice(&files[9]).unwrap();
     for k in 1..9 {
         value["maps"][k]["view"] = value["maps"][0]["view"].clone();
+        value["maps"][k].as_object_mut().unwrap().remove("view_file");
     }
     let same = serde_json::to_vec(&value).unwrap();
     let one = case("import-reflection-maps", "degree = 1").file("old/i.json", same);
@@ -480,9 +490,52 @@ fn parameters_that_would_have_no_effect_or_no_sense_are_faults() {
     ] {
         assert_eq!(case(kind, parameters).faults(), [expected]);
     }
-    let huge =
-        export("export-view-maps", "views = 64\nresolution = 512\nlayout = \"lat-long\"", reflection(0, 0));
-    assert!(huge.failure().starts_with("64 x 64 maps of 524288 texels are more than"));
+}
+
+/// A table of 100 GB is refused before memory is asked for.
+#[test]
+fn more_maps_than_a_file_holds_are_refused() {
+    for (kind, parameters, expected) in [
+        (
+            "export-view-maps",
+            "views = 64\nresolution = 512\nlayout = \"lat-long\"",
+            "4096 maps of 524288 texels are more than 134217728 texels",
+        ),
+        (
+            "export-kautz-mccool",
+            "slices = 256\nresolution = 1024",
+            "256 maps of 2097152 texels are more than 134217728 texels",
+        ),
+        ("export-cabral", "resolution = 1400", "12 maps of 11760000 texels are more than 134217728 texels"),
+        (
+            "export-cabral",
+            "layout = \"sphere\"\nresolution = 4096",
+            "12 maps of 16777216 texels are more than 134217728 texels",
+        ),
+    ] {
+        assert_eq!(export(kind, parameters, reflection(0, 0)).failure(), expected);
+    }
+}
+
+/// A line of a hand-written index that was copied and not changed.
+#[test]
+fn a_map_or_a_view_that_is_named_twice_is_told() {
+    let exported =
+        export("export-view-maps", "views = 3\nformat = \"exr\"\nresolution = 2", reflection(1, 1));
+    assert!(import("", &exported).run().unwrap().warnings.is_empty());
+    let files = exported.files();
+    let check = |member: &str, expected: &str| {
+        let mut value: Value = serde_json::from_slice(&files[9]).unwrap();
+        value["maps"][4][member] = value["maps"][2][member].clone();
+        if member == "view" {
+            value["maps"][4].as_object_mut().unwrap().remove("view_file");
+        }
+        let case = case("import-reflection-maps", "").file("old/i.json", serde_json::to_vec(&value).unwrap());
+        let case = (0..9).fold(case, |case, k| case.file(&format!("old/view-00{k}.exr"), files[k].clone()));
+        assert_eq!(case.source("old/i.json").run().unwrap().warnings, [expected]);
+    };
+    check("file", "entries 3 and 5 of `maps` name one map, view-002.exr");
+    check("view", "entries 3 and 5 of `maps`, in view-002.exr and view-004.exr, have one view");
 }
 
 /// Faces of a cube in one picture look where the faces of `export-reflection-map` look.
