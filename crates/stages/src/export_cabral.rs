@@ -28,6 +28,9 @@
 //! In a sphere map up is toward +Z, against theta of the view, and right along its phi; the views +-Z take phi = 0.
 //! The radius is sin(t / 2) at the angle t from the centre. Texels outside the disk repeat the rim.
 //!
+//! A ball's rim is coarse: with 96 x 96 texels, look-ups within 30 degrees of -V_k miss 20 times what they miss in the
+//! middle of the ball, or more. Take `cube` where the renderer has the choice.
+//!
 //! ## The index
 //!
 //! `/cabral.json` has everything a renderer needs: for each map its file and view (in Specula's frame and, with +Y
