@@ -599,5 +599,8 @@ fn the_ending_says_the_format_unless_it_is_given() {
     );
     let given = read("gloss.txt", csv.as_bytes(), Some(Format::Table)).unwrap();
     assert_eq!(given, read("gloss.csv", csv.as_bytes(), None).unwrap());
+    // As a spreadsheet writes it: a byte order mark and other line ends.
+    let exported = format!("\u{feff}{}", csv.replace('\n', "\r\n"));
+    assert_eq!(given, read("gloss.csv", exported.as_bytes(), None).unwrap());
     assert_eq!(read("gloss.csv", b"", None).unwrap_err().to_string(), "the file is empty");
 }

@@ -181,7 +181,7 @@ impl Kind for ImportMaterial {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-material";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
 

@@ -13,7 +13,9 @@ pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = (usize, &str)>,
     let text = from_utf8(bytes).map_err(|error| {
         Error::damaged(format!("byte {} is not text; expected UTF-8", error.valid_up_to()))
     })?;
+    // Spreadsheets put a byte order mark first.
     Ok(text
+        .trim_start_matches('\u{feff}')
         .lines()
         .enumerate()
         .map(|(index, line)| (index + 1, line.split('#').next().unwrap_or_default().trim()))
