@@ -1,7 +1,8 @@
 //! `torrance-sparrow`: a rough surface of small mirrors with Gaussian slopes, masking and Fresnel.
 //!
 //! rho_hat = specular * D(h) F(L.h) G(L, V) / (4 N.V) (Torrance and Sparrow, "Theory for Off-Specular Reflection From
-//! Roughened Surfaces", 1967) with m = `roughness`, the root mean square of the facets' slope times sqrt(2), and
+//! Roughened Surfaces", 1967) with m = `roughness`, the root mean square of the facets' slope (sqrt(2) times that along a
+//! line), and
 //!
 //! - D = e^(-tan^2(theta_h) / m^2) / (pi m^2 (N.h)^4), Beckmann's distribution (Cook and Torrance 1982, equation 14),
 //! - G = 1 / (1 + Lambda(L) + Lambda(V)), Smith's masking correlated by height, in place of the paper's V-shaped grooves,
