@@ -4,12 +4,15 @@
 //! hold enough, F or P is doubled, whichever holds more of the energy in its upper half. Then P is lowered as far as
 //! the tolerance allows, then F.
 
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
 use sh::{Degree, Tolerance};
 
 use super::ProjectionError;
 use super::legendre::Legendre;
-use super::slice::{Fineness, NotFinite, Source, slice};
-use super::tabulation::{ACCURACY, Table, tabulate};
+use super::slice::{Fineness, NotFinite, Slice, Source, slice};
+use super::tabulation::{ACCURACY, Table, coarse, tabulate};
 
 /// Where the search for F begins, and P.
 const FIRST: (usize, usize) = (16, 4);
@@ -43,9 +46,10 @@ pub(super) fn least(
     source: Source<'_>,
     tolerance: Tolerance,
 ) -> Result<(Table, usize, usize), ProjectionError> {
-    let (mut f, mut p) = (likely(source, tolerance).map_err(not_finite)?, FIRST.1);
+    let scale = coarse(source).map_err(not_finite)?;
+    let (mut f, mut p) = (likely(source, tolerance, scale).map_err(not_finite)?, FIRST.1);
     loop {
-        let table = tabulate(source, f, p, ACCURACY.min(tolerance.get())).map_err(not_finite)?;
+        let table = tabulate(source, f, p, (scale, ACCURACY.min(tolerance.get()))).map_err(not_finite)?;
         let energy = energies(&table.rho, p);
         let held = |f: usize, side: usize| -> f64 {
             energy.chunks_exact(p + 1).take(f + 1).flat_map(|row| &row[..side]).sum()
@@ -92,22 +96,20 @@ pub(super) fn least(
 }
 
 /// A degree F that is likely to meet a tolerance with some room, by the energy of a few outgoing directions.
-fn likely(source: Source<'_>, tolerance: Tolerance) -> Result<usize, NotFinite> {
+fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize, NotFinite> {
     let (mut f, orders) = FIRST;
-    let probe = |f: usize, energy: f64, theta_o: f64| {
-        let fineness = Fineness { error: 1e-3 * energy, negligible: 1e-10 * energy };
-        slice(source, theta_o, &Legendre::new(f, orders), (f, orders), fineness)
-    };
-    let mut scales = [0.0; PROBES.len()];
-    for (scale, theta_o) in scales.iter_mut().zip(PROBES) {
-        *scale = probe(0, f64::INFINITY, theta_o)?.energy.max(f64::MIN_POSITIVE);
-    }
+    // What a slice holds in the mean.
+    let mean = (scale / (4.0 * PI)).max(f64::MIN_POSITIVE);
+    let fineness = Fineness { error: 1e-3 * mean, negligible: 1e-10 * mean };
     loop {
         // The energy of each l, and all energy, of the three.
         let (mut energy, mut total) = (vec![0.0; f + 1], 0.0);
-        for (scale, theta_o) in scales.iter_mut().zip(PROBES) {
-            let slice = probe(f, *scale, theta_o)?;
-            *scale = slice.energy.max(f64::MIN_POSITIVE);
+        let legendre = Legendre::new(f, orders);
+        let slices: Vec<Slice> = PROBES
+            .into_par_iter()
+            .map(|theta_o| slice(source, theta_o, &legendre, (f, orders), fineness))
+            .collect::<Result<_, _>>()?;
+        for slice in slices {
             total += slice.energy;
             for (sum, part) in energy.iter_mut().zip(energies(&slice.moments, orders)) {
                 *sum += part;

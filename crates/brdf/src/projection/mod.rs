@@ -30,7 +30,7 @@ use sphere::Direction;
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
 use choice::{energies, least, not_finite};
 use slice::Source;
-use tabulation::{ACCURACY, tabulate};
+use tabulation::{ACCURACY, coarse, tabulate};
 
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,7 +191,8 @@ fn general(
     let source = Source { centre, transfer, below: reaches_below(transfer) };
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
-            (tabulate(source, f.get(), p.get(), ACCURACY).map_err(not_finite)?, f.get(), p.get())
+            let scale = coarse(source).map_err(not_finite)?;
+            (tabulate(source, f.get(), p.get(), (scale, ACCURACY)).map_err(not_finite)?, f.get(), p.get())
         }
         Choice::Tolerance(tolerance) => least(source, tolerance)?,
     };

@@ -243,6 +243,18 @@ fn dot(a: &Lanes, b: &Lanes) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
+/// Sines and cosines at a panel's nodes: its middle turned by seven distances to both sides.
+fn turns(panel: Panel) -> [(f64, f64); NODES] {
+    let (sine, cosine) = (0.5 * (panel.from + panel.to)).sin_cos();
+    let mut turns = [(sine, cosine); NODES];
+    for i in 0..NODES / 2 {
+        let (s, c) = (panel.radius() * RULE[i].x).sin_cos();
+        turns[i] = (sine * c + cosine * s, cosine * c - sine * s);
+        turns[NODES - 1 - i] = (sine * c - cosine * s, cosine * c + sine * s);
+    }
+    turns
+}
+
 /// A circle theta_i = const, or an arc of it.
 struct Circle<'a> {
     outgoing: &'a Outgoing<'a>,
@@ -274,12 +286,11 @@ impl Circle<'_> {
             let mut values = [[0.0; 3]; NODES];
             let mut cosines = [0.0; LANES];
             let [mut kronrod, mut gauss] = [0.0; 2];
-            for (i, node) in RULE.into_iter().enumerate() {
-                let phi = panel.at(node);
-                let (sin_phi, cos_phi) = phi.sin_cos();
+            for (i, (node, (sin_phi, cos_phi))) in RULE.into_iter().zip(turns(panel)).enumerate() {
                 let rho = self.outgoing.rho((self.cosine, self.sine), cos_phi, sin_phi);
                 let square: f64 = rho.iter().map(|value| value * value).sum();
                 if !square.is_finite() {
+                    let phi = panel.at(node);
                     return Err(NotFinite { theta_i: self.theta, theta_o: self.outgoing.theta_o, phi });
                 }
                 kronrod += node.kronrod * square;

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::choice::energies;
 use super::legendre::{LANES, Legendre};
-use super::quadrature::{NODES, Panel, RULE};
+use super::quadrature::{NODES, Node, Panel, RULE};
 use super::slice::{Fineness, NotFinite, Slice, Source, slice};
 
 /// How far the two rules may differ on a panel, relative to all energy, where nothing asks for more. The sum of 15
@@ -53,9 +53,14 @@ pub(super) struct Table {
 }
 
 /// Projects to degrees (F, P), with rules that may differ by `accuracy` of the energy on a panel.
-pub(super) fn tabulate(source: Source<'_>, f: usize, p: usize, accuracy: f64) -> Result<Table, NotFinite> {
-    // The scale of errors: the energy, first by one coarse sum.
-    let mut scale = pass(source, (0, 0), (f64::INFINITY, accuracy))?.total;
+///
+/// Errors are measured by `scale`, the energy as [`coarse`] finds it.
+pub(super) fn tabulate(
+    source: Source<'_>,
+    f: usize,
+    p: usize,
+    (mut scale, accuracy): (f64, f64),
+) -> Result<Table, NotFinite> {
     loop {
         let table = pass(source, (f, p), (scale.max(f64::MIN_POSITIVE), accuracy))?;
         // A coarse sum that met a highlight by chance is too large, and allowed too much.
@@ -66,7 +71,24 @@ pub(super) fn tabulate(source: Source<'_>, f: usize, p: usize, accuracy: f64) ->
     }
 }
 
-/// One pass with errors relative to `scale`; without any refinement where that is infinite.
+/// The energy by one coarse sum: Gauss' 7 outgoing directions, without any refinement.
+pub(super) fn coarse(source: Source<'_>) -> Result<f64, NotFinite> {
+    let panel = Panel { from: 0.0, to: PI, depth: 0 };
+    let nodes: Vec<Node> = RULE.into_iter().filter(|node| node.gauss > 0.0).collect();
+    let legendre = Legendre::new(0, 0);
+    let fineness = Fineness { error: f64::INFINITY, negligible: f64::INFINITY };
+    let parts: Vec<f64> = nodes
+        .into_par_iter()
+        .map(|node| {
+            let theta_o = panel.at(node);
+            let slice = slice(source, theta_o, &legendre, (0, 0), fineness)?;
+            Ok(TAU * panel.radius() * theta_o.sin() * node.gauss * slice.energy)
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(parts.into_iter().sum())
+}
+
+/// One pass with errors relative to `scale`.
 fn pass(
     source: Source<'_>,
     (f, p): (usize, usize),
