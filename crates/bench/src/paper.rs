@@ -4,8 +4,12 @@
 //! Environment and maps are of 128 x 128 texels (lat-long), all of them lit. The angular side is
 //! [`shrm::reference`]: in vectors, on all threads, culled to the cap that holds 1 - 0.05 of the lobe (Appendix D).
 //! The frequency side goes from pixels to pixels: lighting to coefficients, material to coefficients, product,
-//! synthesis. What depends on grid and degree alone (the transform's plan) or on the environment alone (the angular
-//! side's tables) is made before, for both.
+//! synthesis. What depends on grid and degree alone (the transform's plan, which a build shares between its
+//! environments) or on the environment alone (the angular side's tables) is made before, for both.
+//!
+//! Table 5's side chooses its degrees by the tolerance, as Appendix C does in its first step. The paper does not say
+//! whether its seconds hold that search; here one table of the BRDF serves the search and the coefficients, and a few
+//! outgoing directions more tell how high the table must reach.
 
 use brdf::{Absent, BrdfCoefficients, Choice, MODELS, Material, Value, Values, project};
 use envmap::Environment;
