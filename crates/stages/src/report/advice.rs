@@ -1,15 +1,21 @@
 //! Which export to use, and why, in plain words.
 
-use crate::report::figures::{Advice, Export, Method, PerP};
+use crate::report::figures::{Advice, Export, Help, MaterialFigures, Method, PairFigures, ShrmError};
+use crate::report::page::size;
 use crate::sheet::percent;
 
-/// Exports whose errors differ by less than this share are equally close: resampling alone makes it.
-const ALIKE: f64 = 0.02;
+/// Where no export is good enough, those whose errors are at most this share above the least are called equally close:
+/// one picture of one view does not tell them apart.
+const ALIKE: f64 = 0.1;
 
 /// The smallest export that is good enough; where none is, the smallest of the closest.
-///
-/// `p` is the degree of the view that the exports have; `per_p` what an SHRM of degree `high_f` would bring.
-pub(crate) fn advise(p: usize, exports: &[Export], high_f: usize, per_p: &[PerP], accept: f64) -> Advice {
+pub(crate) fn advise(
+    material: &MaterialFigures,
+    exports: &[Export],
+    shrm: &ShrmError,
+    help: Option<&Help>,
+    accept: f64,
+) -> Advice {
     let least = exports.iter().map(|export| export.rms).fold(f64::INFINITY, f64::min);
     let enough = if least <= accept { accept } else { least * (1.0 + ALIKE) };
     let chosen = exports.iter().filter(|export| export.rms <= enough).min_by_key(|export| export.bytes);
@@ -18,12 +24,10 @@ pub(crate) fn advise(p: usize, exports: &[Export], high_f: usize, per_p: &[PerP]
     };
     let good = chosen.rms <= accept;
     let off = |export: &Export| percent(export.rms);
-    let mut why = match (p, good) {
-        (0, true) => {
-            "P = 0: it looks the same from every side, and one plain map holds all of it.".to_owned()
-        }
-        (0, false) => "P = 0: it looks the same from every side, and every export shows the same.".to_owned(),
-        _ => format!("P = {p}: the highlight changes with the view."),
+    let mut why = if material.view_dependent {
+        "The highlight changes with the view.".to_owned()
+    } else {
+        "It looks the same from every side, so that every export shows the same.".to_owned()
     };
     let mut say = |text: String| {
         why.push(' ');
@@ -31,30 +35,22 @@ pub(crate) fn advise(p: usize, exports: &[Export], high_f: usize, per_p: &[PerP]
     };
     if !good {
         say(format!(
-            "None here stays within {}; {} comes closest and is off by {}.",
+            "None here is within {}; {} is the smallest of the closest, off by {}.",
             percent(accept),
             chosen.method.title(),
             off(chosen)
         ));
-        say(match per_p.iter().find(|other| other.p >= p.min(2) && other.rms <= accept) {
-            Some(other) if other.p <= p => {
-                format!("Finer detail helps: F = {high_f} brings an SHRM to {}.", percent(other.rms))
-            }
-            Some(other) => {
-                format!("F = {high_f} and P = {} bring an SHRM to {}.", other.p, percent(other.rms))
-            }
-            None => match per_p.last() {
-                Some(last) => format!(
-                    "Even F = {high_f} and P = {} leave an SHRM off by {}: light or highlight are sharper.",
-                    last.p,
-                    percent(last.rms)
-                ),
-                None => String::new(),
-            },
-        });
-    } else if p > 0 && chosen.method == Method::ReflectionMap {
+        if shrm.degrees > accept {
+            say(format!("degree = [{}, {}] cuts too much.", material.f, material.p));
+        }
+        if let Some(help) = help {
+            say(sentence(help, material));
+        }
+    } else if !material.view_dependent {
+        say("One plain map holds it.".to_owned());
+    } else if chosen.method == Method::ReflectionMap {
         say(format!("Yet a plain map is off by {} only, for a fraction of the size.", off(plain)));
-    } else if p > 0 {
+    } else {
         say(format!("A plain map is off by {}, {} by {}.", off(plain), chosen.method.title(), off(chosen)));
         let larger = exports.iter().filter(|e| e.bytes > chosen.bytes && e.rms < 0.5 * chosen.rms);
         if let Some(better) = larger.min_by(|a, b| a.rms.total_cmp(&b.rms)) {
@@ -64,46 +60,192 @@ pub(crate) fn advise(p: usize, exports: &[Export], high_f: usize, per_p: &[PerP]
     Advice { method: chosen.method, good, why }
 }
 
+/// What helps, as a sentence.
+fn sentence(help: &Help, material: &MaterialFigures) -> String {
+    let what = what(material.view_dependent);
+    match *help {
+        Help::Degrees { f, p, rms } => {
+            format!("With degree = [{f}, {p}] {what} is off by {}.", percent(rms))
+        }
+        Help::Resolution { texels } => {
+            format!("The texels are too coarse: resolution = {texels} or so makes {what} good.")
+        }
+        Help::Missed { f, p, rms } => {
+            format!("degree = [{f}, {p}], the highest tried, still leaves {what} off by {}.", percent(rms))
+        }
+    }
+}
+
+/// The export that more degrees make good.
+fn what(view_dependent: bool) -> &'static str {
+    if view_dependent { "an SHRM" } else { "a plain map" }
+}
+
+/// What to use for a material under all environments; `pairs` are its own.
+pub(crate) fn verdict(material: &MaterialFigures, pairs: &[&PairFigures], accept: f64) -> String {
+    // An export, its error where that is largest, and where.
+    let worst = |method: Method| {
+        let of = |pair: &&PairFigures| {
+            let export = pair.exports.iter().find(|export| export.method == method)?;
+            Some((export.rms, export.bytes, pair.environment.clone()))
+        };
+        pairs.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0)).map(|worst| (method, worst))
+    };
+    let worst: Vec<_> = Method::ALL.into_iter().filter_map(worst).collect();
+    let good = worst.iter().filter(|(_, (rms, ..))| *rms <= accept).min_by_key(|(_, (_, bytes, _))| *bytes);
+    let everywhere = if pairs.len() > 1 { " under every environment" } else { "" };
+    if let Some((method, (rms, bytes, _))) = good {
+        let from = if material.view_dependent { "" } else { " It looks the same from every side." };
+        return format!(
+            "{}: off by {} at most{everywhere}, for {}.{from}",
+            method.title(),
+            percent(*rms),
+            size(*bytes)
+        );
+    }
+    let least = worst.iter().map(|(_, (rms, ..))| *rms).fold(f64::INFINITY, f64::min);
+    let close = worst.iter().filter(|(_, (rms, ..))| *rms <= least * (1.0 + ALIKE));
+    let Some((method, (rms, _, environment))) = close.min_by_key(|(_, (_, bytes, _))| *bytes) else {
+        return String::new();
+    };
+    let mut text = format!(
+        "No export is good{everywhere} with degree = [{}, {}]: {} comes closest, off by {} under {environment}.",
+        material.f,
+        material.p,
+        method.title(),
+        percent(*rms)
+    );
+    let helps: Vec<&Help> = pairs.iter().filter_map(|pair| pair.help.as_ref()).collect();
+    let (mut degrees, mut texels) = ([0, 0], 0);
+    if helps.len() < pairs.len() && helps.iter().any(|help| matches!(help, Help::Degrees { .. })) {
+        // Some are good as they are, with these degrees.
+        degrees = [material.f, material.p];
+    }
+    for help in &helps {
+        match **help {
+            Help::Degrees { f, p, .. } => degrees = [degrees[0].max(f), degrees[1].max(p)],
+            Help::Resolution { texels: most } => texels = texels.max(most),
+            Help::Missed { .. } => {}
+        }
+    }
+    if let Some(missed) = helps.iter().find(|help| matches!(help, Help::Missed { .. })) {
+        text = format!("{text} {}", sentence(missed, material));
+    } else {
+        let mut set = Vec::new();
+        if degrees != [0, 0] {
+            set.push(format!("degree = [{}, {}] in project-brdf", degrees[0], degrees[1]));
+        }
+        if texels > 0 {
+            set.push(format!("resolution = {texels} in the exports"));
+        }
+        if !set.is_empty() {
+            text = format!("{text} Set {}, and use {}.", set.join(" and "), what(material.view_dependent));
+        }
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::figures::Accuracy;
+
+    const EXACT: ShrmError = ShrmError { degrees: 0.0, texels: 0.0 };
+    const CUT: ShrmError = ShrmError { degrees: 0.2, texels: 0.0 };
 
     fn exports(rms: [f64; 4]) -> Vec<Export> {
         let of = |(method, (rms, bytes))| Export { method, rms, bytes, texture: String::new() };
         Method::ALL.into_iter().zip(rms.into_iter().zip([1, 16, 12, 9])).map(of).collect()
     }
 
+    fn material(f: usize, p: usize) -> MaterialFigures {
+        MaterialFigures {
+            name: "satin".into(),
+            model: "ggx".into(),
+            centre: "normal",
+            f,
+            p,
+            captured: 1.0,
+            chosen: String::new(),
+            view_dependent: p > 0,
+            high_f: 30,
+            captured_per_p: Vec::new(),
+            verdict: String::new(),
+        }
+    }
+
+    fn pair(environment: &str, rms: [f64; 4], help: Option<Help>) -> PairFigures {
+        PairFigures {
+            environment: environment.into(),
+            material: "satin".into(),
+            rendered: [2, 1],
+            exports: exports(rms),
+            shrm: EXACT,
+            help,
+            per_p: Vec::new(),
+            accuracy: Accuracy::default(),
+            accuracy_per_p: Accuracy::default(),
+            advice: Advice { method: Method::Shrm, good: true, why: String::new() },
+        }
+    }
+
     #[test]
     fn the_smallest_that_is_good_enough_is_advised() {
-        let mirror = advise(0, &exports([0.01; 4]), 30, &[], 0.05);
+        let mirror = advise(&material(9, 0), &exports([0.01; 4]), &EXACT, None, 0.05);
         assert_eq!((mirror.method, mirror.good), (Method::ReflectionMap, true));
-        let satin = advise(2, &exports([0.12, 0.04, 0.04, 0.01]), 30, &[], 0.05);
+        let satin = advise(&material(9, 2), &exports([0.12, 0.04, 0.04, 0.01]), &EXACT, None, 0.05);
         assert_eq!((satin.method, satin.good), (Method::Shrm, true));
         assert_eq!(
             satin.why,
-            "P = 2: the highlight changes with the view. A plain map is off by 12.0 %, SHRM by 1.0 %."
+            "The highlight changes with the view. A plain map is off by 12.0 %, SHRM by 1.0 %."
         );
-        let mild = advise(2, &exports([0.04, 0.04, 0.04, 0.01]), 30, &[], 0.05);
+        let mild = advise(&material(9, 2), &exports([0.04, 0.04, 0.04, 0.01]), &EXACT, None, 0.05);
         assert_eq!(mild.method, Method::ReflectionMap);
         assert!(mild.why.contains("off by 4.0 % only"), "{}", mild.why);
     }
 
     #[test]
     fn where_none_is_good_enough_it_says_what_would_be() {
-        let per_p = [PerP { p: 4, captured: 0.9, rms: 0.1 }, PerP { p: 8, captured: 0.99, rms: 0.03 }];
         let rms = [0.5, 0.11, 0.4, 0.1];
-        let hair = advise(4, &exports(rms), 30, &per_p, 0.05);
-        assert_eq!((hair.method, hair.good), (Method::Shrm, false));
-        assert!(hair.why.ends_with("F = 30 and P = 8 bring an SHRM to 3.0 %."), "{}", hair.why);
-        let sharp = advise(4, &exports(rms), 30, &per_p[..1], 0.05);
-        assert!(sharp.why.contains("Even F = 30 and P = 4 leave an SHRM off by 10.0 %"), "{}", sharp.why);
-        let coarse = advise(8, &exports(rms), 30, &per_p, 0.05);
-        assert!(coarse.why.ends_with("F = 30 brings an SHRM to 3.0 %."), "{}", coarse.why);
+        let hair = |shrm, help| advise(&material(9, 4), &exports(rms), &shrm, Some(&help), 0.05).why;
+        let more = hair(CUT, Help::Degrees { f: 12, p: 8, rms: 0.03 });
+        assert!(
+            more.ends_with("degree = [9, 4] cuts too much. With degree = [12, 8] an SHRM is off by 3.0 %."),
+            "{more}"
+        );
+        let texels = hair(EXACT, Help::Resolution { texels: 96 });
+        assert!(texels.ends_with("too coarse: resolution = 96 or so makes an SHRM good."), "{texels}");
+        let sharp = hair(CUT, Help::Missed { f: 30, p: 9, rms: 0.1 });
+        assert!(
+            sharp.ends_with("degree = [30, 9], the highest tried, still leaves an SHRM off by 10.0 %."),
+            "{sharp}"
+        );
     }
 
     #[test]
     fn of_those_alike_the_smallest_is_advised() {
-        let chalk = advise(0, &exports([0.081, 0.08, 0.0801, 0.081]), 30, &[], 0.05);
+        let chalk = advise(&material(2, 0), &exports([0.081, 0.08, 0.0801, 0.081]), &CUT, None, 0.05);
         assert_eq!((chalk.method, chalk.good), (Method::ReflectionMap, false));
+        let silk = advise(&material(9, 5), &exports([0.5, 0.114, 0.33, 0.119]), &CUT, None, 0.05);
+        assert_eq!(silk.method, Method::Shrm, "a third of the texture's size");
+    }
+
+    #[test]
+    fn a_verdict_holds_under_every_environment() {
+        let satin = material(9, 2);
+        let (day, night) =
+            (pair("day", [0.03, 0.04, 0.04, 0.01], None), pair("night", [0.2, 0.1, 0.04, 0.02], None));
+        let said = |pairs: &[&PairFigures]| verdict(&satin, pairs, 0.05);
+        assert_eq!(said(&[&day]), "Plain map: off by 3.0 % at most, for 1 B.");
+        assert_eq!(said(&[&day, &night]), "SHRM: off by 2.0 % at most under every environment, for 9 B.");
+        let dusk = pair("dusk", [0.3; 4], Some(Help::Degrees { f: 12, p: 1, rms: 0.04 }));
+        let dawn = pair("dawn", [0.2; 4], Some(Help::Degrees { f: 7, p: 4, rms: 0.04 }));
+        assert_eq!(
+            said(&[&dusk, &dawn]),
+            "No export is good under every environment with degree = [9, 2]: Plain map comes closest, off by 30.0 % \
+             under dusk. Set degree = [12, 4] in project-brdf, and use an SHRM."
+        );
+        let good = pair("noon", [0.3, 0.3, 0.3, 0.04], None);
+        assert!(said(&[&dusk, &good]).ends_with("Set degree = [12, 2] in project-brdf, and use an SHRM."));
     }
 }

@@ -1,12 +1,15 @@
 //! The figures of a report: what the page shows and the JSON file holds.
 
 use serde::Serialize;
+use serde_json::value::RawValue;
 
 /// Everything that was measured.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Report {
     /// The shape of this file; a new number when a field changes its meaning or goes.
     pub(crate) schema: u32,
+    /// The recipe: how this file was made.
+    pub(crate) specula: Box<RawValue>,
     pub(crate) settings: Settings,
     pub(crate) materials: Vec<MaterialFigures>,
     pub(crate) pairs: Vec<PairFigures>,
@@ -41,12 +44,14 @@ pub(crate) struct MaterialFigures {
     pub(crate) captured: f64,
     /// Why these degrees.
     pub(crate) chosen: String,
-    /// Whether every term with q > 0 is zero: nothing changes around the central direction.
-    pub(crate) azimuth_free: bool,
+    /// Whether any coefficient with p > 0 is not zero.
+    pub(crate) view_dependent: bool,
     /// The F of `captured_per_p`.
     pub(crate) high_f: usize,
     /// The share of the BRDF's energy that F = `high_f` and P = 0, 1, 2 ... hold.
     pub(crate) captured_per_p: Vec<f64>,
+    /// What to use under all environments, in plain words.
+    pub(crate) verdict: String,
 }
 
 /// A material under an environment.
@@ -58,6 +63,9 @@ pub(crate) struct PairFigures {
     pub(crate) rendered: [usize; 2],
     /// In the order of [`Method::ALL`].
     pub(crate) exports: Vec<Export>,
+    pub(crate) shrm: ShrmError,
+    /// What would help where no export is good enough.
+    pub(crate) help: Option<Help>,
     /// The SHRM with F = `high_f` and lower and higher P.
     pub(crate) per_p: Vec<PerP>,
     /// Cut at degrees F = 0, 1, 2 ..., with the P of the exports.
@@ -116,6 +124,27 @@ pub(crate) struct Export {
     pub(crate) bytes: u64,
     /// What the bytes are.
     pub(crate) texture: String,
+}
+
+/// What the error of the SHRM is made of, each as [`Export::rms`], over some of the sphere's pixels.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct ShrmError {
+    /// Of the coefficients themselves, without texels: what the degrees cut.
+    pub(crate) degrees: f64,
+    /// Of the map against its coefficients: what texels blur.
+    pub(crate) texels: f64,
+}
+
+/// What would make an SHRM good enough.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "by")]
+pub(crate) enum Help {
+    /// These degrees, with an error as [`Export::rms`].
+    Degrees { f: usize, p: usize, rms: f64 },
+    /// About so many texels along the edge of a face.
+    Resolution { texels: usize },
+    /// Nothing that was tried; these degrees came closest.
+    Missed { f: usize, p: usize, rms: f64 },
 }
 
 /// An SHRM cut at a degree in the view.

@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 
+use containers::recipe_element;
 use engine::Failure;
 
 use crate::report::escape::escape;
@@ -23,14 +24,20 @@ pub(crate) struct Pictures {
 }
 
 /// The HTML of a report; `pictures` in the order of its pairs.
-pub(crate) fn page(title: &str, report: &Report, pictures: &[Pictures]) -> Result<String, Failure> {
+pub(crate) fn page(
+    title: &str,
+    report: &Report,
+    pictures: &[Pictures],
+    recipe: &str,
+) -> Result<String, Failure> {
     let mut page = Page(String::new());
     page.put(format_args!(
         r#"<!doctype html>
-<html lang="en"><head><meta charset="utf-8"/><meta name="viewport" content="width=device-width, initial-scale=1"/><title>{title}</title><style>
+<html lang="en"><head><meta charset="utf-8"/><meta name="viewport" content="width=device-width, initial-scale=1"/><title>{title}</title>{recipe}<style>
 {style}</style></head><body>
 "#,
         title = escape(title),
+        recipe = recipe_element(recipe),
         style = include_str!("style.css")
     ));
     summary(&mut page, title, report);
@@ -75,11 +82,16 @@ fn summary(page: &mut Page, title: &str, report: &Report) {
         "<h1>{}: which export to use</h1>\n<p class=\"soft\">For each material and environment, how far each export \
          is from the truth on a sphere, and how large it is. An error of {} or less counts as good; the smallest good \
          export is advised. Errors are RMS differences as a share of the RMS radiance; sizes are of the texels as \
-         RGBA half floats, with cube faces of {n} × {n}.</p>\n",
+         RGBA half floats, with cube faces of {n} × {n}.</p>\n<h2 class=\"first\">In short</h2>\n<dl>",
         escape(title),
         percent(settings.accept),
         n = settings.resolution
     ));
+    for material in &report.materials {
+        page.put(format_args!("<dt>{}</dt><dd>{}</dd>\n", escape(&material.name), escape(&material.verdict)));
+    }
+    page.line("</dl>");
+    page.line("<h2>Each pair</h2>");
     page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Environment</th><th>Use</th>");
     for method in Method::ALL {
         page.put(format_args!("<th class=\"number\">{}</th>", method.title()));
@@ -89,10 +101,11 @@ fn summary(page: &mut Page, title: &str, report: &Report) {
         let class = if pair.advice.good { "badge" } else { "badge poor" };
         page.put(format_args!(
             "<tr><th scope=\"row\"><a href=\"#pair-{index}\">{material}</a></th><td>{environment}</td><td><span \
-             class=\"{class}\">{use}</span></td>",
+             class=\"{class}\">{use}</span>{poor}</td>",
             material = escape(&pair.material),
             environment = escape(&pair.environment),
             use = pair.advice.method.title(),
+            poor = if pair.advice.good { "" } else { "<span class=\"size\">close, not good</span>" },
         ));
         for export in &pair.exports {
             let class = match (export.method == pair.advice.method, pair.advice.good) {
@@ -118,6 +131,14 @@ fn materials(page: &mut Page, report: &Report) {
         "<p>Two degrees say how much a map can hold. F is for detail across the map: a sharper highlight needs a \
          larger F. P is for the change with the view: P = 0 holds none.</p>",
     );
+    page.put(format_args!(
+        "<p>Energy is a square: what a picture is off by is its root. A <code>tolerance</code> of 0.03 loses 3 % of the \
+         material's energy, which is an error of {} under one small lamp, and less under soft light. To be within {} \
+         under any light takes {} of the energy; the degrees suggested above are found for the light at hand.</p>\n",
+        percent(0.03_f64.sqrt()),
+        percent(report.settings.accept),
+        percent(1.0 - report.settings.accept.powi(2))
+    ));
     page.line(
         "<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Model</th><th class=\"number\">F</th><th \
          class=\"number\">P</th><th class=\"number\">Energy held</th><th>Why these degrees</th></tr></thead><tbody>",
@@ -198,6 +219,15 @@ fn card(
         }
     }
     page.line("\n</div></div>");
+    page.put(format_args!(
+        "<p class=\"small soft\">The SHRM's error: its degrees, F = {} and P = {}, leave out {}; texels of {n} × {n} blur \
+         by {}.</p>\n",
+        material.f,
+        material.p,
+        percent(pair.shrm.degrees),
+        percent(pair.shrm.texels),
+        n = report.settings.resolution
+    ));
     if pair.per_p.len() > 1 {
         let f = material.high_f;
         // The widest row has five; of more, the highest.
@@ -209,7 +239,7 @@ fn card(
         ));
         for per_p in per_p {
             page.put(format_args!(
-                "<div class=\"head\">P = {}<span>{} · {} of energy</span></div>",
+                "<div class=\"head\">P = {}<span>error {}</span><span>energy {}</span></div>",
                 per_p.p,
                 percent(per_p.rms),
                 percent(per_p.captured)
@@ -328,7 +358,7 @@ fn terms(page: &mut Page, report: &Report) {
 <dl>
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. Of a material that changes with the view it holds the mean over all views.</dd>
 <dt>Kautz-McCool</dt><dd>A 3D texture: direction, and the angle between it and the view. It leaves out what changes around the direction.</dd>
-<dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them.</dd>
+<dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them. They hold what the SHRM holds; blending blurs the change with the view, which at times hides what too few degrees get wrong.</dd>
 <dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view.</dd>
 <dt>Error</dt><dd>The root of the mean squared difference of radiance over the sphere's pixels and channels, divided by the root of the mean squared radiance of the truth. 1 % is hard to see, 10 % is plain.</dd>
 <dt>Truth</dt><dd>The sum over all pixels of the environment, scaled to at most {} rows for this report; every export is made from that same environment, by itself, unturned.</dd>
@@ -340,7 +370,7 @@ fn terms(page: &mut Page, report: &Report) {
 }
 
 /// A size in words: `192 KB`.
-fn size(bytes: u64) -> String {
+pub(crate) fn size(bytes: u64) -> String {
     match bytes {
         0..1000 => format!("{bytes} B"),
         1000..1_000_000 => format!("{:.0} KB", bytes as f64 / 1e3),

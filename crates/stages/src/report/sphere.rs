@@ -52,6 +52,11 @@ impl Sphere {
         self.pixels.iter().map(central).collect()
     }
 
+    /// Whether a pixel, counted as in [`Sphere::central`], sees the sphere and counts in errors.
+    pub(crate) fn sees(&self, pixel: usize) -> bool {
+        self.pixels[pixel].inside
+    }
+
     /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of the mean
     /// of `truth` squared. Both in the order of [`Sphere::central`]. Of a black truth: 0 if equal, else infinite.
     pub(crate) fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {

@@ -11,7 +11,9 @@ use shrm::{Cabral, KautzMcCool, MapGrid, Reflection, Shrm, View};
 use sphere::{Cube, Direction, LatLong};
 
 use crate::report::advice::advise;
-use crate::report::figures::{Accuracy, Export, MaterialFigures, Method, PairFigures, PerP, Settings};
+use crate::report::figures::{
+    Accuracy, Export, Help, MaterialFigures, Method, PairFigures, PerP, Settings, ShrmError,
+};
 use crate::report::page::Pictures;
 use crate::report::sphere::Sphere;
 
@@ -27,6 +29,11 @@ const FEWEST_ROWS: usize = 32;
 const SLICES: usize = 16;
 /// What a lobe may lose when the light that it hardly sees is left out: far below what a picture shows.
 const CULLED: f64 = 1e-5;
+
+/// The pixels, at most, over which the parts of an error are measured.
+const SAMPLES: usize = 800;
+/// How many degrees are looked at in search of those that suffice.
+const TRIES: usize = 6;
 
 /// A material, projected.
 pub(crate) struct Material<'a> {
@@ -69,9 +76,10 @@ pub(crate) fn material<'a>(
         p: p.get(),
         captured: captured.share(f.get(), p.get()),
         chosen,
-        azimuth_free: is_azimuth_free(&exported),
+        view_dependent: exported.highest().0 > 0,
         high_f,
         captured_per_p: per_p,
+        verdict: String::new(),
     };
     Ok(Material { figures, material, exported, high })
 }
@@ -206,11 +214,23 @@ pub(crate) fn pair(
         context.check_cancelled()?;
     }
 
-    let advice = advise(figures.p, &exports, figures.high_f, &per_p, settings.accept);
     let known = Reflection::convolve(&lighting, &material.high.coefficients);
     let light = image_energy(environment.grid(), environment.pixels());
     let known = shrm::accuracy::Accuracy::of(&known, light, material.high.total);
     let (f, p) = (figures.f, figures.p);
+    let shrm = parts(&sphere, &central, &truth, &field, &full);
+    let help = if exports.iter().all(|export| export.rms > settings.accept) {
+        let estimated = known.at(f, p).truth.sqrt();
+        let measure = |f: usize, p: usize| -> Result<f64, Failure> {
+            context.check_cancelled()?;
+            let cut = map(&with_p(&material.high.coefficients.cut(Degree::new(f)?), p))?;
+            Ok(sphere.relative_rms(&look(&|c| cut.radiance(c, view)), &truth))
+        };
+        Some(help(&known, shrm, estimated, settings, measure)?)
+    } else {
+        None
+    };
+    let advice = advise(figures, &exports, &shrm, help.as_ref(), settings.accept);
     let accuracy = curve(known.curve(p));
     let accuracy_per_p = curve((0..=known.p()).map(|p| known.at(f, p)).collect());
     let figures = PairFigures {
@@ -218,12 +238,93 @@ pub(crate) fn pair(
         material: figures.name.clone(),
         rendered: [grid.width, grid.height],
         exports,
+        shrm,
+        help,
         per_p,
         accuracy,
         accuracy_per_p,
         advice,
     };
     Ok((figures, pictures))
+}
+
+/// What the SHRM's error is made of, over every so many pixels, since the coefficients take long to evaluate.
+fn parts(
+    sphere: &Sphere,
+    central: &[Direction],
+    truth: &[[f32; 3]],
+    field: &Reflection,
+    map: &Shrm,
+) -> ShrmError {
+    let view = Sphere::view();
+    let step = central.len().div_ceil(SAMPLES);
+    let some: Vec<_> = (0..central.len()).step_by(step).filter(|pixel| sphere.sees(*pixel)).collect();
+    let values = some.par_iter().map(|&pixel| {
+        let exact = field.evaluate(central[pixel], view);
+        let texels = map.radiance(central[pixel], view);
+        let (mut degrees, mut blur, mut whole) = (0.0, 0.0, 0.0);
+        for channel in 0..3 {
+            let truth = f64::from(truth[pixel][channel]);
+            degrees += (exact[channel] - truth).powi(2);
+            blur += (f64::from(texels[channel]) - exact[channel]).powi(2);
+            whole += truth * truth;
+        }
+        [degrees, blur, whole]
+    });
+    // Summed in the order of pixels, for the same bits on any number of threads.
+    let values: Vec<[f64; 3]> = values.collect();
+    let [degrees, texels, whole] = [0, 1, 2].map(|i| values.iter().map(|value| value[i]).sum::<f64>());
+    let share = |error: f64| if error == 0.0 { 0.0 } else { (error / whole).sqrt() };
+    ShrmError { degrees: share(degrees), texels: share(texels) }
+}
+
+/// What would bring an SHRM within `accept`: more texels if the degrees suffice, or the least degrees, P first, that do
+/// by `measure`. `estimated` is what the energies say of the degrees at hand; its ratio to what was measured on the sphere
+/// tells where to look for others.
+fn help(
+    known: &shrm::accuracy::Accuracy,
+    shrm: ShrmError,
+    estimated: f64,
+    settings: &Settings,
+    mut measure: impl FnMut(usize, usize) -> Result<f64, Failure>,
+) -> Result<Help, Failure> {
+    let accept = settings.accept;
+    if shrm.degrees < 0.9 * accept {
+        // The error of bilinear texels falls with the square of their number.
+        let left = (accept * accept - shrm.degrees * shrm.degrees).sqrt();
+        let texels = settings.resolution as f64 * (shrm.texels / left).sqrt();
+        return Ok(Help::Resolution { texels: (texels.ceil() as usize + 1).next_multiple_of(8) });
+    }
+    let least = |error: f64| {
+        let enough = |f: usize, p: usize| known.at(f, p).truth <= error * error;
+        let p = (0..=known.p()).find(|p| enough(known.f(), *p))?;
+        Some(((0..=known.f()).find(|f| enough(*f, p))?, p))
+    };
+    let mut error = 0.95 * accept * (estimated / shrm.degrees).clamp(0.1, 10.0);
+    let mut tried = None;
+    for _ in 0..TRIES {
+        let degrees = least(error).unwrap_or((known.f(), known.p()));
+        if tried.is_some_and(|(before, _)| before == degrees) {
+            error *= 0.7;
+            continue;
+        }
+        let rms = measure(degrees.0, degrees.1)?;
+        let (f, p) = degrees;
+        if rms <= accept {
+            return Ok(Help::Degrees { f, p, rms });
+        }
+        tried = Some((degrees, rms));
+        if degrees == (known.f(), known.p()) {
+            break;
+        }
+        error *= 0.9 * accept / rms;
+    }
+    let (f, p) = (known.f(), known.p());
+    let rms = match tried {
+        Some((degrees, rms)) if degrees == (f, p) => rms,
+        _ => measure(f, p)?,
+    };
+    Ok(if rms <= accept { Help::Degrees { f, p, rms } } else { Help::Missed { f, p, rms } })
 }
 
 /// Accuracies, 1 - error.
@@ -266,10 +367,4 @@ fn with_p(brdf: &BrdfCoefficients, p: usize) -> BrdfCoefficients {
     }
     debug_assert!(to <= from);
     BrdfCoefficients::new(brdf.centre(), brdf.f(), degree, rho).unwrap_or_else(|| brdf.clone())
-}
-
-/// Whether every term with q > 0 is zero.
-fn is_azimuth_free(brdf: &BrdfCoefficients) -> bool {
-    let side = brdf.p().get() + 1;
-    brdf.rho().chunks_exact(side).all(|row| row[1..].iter().all(|rho| *rho == [0.0; 3]))
 }

@@ -111,7 +111,14 @@ fn two_environments_and_two_materials_are_four_pairs() {
     let rms: Vec<f64> =
         pairs[3]["exports"].as_array().unwrap().iter().map(|e| e["rms"].as_f64().unwrap()).collect();
     assert!(rms[3] < 0.07 && rms[1] > 1.5 * rms[3] && rms[0] > 2.0 * rms[1], "{rms:?}");
-    assert!(page.contains("P = 2: the highlight changes with the view."));
+    assert!(page.contains("The highlight changes with the view."));
+    // Each pair without a good export says what helps, and degrees that it names were measured.
+    for pair in pairs {
+        assert_eq!(pair["help"].is_null(), pair["advice"]["good"].as_bool().unwrap(), "{pair}");
+        if pair["help"]["by"] == "degrees" {
+            assert!(pair["help"]["rms"].as_f64().unwrap() <= 0.05);
+        }
+    }
 }
 
 #[test]
@@ -157,6 +164,8 @@ fn the_error_on_the_sphere_is_that_of_the_kernels() {
     );
     let (json, _) = report(&case);
     let found = json["pairs"][0]["exports"][3]["rms"].as_f64().unwrap();
+    let [degrees, texels] =
+        ["degrees", "texels"].map(|part| json["pairs"][0]["shrm"][part].as_f64().unwrap());
 
     let light: Map = environment(32, window).0;
     let degree = |l| Degree::new(l).unwrap();
@@ -180,6 +189,8 @@ fn the_error_on_the_sphere_is_that_of_the_kernels() {
     }
     let expected = (difference / energy).sqrt();
     assert!(expected > 0.01 && (found - expected).abs() < 0.003, "{found}, not {expected}");
+    // The parts are sampled at every second pixel.
+    assert!((degrees / expected - 1.0).abs() < 0.1 && texels < 0.003, "{degrees} {texels}, not {expected}");
 }
 
 #[test]
