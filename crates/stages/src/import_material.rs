@@ -155,6 +155,7 @@
 //!
 //! Layers about one direction are taken about it. Beside others, those about the normal are taken about the reflection
 //! vector, which asks for more degrees. `kajiya-kay` is taken about the tangent and cannot stand beside others.
+//! Layers may hold layers, 32 deep at most.
 //!
 //! ## Example
 //!

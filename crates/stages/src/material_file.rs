@@ -18,6 +18,9 @@ use engine::{
 const MEASURED: &str = "measured";
 const LAYERS: &str = "layers";
 
+/// How deep layers may lie in layers: an artifact of materials holds some 60, as JSON is read.
+const DEEPEST: usize = 32;
+
 /// A material and what there is to say about its files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialFile {
@@ -41,8 +44,16 @@ pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<Ma
         let reading = read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
         return Ok(MaterialFile { material: Material::Measured(reading.measured), notes: reading.notes });
     }
-    let document = Document::parse(name, bytes).map_err(|faults| failure(&faults))?;
-    let mut reader = Reader { read, faults: Vec::new(), notes: Vec::new() };
+    let document = Document::parse(name, bytes).map_err(|faults| {
+        if name.to_lowercase().ends_with(".toml") {
+            return failure(&faults);
+        }
+        // A picture or a table under a foreign name: its faults of syntax say nothing.
+        let wrong = format!("{name} is not TOML, and its ending is none of a measured BRDF");
+        let chain = [wrong].into_iter().chain(faults.to_string().lines().next().map(str::to_owned)).collect();
+        Failure { help: Some(format!("expected .toml, or one of: {}", endings())), ..failure_of(chain) }
+    })?;
+    let mut reader = Reader { read, faults: Vec::new(), notes: Vec::new(), depth: 0 };
     match reader.material(&document.table) {
         Some(material) if reader.faults.is_empty() => Ok(MaterialFile { material, notes: reader.notes }),
         _ => Err(failure(&document.faults(reader.faults))),
@@ -61,7 +72,16 @@ fn failure(faults: &Faults) -> Failure {
         chain.clear();
     }
     chain.extend(faults.to_string().lines().map(str::to_owned));
+    failure_of(chain)
+}
+
+fn failure_of(chain: Vec<String>) -> Failure {
     Failure { chain, help: None, cancelled: false }
+}
+
+/// The endings of measured files and what they mean.
+fn endings() -> String {
+    Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
 }
 
 /// Every name that `model` may have.
@@ -87,6 +107,8 @@ struct Reader<'a> {
     read: &'a ReadFile<'a>,
     faults: Vec<Fault>,
     notes: Vec<String>,
+    /// How many layers the one that is read lies in.
+    depth: usize,
 }
 
 impl Reader<'_> {
@@ -98,7 +120,13 @@ impl Reader<'_> {
                 return self.layers(table);
             }
             let fault = Fault::at(table.span.clone(), "\"model\" is missing").expected(expected());
-            self.faults.push(fault);
+            let mut near = table.entries.iter().filter_map(|entry| {
+                Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS])?))
+            });
+            self.faults.push(match near.next() {
+                Some((key, near)) => fault.help(format!("did you mean {near:?} by {key:?}?")),
+                None => fault,
+            });
             return None;
         };
         let name = match String::parse(&entry.value) {
@@ -108,8 +136,15 @@ impl Reader<'_> {
                 return None;
             }
         };
-        let entries = table.entries.iter().filter(|entry| entry.key != "model").cloned().collect();
-        let rest = Table { span: entry.key_span.clone(), entries };
+        let mut rest = Table { span: entry.key_span.clone(), entries: table.entries.clone() };
+        rest.entries.retain(|entry| entry.key != "model");
+        if name != LAYERS
+            && let Some(layers) = table.get(LAYERS)
+        {
+            let fault = Fault::at(layers.key_span.clone(), format!("layers stand beside model = {name:?}"));
+            self.faults.push(fault.help("make the model one of the layers"));
+            rest.entries.retain(|entry| entry.key != LAYERS);
+        }
         match name.as_str() {
             MEASURED => self.measured(&rest),
             LAYERS => self.layers(&rest),
@@ -167,7 +202,7 @@ impl Reader<'_> {
             Shape::Colour(range) => self.colour(range, value, name).map(Value::Colour),
             Shape::Records(parameters) => {
                 let ValueKind::Array(records) = &value.kind else {
-                    return self.refuse(unexpected(value, &looks_like(shape)), name);
+                    return self.refuse(is_not(value, &looks_like(shape)), name);
                 };
                 let mut all = Vec::new();
                 for (index, record) in records.iter().enumerate() {
@@ -176,7 +211,7 @@ impl Reader<'_> {
                         ValueKind::Table(table) => {
                             all.push(self.values(parameters, table, &format!("{name}.")))
                         }
-                        _ => all.push(self.refuse(unexpected(record, "a table"), &name)),
+                        _ => all.push(self.refuse(is_not(record, "a table"), &name)),
                     }
                 }
                 all.into_iter().collect::<Option<_>>().map(Value::Records)
@@ -191,7 +226,7 @@ impl Reader<'_> {
                 let fault = Fault::at(value.span.clone(), format!("{number} is not {}", range.words));
                 self.refuse(fault, name)
             }
-            Err(_) => self.refuse(unexpected(value, range.words), name),
+            Err(_) => self.refuse(is_not(value, range.words), name),
         }
     }
 
@@ -212,7 +247,7 @@ impl Reader<'_> {
             ValueKind::Float(_) | ValueKind::Integer(_) => {
                 self.number(range, value, name).map(|grey| [grey; 3])
             }
-            _ => self.refuse(unexpected(value, &looks_like()), name),
+            _ => self.refuse(is_not(value, &looks_like()), name),
         }
     }
 
@@ -232,15 +267,24 @@ impl Reader<'_> {
             return None;
         };
         let ValueKind::Array(items) = &entry.value.kind else {
-            return self.refuse(unexpected(&entry.value, EXPECTED), LAYERS);
+            return self.refuse(is_not(&entry.value, EXPECTED), LAYERS);
         };
+        if self.depth == DEEPEST {
+            let message = format!("layers lie more than {DEEPEST} deep in layers");
+            self.faults.push(
+                Fault::at(entry.key_span.clone(), message).help("put them side by side: they are summed"),
+            );
+            return None;
+        }
+        self.depth += 1;
         let mut layers = Vec::new();
         for (index, item) in items.iter().enumerate() {
             layers.push(match &item.kind {
                 ValueKind::Table(table) => self.material(table),
-                _ => self.refuse(unexpected(item, "a table { model, ... }"), &format!("{LAYERS}[{index}]")),
+                _ => self.refuse(is_not(item, "a table { model, ... }"), &format!("{LAYERS}[{index}]")),
             });
         }
+        self.depth -= 1;
         let layers = layers.into_iter().collect::<Option<_>>()?;
         match Material::layers(layers) {
             Ok(material) => Some(material),
@@ -268,12 +312,11 @@ impl Reader<'_> {
             Err(fault) => return self.refuse(fault, "file"),
         };
         if format.is_none() && table.get("format").is_none() && !is_measured_file(&file) {
-            let endings = Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name()));
             let fault = Fault::at(
                 entry.value.span.clone(),
                 format!("the ending of {file:?} is none of a measured BRDF"),
             )
-            .expected(format!("expected one of: {}", endings.join(", ")))
+            .expected(format!("expected one of: {}", endings()))
             .help("or give its format, as in format = \"merl\"");
             return self.refuse(fault, "file");
         }
@@ -304,8 +347,8 @@ impl Reader<'_> {
 
     fn format(&mut self, value: &Toml) -> Option<Format> {
         let names = || Format::ALL.iter().map(|format| format.name());
-        let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(" or ");
-        let fault = unexpected(value, &expected);
+        let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        let fault = is_not(value, &format!("one of: {expected}"));
         match &value.kind {
             ValueKind::String(word) => match Format::ALL.into_iter().find(|format| format.name() == word) {
                 Some(format) => Some(format),
@@ -316,8 +359,13 @@ impl Reader<'_> {
     }
 }
 
+/// A value is not what it should look like; these messages are lines, where `expected` would say the same again.
+fn is_not(value: &Toml, expected: &str) -> Fault {
+    Fault { expected: None, ..unexpected(value, expected) }
+}
+
 fn with_nearest<'a>(fault: Fault, name: &str, names: impl Iterator<Item = &'a str>) -> Fault {
-    match nearest(name, names) {
+    match nearest(&name.to_lowercase(), names) {
         Some(near) => fault.help(format!("did you mean {near:?}?")),
         None => fault,
     }

@@ -8,7 +8,7 @@
 //! makes a view along the normal see the share `specular` of a constant sky: with V = N and u = cos(theta_i), N.h =
 //! sqrt((1 + u) / 2) and 2 pi times the integral of ((1 + u) / 2)^(s/2) u over [0, 1] is 1 / c(s).
 //!
-//! Reciprocal. Every other view sees less than `specular`.
+//! Reciprocal. No other view sees more than `specular`.
 
 use std::f64::consts::PI;
 

@@ -80,6 +80,25 @@ fn layers_are_materials_in_an_array() {
     }
 }
 
+/// What is read can also be handed on: the artifact's bytes hold the deepest layers that are allowed.
+#[test]
+fn layers_may_lie_in_layers_to_a_depth() {
+    let nested = |depth: usize| {
+        let heads = (1..=depth).map(|depth| format!("[[{}]]\n", vec!["layers"; depth].join(".")));
+        import(&format!("{}model = \"lambert\"\nalbedo = 0.5", heads.collect::<String>()))
+    };
+    let mut material = nested(32).artifact::<Material>().0.clone();
+    while let Model::Layers(mut layers) = material {
+        material = layers.remove(0);
+    }
+    assert_eq!(material.name(), "lambert");
+    let failure = nested(33).failure();
+    assert_eq!(
+        failure,
+        "gold.toml:33:227: layers lie more than 32 deep in layers; put them side by side: they are summed"
+    );
+}
+
 #[test]
 fn a_measured_file_is_part_of_the_material() {
     let case = import(
@@ -120,7 +139,7 @@ fn faults_of_measured_files_say_what_and_where() {
         ("model = \"measured\"\nfile = \"broken.csv\"", "gold.toml:2:8: file: "),
         (
             "model = \"measured\"\nfile = \"a.csv\"\nformat = \"mrl\"",
-            "gold.toml:3:10: format: \"mrl\" is not \"merl\" or \"cornell\" or \"curet\" or \"table\"",
+            "gold.toml:3:10: format: \"mrl\" is not one of: \"merl\", \"cornell\", \"curet\", \"table\"",
         ),
     ] {
         let failure = import(text).file("materials/broken.csv", "theta_i\n1\n").failure();
@@ -152,16 +171,14 @@ fn all_faults_are_told_each_with_its_place() {
             "gold.toml: 8 faults".to_owned(),
             "gold.toml:2:33: exponent: -4 is not a number from 0 to 1e9".into(),
             "gold.toml:2:52: specular: -2 is not a number from 0 to 1e6".into(),
-            "gold.toml:2:56: specular: \"x\" is not a number from 0 to 1e6; expected a number from 0 to 1e6"
-                .into(),
+            "gold.toml:2:56: specular: \"x\" is not a number from 0 to 1e6".into(),
             format!(
                 "gold.toml:3:13: there is no model \"labmert\"; expected one of: {MODELS}; did you mean \"lambert\"?"
             ),
-            "gold.toml:4:3: layers[2]: 3 is not a table { model, ... }; expected a table { model, ... }"
-                .into(),
+            "gold.toml:4:3: layers[2]: 3 is not a table { model, ... }".into(),
             "gold.toml:5:35: \"lobes[0].n\" is missing; expected n = a number from 0 to 1e6".into(),
             "gold.toml:5:50: lobes[0].cz: 99 is not a number from -10 to 10".into(),
-            "gold.toml:5:56: lobes[1]: 7 is not a table; expected a table".into(),
+            "gold.toml:5:56: lobes[1]: 7 is not a table".into(),
         ]
     );
 }
@@ -175,6 +192,15 @@ fn one_fault_stands_alone() {
             format!("gold.toml:1:9: there is no model \"fong\"; {expected_models}; did you mean \"phong\"?"),
         ),
         ("albedo = 1", format!("gold.toml:1:1: \"model\" is missing; {expected_models}")),
+        ("model = \"GGX\"", format!("gold.toml:1:9: there is no model \"GGX\"; {expected_models}; did you mean \"ggx\"?")),
+        (
+            "Model = \"ggx\"",
+            format!("gold.toml:1:1: \"model\" is missing; {expected_models}; did you mean \"model\" by \"Model\"?"),
+        ),
+        (
+            "model = \"lambert\"\nalbedo = 1\nlayers = [{ model = \"phong\", exponent = 3 }]",
+            "gold.toml:3:1: layers stand beside model = \"lambert\"; make the model one of the layers".into(),
+        ),
         ("model = 3", format!("gold.toml:1:9: 3 is not a string; {expected_models}")),
         ("model = \"phong\"\nexponent = -1", "gold.toml:2:12: exponent: -1 is not a number from 0 to 1e9".into()),
         ("model = \"microfacet\"\nsigma = 0", "gold.toml:2:9: sigma: 0 is not a number from 1e-4 to 100".into()),
@@ -240,4 +266,21 @@ fn a_folder_is_no_material() {
     let failure = folder.run().err().unwrap();
     assert_eq!(failure.chain, ["materials is a folder, not a material"]);
     assert!(failure.help.unwrap().contains("*.toml"));
+}
+
+/// Pictures, and tables under a foreign name, are not told fifty faults of syntax.
+#[test]
+fn what_is_no_material_by_content_and_name_is_told_so() {
+    for content in [&b"\x76\x2f\x31\x01\xff"[..], b"theta_i,theta_o\n1,2\n3,4\n"] {
+        let failure =
+            case("import-material", "").file("sky.exr", content).source("sky.exr").run().err().unwrap();
+        assert_eq!(failure.chain.len(), 2, "{:?}", failure.chain);
+        assert_eq!(failure.chain[0], "sky.exr is not TOML, and its ending is none of a measured BRDF");
+        assert!(failure.help.unwrap().contains(".toml, or one of: .binary (merl)"));
+    }
+    // TOML under any name is a material.
+    assert_eq!(
+        case_of("gold.mat", "model = \"phong\"\nexponent = 3").artifact::<Material>().0.name(),
+        "phong"
+    );
 }
