@@ -35,6 +35,9 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
         for (index, line) in failure.chain.iter().enumerate() {
             say!("{}{line}", if index == 0 { "error: " } else { "  " });
         }
+        if let Some(help) = &failure.help {
+            say!("hint: {help}");
+        }
         return Exit::Usage;
     }
     let found = material.and_then(Result::ok).map_or_else(|| facts(&bytes), Ok);
@@ -67,11 +70,17 @@ fn text_of(value: &Value) -> String {
         Value::Array(values) if values.iter().all(Value::is_object) => {
             values.iter().map(|value| format!("\n  {}", text_of(value))).collect()
         }
-        Value::Object(members) if members.values().all(|member| !member.is_object()) => members
-            .iter()
-            .map(|(name, value)| format!("{name} {}", text_of(value)))
-            .collect::<Vec<_>>()
-            .join(", "),
+        Value::Object(members) if members.values().all(|member| !member.is_object()) => {
+            // What a material is, before its parameters; lists of its layers or lobes last.
+            let mut members: Vec<_> = members.iter().collect();
+            members.sort_by_key(|(name, value)| match name.as_str() {
+                "model" => 0,
+                _ if value.as_array().is_some_and(|values| values.iter().any(Value::is_object)) => 2,
+                _ => 1,
+            });
+            let each = members.iter().map(|(name, value)| format!("{name} {}", text_of(value)));
+            each.collect::<Vec<_>>().join(", ")
+        }
         value => value.to_string(),
     }
 }

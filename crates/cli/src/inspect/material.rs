@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use brdf::{Centre, Checks, Material};
+use containers::measured::Format;
 use containers::tensors;
 use engine::Failure;
 use serde_json::{Value, json};
@@ -22,9 +23,13 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
             fs::read(&path).map(Arc::new).map_err(cannot)
         };
+        if toml && is_manifest(&name, bytes) {
+            return Err(Failure::new(format!("{name} is a manifest, not a material"))
+                .help("`specula graph` shows what it holds"));
+        }
         let found = stages::read_material(&name, bytes, &read)?;
-        let mut facts: Facts =
-            vec![("what", "material".into()), ("format", if toml { "TOML" } else { "measured" }.into())];
+        let format = Format::of_name(&name).map_or("TOML", Format::name);
+        let mut facts: Facts = vec![("what", "material".into()), ("format", format.into())];
         facts.extend(checked(&found.material));
         if !found.notes.is_empty() {
             facts.push(("notes", json!(found.notes)));
@@ -32,6 +37,11 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         facts.push(("bytes", bytes.len().into()));
         Ok(facts)
     })
+}
+
+/// Whether a TOML file has stages.
+fn is_manifest(name: &str, bytes: &[u8]) -> bool {
+    engine::Document::parse(name, bytes).is_ok_and(|document| document.table.get("stage").is_some())
 }
 
 /// The models of a material, and what [`brdf::checks`] finds.
@@ -68,7 +78,26 @@ pub(super) fn checked(material: &Material) -> Facts {
 fn models(material: &Material) -> Value {
     let described = tensors::encode_material(material, None).and_then(|bytes| tensors::describe(&bytes));
     let text = described.ok().and_then(|mut description| description.metadata.remove("material"));
-    text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_else(|| material.name().into())
+    let mut models =
+        text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_else(|| material.name().into());
+    tell_shapes(&mut models, material);
+    models
+}
+
+/// Puts the shape of each measured table, [theta_h, theta_d, phi_d], where the artifact has its number.
+fn tell_shapes(models: &mut Value, material: &Material) {
+    match material {
+        Material::Measured(measured) => {
+            if let Some(table) = models.get_mut("table") {
+                *table = json!(measured.shape());
+            }
+        }
+        Material::Layers(layers) => {
+            let parts = models.get_mut("layers").and_then(Value::as_array_mut);
+            parts.into_iter().flatten().zip(layers).for_each(|(models, layer)| tell_shapes(models, layer));
+        }
+        _ => {}
+    }
 }
 
 fn reciprocity(checks: &Checks) -> String {
@@ -85,7 +114,8 @@ fn reciprocity(checks: &Checks) -> String {
 
 /// What a view sees of a constant sky of radiance 1; angles in degrees.
 fn albedo_of(albedo: &brdf::Albedo, isotropic: bool) -> Value {
-    let rgb = albedo.rgb.map(|channel| (channel * 1e4).round() / 1e4);
+    // Four digits, whatever the size.
+    let rgb = albedo.rgb.map(|channel| format!("{channel:.3e}").parse().unwrap_or(channel));
     match isotropic {
         true => json!({ "angle": albedo.theta, "rgb": rgb }),
         false => json!({ "angle": albedo.theta, "azimuth": albedo.phi, "rgb": rgb }),
@@ -109,10 +139,21 @@ mod tests {
         assert_eq!(facts["albedo"][3], json!({ "angle": 30.0, "rgb": [0.5, 1.25, 0.0] }));
         assert!(facts["energy"].as_str().unwrap().starts_with("more than 1"));
         assert!(facts["reciprocity"].as_str().unwrap().contains("may change places"));
+        let faint = told("model = \"lambert\"\nalbedo = [1.23456e-5, 0, 2e4]");
+        assert_eq!(faint["greatest"]["rgb"], json!([1.235e-5, 0.0, 2e4]));
+        assert_eq!(faint["format"], "TOML");
         let facts = told("model = \"kajiya-kay\"\nexponent = 8\nspecular = 0.1");
         assert_eq!(facts["greatest"]["azimuth"].as_f64().map(|angle| angle < 180.0), Some(true));
         assert_eq!(facts["energy"], "at most 1");
         assert!(facts["reciprocity"].as_str().unwrap().contains("may not"));
+    }
+
+    #[test]
+    fn a_measured_table_tells_its_shape() {
+        let table = brdf::Measured::new([2, 3, 4], vec![[0.25; 3]; 24]).unwrap();
+        let chalk = Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap());
+        let both = Material::layers(vec![chalk, Material::Measured(table)]).unwrap();
+        assert_eq!(models(&both)["layers"][1]["table"], json!([2, 3, 4]));
     }
 
     #[test]
@@ -130,6 +171,9 @@ mod tests {
         let failure = of_file(Path::new("a.toml"), b"model = \"fong\"").unwrap().unwrap_err();
         assert!(failure.to_string().contains("a.toml:1:9: there is no model \"fong\""));
         assert!(of_file(Path::new("a.exr"), b"").is_none());
+        let manifest = b"schema = 1\n[stage.a]\nkind = \"rotate\"";
+        let failure = of_file(Path::new("pipeline.toml"), manifest).unwrap().unwrap_err();
+        assert_eq!(failure.chain, ["pipeline.toml is a manifest, not a material"]);
         let failure = of_file(Path::new("/nowhere/a.toml"), b"model = \"measured\"\nfile = \"b.csv\"");
         assert!(failure.unwrap().unwrap_err().to_string().contains("/nowhere/b.csv"));
     }
