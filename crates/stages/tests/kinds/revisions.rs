@@ -73,7 +73,10 @@ fn fixture(kind: &str) -> Case {
         "export-sh" => case("export-sh", "preset = \"unity\"").input("lighting", sky_lighting()),
         "reference" => case("reference", "view = [30, 20]\nresolution = 4\nrows = 8")
             .input("environment", environment(16, sky))
-            .input("material", Material(brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [0.5; 3]).unwrap()))),
+            .input(
+                "material",
+                Material(brdf::Material::Microfacet(brdf::Microfacet::new(0.4, [0.5; 3]).unwrap())),
+            ),
         "contact-sheet" => case("contact-sheet", "degrees = [1]")
             .input("environment", environment(16, sky))
             .input("lighting", sky_lighting())
