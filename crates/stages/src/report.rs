@@ -101,7 +101,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;
 

@@ -30,8 +30,11 @@ const SLICES: usize = 16;
 /// What a lobe may lose when the light that it hardly sees is left out: far below what a picture shows.
 const CULLED: f64 = 1e-5;
 
-/// The pixels, at most, over which the parts of an error are measured.
-const SAMPLES: usize = 800;
+/// The work that the parts of an SHRM's error may take: pixels times (F + 1)^3, about a tenth of a second.
+const PARTS_WORK: usize = 1 << 26;
+
+/// The fewest pixels that they are taken over.
+const FEWEST_PARTS: usize = 800;
 /// How many degrees are looked at in search of those that suffice.
 const TRIES: usize = 6;
 
@@ -248,7 +251,8 @@ pub(crate) fn pair(
     Ok((figures, pictures))
 }
 
-/// What the SHRM's error is made of, over every so many pixels, since the coefficients take long to evaluate.
+/// What the SHRM's error is made of: over all pixels up to F = 26 or so, over every so many past that, where coefficients
+/// take long to evaluate.
 fn parts(
     sphere: &Sphere,
     central: &[Direction],
@@ -257,7 +261,9 @@ fn parts(
     map: &Shrm,
 ) -> ShrmError {
     let view = Sphere::view();
-    let step = central.len().div_ceil(SAMPLES);
+    let terms = field.brdf().f().get() + 1;
+    let samples = (PARTS_WORK / (terms * terms * terms)).max(FEWEST_PARTS);
+    let step = central.len().div_ceil(samples);
     let some: Vec<_> = (0..central.len()).step_by(step).filter(|pixel| sphere.sees(*pixel)).collect();
     let values = some.par_iter().map(|&pixel| {
         let exact = field.evaluate(central[pixel], view);
