@@ -5,6 +5,8 @@
 //! the view in its own frame, then the four values are blended. Global coefficients share one frame; there
 //! blending values or coefficients is the same.
 
+use std::f64::consts::PI;
+
 use envmap::{Taps, Texels};
 use rayon::prelude::*;
 use sh::{Basis, zonal_into};
@@ -29,12 +31,12 @@ impl Lookup<'_> {
             MapGrid::Cube(cube) => cube.taps(central),
         };
         if self.map.view() == View::Global {
-            self.look(view);
+            self.look(index[0], view);
         }
         let mut sum = [0.0; 3];
         for (texel, weight) in index.into_iter().zip(weight) {
             if self.map.view() == View::Local {
-                self.look(into_frame(self.map.grid().direction(texel), view));
+                self.look(texel, view);
             }
             let value = self.dot(texel);
             for channel in 0..3 {
@@ -49,18 +51,25 @@ impl Lookup<'_> {
     /// # Panics
     /// Where `texel` is not below the number of texels.
     pub fn texel(&mut self, texel: usize, view: Direction) -> [f64; 3] {
-        match self.map.view() {
-            View::Global => self.look(view),
-            View::Local => self.look(into_frame(self.map.grid().direction(texel), view)),
-        }
+        self.look(texel, view);
         self.dot(texel)
     }
 
-    /// Sets the harmonics at a view in the frame of the coefficients.
-    fn look(&mut self, outgoing: Direction) {
-        match self.map.terms() {
-            Terms::All => self.basis.evaluate_into(outgoing, &mut self.harmonics),
-            Terms::Zonal => zonal_into(outgoing.vector().z, &mut self.harmonics),
+    /// Sets the harmonics at a view, in the frame that a texel's coefficients are over.
+    fn look(&mut self, texel: usize, view: Direction) {
+        let map = self.map;
+        match (map.view(), map.terms()) {
+            // Y_00 alone is the same from everywhere, and is set from the start.
+            _ if self.harmonics.len() == 1 => {}
+            (View::Local, Terms::Zonal) => {
+                let cosine = map.grid().direction(texel).dot(view).clamp(-1.0, 1.0);
+                zonal_into(cosine, &mut self.harmonics);
+            }
+            (View::Local, Terms::All) => {
+                let outgoing = into_frame(map.grid().direction(texel), view);
+                self.basis.evaluate_into(outgoing, &mut self.harmonics);
+            }
+            (View::Global, _) => self.basis.evaluate_into(view, &mut self.harmonics),
         }
     }
 
@@ -78,7 +87,8 @@ impl Lookup<'_> {
 impl Shrm {
     /// The map, ready for many look-ups.
     pub fn lookup(&self) -> Lookup<'_> {
-        Lookup { map: self, basis: Basis::new(self.p()), harmonics: vec![0.0; self.rows()] }
+        let y_00 = 1.0 / (4.0 * PI).sqrt();
+        Lookup { map: self, basis: Basis::new(self.p()), harmonics: vec![y_00; self.rows()] }
     }
 
     /// One look-up: [`Lookup::radiance`].
