@@ -25,17 +25,17 @@ use envmap::Environment;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::json;
 use sh::{Degree, Expansion};
-use shrm::{MapGrid, Shrm, Terms, View};
-use sphere::{Cube, LatLong};
+use sphere::LatLong;
 
 mod material;
+mod reflection_map;
 
 pub use material::{decode_material, encode_material};
+pub use reflection_map::{decode_shrm, encode_shrm};
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::recipe::KEY;
-use crate::shrm_metadata;
 
 /// What stands in a safetensors file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -162,103 +162,6 @@ pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
     }
     Environment::new(LatLong { width, height }, pixels)
         .ok_or_else(|| wrong_shape(NAME, "[height, width, 3], none of them 0", tensor.shape()))
-}
-
-/// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included.
-///
-/// # Errors
-/// Where a value is not finite.
-pub fn encode_shrm(map: &Shrm, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
-    let rows = map.p().rows();
-    let [faces, height, width] = map.grid().shape();
-    if let Some(first) = map.values().as_flattened().iter().position(|value| !value.is_finite()) {
-        let (texel, rest) = (first / (3 * map.rows()), first % (3 * map.rows()));
-        return Err(Error::new(
-            ErrorKind::Unwritable,
-            format!(
-                "tensor `shrm`: expected finite values; texel {texel}, coefficient {}, channel {} is not",
-                rest / 3,
-                rest % 3
-            ),
-        ));
-    }
-    let mut file = Writer::new("shrm", recipe);
-    file.metadata.extend(shrm_metadata::entries(map));
-    file.data.reserve_exact(4 * 3 * rows * map.grid().len());
-    for texel in 0..map.grid().len() {
-        let values = map.texel(texel);
-        match map.terms() {
-            Terms::All => file.extend_f32(values.as_flattened()),
-            Terms::Zonal => {
-                for (p, value) in values.iter().enumerate() {
-                    file.extend_f32([[0.0; 3]].repeat(p).as_flattened());
-                    file.extend_f32(value);
-                    file.extend_f32([[0.0; 3]].repeat(p).as_flattened());
-                }
-            }
-        }
-    }
-    file.tensor("shrm", "F32", &[faces, height, width, rows, 3]);
-    Ok(file.finish())
-}
-
-/// A spherical harmonic reflection map, from a file of kind `shrm`.
-///
-/// # Errors
-/// As [`decode_lighting`]; where the shape is not that of the `layout`, and where `terms` is `zonal` and a coefficient
-/// with q other than 0 is not zero.
-pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
-    const NAME: &str = "shrm";
-    const SHAPE: &str = "[faces, height, width, (P+1)^2, 3]";
-    let file = File::open_as(bytes, "shrm")?;
-    let centre = file.centre()?;
-    let cube = file.choice("layout", [("lat-long", false), ("cube", true)])?;
-    let view = file.choice("view", [("local", View::Local), ("global", View::Global)])?;
-    let terms = file.choice("terms", [("all", Terms::All), ("zonal", Terms::Zonal)])?;
-    let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
-    let wrong = |expected: &str| wrong_shape(NAME, expected, tensor.shape());
-    let &[faces, height, width, rows, 3] = tensor.shape() else { return Err(wrong(SHAPE)) };
-    let grid = match (cube, faces) {
-        (true, 6) if height == width => MapGrid::Cube(Cube { edge: width }),
-        (true, _) => return Err(wrong("[6, edge, edge, (P+1)^2, 3] of a cube")),
-        (false, 1) => MapGrid::LatLong(LatLong { width, height }),
-        (false, _) => return Err(wrong("[1, height, width, (P+1)^2, 3] of a lat-long map")),
-    };
-    let side = rows.isqrt();
-    if side == 0 || side * side != rows {
-        return Err(wrong(SHAPE));
-    }
-    let p = degree(NAME, side - 1)?;
-    let value = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-    let mut values: Vec<[f32; 3]> = tensor
-        .data()
-        .chunks_exact(12)
-        .map(|rgb| [value(&rgb[0..4]), value(&rgb[4..8]), value(&rgb[8..12])])
-        .collect();
-    if let Some(first) = values.as_flattened().iter().position(|value| !value.is_finite()) {
-        return Err(not_finite(NAME, first, ErrorKind::Damaged));
-    }
-    if terms == Terms::Zonal {
-        let mut zonal = Vec::with_capacity(values.len() / rows * side);
-        for (texel, values) in values.chunks_exact(rows).enumerate() {
-            for (row, value) in values.iter().enumerate() {
-                let p = row.isqrt();
-                if row == p * p + p {
-                    zonal.push(*value);
-                } else if *value != [0.0; 3] {
-                    return Err(Error::damaged(format!(
-                        "tensor `shrm`: `terms` is `zonal`: expected 0 where q is not 0, found {value:?} in row {row} of texel {texel}"
-                    )));
-                }
-            }
-        }
-        values = zonal;
-    }
-    Shrm::new(grid, view, centre, p, terms, values).ok_or_else(|| {
-        Error::damaged(
-            "`shrm`: expected a texel, and `terms` `all` where `view` is `global`; a rotation mixes q",
-        )
-    })
 }
 
 pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
@@ -496,10 +399,6 @@ fn not_finite(name: &str, position: usize, kind: ErrorKind) -> Error {
     let (row, channel) = (position / 3, position % 3);
     Error::new(kind, format!("tensor `{name}`: expected finite values; row {row}, channel {channel} is not"))
 }
-
-#[cfg(test)]
-#[path = "tensors/shrm_tests.rs"]
-mod shrm_tests;
 
 #[cfg(test)]
 mod tests {
