@@ -1,18 +1,13 @@
 //! The brute-force reference against integrals that other code made of a smooth lighting, with 24 central directions
 //! and views for each material.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic, and reads reference files
-
-use brdf::{KajiyaKay, Lafortune, LafortuneLobe, Lambert, Material, Microfacet, Phong};
 use envmap::Environment;
 use oracles::reference;
 use serde_json::Value;
 use shrm::reference::{Cull, Reference};
-use sphere::{DVec3, Direction, LatLong};
+use sphere::{DVec3, LatLong};
 
-fn triple(value: &Value) -> [f64; 3] {
-    [0, 1, 2].map(|i| value[i].as_f64().unwrap())
-}
+use crate::given::{direction, material, triple};
 
 /// constant + sum of amplitude exp(sharpness (w . direction - 1)), as an image.
 fn image(file: &Value, rows: usize) -> Environment {
@@ -38,26 +33,6 @@ fn image(file: &Value, rows: usize) -> Environment {
     Environment::new(grid, pixels.collect()).unwrap()
 }
 
-fn material(file: &Value) -> Material {
-    let parameters = &file["parameters"];
-    let number = |name: &str| parameters[name].as_f64().unwrap();
-    let white = [1.0; 3];
-    match file["model"].as_str().unwrap() {
-        "lambert" => Material::Lambert(Lambert::new([number("albedo"); 3]).unwrap()),
-        "phong" => Material::Phong(Phong::new(number("exponent"), white).unwrap()),
-        "microfacet" => Material::Microfacet(Microfacet::new(number("sigma"), white).unwrap()),
-        "kajiya-kay" => Material::KajiyaKay(KajiyaKay::new(number("exponent"), white).unwrap()),
-        "lafortune" => {
-            let lobes = parameters["lobes"].as_array().unwrap().iter().map(|lobe| {
-                let number = |name: &str| lobe[name].as_f64().unwrap();
-                LafortuneLobe { cx: number("cx"), cz: number("cz"), n: number("n"), weight: white }
-            });
-            Material::Lafortune(Lafortune::new([number("diffuse"); 3], lobes.collect()).unwrap())
-        }
-        other => panic!("make {other} here"),
-    }
-}
-
 /// With 512 rows, h = 6.1e-3. The midpoint rule with exact solid angles errs by h^2 / 24 = 1.6e-6 times the second
 /// derivative relative to the largest radiance, below 50 for lighting times lobe: 8e-5. The microfacet model jumps at the
 /// horizon: the texels on that great circle, h of 4 pi sr each side, are wrong by up to a half of the jump with signs that
@@ -74,8 +49,7 @@ fn all_six_reference_tables_come_back_from_an_image() {
         assert_eq!(rows.len(), 24);
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for row in rows {
-            let [central, view] =
-                ["central", "view"].map(|name| Direction::normalised(DVec3::from(triple(&row[name]))));
+            let [central, view] = ["central", "view"].map(|name| direction(&row[name]));
             let found = brute_force.radiance(central, view);
             for (found, expected) in found.into_iter().zip(triple(&row["radiance"])) {
                 worst = worst.max((found - expected).abs());

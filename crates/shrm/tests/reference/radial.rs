@@ -1,7 +1,5 @@
 //! Radially symmetric reflection against brute force, and what it must do to any light.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic, and reads reference files
-
 use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre, Choice, Lambert, Material, Phong, project};
@@ -9,11 +7,9 @@ use oracles::reference;
 use serde_json::Value;
 use sh::{Basis, Degree, Expansion};
 use shrm::{Reflection, ViewDependent};
-use sphere::{DVec3, Direction};
+use sphere::Direction;
 
-fn degree(l: usize) -> Degree {
-    Degree::new(l).unwrap()
-}
+use crate::given::{degree, direction, lighting, lobe, triple};
 
 fn lambert(albedo: [f64; 3]) -> Material {
     Material::Lambert(Lambert::new(albedo).unwrap())
@@ -25,48 +21,6 @@ fn phong(exponent: f64, specular: [f64; 3]) -> Material {
 
 fn coefficients(material: &Material, f: usize) -> BrdfCoefficients {
     project(material, Choice::Degree { f: degree(f), p: Degree::ZERO }).unwrap().coefficients
-}
-
-fn triple(value: &Value) -> [f64; 3] {
-    [0, 1, 2].map(|i| value[i].as_f64().unwrap())
-}
-
-fn direction(value: &Value) -> Direction {
-    Direction::normalised(DVec3::from(triple(value)))
-}
-
-/// exp(k (cos - 1)) = sum of u_l Y_l0: u_l = 2 pi sqrt((2l+1) / (4 pi)) times the integral over [-1, 1] of
-/// exp(k (x - 1)) P_l(x), by Gauss-Legendre, which is exact to rounding here (the integrand is entire).
-fn lobe(sharpness: f64, top: usize) -> Vec<f64> {
-    let (nodes, weights) = sh::quadrature::gauss_legendre(200);
-    let mut y_l0 = vec![0.0; top + 1];
-    let mut u = vec![0.0; top + 1];
-    for (theta, weight) in nodes.into_iter().zip(weights) {
-        let x = theta.cos();
-        sh::zonal_into(x, &mut y_l0);
-        for (u, y) in u.iter_mut().zip(&y_l0) {
-            *u += 2.0 * PI * weight * (sharpness * (x - 1.0)).exp() * y;
-        }
-    }
-    u
-}
-
-/// The reference lighting: a constant and six lobes.
-fn lighting(file: &Value, top: usize) -> Expansion {
-    let constant = triple(&file["constant"]);
-    let mut sum = Expansion::zero(degree(top));
-    sum.rows_mut()[0] = constant.map(|v| v * (4.0 * PI).sqrt());
-    for part in file["lobes"].as_array().unwrap() {
-        let (amplitude, u) = (triple(&part["amplitude"]), lobe(part["sharpness"].as_f64().unwrap(), top));
-        let part =
-            Expansion::zonal(direction(&part["direction"]), degree(top), |l| amplitude.map(|a| a * u[l]));
-        for (row, add) in sum.rows_mut().iter_mut().zip(part.rows()) {
-            for channel in 0..3 {
-                row[channel] += add[channel];
-            }
-        }
-    }
-    sum
 }
 
 #[test]
