@@ -97,6 +97,8 @@ impl Progress {
                 self.line(if self.rehearsal.is_some() { "would remove" } else { "removed" }, file);
             }
             Event::Ended(_) => self.bar.finish_and_clear(),
+            // A build alone does not watch.
+            Event::Watching { .. } | Event::Noticed { .. } | Event::Rejected { .. } => {}
         }
     }
 

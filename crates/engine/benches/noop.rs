@@ -51,7 +51,7 @@ impl Kind for Source {
         Vec::new()
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -73,7 +73,7 @@ impl Kind for Add {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Added, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Added, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -94,7 +94,7 @@ impl Kind for Write {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![".txt".into()])
     }
 

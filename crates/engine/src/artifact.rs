@@ -61,6 +61,14 @@ impl Handle {
         self.digest
     }
 
+    /// The encoded bytes, as [`Artifact::encode`] made them.
+    ///
+    /// # Errors
+    /// Where they cannot be read.
+    pub fn bytes(&self) -> Result<Vec<u8>, Failure> {
+        (self.load)()
+    }
+
     /// The value.
     ///
     /// # Errors

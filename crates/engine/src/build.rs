@@ -2,8 +2,6 @@
 
 use std::time::Instant;
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
-
 use crate::disk::Disk;
 use crate::judge::{Judge, Verdict, manifest_name};
 use crate::publish::{Publisher, sweep};
@@ -11,7 +9,7 @@ use crate::run::Workshop;
 use crate::scheduler::{Scheduler, event_of};
 use crate::state::State;
 use crate::store::Blob;
-use crate::{Cancel, Error, ErrorKind, Event, Plan, Reason, Summary, nearest};
+use crate::{Cancel, Error, ErrorKind, Event, Plan, Reason, Summary, Workbench, nearest};
 
 /// What a build is asked to do.
 #[derive(Clone, Debug, Default)]
@@ -26,38 +24,127 @@ pub struct BuildOptions {
     pub dry_run: bool,
 }
 
-/// Runs the items of a plan that are out of date and publishes the files of exporting stages into `out`.
-///
-/// Events come one at a time, from the calling thread. The failure of an item is told as an event and counted in the
-/// summary; it is not an error of the build. With one job the events come in one order; with more, those of
-/// different items may change places, but what is made does not.
+/// Builds once: [`Workbench::build`] with threads of its own and nothing kept in memory afterwards.
 ///
 /// # Errors
-/// Where the build as a whole cannot go on: an unknown stage, another build at work, a state folder that is damaged
-/// beyond use or cannot be written.
+/// As [`Workbench::build`], and where threads cannot be started.
 pub fn build(
     plan: &Plan,
     options: &BuildOptions,
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, Error> {
-    let clock = Instant::now();
-    let selected = select(plan, &options.stages)?;
-    let pool = pool(options.jobs)?;
-    let items = plan.items.iter().filter(|item| selected[item.stage]).count();
-    events(Event::Planned {
-        dry_run: options.dry_run,
-        stages: selected.iter().filter(|chosen| **chosen).count(),
-        items,
-    });
-    let mut summary = if options.dry_run {
-        rehearse(plan, options, &selected, &pool, events)?
-    } else {
-        work(plan, options, &selected, &pool, cancel, events)?
-    };
-    summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
-    events(Event::Ended(summary.clone()));
-    Ok(summary)
+    Workbench::new(options.jobs, 0)?.build(plan, options, cancel, events)
+}
+
+impl Workbench {
+    /// Runs the items of a plan that are out of date and publishes the files of exporting stages into `out`.
+    ///
+    /// Events come one at a time, from the calling thread. The failure of an item is told as an event and counted in the
+    /// summary; it is not an error of the build. With one job the events come in one order; with more, those of
+    /// different items may change places, but what is made does not.
+    ///
+    /// # Errors
+    /// Where the build as a whole cannot go on: an unknown stage, another build at work, a state folder that is damaged
+    /// beyond use or cannot be written.
+    pub fn build(
+        &self,
+        plan: &Plan,
+        options: &BuildOptions,
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+    ) -> Result<Summary, Error> {
+        let clock = Instant::now();
+        let selected = select(plan, &options.stages)?;
+        let items = plan.items.iter().filter(|item| selected[item.stage]).count();
+        events(Event::Planned {
+            dry_run: options.dry_run,
+            stages: selected.iter().filter(|chosen| **chosen).count(),
+            items,
+        });
+        let mut summary = if options.dry_run {
+            self.rehearse(plan, options, &selected, events)?
+        } else {
+            self.work(plan, options, &selected, cancel, events)?
+        };
+        summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
+        events(Event::Ended(summary.clone()));
+        Ok(summary)
+    }
+
+    fn work(
+        &self,
+        plan: &Plan,
+        options: &BuildOptions,
+        selected: &[bool],
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+    ) -> Result<Summary, Error> {
+        let folder = plan.manifest.parent().unwrap_or(plan.manifest.as_path());
+        let state = self.pool.install(|| State::lock(folder))?;
+        sweep(&state, folder)?;
+        let disk = Disk::new(state.now);
+        let (judge, publisher) = self.pool.install(|| {
+            rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
+        });
+        let workshop = Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel };
+        let jobs = self.pool.current_num_threads();
+        let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, events);
+        let mut told = Vec::new();
+        let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told);
+        for (item, told) in told {
+            scheduler.tell(event_of(&item, told));
+        }
+        removed?;
+        let settled = scheduler.settle_all(&self.pool);
+        publisher.finish()?;
+        settled?;
+        Ok(scheduler.summary)
+    }
+
+    /// Tells what a build would do; writes nothing.
+    fn rehearse(
+        &self,
+        plan: &Plan,
+        options: &BuildOptions,
+        selected: &[bool],
+        events: &(dyn Fn(Event) + Sync),
+    ) -> Result<Summary, Error> {
+        let state =
+            self.pool.install(|| State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
+        let disk = Disk::new(state.now);
+        let (judge, publisher) = self.pool.install(|| {
+            rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
+        });
+        let mut summary = Summary::default();
+        for file in publisher.would_remove(plan, selected, options.stages.is_empty()) {
+            summary.removed += 1;
+            events(Event::Removed { file });
+        }
+        for (index, forecast) in forecast(&judge, selected).into_iter().enumerate() {
+            let item = judge.name(index);
+            match forecast {
+                None => {}
+                Some(Forecast::Runs(reasons)) => {
+                    summary.ran += 1;
+                    events(Event::Started { item, reasons });
+                }
+                Some(Forecast::Current(outputs)) => {
+                    summary.up_to_date += 1;
+                    events(Event::UpToDate { item: item.clone() });
+                    for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
+                        if !publisher.is_in_place(file, blob.digest) {
+                            summary.published += 1;
+                            let restored = publisher.is_restored(file, blob.digest);
+                            let (item, file) = (item.clone(), file.clone());
+                            events(Event::Published { item, file, bytes: blob.bytes, restored });
+                        }
+                    }
+                }
+            }
+        }
+        Ok(summary)
+    }
 }
 
 /// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.
@@ -87,85 +174,6 @@ fn unknown_stage(plan: &Plan, name: &str) -> Error {
         Some(near) => error.with_help(format!("did you mean {near:?}?")),
         None => error.with_help(format!("its stages are: {}", names.collect::<Vec<_>>().join(", "))),
     }
-}
-
-fn pool(jobs: Option<usize>) -> Result<ThreadPool, Error> {
-    // 0 stands for the number of available cores.
-    let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
-    built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))
-}
-
-fn work(
-    plan: &Plan,
-    options: &BuildOptions,
-    selected: &[bool],
-    pool: &ThreadPool,
-    cancel: &Cancel,
-    events: &(dyn Fn(Event) + Sync),
-) -> Result<Summary, Error> {
-    let folder = plan.manifest.parent().unwrap_or(plan.manifest.as_path());
-    let state = pool.install(|| State::lock(folder))?;
-    sweep(&state, folder)?;
-    let disk = Disk::new(state.now);
-    let (judge, publisher) = pool.install(|| {
-        rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
-    });
-    let workshop = Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel };
-    let jobs = pool.current_num_threads();
-    let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, events);
-    let mut told = Vec::new();
-    let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told);
-    for (item, told) in told {
-        scheduler.tell(event_of(&item, told));
-    }
-    removed?;
-    let settled = scheduler.settle_all(pool);
-    publisher.finish()?;
-    settled?;
-    Ok(scheduler.summary)
-}
-
-/// Tells what a build would do; writes nothing.
-fn rehearse(
-    plan: &Plan,
-    options: &BuildOptions,
-    selected: &[bool],
-    pool: &ThreadPool,
-    events: &(dyn Fn(Event) + Sync),
-) -> Result<Summary, Error> {
-    let state = pool.install(|| State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
-    let disk = Disk::new(state.now);
-    let (judge, publisher) = pool.install(|| {
-        rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
-    });
-    let mut summary = Summary::default();
-    for file in publisher.would_remove(plan, selected, options.stages.is_empty()) {
-        summary.removed += 1;
-        events(Event::Removed { file });
-    }
-    for (index, forecast) in forecast(&judge, selected).into_iter().enumerate() {
-        let item = judge.name(index);
-        match forecast {
-            None => {}
-            Some(Forecast::Runs(reasons)) => {
-                summary.ran += 1;
-                events(Event::Started { item, reasons });
-            }
-            Some(Forecast::Current(outputs)) => {
-                summary.up_to_date += 1;
-                events(Event::UpToDate { item: item.clone() });
-                for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
-                    if !publisher.is_in_place(file, blob.digest) {
-                        summary.published += 1;
-                        let restored = publisher.is_restored(file, blob.digest);
-                        let (item, file) = (item.clone(), file.clone());
-                        events(Event::Published { item, file, bytes: blob.bytes, restored });
-                    }
-                }
-            }
-        }
-    }
-    Ok(summary)
 }
 
 /// What a build would do with an item.

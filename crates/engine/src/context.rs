@@ -215,6 +215,17 @@ impl<'a> Context<'a> {
         items.iter().map(|(key, handle)| Ok((key.clone(), handle.get::<T>()?))).collect()
     }
 
+    /// The encoded bytes of the artifact at a single port, for a kind that hands them to another program.
+    ///
+    /// # Errors
+    /// Where they cannot be read, or the port is not connected.
+    pub fn bytes(&self, port: &str) -> Result<Vec<u8>, Failure> {
+        match self.inputs.get(port).and_then(|items| items.first()) {
+            Some((_, handle)) => handle.bytes(),
+            None => Err(Failure::new(format!("port {port} is not connected"))),
+        }
+    }
+
     /// The type of the artifact that arrives at a port, for a port that takes several.
     pub fn type_at(&self, port: &str) -> Option<&'static str> {
         self.inputs.get(port).and_then(|items| items.first()).map(|(_, handle)| handle.type_name())

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Digest, ItemKey};
+use crate::{Digest, Faults, ItemKey};
 
 /// An item's name in events: its stage and its key.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -156,6 +156,50 @@ pub enum Event {
     },
     /// The build ended.
     Ended(Summary),
+    /// The watcher listens: told at the start, and whenever the way changes.
+    Watching {
+        /// The number of folders that it listens to.
+        folders: usize,
+        /// The time between two looks, where it polls because it was told to or events do not arrive.
+        poll_milliseconds: Option<f64>,
+        /// Why it polls: the folder where no event arrived, and what was tried.
+        because: Option<String>,
+    },
+    /// Files changed that the graph reads; a build follows.
+    Noticed {
+        /// The changes, sorted by path.
+        changes: Vec<Change>,
+        /// The time since the first of them was heard of.
+        milliseconds: f64,
+    },
+    /// The changed manifest, or what it names, has faults; the last good graph goes on.
+    Rejected {
+        /// The faults.
+        faults: Faults,
+    },
+}
+
+/// A change that a watcher noticed.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Change {
+    /// The file or folder, relative to the manifest's folder where it lies inside.
+    pub path: String,
+    /// What became of it.
+    pub what: Changed,
+}
+
+/// What became of a file or folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Changed {
+    /// It is new, or came back.
+    Appeared,
+    /// Its content may have changed.
+    Changed,
+    /// It has gone.
+    Gone,
+    /// Events were lost, so that everything below is looked at.
+    Unknown,
 }
 
 /// What a build did.

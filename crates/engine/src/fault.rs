@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
+use serde::ser::{Serialize, SerializeStruct, Serializer};
+
 /// One fault of a text file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
@@ -84,6 +86,38 @@ impl fmt::Display for Faults {
 }
 
 impl std::error::Error for Faults {}
+
+impl Serialize for Faults {
+    /// The file, and its faults with lines and columns in place of the text.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let faults = self.faults.iter().map(|fault| Placed {
+            place: fault.span.as_ref().map(|span| line_and_column(&self.text, span.start)),
+            fault,
+        });
+        let mut object = serializer.serialize_struct("Faults", 2)?;
+        object.serialize_field("file", &self.file)?;
+        object.serialize_field("faults", &faults.collect::<Vec<_>>())?;
+        object.end()
+    }
+}
+
+/// A fault with its line and column.
+struct Placed<'a> {
+    fault: &'a Fault,
+    place: Option<(usize, usize)>,
+}
+
+impl Serialize for Placed<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut object = serializer.serialize_struct("Fault", 5)?;
+        object.serialize_field("message", &self.fault.message)?;
+        object.serialize_field("line", &self.place.map(|(line, _)| line))?;
+        object.serialize_field("column", &self.place.map(|(_, column)| column))?;
+        object.serialize_field("expected", &self.fault.expected)?;
+        object.serialize_field("help", &self.fault.help)?;
+        object.end()
+    }
+}
 
 /// The line and column (in characters) of a byte in a text, each counted from 1.
 pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {

@@ -27,7 +27,7 @@ pub(crate) struct StageFacts {
     /// The artifact's type and the decoder that the first consumer declares.
     pub(crate) artifact: Option<(&'static str, Option<Decoder>)>,
     /// The names of the ports that take many.
-    pub(crate) many: HashSet<&'static str>,
+    pub(crate) many: HashSet<String>,
 }
 
 /// Judges the items of a plan.
@@ -181,10 +181,10 @@ impl<'a> Judge<'a> {
         self.disk.digest(&self.folder.join(&read.path), read.listing, &self.state.journal)
     }
 
-    fn arrivals(&self, item: ItemIndex) -> impl Iterator<Item = (&'static str, ItemIndex)> {
+    fn arrivals(&self, item: ItemIndex) -> impl Iterator<Item = (&str, ItemIndex)> {
         let this = &self.plan.items[item];
         let ports = self.plan.stages[this.stage].inputs.iter().zip(&this.inputs);
-        ports.flat_map(|((port, _), items)| items.iter().map(|from| (*port, *from)))
+        ports.flat_map(|((port, _), items)| items.iter().map(|from| (port.as_str(), *from)))
     }
 
     fn differing_inputs(
@@ -263,7 +263,6 @@ fn stage_facts(plan: &Plan) -> Vec<StageFacts> {
     let mut facts = Vec::with_capacity(plan.stages.len());
     for stage in &plan.stages {
         let parameters = canonical(&stage.configured.canonical());
-        let ports = stage.kind.ports();
         facts.push(StageFacts {
             parameters_text: parameters.to_string(),
             parameters,
@@ -273,10 +272,10 @@ fn stage_facts(plan: &Plan) -> Vec<StageFacts> {
                 Product::Artifact(name) => Some((name, None)),
                 Product::Files(_) => None,
             },
-            many: ports.iter().filter(|port| port.many).map(|port| port.name).collect(),
+            many: stage.ports.iter().filter(|port| port.many).map(|port| port.name.clone()).collect(),
         });
         for (name, from) in &stage.inputs {
-            let port = ports.iter().find(|port| port.name == *name);
+            let port = stage.ports.iter().find(|port| port.name == *name);
             if let (Some(port), Some((made, decoder))) = (port, &mut facts[*from].artifact) {
                 let place = port.types.iter().position(|taken| taken == made);
                 *decoder = decoder.or(place.map(|place| port.decoders[place]));

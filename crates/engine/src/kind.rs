@@ -9,7 +9,7 @@ use crate::{Artifact, Context, Digest, Failure, Fault, Field, Parameters, Table}
 #[derive(Clone, Debug)]
 pub struct Port {
     /// The name in `inputs = { name = "stage" }`.
-    pub name: &'static str,
+    pub name: String,
     /// The names of the artifact types that it takes.
     pub types: Vec<&'static str>,
     /// Whether it receives every item that agrees (a gather) rather than one.
@@ -29,12 +29,18 @@ fn decode<T: Artifact>(bytes: &[u8]) -> Result<Arc<dyn Any + Send + Sync>, Failu
 
 impl Port {
     /// A port that takes one artifact of type `T`.
-    pub fn one<T: Artifact>(name: &'static str) -> Self {
-        Self { name, types: vec![T::TYPE], many: false, optional: false, decoders: vec![decode::<T>] }
+    pub fn one<T: Artifact>(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            types: vec![T::TYPE],
+            many: false,
+            optional: false,
+            decoders: vec![decode::<T>],
+        }
     }
 
     /// A port that receives every item that agrees, sorted by key.
-    pub fn many<T: Artifact>(name: &'static str) -> Self {
+    pub fn many<T: Artifact>(name: impl Into<String>) -> Self {
         Self { many: true, ..Self::one::<T>(name) }
     }
 
@@ -114,8 +120,13 @@ pub trait Kind: Send + Sync + 'static {
     /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
     fn ports() -> Vec<Port>;
 
+    /// The ports of a stage whose `inputs` name these: for a kind that leaves it to its user what arrives.
+    fn ports_named(_names: &[&str]) -> Vec<Port> {
+        Self::ports()
+    }
+
     /// What an item makes, given the type that arrives at each connected port (in the order of `ports`).
-    fn product(parameters: &Self::Parameters, types: &[(&'static str, &'static str)]) -> Product;
+    fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
 
     /// Faults that a parameter alone cannot show: pairs of a parameter's name and what is wrong.
     fn check(_parameters: &Self::Parameters) -> Vec<(&'static str, String)> {
@@ -132,15 +143,20 @@ pub trait Kind: Send + Sync + 'static {
 /// A [`Kind`] as the engine sees it.
 pub trait ErasedKind: Send + Sync {
     /// [`Kind::NAME`].
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
     /// [`Kind::REVISION`].
     fn revision(&self) -> u32;
     /// The manual text, Markdown, from the `//!` lines of [`Kind::TEXT`].
     fn manual(&self) -> String;
     /// The parameters: names, what each expects, defaults and docs.
     fn fields(&self) -> Vec<Field>;
-    /// [`Kind::ports`].
+    /// [`Kind::ports`]: those of the manual page.
     fn ports(&self) -> Vec<Port>;
+    /// [`Kind::ports_named`]: those of a stage whose `inputs` have these names.
+    fn ports_named(&self, names: &[&str]) -> Vec<Port> {
+        let _ = names;
+        self.ports()
+    }
     /// [`Kind::SOURCE`].
     fn has_source(&self) -> bool;
     /// [`Kind::SHOWS_KEYS`].
@@ -157,7 +173,7 @@ pub trait Configured: Send + Sync {
     /// The parameters with defaults filled in, as canonical JSON.
     fn canonical(&self) -> serde_json::Value;
     /// [`Kind::product`].
-    fn product(&self, types: &[(&'static str, &'static str)]) -> Product;
+    fn product(&self, types: &[(&str, &'static str)]) -> Product;
     /// [`Kind::run`].
     ///
     /// # Errors
@@ -180,15 +196,17 @@ impl Kinds {
     /// # Panics
     /// Where a kind of that name is there already: a mistake in the program, not in its input.
     #[must_use]
-    pub fn with<K: Kind>(mut self, kind: K) -> Self {
-        assert!(self.get(K::NAME).is_none(), "two kinds are named {}", K::NAME);
-        self.0.push(Arc::new(Erased(kind)));
-        self
+    pub fn with<K: Kind>(self, kind: K) -> Self {
+        self.with_erased(Arc::new(Erased(kind)))
     }
 
     /// Adds a kind that is erased already.
-    #[cfg(test)]
-    pub(crate) fn with_erased(mut self, kind: Arc<dyn ErasedKind>) -> Self {
+    ///
+    /// # Panics
+    /// Where the name is taken.
+    #[must_use]
+    pub fn with_erased(mut self, kind: Arc<dyn ErasedKind>) -> Self {
+        assert!(self.get(kind.name()).is_none(), "two kinds are named {}", kind.name());
         self.0.push(kind);
         self
     }
@@ -207,7 +225,7 @@ impl Kinds {
 struct Erased<K>(#[allow(dead_code)] K);
 
 impl<K: Kind> ErasedKind for Erased<K> {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         K::NAME
     }
 
@@ -226,6 +244,10 @@ impl<K: Kind> ErasedKind for Erased<K> {
 
     fn ports(&self) -> Vec<Port> {
         K::ports()
+    }
+
+    fn ports_named(&self, names: &[&str]) -> Vec<Port> {
+        K::ports_named(names)
     }
 
     fn has_source(&self) -> bool {
@@ -259,7 +281,7 @@ impl<K: Kind> Configured for Stage<K> {
         self.0.canonical()
     }
 
-    fn product(&self, types: &[(&'static str, &'static str)]) -> Product {
+    fn product(&self, types: &[(&str, &'static str)]) -> Product {
         K::product(&self.0, types)
     }
 

@@ -31,13 +31,14 @@ mod testkit;
 #[cfg(test)]
 mod tests;
 mod timestamp;
+mod workbench;
 
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
 pub use context::{Cancel, Context, Failure, Files, Read};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
-pub use event::{Event, ItemName, Reason, Summary};
+pub use event::{Change, Changed, Event, ItemName, Reason, Summary};
 pub use explain::{Explanation, ExportedFile, FileRead, InputUsed, LastRun, explain};
 pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};
@@ -45,6 +46,7 @@ pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
 pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;
+pub use workbench::Workbench;
 
 #[doc(hidden)]
 pub use serde_json;

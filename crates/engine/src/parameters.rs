@@ -18,6 +18,11 @@ pub trait Parameter: Sized {
 
     /// The value as canonical JSON: equal values give equal JSON.
     fn canonical(&self) -> serde_json::Value;
+
+    /// What the manifest may hold, as JSON Schema; `true` where only [`Parameter::parse`] can tell.
+    fn schema() -> serde_json::Value {
+        true.into()
+    }
 }
 
 /// A parameter as manual pages and schemas show it.
@@ -27,6 +32,8 @@ pub struct Field {
     pub name: String,
     /// What it expects.
     pub expected: String,
+    /// What it expects, as JSON Schema.
+    pub schema: serde_json::Value,
     /// The default, or `None` where the parameter must be given.
     pub default: Option<serde_json::Value>,
     /// The manual text, one paragraph.
@@ -224,6 +231,7 @@ macro_rules! parameters {
                 vec![$($crate::Field {
                     name: stringify!($field).replace('_', "-"),
                     expected: <$type as $crate::Parameter>::expected(),
+                    schema: <$type as $crate::Parameter>::schema(),
                     default: $crate::parameters!(@default $type $(, $default)?)
                         .map(|value: $type| $crate::Parameter::canonical(&value)),
                     doc: [$($doc),*].join("").trim().to_owned(),

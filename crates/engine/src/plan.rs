@@ -12,7 +12,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::{Configured, Document, ErasedKind, Fault, Faults, ItemKey, Kinds, Product, nearest};
+use crate::{Configured, Document, ErasedKind, Fault, Faults, ItemKey, Kinds, Port, Product, nearest};
 
 mod cycles;
 mod folders;
@@ -40,8 +40,10 @@ pub struct Stage {
     pub kind: Arc<dyn ErasedKind>,
     /// The kind with this stage's parameters.
     pub configured: Arc<dyn Configured>,
-    /// The connected ports, in the order of the kind's ports, each with the stage that feeds it.
-    pub inputs: Vec<(&'static str, StageIndex)>,
+    /// The ports of the kind, or for a kind that takes what it is given, those that the stage names.
+    pub ports: Vec<Port>,
+    /// The connected ports, in the order of `ports`, each with the stage that feeds it.
+    pub inputs: Vec<(String, StageIndex)>,
     /// What an item of the stage makes.
     pub product: Product,
 }
@@ -138,11 +140,12 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
     }
     let stages = graph.nodes.iter().map(|node| {
         let kind = node.kind.clone()?;
-        let ports = kind.ports();
-        let inputs = node.edges.iter().map(|edge| Some((ports.get(edge.port?)?.name, edge.from)));
+        let port = |edge: &graph::Edge| node.ports.get(edge.port?).map(|port| port.name.clone());
+        let inputs = node.edges.iter().map(|edge| Some((port(edge)?, edge.from)));
         Some(Stage {
             name: node.name.clone(),
             inputs: inputs.collect::<Option<_>>()?,
+            ports: node.ports.clone(),
             configured: node.configured.clone()?,
             product: node.product.clone()?,
             kind,

@@ -35,7 +35,7 @@ pub(crate) struct Order {
     pub(crate) item: ItemIndex,
     pub(crate) key: Digest,
     pub(crate) inputs: Vec<InputUsed>,
-    pub(crate) handles: Vec<(&'static str, Arrivals)>,
+    pub(crate) handles: Vec<(String, Arrivals)>,
     pub(crate) reasons: Vec<Reason>,
 }
 

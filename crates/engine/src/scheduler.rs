@@ -300,7 +300,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             let handles = inputs.iter().filter_map(|input| {
                 Some((plan.items[*input].key.clone(), Arc::clone(self.items[*input].handle.as_ref()?)))
             });
-            (*port, handles.collect())
+            (port.clone(), handles.collect())
         });
         let reasons = if self.items[item].lost {
             vec![crate::Reason::ResultLost]

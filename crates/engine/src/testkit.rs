@@ -84,7 +84,7 @@ impl Kind for TextSource {
         Vec::new()
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -118,7 +118,7 @@ impl Kind for Upper {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -162,7 +162,7 @@ impl Kind for Suffix {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &SuffixParameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &SuffixParameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -197,7 +197,7 @@ impl Kind for Concat {
         vec![Port::one::<Text>("left"), Port::one::<Text>("right"), Port::one::<Text>("end").optional()]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -222,7 +222,7 @@ impl Kind for Collect {
         vec![Port::many::<Text>("texts"), Port::one::<Text>("title").optional()]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -249,7 +249,7 @@ impl Kind for Count {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Number::TYPE)
     }
 
@@ -279,7 +279,7 @@ impl Kind for Refuse {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &RefuseParameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &RefuseParameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Text::TYPE)
     }
 
@@ -305,7 +305,7 @@ impl Kind for Write {
         vec![Port::one::<Text>("value").or::<Number>()]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![".txt".into()])
     }
 
@@ -332,7 +332,7 @@ impl Kind for WritePair {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec!["/body.txt".into(), "/index.txt".into()])
     }
 
@@ -346,7 +346,6 @@ impl Kind for WritePair {
 mod tests {
     #[test]
     fn every_kind_is_listed_once() {
-        let names: Vec<_> = super::kinds().iter().map(|kind| kind.name()).collect();
-        assert_eq!(names.len(), 9);
+        assert_eq!(super::kinds().iter().count(), 9);
     }
 }

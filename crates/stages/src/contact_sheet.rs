@@ -97,7 +97,7 @@ impl Kind for ContactSheet {
         ]
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![".png".into()])
     }
 

@@ -50,7 +50,7 @@ impl Kind for Convolve {
         vec![Port::one::<artifacts::Lighting>("lighting"), Port::one::<artifacts::Brdf>("brdf")]
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Reflection::TYPE)
     }
 

@@ -128,7 +128,7 @@ impl Kind for ExportCabral {
         vec![MapSource::port()]
     }
 
-    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let maps = (0..12).map(|vertex| format!("/{}", file(vertex, parameters.format)));
         Product::Files(maps.chain(["/cabral.json".to_owned()]).collect())
     }

@@ -98,7 +98,7 @@ impl Kind for ExportKautzMcCool {
         vec![MapSource::port()]
     }
 
-    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let mut files: Vec<String> = match parameters.format {
             Format::Exr => {
                 (0..parameters.slices).map(|slice| format!("/{}", file(slice, Format::Exr))).collect()

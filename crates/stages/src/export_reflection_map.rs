@@ -156,7 +156,7 @@ impl Kind for ExportReflectionMap {
         vec![Port::one::<artifacts::Reflection>("reflection")]
     }
 
-    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let extension = match parameters.format {
             Format::Exr => ".exr",
             Format::Rgbe => ".hdr",

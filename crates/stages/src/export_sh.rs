@@ -181,7 +181,7 @@ impl Kind for ExportSh {
         vec![Port::one::<artifacts::Lighting>("lighting")]
     }
 
-    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![match parameters.format {
             Format::Json => ".json".into(),
             Format::Safetensors => ".safetensors".into(),

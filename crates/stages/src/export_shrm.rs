@@ -201,7 +201,7 @@ impl Kind for ExportShrm {
         vec![MapInput::port()]
     }
 
-    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![match parameters.format {
             Format::Safetensors => ".safetensors".into(),
             Format::Exr => ".exr".into(),

@@ -110,7 +110,7 @@ impl Kind for ExportViewMaps {
         vec![MapSource::port()]
     }
 
-    fn product(parameters: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let count = match parameters.format {
             Format::Exr => parameters.views * parameters.views,
             Format::Ktx2 | Format::Dds => 1,

@@ -155,7 +155,7 @@ impl Kind for ImportEnvironment {
         Vec::new()
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Environment::TYPE)
     }
 

@@ -190,7 +190,7 @@ impl Kind for ImportMaterial {
         Vec::new()
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Material::TYPE)
     }
 

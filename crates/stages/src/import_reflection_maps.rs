@@ -116,7 +116,7 @@ impl Kind for ImportReflectionMaps {
         Vec::new()
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Shrm::TYPE)
     }
 

@@ -26,7 +26,7 @@ impl MapSource {
 
     /// What arrives at the port.
     pub(crate) fn of(context: &Context<'_>) -> Result<Self, Failure> {
-        let port = Self::port().name;
+        let port = &Self::port().name;
         if context.type_at(port) == Some(artifacts::Shrm::TYPE) {
             return Ok(Self::Shrm(context.get::<artifacts::Shrm>(port)?));
         }

@@ -108,7 +108,7 @@ impl Kind for ProjectBrdf {
         vec![Port::one::<artifacts::Material>("material")]
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Brdf::TYPE)
     }
 

@@ -108,7 +108,7 @@ impl Kind for ProjectSh {
         vec![Port::one::<artifacts::Environment>("environment")]
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Lighting::TYPE)
     }
 

@@ -154,7 +154,7 @@ impl Kind for ReferenceMap {
         vec![Port::one::<artifacts::Environment>("environment"), Port::one::<artifacts::Material>("material")]
     }
 
-    fn product(parameters: &Parameters, types: &[(&'static str, &'static str)]) -> Product {
+    fn product(parameters: &Parameters, types: &[(&str, &'static str)]) -> Product {
         ExportReflectionMap::product(&parameters.picture(), types)
     }
 

@@ -113,7 +113,7 @@ impl Kind for ReportKind {
         ]
     }
 
-    fn product(_: &Parameters, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(vec![".json".into(), ".html".into()])
     }
 

@@ -89,7 +89,7 @@ impl Kind for Rotate {
     }
 
     /// The type that arrives leaves.
-    fn product(_: &Parameters, types: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Parameters, types: &[(&str, &'static str)]) -> Product {
         let arrives = types.iter().find(|(port, _)| *port == "lighting").map(|(_, arrives)| *arrives);
         Product::Artifact(arrives.unwrap_or(artifacts::Lighting::TYPE))
     }

@@ -37,7 +37,9 @@ pub(crate) struct Node {
     pub(crate) header: Range<usize>,
     pub(crate) kind: Option<Arc<dyn ErasedKind>>,
     pub(crate) configured: Option<Arc<dyn Configured>>,
-    /// In the order of the kind's ports.
+    /// The kind's ports, or for a kind that takes what it is given, those that the stage names.
+    pub(crate) ports: Vec<Port>,
+    /// In the order of `ports`.
     pub(crate) edges: Vec<Edge>,
     /// The `source`, where it is understood.
     pub(crate) source: Option<Source>,
@@ -108,8 +110,10 @@ impl Graph {
         let mut unfit = Vec::new();
         for place in 0..self.nodes.len() {
             let declaration = declarations[place];
-            let Some(kind) = self.nodes[place].kind.clone() else { continue };
-            let ports = kind.ports();
+            if self.nodes[place].kind.is_none() {
+                continue;
+            }
+            let ports = self.nodes[place].ports.clone();
             // An edge from a later stage belongs to a cycle, which has been told.
             let edges = &self.nodes[place].edges;
             let sound = ports.is_empty()
@@ -128,7 +132,10 @@ impl Graph {
             let types = self.types(place, &ports, &mut unfit);
             let node = &self.nodes[place];
             let product = match (&node.configured, types) {
-                (Some(configured), Some(types)) if whole => Some(configured.product(&types)),
+                (Some(configured), Some(types)) if whole => {
+                    let types = types.iter().map(|(port, made)| (port.as_str(), *made));
+                    Some(configured.product(&types.collect::<Vec<_>>()))
+                }
                 _ => None,
             };
             let keys = if whole { self.keys(place, &ports, declaration, faults) } else { None };
@@ -150,7 +157,7 @@ impl Graph {
         place: Place,
         ports: &[Port],
         unfit: &mut Vec<(Place, usize)>,
-    ) -> Option<Vec<(&'static str, &'static str)>> {
+    ) -> Option<Vec<(String, &'static str)>> {
         let mut types = Some(Vec::new());
         for (index, edge) in self.nodes[place].edges.iter().enumerate() {
             let port = edge.port.map(|port| &ports[port]);
@@ -158,7 +165,7 @@ impl Graph {
             types = match (port, made) {
                 (Some(port), Some(Product::Artifact(made))) if port.types.contains(made) => {
                     types.map(|mut types| {
-                        types.push((port.name, *made));
+                        types.push((port.name.clone(), *made));
                         types
                     })
                 }
@@ -270,9 +277,8 @@ impl Graph {
 
     fn unconnected(&self, place: Place, index: usize) -> Fault {
         let node = &self.nodes[place];
-        let ports = node.kind.as_ref().map_or_else(Vec::new, |kind| kind.ports());
-        let port = &ports[index];
-        let expected = match ports.as_slice() {
+        let port = &node.ports[index];
+        let expected = match node.ports.as_slice() {
             [_] => "expected input = \"STAGE\"".into(),
             _ => format!("expected inputs = {{ {} = \"STAGE\", ... }}", port.name),
         };
@@ -284,8 +290,7 @@ impl Graph {
     fn unfit(&self, place: Place, edge: usize) -> Fault {
         let node = &self.nodes[place];
         let edge = &node.edges[edge];
-        let ports = node.kind.as_ref().map_or_else(Vec::new, |kind| kind.ports());
-        let port = &ports[edge.port.unwrap_or_default()];
+        let port = &node.ports[edge.port.unwrap_or_default()];
         let (from, types) = (&self.nodes[edge.from], port.types.join(" or "));
         let made = match &from.product {
             Some(Product::Artifact(made)) => format!("makes {made}"),
@@ -317,6 +322,13 @@ impl Graph {
             _ => format!("these make {}: {}", port.types.join(" or "), listed(names)),
         }
     }
+}
+
+/// The names of the ports that a stage writes; the short form `input` has none of its own.
+fn names(declaration: &Declaration) -> Vec<&str> {
+    let short = declaration.input.given().map(|_| "input");
+    let named = declaration.inputs.given().map_or(&[][..], |inputs| &inputs.value);
+    short.into_iter().chain(named.iter().map(|(port, _)| port.value.as_str())).collect()
 }
 
 /// The number of connections that a stage asks for.
@@ -362,11 +374,13 @@ fn connect(
         .iter()
         .map(|stage| {
             let kind = kind(stage, kinds, faults);
+            let ports = kind.as_ref().map(|kind| kind.ports_named(&names(stage)));
             Node {
                 name: stage.name.value.clone(),
                 header: stage.header.clone(),
                 configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), faults)),
-                edges: edges(stage, kind.as_deref(), &places, stages, faults),
+                edges: edges(stage, kind.as_deref().zip(ports.as_deref()), &places, stages, faults),
+                ports: ports.unwrap_or_default(),
                 source: source(stage, kind.as_deref(), folder, out, faults),
                 product: None,
                 keys: None,
@@ -394,7 +408,7 @@ fn configure(
 ) -> Option<Arc<dyn Configured>> {
     // Unknown keys are told here rather than by the kind: they may be misspelt keys of the engine.
     let fields: Vec<_> = kind.fields().into_iter().map(|field| field.name).collect();
-    let ports = kind.ports();
+    let ports = kind.ports_named(&names(stage));
     let used = |key: &&str| match *key {
         "source" => kind.has_source(),
         "input" | "inputs" => !ports.is_empty(),
@@ -440,14 +454,14 @@ fn source(
 
 fn edges(
     stage: &Declaration,
-    kind: Option<&dyn ErasedKind>,
+    kind: Option<(&dyn ErasedKind, &[Port])>,
     places: &HashMap<&str, Place>,
     stages: &[Declaration],
     faults: &mut Vec<Fault>,
 ) -> Vec<Edge> {
-    let ports = kind.map(|kind| kind.ports());
+    let ports = kind.map_or(&[][..], |(_, ports)| ports);
     let mut edges = Vec::new();
-    if let (Some([]), Some(kind)) = (ports.as_deref(), kind) {
+    if let Some((kind, [])) = kind {
         let given = stage.input.given().map(|input| &input.span);
         if let Some(span) = given.or(stage.inputs.given().map(|inputs| &inputs.span)) {
             let fault = Fault::at(span.clone(), format!("{} takes no input", kind.name()));
@@ -460,7 +474,7 @@ fn edges(
             return edges;
         }
     }
-    if let (Key::Given(per), Some(ports), Some(kind)) = (&stage.per, &ports, kind)
+    if let (Key::Given(per), Some((kind, ports))) = (&stage.per, kind)
         && !ports.iter().any(|port| port.many)
     {
         let fault = Fault::at(per.span.clone(), format!("{} gathers nothing", kind.name()));
@@ -478,13 +492,13 @@ fn edges(
         }
     };
     if let Key::Given(input) = &stage.input {
-        connect(ports.as_ref().map(|_| 0), input);
+        connect(kind.map(|_| 0), input);
     }
     let mut unknown_ports = Vec::new();
     for (port, from) in stage.inputs.given().map_or(&[][..], |inputs| &inputs.value) {
-        let names: Vec<_> = ports.iter().flatten().map(|port| port.name).collect();
+        let names: Vec<_> = ports.iter().map(|port| port.name.as_str()).collect();
         let place = names.iter().position(|name| *name == port.value);
-        if let (None, Some(kind)) = (place, kind) {
+        if let (None, Some((kind, _))) = (place, kind) {
             let message = format!("{} has no port {:?}", kind.name(), port.value);
             unknown_ports.push(unknown(&message, port, &names, "no port"));
         }

@@ -59,7 +59,7 @@ impl Kind for Import {
         Vec::new()
     }
 
-    fn product(_: &Added, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Added, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Big::TYPE)
     }
 
@@ -80,7 +80,7 @@ impl Kind for Add {
         vec![Port::one::<Big>("big")]
     }
 
-    fn product(_: &Added, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Added, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Big::TYPE)
     }
 

@@ -116,7 +116,7 @@ impl Kind for Careless {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact("text")
     }
 

@@ -141,6 +141,12 @@ fn log(events: &[Event]) -> String {
                 writeln!(text, "{} {file} {bytes}", if *restored { "restored" } else { "published" })
             }
             Event::Removed { file } => writeln!(text, "removed {file}"),
+            Event::Watching { .. } => writeln!(text, "watching"),
+            Event::Noticed { changes, .. } => {
+                let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));
+                writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
+            }
+            Event::Rejected { faults } => writeln!(text, "rejected: {faults}"),
             Event::Ended(Summary {
                 ran, up_to_date, failed, skipped, published, removed, cancelled, ..
             }) => {

@@ -221,7 +221,7 @@ impl Kind for Revised {
         vec![Port::one::<Text>("text")]
     }
 
-    fn product(_: &Nothing, _: &[(&'static str, &'static str)]) -> Product {
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact("text")
     }
 

@@ -39,8 +39,8 @@ fn every_manual_has_an_example_that_parses_with_its_kind() {
                 assert!(faults.is_none(), "{}: {faults:?}", kind.name());
                 if let Some(inputs) = table.get("inputs") {
                     let ValueKind::Table(inputs) = &inputs.value.kind else { panic!("inputs") };
-                    let ports: Vec<_> = kind.ports().iter().map(|port| port.name).collect();
-                    assert!(inputs.entries.iter().all(|entry| ports.contains(&entry.key.as_str())));
+                    let ports: Vec<_> = kind.ports().iter().map(|port| port.name.clone()).collect();
+                    assert!(inputs.entries.iter().all(|entry| ports.contains(&entry.key)));
                 }
                 found += 1;
             }
@@ -82,7 +82,7 @@ fn every_parameter_is_documented() {
 fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
     let configured = kind.configure(&Table::default()).unwrap();
     let Some(first) = kind.ports().into_iter().next() else { return vec![configured.product(&[])] };
-    first.types.iter().map(|arrives| configured.product(&[(first.name, arrives)])).collect()
+    first.types.iter().map(|arrives| configured.product(&[(&first.name, arrives)])).collect()
 }
 
 #[test]
