@@ -98,7 +98,11 @@ impl Progress {
             }
             Event::Ended(_) => self.bar.finish_and_clear(),
             // A build alone does not watch.
-            Event::Watching { .. } | Event::Noticed { .. } | Event::Rejected { .. } => {}
+            Event::Watching { .. }
+            | Event::Noticed { .. }
+            | Event::Rejected { .. }
+            | Event::Accepted
+            | Event::Hindered { .. } => {}
         }
     }
 

@@ -172,10 +172,19 @@ pub enum Event {
         /// The time since the first of them was heard of.
         milliseconds: f64,
     },
-    /// The changed manifest, or what it names, has faults; the last good graph goes on.
+    /// The changed manifest, or what it names, has faults; the last good graph goes on. Told once for the same faults.
     Rejected {
         /// The faults.
         faults: Faults,
+    },
+    /// The manifest and what it names are sound again, after [`Event::Rejected`].
+    Accepted,
+    /// The build as a whole cannot go on: a lock, a full disk. Told once for the same error; the watcher tries again.
+    Hindered {
+        /// What happened, then its causes.
+        error: Vec<String>,
+        /// What to do.
+        help: Option<String>,
     },
 }
 

@@ -31,6 +31,7 @@ mod testkit;
 #[cfg(test)]
 mod tests;
 mod timestamp;
+mod watch;
 mod workbench;
 
 pub use artifact::{Artifact, Handle};
@@ -46,6 +47,7 @@ pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
 pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;
+pub use watch::{WatchOptions, watch};
 pub use workbench::Workbench;
 
 #[doc(hidden)]

@@ -147,6 +147,8 @@ fn log(events: &[Event]) -> String {
                 writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
             }
             Event::Rejected { faults } => writeln!(text, "rejected: {faults}"),
+            Event::Accepted => writeln!(text, "accepted"),
+            Event::Hindered { error, .. } => writeln!(text, "hindered: {}", error.join(": ")),
             Event::Ended(Summary {
                 ran, up_to_date, failed, skipped, published, removed, cancelled, ..
             }) => {
