@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let events = |event: Event| {
         if !arguments.json {
             progress.tell(&event);
-        } else if !lost.load(Ordering::Relaxed) && print_json(&event) != Exit::Success {
+        } else if !lost.load(Ordering::Relaxed) && print::event(event) != Exit::Success {
             lost.store(true, Ordering::Relaxed);
         }
     };
@@ -62,11 +62,6 @@ fn exit_of(summary: &Summary) -> Exit {
     } else {
         Exit::Success
     }
-}
-
-/// One event on a line of its own. A reader that has gone away does not stop the build, nor does a full disk.
-fn print_json(event: &Event) -> Exit {
-    serde_json::to_string(event).map_or(Exit::Machine, |line| print::data(&format!("{line}\n")))
 }
 
 /// The first Ctrl-C stops the build at its next step, the second the process.

@@ -3,6 +3,8 @@
 
 use std::io::{self, ErrorKind, Write};
 
+use engine::{Event, EventLine};
+
 use crate::Exit;
 
 /// Writes a command's whole result to standard output. A reader that wants no more of it is no error.
@@ -16,6 +18,11 @@ pub(crate) fn data(text: &str) -> Exit {
             Exit::Machine
         }
     }
+}
+
+/// Writes one event on a line of its own. A reader that has gone away does not stop the build, nor does a full disk.
+pub(crate) fn event(event: Event) -> Exit {
+    serde_json::to_string(&EventLine::now(event)).map_or(Exit::Machine, |line| data(&(line + "\n")))
 }
 
 /// Writes a line to standard error. Where even that fails, nobody is left to be told.

@@ -103,6 +103,8 @@ impl Progress {
             | Event::Rejected { .. }
             | Event::Accepted
             | Event::Hindered { .. } => {}
+            // A timeline's business.
+            Event::Worked { .. } => {}
         }
     }
 

@@ -65,7 +65,7 @@ impl Workbench {
         let mut summary = if options.dry_run {
             self.rehearse(plan, options, &selected, events)?
         } else {
-            self.work(plan, options, &selected, cancel, events)?
+            self.work(plan, options, &selected, clock, cancel, events)?
         };
         summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
         events(Event::Ended(summary.clone()));
@@ -77,6 +77,7 @@ impl Workbench {
         plan: &Plan,
         options: &BuildOptions,
         selected: &[bool],
+        clock: Instant,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
@@ -89,7 +90,7 @@ impl Workbench {
         });
         let workshop = Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel };
         let jobs = self.pool.current_num_threads();
-        let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, events);
+        let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
         let mut told = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told);
         for (item, told) in told {

@@ -2,12 +2,43 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::{Digest, Faults, ItemKey};
+use crate::{Digest, Faults, ItemKey, Timestamp};
+
+/// An event as `--json` prints it: one object on a line of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct EventLine {
+    /// The version of this format. Within a version, events and fields are only ever added: pass over those that you do
+    /// not know.
+    pub v: u32,
+    /// When the line was written, in milliseconds since 1970-01-01 00:00 UTC.
+    pub time: Timestamp,
+    /// What happened.
+    #[serde(flatten)]
+    pub event: Event,
+}
+
+impl EventLine {
+    /// The version of the format: raised when an event or a field goes, is renamed or changes its type or meaning.
+    pub const VERSION: u32 = 1;
+
+    /// The line of an event that happens now.
+    pub fn now(event: Event) -> Self {
+        Self { v: Self::VERSION, time: Timestamp::now(), event }
+    }
+
+    /// The JSON Schema (draft 2020-12) of every line.
+    pub fn schema() -> serde_json::Value {
+        let settings = SchemaSettings::draft2020_12().for_serialize();
+        settings.into_generator().into_root_schema_for::<Self>().to_value()
+    }
+}
 
 /// An item's name in events: its stage and its key.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 pub struct ItemName {
     /// The stage.
     pub stage: String,
@@ -27,7 +58,7 @@ impl fmt::Display for ItemName {
 }
 
 /// Why an item runs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum Reason {
     /// There is no record of it.
@@ -75,7 +106,7 @@ pub enum Reason {
 }
 
 /// Something that happened during a build.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "event", rename_all = "kebab-case")]
 pub enum Event {
     /// The graph is loaded; this much may have to be done.
@@ -98,6 +129,20 @@ pub enum Event {
         item: ItemName,
         /// Why: every difference from its last run.
         reasons: Vec<Reason>,
+    },
+    /// A worker did something for an item: what a timeline is drawn from. What came of it is told next.
+    Worked {
+        /// The item.
+        item: ItemName,
+        /// What was done.
+        work: Work,
+        /// The worker, counted from 0. While a worker waits for others to share its work it may take on another item: that
+        /// one's time then lies within the first one's.
+        worker: usize,
+        /// When it began: the time since the build did.
+        start_milliseconds: f64,
+        /// How long it took.
+        milliseconds: f64,
     },
     /// A warning of a running item.
     Warning {
@@ -188,8 +233,20 @@ pub enum Event {
     },
 }
 
+/// What a worker does for an item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Work {
+    /// It reads and decodes the item's stored artifact, for those that need it.
+    Fetch,
+    /// It runs the item, stores what it made and publishes its files.
+    Run,
+    /// It publishes the stored files of an item that was up to date.
+    Publish,
+}
+
 /// A change that a watcher noticed.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 pub struct Change {
     /// The file or folder, relative to the manifest's folder where it lies inside.
     pub path: String,
@@ -198,7 +255,7 @@ pub struct Change {
 }
 
 /// What became of a file or folder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Changed {
     /// It is new, or came back.
@@ -212,7 +269,7 @@ pub enum Changed {
 }
 
 /// What a build did.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Items that ran.
     pub ran: usize,
@@ -230,4 +287,51 @@ pub struct Summary {
     pub cancelled: bool,
     /// How long it took.
     pub milliseconds: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect_file;
+    use serde_json::Value;
+
+    use super::*;
+
+    /// A change of this file is a change of what programs read: see docs/events.md for what that asks for.
+    /// `UPDATE_EXPECT=1 cargo test -p engine` writes it.
+    #[test]
+    fn the_schema_of_the_events_is_the_one_that_was_reviewed() {
+        let text = serde_json::to_string_pretty(&EventLine::schema()).unwrap() + "\n";
+        expect_file!["../../../docs/events.schema.json"].assert_eq(&text);
+    }
+
+    #[test]
+    fn every_event_and_every_field_is_described() {
+        let schema = EventLine::schema();
+        let events = schema["oneOf"].as_array().unwrap();
+        assert!(events.len() >= 15, "{} events", events.len());
+        for event in events {
+            let name = &event["properties"]["event"]["const"];
+            assert!(name.is_string() && event["description"].is_string(), "{event:#}");
+        }
+        let mut fields = 0;
+        check(&schema, &mut fields);
+        assert!(fields >= 60, "{fields} fields");
+    }
+
+    /// Every property but the names of variants says what it is, itself or by what it refers to.
+    fn check(schema: &Value, fields: &mut usize) {
+        match schema {
+            Value::Object(object) => {
+                for (name, field) in object.get("properties").and_then(Value::as_object).into_iter().flatten()
+                {
+                    *fields += 1;
+                    let described = field["description"].is_string() || field["const"].is_string();
+                    assert!(described, "{name} is not described: {field:#}");
+                }
+                object.values().for_each(|inner| check(inner, fields));
+            }
+            Value::Array(all) => all.iter().for_each(|inner| check(inner, fields)),
+            _ => {}
+        }
+    }
 }

@@ -1,9 +1,11 @@
 //! What is wrong with a manifest or a material file: every fault with its place, expectation and remedy.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 
-use serde::ser::{Serialize, SerializeStruct, Serializer};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Serialize, Serializer};
 
 /// One fault of a text file.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,35 +89,53 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-impl Serialize for Faults {
-    /// The file, and its faults with lines and columns in place of the text.
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let faults = self.faults.iter().map(|fault| Placed {
-            place: fault.span.as_ref().map(|span| line_and_column(&self.text, span.start)),
-            fault,
-        });
-        let mut object = serializer.serialize_struct("Faults", 2)?;
-        object.serialize_field("file", &self.file)?;
-        object.serialize_field("faults", &faults.collect::<Vec<_>>())?;
-        object.end()
-    }
+/// All faults of one file, with lines and columns in place of the text.
+#[derive(Serialize, JsonSchema)]
+struct PlacedFaults<'a> {
+    /// The file's name, for people.
+    file: &'a str,
+    /// The faults in order of their place.
+    faults: Vec<PlacedFault<'a>>,
 }
 
 /// A fault with its line and column.
-struct Placed<'a> {
-    fault: &'a Fault,
-    place: Option<(usize, usize)>,
+#[derive(Serialize, JsonSchema)]
+struct PlacedFault<'a> {
+    /// What is wrong, in one sentence without a full stop.
+    message: &'a str,
+    /// The line, counted from 1; `null` where the file as a whole is meant.
+    line: Option<usize>,
+    /// The column in characters, counted from 1.
+    column: Option<usize>,
+    /// What was expected there.
+    expected: Option<&'a str>,
+    /// What to do, for example the nearest spelling.
+    help: Option<&'a str>,
 }
 
-impl Serialize for Placed<'_> {
+impl Serialize for Faults {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut object = serializer.serialize_struct("Fault", 5)?;
-        object.serialize_field("message", &self.fault.message)?;
-        object.serialize_field("line", &self.place.map(|(line, _)| line))?;
-        object.serialize_field("column", &self.place.map(|(_, column)| column))?;
-        object.serialize_field("expected", &self.fault.expected)?;
-        object.serialize_field("help", &self.fault.help)?;
-        object.end()
+        let faults = self.faults.iter().map(|fault| {
+            let place = fault.span.as_ref().map(|span| line_and_column(&self.text, span.start));
+            PlacedFault {
+                message: &fault.message,
+                line: place.map(|(line, _)| line),
+                column: place.map(|(_, column)| column),
+                expected: fault.expected.as_deref(),
+                help: fault.help.as_deref(),
+            }
+        });
+        PlacedFaults { file: &self.file, faults: faults.collect() }.serialize(serializer)
+    }
+}
+
+impl JsonSchema for Faults {
+    fn schema_name() -> Cow<'static, str> {
+        "Faults".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        PlacedFaults::json_schema(generator)
     }
 }
 

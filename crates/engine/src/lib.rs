@@ -39,7 +39,7 @@ pub use build::{BuildOptions, build};
 pub use context::{Cancel, Context, Failure, Files, Read};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
-pub use event::{Change, Changed, Event, ItemName, Reason, Summary};
+pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
 pub use explain::{Explanation, ExportedFile, FileRead, InputUsed, LastRun, explain};
 pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};

@@ -13,6 +13,7 @@ use std::collections::{BTreeSet, BinaryHeap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
+use std::time::{Duration, Instant};
 
 use rayon::{Scope, ThreadPool};
 
@@ -22,7 +23,7 @@ use crate::publish::{Obstacle, Told};
 use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of};
 use crate::store::Blob;
-use crate::{Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary};
+use crate::{Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
 
 /// How far an item is.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,12 +76,23 @@ enum Message {
     Broken(ItemIndex),
 }
 
+/// The time that a worker spent on a task.
+struct Spell {
+    item: ItemIndex,
+    work: Work,
+    worker: usize,
+    begun: Instant,
+    took: Duration,
+}
+
 /// A build under way.
 pub(crate) struct Scheduler<'a, 'e> {
     workshop: &'a Workshop<'a>,
     judge: &'a Judge<'a>,
     keep_going: bool,
     jobs: usize,
+    /// Started with the build.
+    clock: Instant,
     events: &'e (dyn Fn(Event) + Sync),
     items: Vec<Progress>,
     /// The items that need each item's artifact.
@@ -99,6 +111,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         selected: &[bool],
         keep_going: bool,
         jobs: usize,
+        clock: Instant,
         events: &'e (dyn Fn(Event) + Sync),
     ) -> Self {
         let judge = workshop.judge;
@@ -137,6 +150,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             judge,
             keep_going,
             jobs,
+            clock,
             events,
             items,
             consumers,
@@ -170,8 +184,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                     break;
                 }
                 // A sender is alive in this function, so that there is always a message to come.
-                if let Ok(message) = receiver.recv() {
+                if let Ok((spell, message)) = receiver.recv() {
                     self.busy -= 1;
+                    self.tell_spell(&spell);
                     self.hear(message);
                 }
             }
@@ -259,36 +274,50 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.tasks.push((self.judge.plan.items[item].stage, Reverse(item), task));
     }
 
-    fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<Message>)
+    fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(Spell, Message)>)
     where
         'a: 's,
     {
         let workshop = self.workshop;
         let sender = sender.clone();
         self.busy += 1;
-        let (item, work): (_, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
+        let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
             Task::Fetch(item) => {
                 let digest = self.digest(item);
-                (item, Box::new(move || Message::Fetched(item, workshop.fetch(item, digest))))
+                (item, Work::Fetch, Box::new(move || Message::Fetched(item, workshop.fetch(item, digest))))
             }
             Task::Publish(item) => {
                 let outputs = self.items[item].outputs.clone();
-                let work = move || {
+                let act = move || {
                     let mut told = Vec::new();
                     let result = workshop.publish(item, &outputs, None, &mut told);
                     Message::Published(item, told, result)
                 };
-                (item, Box::new(work))
+                (item, Work::Publish, Box::new(act))
             }
             Task::Run(item) => {
                 let order = self.order(item);
                 self.tell(Event::Started { item: self.judge.name(item), reasons: order.reasons.clone() });
-                (item, Box::new(move || Message::Ran(item, workshop.run(order))))
+                (item, Work::Run, Box::new(move || Message::Ran(item, workshop.run(order))))
             }
         };
         scope.spawn(move |_| {
-            let message = catch_unwind(AssertUnwindSafe(work)).unwrap_or(Message::Broken(item));
-            let _ = sender.send(message);
+            let begun = Instant::now();
+            let message = catch_unwind(AssertUnwindSafe(act)).unwrap_or(Message::Broken(item));
+            let worker = rayon::current_thread_index().unwrap_or(0);
+            let spell = Spell { item, work, worker, begun, took: begun.elapsed() };
+            let _ = sender.send((spell, message));
+        });
+    }
+
+    fn tell_spell(&mut self, spell: &Spell) {
+        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
+        self.tell(Event::Worked {
+            item: self.judge.name(spell.item),
+            work: spell.work,
+            worker: spell.worker,
+            start_milliseconds: milliseconds(spell.begun.saturating_duration_since(self.clock)),
+            milliseconds: milliseconds(spell.took),
         });
     }
 

@@ -124,6 +124,7 @@ fn log(events: &[Event]) -> String {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
                 writeln!(text, "run {item}: {}", reasons.join("; "))
             }
+            Event::Worked { .. } => Ok(()),
             Event::Warning { item, message } => writeln!(text, "warning {item}: {message}"),
             Event::Note { item, message } => writeln!(text, "note {item}: {message}"),
             Event::Finished { item, changed, .. } => {

@@ -450,3 +450,53 @@ fn manifests_that_share_a_folder_share_results() {
     assert_eq!((summary.ran, summary.up_to_date, summary.published), (0, 8, 2));
     assert!(project.build().contains("0 ran, 8 up to date, 0 failed, 0 skipped, 0 published, 0 removed"));
 }
+
+#[test]
+fn every_piece_of_work_says_who_did_it_and_when() {
+    let mut project = chain();
+    project.options.jobs = Some(2);
+    let spells = || {
+        let (events, summary) = project.try_build();
+        let (events, whole) = (events.into_iter(), summary.unwrap().milliseconds);
+        let spells = events.filter_map(|event| match event {
+            Event::Worked { item, work, worker, start_milliseconds: start, milliseconds } => {
+                assert!(
+                    worker < 2 && start >= 0.0 && start + milliseconds <= whole,
+                    "{item} {start} {whole}"
+                );
+                Some((worker, start, start + milliseconds, format!("{work:?} {item}")))
+            }
+            _ => None,
+        });
+        spells.collect::<Vec<_>>()
+    };
+    let names = |spells: &[(usize, f64, f64, String)]| {
+        let mut names = spells.iter().map(|spell| spell.3.clone()).collect::<Vec<_>>();
+        names.sort();
+        names
+    };
+    let first = spells();
+    let stages = ["file", "loud", "marked", "text"];
+    let runs = stages.iter().flat_map(|stage| ["a", "b"].map(|key| format!("Run {stage} [{key}]")));
+    assert_eq!(names(&first), runs.collect::<Vec<_>>());
+    for (index, a) in first.iter().enumerate() {
+        for b in first[index + 1..].iter().filter(|b| b.0 == a.0) {
+            let apart = a.2 <= b.1 || b.2 <= a.1;
+            let nested = (a.1 <= b.1 && b.2 <= a.2) || (b.1 <= a.1 && a.2 <= b.2);
+            assert!(apart || nested, "one worker did {a:?} and {b:?}");
+        }
+    }
+    assert!(spells().is_empty(), "nothing is done for what is up to date");
+    project.edit("text = \"!\"", "text = \"?\"");
+    let again = [
+        "Fetch loud [a]",
+        "Fetch loud [b]",
+        "Run file [a]",
+        "Run file [b]",
+        "Run marked [a]",
+        "Run marked [b]",
+    ];
+    assert_eq!(names(&spells()), again);
+    project.remove("out");
+    assert_eq!(names(&spells()), ["Publish file [a]", "Publish file [b]"]);
+}
