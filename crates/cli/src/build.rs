@@ -7,7 +7,6 @@ use engine::{BuildOptions, Cancel, Event, Kinds, Summary};
 use crate::arguments::BuildArguments;
 use crate::print::say;
 use crate::progress::Progress;
-use crate::reasons::Connections;
 use crate::{Exit, exit, manifest, print};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
@@ -23,11 +22,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel);
-    let progress = Progress::new(
-        arguments.verbose,
-        arguments.dry_run.then(|| Connections::of(&plan)),
-        !arguments.json && !arguments.dry_run,
-    );
+    let progress = Progress::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
     // Whether events could not be written; told once.
     let lost = AtomicBool::new(false);
     let events = |event: Event| {

@@ -3,7 +3,7 @@
 use engine::{Explanation, Kinds, LastRun};
 
 use crate::arguments::ExplainArguments;
-use crate::reasons::{Connections, past, short};
+use crate::reasons::{lines, short};
 use crate::{Exit, exit, manifest, print, terminal};
 
 pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
@@ -13,19 +13,18 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
     };
     match engine::explain(&plan, &arguments.target) {
         Ok(explanations) => {
-            let connections = Connections::of(&plan);
-            let texts = explanations.iter().map(|found| describe(found, &connections)).collect::<Vec<_>>();
+            let texts = explanations.iter().map(describe).collect::<Vec<_>>();
             print::data(&texts.join("\n"))
         }
         Err(error) => exit::of_error(&error),
     }
 }
 
-fn describe(explanation: &Explanation, connections: &Connections) -> String {
+fn describe(explanation: &Explanation) -> String {
     let mut text = format!("{}\n", explanation.item);
     if explanation.would_run {
         text += "  would run now, because\n";
-        for line in connections.planned(&explanation.item, &explanation.reasons) {
+        for line in lines(&explanation.reasons) {
             text += &format!("    {line}\n");
         }
     } else {
@@ -46,7 +45,7 @@ fn describe_run(run: &LastRun) -> String {
     let time = terminal::duration(run.milliseconds);
     let mut text =
         format!("  last ran {} for {time} as {}, by version {}\n", run.started, run.kind, run.version);
-    text += &format!("    because {}\n", past(&run.reasons));
+    text += &format!("    because {}\n", lines(&run.reasons).join("; "));
     for input in &run.inputs {
         text += &format!("    input {} {} = {}\n", short(Some(&input.digest)), input.port, input.item);
     }

@@ -10,7 +10,7 @@ use engine::{Event, ItemName, Summary};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::print::{message, say};
-use crate::reasons::{self, Connections};
+use crate::reasons;
 use crate::terminal;
 
 const TICK: Duration = Duration::from_millis(100);
@@ -18,8 +18,8 @@ const TICK: Duration = Duration::from_millis(100);
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
     verbose: bool,
-    /// What a dry run needs to say why an item would run; `None` in a build.
-    rehearsal: Option<Connections>,
+    /// Whether this is a dry run.
+    rehearsal: bool,
     bar: ProgressBar,
     state: Mutex<State>,
 }
@@ -32,7 +32,7 @@ struct State {
 }
 
 impl Progress {
-    pub(crate) fn new(verbose: bool, rehearsal: Option<Connections>, bar: bool) -> Self {
+    pub(crate) fn new(verbose: bool, rehearsal: bool, bar: bool) -> Self {
         let bar = if bar && terminal::is_watched() { ProgressBar::new(0) } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed:>4}  {wide_msg}") {
             bar.set_style(style);
@@ -55,12 +55,12 @@ impl Progress {
                 self.bar.inc(1);
             }
             Event::Started { item, reasons } => {
-                if let Some(connections) = &self.rehearsal {
-                    let why = connections.planned(item, reasons).join("; ");
-                    return self.line("would run", format_args!("{item}: {why}"));
+                let why = || reasons::lines(reasons).join("; ");
+                if self.rehearsal {
+                    return self.line("would run", format_args!("{item}: {}", why()));
                 }
                 if self.verbose {
-                    self.line("run", format_args!("{item}: {}", reasons::past(reasons)));
+                    self.line("run", format_args!("{item}: {}", why()));
                 }
                 self.running(|running| _ = running.insert(item.clone(), ()));
             }
@@ -85,16 +85,16 @@ impl Progress {
                 self.state().skipped.push((item.clone(), because.clone()));
             }
             Event::Published { file, restored: true, .. } => {
-                self.line(if self.rehearsal.is_some() { "would restore" } else { "restored" }, file);
+                self.line(if self.rehearsal { "would restore" } else { "restored" }, file);
             }
-            Event::Published { file, .. } if self.rehearsal.is_some() => self.line("would publish", file),
+            Event::Published { file, .. } if self.rehearsal => self.line("would publish", file),
             Event::Published { file, .. } => {
                 if self.verbose {
                     self.line("published", file);
                 }
             }
             Event::Removed { file } => {
-                self.line(if self.rehearsal.is_some() { "would remove" } else { "removed" }, file);
+                self.line(if self.rehearsal { "would remove" } else { "removed" }, file);
             }
             Event::Ended(_) => self.bar.finish_and_clear(),
             // A build alone does not watch.
@@ -111,7 +111,7 @@ impl Progress {
     /// What is worth saying at the end: failures in full, then one paragraph of counts.
     pub(crate) fn summarise(&self, summary: &Summary, out: &Path) {
         self.tell_failures();
-        for line in conclusion(summary, out, self.rehearsal.is_some()) {
+        for line in conclusion(summary, out, self.rehearsal) {
             message(&line);
         }
     }

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::context::listing_digest;
 use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
-use crate::{Digest, Files, Read};
+use crate::{Digest, Files, Read, Timestamp};
 
 /// The disk as one build sees it.
 pub(crate) struct Disk {
@@ -96,6 +96,13 @@ impl Disk {
     }
 }
 
+impl Reader {
+    /// When a file had been changed that was read and held still.
+    pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
+        lock(&self.stamps).get(path).and_then(Stamp::modified)
+    }
+}
+
 impl Files for Reader {
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
         let before = Stamp::of(&fs::metadata(path)?);
@@ -125,6 +132,11 @@ fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     }
     names.sort_unstable();
     Ok(names)
+}
+
+/// When a file or folder was changed, by its file system.
+pub(crate) fn modified(path: &Path) -> Option<Timestamp> {
+    fs::metadata(path).and_then(|metadata| metadata.modified()).ok().map(Timestamp::of)
 }
 
 /// The digest of a file's content.

@@ -82,8 +82,15 @@ pub enum Reason {
         item: ItemName,
         /// The digest at the last run, where it arrived then.
         old: Option<Digest>,
-        /// The digest now; `None` where it no longer arrives, or (in a dry run) is not yet known.
+        /// The digest now; `None` where it no longer arrives.
         new: Option<Digest>,
+    },
+    /// An artifact that arrives at a port would be made anew before; what it will be is not known. Told in a dry run only.
+    Awaits {
+        /// The port.
+        port: String,
+        /// The item that would run.
+        item: ItemName,
     },
     /// A file that it reads changed.
     File {
@@ -93,6 +100,12 @@ pub enum Reason {
         old: Option<Digest>,
         /// The digest now; `None` where it is gone.
         new: Option<Digest>,
+        /// When the file had been changed that the last run read, by its file system, where that is on record.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        old_time: Option<Timestamp>,
+        /// When it was changed now, by its file system.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        new_time: Option<Timestamp>,
     },
     /// The kind's author changed what it computes, or the stage has another kind.
     Kind {

@@ -77,6 +77,9 @@ pub struct FileRead {
     pub listing: bool,
     /// The digest of what was read; `None` where it was looked for and not there.
     pub digest: Option<Digest>,
+    /// When the file had been changed, by its file system; a clue for people: no key holds it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modified: Option<Timestamp>,
 }
 
 /// A file in `out`.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::disk::Disk;
+use crate::disk::{Disk, modified};
 use crate::journal::{Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
@@ -213,8 +213,10 @@ impl<'a> Judge<'a> {
             let before = old.iter().map(|used| (&used.item, used.digest)).collect::<HashMap<_, _>>();
             for (_, name, digest) in &new {
                 let old = before.get(name).copied();
-                if old.is_none() || old != *digest {
-                    let (port, item) = (port.to_owned(), name.clone());
+                let (port, item) = (port.to_owned(), name.clone());
+                if digest.is_none() {
+                    reasons.push(Reason::Awaits { port, item });
+                } else if old != *digest {
                     reasons.push(Reason::Input { port, item, old, new: *digest });
                 }
             }
@@ -230,14 +232,21 @@ impl<'a> Judge<'a> {
         for read in &record.reads {
             let new = self.now(read);
             if new != read.digest {
-                reasons.push(Reason::File { path: read.path.clone(), old: read.digest, new });
+                reasons.push(Reason::File {
+                    path: read.path.clone(),
+                    old: read.digest,
+                    new,
+                    old_time: read.modified,
+                    new_time: modified(&self.folder.join(&read.path)),
+                });
             }
         }
         let source = self.source(item);
         if let Some(path) = source.filter(|source| record.source.as_ref() != Some(source)) {
             let listing = self.folder.join(&path).is_dir();
-            let new = self.now(&FileRead { path: path.clone(), listing, digest: None });
-            reasons.push(Reason::File { path, old: None, new });
+            let new = self.now(&FileRead { path: path.clone(), listing, digest: None, modified: None });
+            let new_time = modified(&self.folder.join(&path));
+            reasons.push(Reason::File { path, old: None, new, old_time: None, new_time });
         }
     }
 }

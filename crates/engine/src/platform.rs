@@ -7,6 +7,8 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
+use crate::Timestamp;
+
 /// What the file system says of a file without reading it: size, times of change in nanoseconds, identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Stamp {
@@ -24,6 +26,14 @@ impl Stamp {
     pub(crate) fn of(metadata: &Metadata) -> Self {
         let (changed, inode) = identity(metadata);
         Self { size: metadata.len(), modified: modified(metadata), changed, inode }
+    }
+
+    /// The time of the last change of the content; `None` where the system cannot tell.
+    pub(crate) fn modified(&self) -> Option<Timestamp> {
+        u64::try_from(self.modified)
+            .ok()
+            .filter(|_| self.modified < i64::MAX)
+            .map(|time| Timestamp(time / 1_000_000))
     }
 
     /// Whether a later change of the file must show in the stamp: the last one is old, by the clock of its file

@@ -110,7 +110,7 @@ impl Workshop<'_> {
             parameters: facts.parameters.clone(),
             source: self.judge.source(order.item),
             inputs: order.inputs,
-            reads: self.reads(&reads),
+            reads: self.reads(&reader, &reads),
             outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
             started,
             milliseconds,
@@ -251,11 +251,12 @@ impl Workshop<'_> {
         }
     }
 
-    fn reads(&self, reads: &[Read]) -> Vec<FileRead> {
+    fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {
         let named = reads.iter().map(|read| FileRead {
             path: path_name(self.judge.folder, &read.path),
             listing: read.listing,
             digest: read.digest,
+            modified: reader.modified(&read.path),
         });
         named.collect()
     }

@@ -174,7 +174,8 @@ fn reason(reason: &Reason) -> String {
         Reason::Input { port, item, old, new } => {
             format!("{port} {item} {} -> {}", known(old), known(new))
         }
-        Reason::File { path, old, new } => format!("file {path} {} -> {}", known(old), known(new)),
+        Reason::Awaits { port, item } => format!("{port} after {item}"),
+        Reason::File { path, old, new, .. } => format!("file {path} {} -> {}", known(old), known(new)),
         Reason::Kind { old, new } => format!("kind {old} -> {new}"),
         Reason::ResultLost => "result lost".into(),
     }

@@ -382,11 +382,11 @@ fn a_dry_run_tells_and_writes_nothing() {
         planned 4 stages, 8 items
         run text [a]: file a.txt some -> some
         up to date text [b]
-        run loud [a]: text text [a] some -> none
+        run loud [a]: text after text [a]
         up to date loud [b]
-        run marked [a]: text loud [a] some -> none
+        run marked [a]: text after loud [a]
         up to date marked [b]
-        run file [a]: value marked [a] some -> none
+        run file [a]: value after marked [a]
         up to date file [b]
         restored file/b.txt 4
         ended: 4 ran, 4 up to date, 0 failed, 0 skipped, 1 published, 0 removed
@@ -418,7 +418,7 @@ fn explain_tells_of_a_file_by_any_of_its_names() {
     project.edit("\"!\"", "\"?\"");
     let reasons = |target| project.explain(target)[0].reasons.iter().map(reason).collect::<Vec<_>>();
     assert_eq!(reasons("marked"), [r#"text "!" -> "?""#]);
-    assert_eq!(reasons("file"), ["value marked [a] some -> none"]);
+    assert_eq!(reasons("file"), ["value after marked [a]"]);
     assert!(reasons("loud").is_empty());
 }
 
