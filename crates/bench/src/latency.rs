@@ -1,0 +1,158 @@
+//! How long a lighting designer waits: the project of `watch-latency`, its edits and what they are measured by.
+//!
+//! The manifest and the materials in `frozen-watch` are frozen: they stay as they are, so that figures can be compared
+//! over time. The environments are a gradient with a sun and grain, 1024 x 512, half floats with ZIP compression.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use containers::Precision;
+use envmap::Image;
+use sphere::{Direction, LatLong};
+
+/// The environments of the project.
+pub const ENVIRONMENTS: [&str; 2] = ["dusk", "noon"];
+
+/// The materials of the project, each with the parameter that an edit changes.
+pub const MATERIALS: [(&str, &str); 4] = [
+    ("chalk", "albedo = 0.8"),
+    ("gold", "sigma = 0.2"),
+    ("lacquer", "sigma = 0.2"),
+    ("satin", "sigma = 0.4"),
+];
+
+/// A copy of the frozen project.
+pub struct Project {
+    folder: tempfile::TempDir,
+    edits: u32,
+}
+
+impl Project {
+    /// The project with nothing built.
+    ///
+    /// # Errors
+    /// Where the folder cannot be written.
+    pub fn new() -> io::Result<Self> {
+        let project = Self { folder: tempfile::tempdir()?, edits: 0 };
+        for folder in ["environments", "materials"] {
+            fs::create_dir(project.folder.path().join(folder))?;
+        }
+        fs::copy(frozen("pipeline.toml"), project.manifest())?;
+        for (name, _) in MATERIALS {
+            fs::copy(frozen(&material(name)), project.folder.path().join(material(name)))?;
+        }
+        for (index, name) in ENVIRONMENTS.into_iter().enumerate() {
+            fs::write(project.folder.path().join(environment(name)), sky(2.0 * index as f64))?;
+        }
+        Ok(project)
+    }
+
+    /// The manifest.
+    pub fn manifest(&self) -> PathBuf {
+        self.folder.path().join("pipeline.toml")
+    }
+
+    /// An edit of a material: its file with a parameter that it never had before.
+    ///
+    /// # Errors
+    /// Where the frozen material cannot be read.
+    pub fn next_material(&mut self) -> io::Result<Edit> {
+        let (name, parameter) = MATERIALS[self.edits as usize % MATERIALS.len()];
+        self.edits += 1;
+        let text = fs::read_to_string(frozen(&material(name)))?;
+        let changed = text.replace(parameter, &format!("{parameter}{:04}", self.edits));
+        assert_ne!(text, changed, "the edit changes the file");
+        Ok(Edit {
+            place: self.folder.path().join(material(name)),
+            content: changed.into_bytes(),
+            exports: ENVIRONMENTS.len(),
+        })
+    }
+
+    /// An edit of an environment: the sun has moved.
+    pub fn next_environment(&mut self) -> Edit {
+        let name = ENVIRONMENTS[self.edits as usize % ENVIRONMENTS.len()];
+        self.edits += 1;
+        Edit {
+            place: self.folder.path().join(environment(name)),
+            content: sky(0.01 * f64::from(self.edits)),
+            exports: MATERIALS.len(),
+        }
+    }
+}
+
+/// A save of a file.
+pub struct Edit {
+    place: PathBuf,
+    content: Vec<u8>,
+    /// The number of maps that depend on it.
+    pub exports: usize,
+}
+
+impl Edit {
+    /// Saves as most editors do: a temporary file, renamed over the old one.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn save(&self) -> io::Result<()> {
+        let temporary = self.place.with_extension("tmp");
+        fs::write(&temporary, &self.content)?;
+        fs::rename(&temporary, &self.place)
+    }
+}
+
+fn frozen(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("frozen-watch").join(name)
+}
+
+fn material(name: &str) -> String {
+    format!("materials/{name}.toml")
+}
+
+fn environment(name: &str) -> String {
+    format!("environments/{name}.exr")
+}
+
+/// An EXR file of a sky whose sun stands at an azimuth, in radians.
+fn sky(azimuth: f64) -> Vec<u8> {
+    let grid = LatLong { width: 1024, height: 512 };
+    let sun = Direction::from_angles(1.0, azimuth).vector();
+    // Grain, so that the file compresses no better than a photograph.
+    let mut grain = 1_u32;
+    let mut pixels = Vec::with_capacity(grid.width * grid.height);
+    for row in 0..grid.height {
+        for column in 0..grid.width {
+            let direction = grid.direction(row, column).vector();
+            grain = grain.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = 0.05 * f64::from(grain >> 8) / f64::from(1 << 24);
+            let disk = 500.0 * (2000.0 * (direction.dot(sun) - 1.0)).exp();
+            let up = 0.3 + 0.7 * direction.z.max(0.0);
+            pixels.push([0.4, 0.6, 1.0].map(|tint| (tint * up + disk + noise) as f32));
+        }
+    }
+    let image = Image::new(grid.width, grid.height, pixels).expect("the pixels fill the image");
+    containers::write_exr(&image, Precision::Half, None).expect("the image can be encoded").bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_edit_is_one_that_no_cache_knows() {
+        let mut project = Project::new().unwrap();
+        let mut seen = std::collections::HashSet::new();
+        for _ in 0..2 * MATERIALS.len() {
+            let edit = project.next_material().unwrap();
+            assert!(seen.insert((edit.place.clone(), edit.content.clone())));
+            edit.save().unwrap();
+        }
+        for _ in 0..2 {
+            let edit = project.next_environment();
+            assert!(seen.insert((edit.place, edit.content)));
+        }
+        let plan = engine::Plan::load(&project.manifest(), &stages::kinds()).unwrap();
+        assert_eq!(plan.items.len(), 2 + 4 + 2 + 4 + 8 + 8);
+    }
+}
