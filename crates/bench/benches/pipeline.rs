@@ -34,7 +34,7 @@ fn copy(from: &Path, to: &Path) {
 fn build(folder: &TempDir) {
     let plan =
         Plan::load(&folder.path().join("pipeline.toml"), &stages::kinds()).expect("the manifest is good");
-    let options = BuildOptions { stages: Vec::new(), jobs: None, keep_going: false, dry_run: false };
+    let options = BuildOptions::default();
     let summary =
         engine::build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes to its end");
     assert!(summary.ran == plan.items.len() && summary.failed == 0, "{summary:?}");

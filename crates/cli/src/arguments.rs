@@ -69,6 +69,9 @@ pub(crate) struct BuildArguments {
     /// Start nothing more after the first failure
     #[arg(long)]
     pub(crate) fail_fast: bool,
+    /// Wait for another process at work in the folder, as long as it takes or at most SECONDS [default: 10 seconds]
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true)]
+    pub(crate) wait: Option<Option<u32>>,
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,

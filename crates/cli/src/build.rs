@@ -1,8 +1,9 @@
 //! `specula build`: runs what is out of date.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-use engine::{BuildOptions, Cancel, Event, Kinds, Summary};
+use engine::{BuildOptions, Cancel, Event, Kinds, Patience, Summary};
 
 use crate::arguments::BuildArguments;
 use crate::print::say;
@@ -19,6 +20,8 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
+        patience: patience(arguments.wait),
+        ..BuildOptions::default()
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel);
@@ -46,6 +49,15 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             progress.tell_failures();
             exit::of_error(&error)
         }
+    }
+}
+
+/// What `--wait`, `--wait=SECONDS` or neither asks for.
+fn patience(wait: Option<Option<u32>>) -> Patience {
+    match wait {
+        None => Patience::default(),
+        Some(None) => Patience::ENDLESS,
+        Some(Some(seconds)) => Patience(Some(Duration::from_secs(seconds.into()))),
     }
 }
 

@@ -17,7 +17,7 @@ pub enum Exit {
     Usage = 2,
     /// 3: the manifest has faults; nothing ran.
     Manifest = 3,
-    /// 4: the machine is in the way: a folder that cannot be written, a full disk, another build running.
+    /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there.
     Machine = 4,
     /// 130: stopped by Ctrl-C.
     Interrupted = 130,
@@ -30,7 +30,7 @@ impl Exit {
   1    the build went to its end, but items failed; their last good outputs stay
   2    the command line cannot be understood, or names something that is not there
   3    the manifest has faults; nothing ran
-  4    the machine is in the way: unwritable folder, full disk, another build running
+  4    the machine is in the way: unwritable folder, full disk, another process at work
   130  stopped by Ctrl-C";
 }
 

@@ -48,6 +48,11 @@ impl Progress {
     pub(crate) fn tell(&self, event: &Event) {
         match event {
             Event::Planned { items, .. } => self.bar.set_length(*items as u64),
+            Event::Waiting { holder, limit_milliseconds } => {
+                let limit =
+                    limit_milliseconds.map(|limit| format!(", at most {}", terminal::duration(limit)));
+                self.line("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));
+            }
             Event::UpToDate { item } => {
                 if self.verbose {
                     self.line("current", item);

@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use crate::disk::Disk;
 use crate::judge::{Judge, Verdict, manifest_name};
+use crate::lock::Request;
 use crate::publish::{Publisher, sweep};
 use crate::run::Workshop;
 use crate::scheduler::{Scheduler, event_of};
 use crate::state::State;
 use crate::store::Blob;
-use crate::{Cancel, Error, ErrorKind, Event, Plan, Reason, Summary, Workbench, nearest};
+use crate::{Cancel, Errand, Error, ErrorKind, Event, Patience, Plan, Reason, Summary, Workbench, nearest};
 
 /// What a build is asked to do.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +23,10 @@ pub struct BuildOptions {
     pub keep_going: bool,
     /// Whether only to tell what would run and why; nothing is written.
     pub dry_run: bool,
+    /// What the build is part of, for other processes that find it at work.
+    pub errand: Errand,
+    /// How long to wait for another process that works in the folder.
+    pub patience: Patience,
 }
 
 /// Builds once: [`Workbench::build`] with threads of its own and nothing kept in memory afterwards.
@@ -45,7 +50,7 @@ impl Workbench {
     /// different items may change places, but what is made does not.
     ///
     /// # Errors
-    /// Where the build as a whole cannot go on: an unknown stage, another build at work, a state folder that is damaged
+    /// Where the build as a whole cannot go on: an unknown stage, another process at work, a state folder that is damaged
     /// beyond use or cannot be written.
     pub fn build(
         &self,
@@ -82,7 +87,19 @@ impl Workbench {
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let folder = plan.manifest.parent().unwrap_or(plan.manifest.as_path());
-        let state = self.pool.install(|| State::lock(folder))?;
+        let waiting = |holder| {
+            let limit = options.patience.0.map(|limit| limit.as_secs_f64() * 1e3);
+            events(Event::Waiting { holder, limit_milliseconds: limit });
+        };
+        let (errand, patience) = (options.errand, options.patience);
+        let lock = match State::lock(folder, &Request { errand, patience, cancel, waiting: &waiting }) {
+            Err(error) if error.kind() == ErrorKind::Cancelled => {
+                let skipped = plan.items.iter().filter(|item| selected[item.stage]).count();
+                return Ok(Summary { skipped, cancelled: true, ..Summary::default() });
+            }
+            lock => lock?,
+        };
+        let state = self.pool.install(|| State::open(lock))?;
         sweep(&state, folder)?;
         let disk = Disk::new(state.now);
         let (judge, publisher) = self.pool.install(|| {

@@ -12,8 +12,10 @@ pub enum ErrorKind {
     BadState,
     /// The state folder was written by a newer version.
     NewerState,
-    /// Another build holds the state folder.
+    /// Another process works in the state folder.
     Locked,
+    /// It was told to stop while it waited for another process.
+    Cancelled,
     /// A stage or file that was asked for does not exist.
     UnknownTarget,
     /// A file or folder that is not ours stands where one has to be published.

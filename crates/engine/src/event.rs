@@ -131,6 +131,13 @@ pub enum Event {
         /// The number of their items.
         items: usize,
     },
+    /// Another process works in the folder; the build waits for it. Told once, when the wait becomes noticeable.
+    Waiting {
+        /// Who it is: what it does, its process and since when.
+        holder: String,
+        /// The longest wait; `None` where it has no limit.
+        limit_milliseconds: Option<f64>,
+    },
     /// The item's result is in the cache: nothing to run.
     UpToDate {
         /// The item.

@@ -17,6 +17,7 @@ mod journal;
 mod judge;
 mod key;
 mod kind;
+mod lock;
 mod parameters;
 mod plan;
 mod platform;
@@ -44,6 +45,7 @@ pub use explain::{Explanation, ExportedFile, FileRead, InputUsed, LastRun, expla
 pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
+pub use lock::{Errand, Patience};
 pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;

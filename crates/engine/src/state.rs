@@ -10,15 +10,14 @@
 //!   tmp/         blobs that are being written; what is here when a build begins is left over from a killed one
 //! ```
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use crate::journal::Journal;
+use crate::lock::{Lock, Request};
 use crate::store::Store;
-use crate::{Error, ErrorKind, Timestamp, platform};
+use crate::{Error, ErrorKind};
 
 /// The folder's name.
 pub(crate) const FOLDER: &str = ".specula";
@@ -33,22 +32,6 @@ pub(crate) struct State {
     _lock: Option<Lock>,
 }
 
-/// A locked file.
-struct Lock(File);
-
-impl Drop for Lock {
-    /// Closing the file would do, but for a process that was begun a moment ago and still has it open.
-    fn drop(&mut self) {
-        let _ = self.0.unlock();
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-struct Holder {
-    process: u32,
-    since: Timestamp,
-}
-
 impl State {
     /// Opens the folder beside a manifest to look at it: nothing is written, and a build may be at work.
     ///
@@ -61,28 +44,35 @@ impl State {
         Ok(Self { journal, store: Arc::new(Store::new(&folder)), now: i64::MIN / 2, _lock: None })
     }
 
-    /// Opens the folder for a build, and makes it where it is not there.
+    /// Locks the folder beside a manifest, and makes it where it is not there.
     ///
     /// # Errors
-    /// Where another build holds it, it cannot be written, or it was written by a newer version.
-    pub(crate) fn lock(beside: &Path) -> Result<Self, Error> {
+    /// As [`Lock::take`].
+    pub(crate) fn lock(beside: &Path, request: &Request<'_>) -> Result<Lock, Error> {
         let folder = beside.join(FOLDER);
         check_is_folder(&folder)?;
-        fs::create_dir_all(&folder).map_err(|error| Error::io(&error, "create", &folder))?;
-        let lock = lock(&folder)?;
+        Lock::take(&folder, request)
+    }
+
+    /// Opens a locked folder to work in it.
+    ///
+    /// # Errors
+    /// Where it cannot be written, or was written by a newer version.
+    pub(crate) fn open(lock: Lock) -> Result<Self, Error> {
+        let folder = lock.folder();
         let journal = Journal::write(&folder.join("journal"))?;
-        let now = announce(&folder)?;
+        let now = lock.announce()?;
         let ignore = folder.join(".gitignore");
         if !ignore.exists() {
             fs::write(&ignore, "*\n").map_err(|error| Error::io(&error, "write", &ignore))?;
         }
-        let store = Store::new(&folder);
+        let store = Store::new(folder);
         store.prepare()?;
         Ok(Self { journal, store: Arc::new(store), now, _lock: Some(lock) })
     }
 }
 
-fn check_is_folder(folder: &PathBuf) -> Result<(), Error> {
+fn check_is_folder(folder: &Path) -> Result<(), Error> {
     match fs::metadata(folder) {
         Ok(metadata) if !metadata.is_dir() => {
             let message = format!("{} is not a folder", folder.display());
@@ -93,68 +83,43 @@ fn check_is_folder(folder: &PathBuf) -> Result<(), Error> {
     }
 }
 
-fn lock(folder: &Path) -> Result<Lock, Error> {
-    let path = folder.join("lock");
-    let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
-    let file = opened.map_err(|error| Error::io(&error, "write", &path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(Lock(file)),
-        Err(TryLockError::WouldBlock) => {
-            let holder = fs::read(folder.join("holder")).ok();
-            let holder = holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok());
-            let who = holder.map_or_else(String::new, |Holder { process, since }| {
-                format!(" (process {process}, since {since})")
-            });
-            let message = format!("another build is at work in {}{who}", folder.display());
-            Err(Error::new(ErrorKind::Locked, message)
-                .with_help("wait for it, or stop that process: its lock goes with it"))
-        }
-        Err(TryLockError::Error(error)) => Err(Error::io(&error, "lock", &path)),
-    }
-}
-
-/// Writes who holds the lock, and returns the file system's time.
-fn announce(folder: &Path) -> Result<i64, Error> {
-    let path = folder.join("holder");
-    let holder = Holder { process: std::process::id(), since: Timestamp::now() };
-    let text = serde_json::to_string(&holder).unwrap_or_default();
-    let written = fs::write(&path, text).and_then(|()| fs::metadata(&path));
-    let written = written.map_err(|error| Error::io(&error, "write", &path))?;
-    Ok(platform::modified(&written))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Cancel, Errand, Patience};
+
+    fn lock(beside: &Path) -> Result<State, Error> {
+        let (errand, patience) = (Errand::Build, Patience::NONE);
+        let request = Request { errand, patience, cancel: &Cancel::default(), waiting: &|_| {} };
+        State::lock(beside, &request).and_then(State::open)
+    }
 
     #[test]
-    fn a_second_build_is_told_who_holds_the_lock() {
+    fn a_folder_in_use_can_be_read_and_not_locked() {
         let folder = tempfile::tempdir().unwrap();
-        let first = State::lock(folder.path()).unwrap();
-        let error = State::lock(folder.path()).err().unwrap();
-        assert_eq!(error.kind(), ErrorKind::Locked);
-        assert!(error.to_string().contains(&format!("process {}", std::process::id())), "{error}");
+        let first = lock(folder.path()).unwrap();
+        assert_eq!(lock(folder.path()).err().unwrap().kind(), ErrorKind::Locked);
         State::read(folder.path()).unwrap();
         drop(first);
-        State::lock(folder.path()).unwrap();
+        lock(folder.path()).unwrap();
     }
 
     #[test]
     fn a_file_in_place_of_the_folder_is_named() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join(FOLDER), "").unwrap();
-        assert_eq!(State::lock(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
+        assert_eq!(lock(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
         assert_eq!(State::read(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
     }
 
     #[test]
     fn the_folder_ignores_itself_and_sweeps_what_a_killed_build_left() {
         let folder = tempfile::tempdir().unwrap();
-        drop(State::lock(folder.path()).unwrap());
+        drop(lock(folder.path()).unwrap());
         let state = folder.path().join(FOLDER);
         assert_eq!(fs::read_to_string(state.join(".gitignore")).unwrap(), "*\n");
         fs::write(state.join("tmp/123-4"), "half").unwrap();
-        drop(State::lock(folder.path()).unwrap());
+        drop(lock(folder.path()).unwrap());
         assert_eq!(fs::read_dir(state.join("tmp")).unwrap().count(), 0);
     }
 }

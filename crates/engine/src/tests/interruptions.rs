@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::testkit::{Nothing, Text};
-use crate::{Context, ErrorKind, Failure, Kind, Output, Port};
+use crate::{Context, ErrorKind, Failure, Kind, Output, Patience, Port};
 
 const CHAIN: &str = r#"
 schema = 1
@@ -104,7 +104,8 @@ fn a_second_build_is_refused_while_one_is_at_work() {
     let seen = Mutex::new(None);
     crate::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Started { .. }) && seen.lock().unwrap().is_none() {
-            let second = crate::build(&plan, &project.options, &project.cancel, &|_| {});
+            let hasty = BuildOptions { patience: Patience::NONE, ..project.options.clone() };
+            let second = crate::build(&plan, &hasty, &project.cancel, &|_| {});
             *seen.lock().unwrap() = Some(second);
             let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
             crate::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
@@ -113,7 +114,38 @@ fn a_second_build_is_refused_while_one_is_at_work() {
     .unwrap();
     let error = seen.into_inner().unwrap().unwrap().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Locked);
-    assert!(error.to_string().contains(&format!("process {}, since 20", std::process::id())), "{error}");
+    let who = format!("specula build (process {}, since 20", std::process::id());
+    assert!(error.to_string().starts_with(&who), "{error}");
+}
+
+#[test]
+fn a_build_waits_for_the_one_at_work_and_stops_waiting_when_it_is_told_to() {
+    let project = chain();
+    let plan = project.plan();
+    let second = Mutex::new(None);
+    let cancel = Cancel::default();
+    crate::build(&plan, &project.options, &project.cancel, &|event| {
+        if matches!(event, Event::Started { .. }) && second.lock().unwrap().is_none() {
+            let patient = BuildOptions { patience: Patience::ENDLESS, ..project.options.clone() };
+            let events = Mutex::new(Vec::new());
+            let summary = crate::build(&plan, &patient, &cancel, &|event| {
+                if matches!(event, Event::Waiting { .. }) {
+                    cancel.cancel();
+                }
+                events.lock().unwrap().push(event);
+            });
+            summary.unwrap();
+            *second.lock().unwrap() = Some(log(&events.into_inner().unwrap()));
+        }
+    })
+    .unwrap();
+    let told = second.into_inner().unwrap().unwrap();
+    assert!(told.contains("waiting for specula build (process "), "{told}");
+    assert!(
+        told.ends_with("0 ran, 0 up to date, 0 failed, 6 skipped, 0 published, 0 removed, cancelled\n"),
+        "{told}"
+    );
+    assert!(project.build().contains("0 ran, 6 up to date"));
 }
 
 /// A process killed at any moment leaves the journal at some length, `out` with the files of that moment, and

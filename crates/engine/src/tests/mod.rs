@@ -119,6 +119,7 @@ fn log(events: &[Event]) -> String {
     for event in events {
         let _ = match event {
             Event::Planned { stages, items, .. } => writeln!(text, "planned {stages} stages, {items} items"),
+            Event::Waiting { holder, .. } => writeln!(text, "waiting for {holder}"),
             Event::UpToDate { item } => writeln!(text, "up to date {item}"),
             Event::Started { item, reasons } => {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();

@@ -1,0 +1,220 @@
+//! The lock on a state folder: one process at a time works in it, and the others are told which.
+//!
+//! The system frees the lock when its process ends, however it ends. A watcher holds it for a moment at a time, so that
+//! whoever meets it held waits a little before giving up.
+
+use std::fmt;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Cancel, Error, ErrorKind, Timestamp, platform};
+
+/// What a process does in a state folder, for the others that find it there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Errand {
+    /// A build.
+    #[default]
+    Build,
+    /// A build of the watcher.
+    Watch,
+    /// The cache is made smaller.
+    Collect,
+    /// Damaged results are dropped.
+    Verify,
+}
+
+impl fmt::Display for Errand {
+    /// The command that people know it by.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Build => "specula build",
+            Self::Watch => "specula watch",
+            Self::Collect => "specula cache gc",
+            Self::Verify => "specula cache verify",
+        })
+    }
+}
+
+/// How long to wait for another process that works in the folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patience(
+    /// The longest wait; `None` stands for as long as it takes.
+    pub Option<Duration>,
+);
+
+impl Patience {
+    /// Not at all.
+    pub const NONE: Self = Self(Some(Duration::ZERO));
+    /// As long as it takes.
+    pub const ENDLESS: Self = Self(None);
+}
+
+impl Default for Patience {
+    /// Ten seconds: many times what a watcher's rebuild takes, and short enough to ask what is the matter.
+    fn default() -> Self {
+        Self(Some(Duration::from_secs(10)))
+    }
+}
+
+/// A wait that is shorter than this is nobody's business.
+const SILENT: Duration = Duration::from_millis(250);
+
+/// Who asks for the lock, and how.
+pub(crate) struct Request<'a> {
+    pub(crate) errand: Errand,
+    pub(crate) patience: Patience,
+    pub(crate) cancel: &'a Cancel,
+    /// Is told once who has the lock, when the wait becomes one.
+    pub(crate) waiting: &'a dyn Fn(String),
+}
+
+/// A locked state folder.
+pub(crate) struct Lock {
+    folder: PathBuf,
+    errand: Errand,
+    file: File,
+}
+
+impl Drop for Lock {
+    /// Closing the file would do, but for a process that was begun a moment ago and still has it open.
+    fn drop(&mut self) {
+        let _ = self.file.unlock();
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Holder {
+    process: u32,
+    since: Timestamp,
+    #[serde(default)]
+    errand: Errand,
+}
+
+impl Lock {
+    /// Locks a state folder, and makes it where it is not there.
+    ///
+    /// # Errors
+    /// Where another process holds it for longer than the request is patient, the request is cancelled meanwhile, or the
+    /// folder cannot be written.
+    pub(crate) fn take(folder: &Path, request: &Request<'_>) -> Result<Self, Error> {
+        let begun = Instant::now();
+        let mut pause = Duration::from_millis(2);
+        let mut told = false;
+        loop {
+            if let Some(file) = try_lock(folder)? {
+                return Ok(Self { folder: folder.to_path_buf(), errand: request.errand, file });
+            }
+            let waited = begun.elapsed();
+            if request.cancel.is_cancelled() {
+                let message = format!("stopped while it waited for {}", holder(folder));
+                return Err(Error::new(ErrorKind::Cancelled, message));
+            }
+            if request.patience.0.is_some_and(|limit| waited >= limit) {
+                let message = format!("{} is at work in {}", holder(folder), folder.display());
+                return Err(Error::new(ErrorKind::Locked, message)
+                    .with_help("wait for it, or stop that process: its lock goes with it"));
+            }
+            if waited >= SILENT && !std::mem::replace(&mut told, true) {
+                (request.waiting)(holder(folder));
+            }
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(50));
+        }
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes who holds the lock, and returns the file system's time, nanoseconds since 1970.
+    ///
+    /// # Errors
+    /// Where the folder cannot be written.
+    pub(crate) fn announce(&self) -> Result<i64, Error> {
+        let path = self.folder.join("holder");
+        let holder = Holder { process: std::process::id(), since: Timestamp::now(), errand: self.errand };
+        let text = serde_json::to_string(&holder).unwrap_or_default();
+        let written = fs::write(&path, text).and_then(|()| fs::metadata(&path));
+        let written = written.map_err(|error| Error::io(&error, "write", &path))?;
+        Ok(platform::modified(&written))
+    }
+}
+
+/// The lock, where it is free. The file is opened anew each time: the folder may have been deleted meanwhile.
+fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
+    fs::create_dir_all(folder).map_err(|error| Error::io(&error, "create", folder))?;
+    let path = folder.join("lock");
+    let opened = OpenOptions::new().write(true).create(true).truncate(false).open(&path);
+    let file = opened.map_err(|error| Error::io(&error, "write", &path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(Error::io(&error, "lock", &path)),
+    }
+}
+
+/// Who holds the lock: `specula watch (process 123, since 2026-03-01 09:30:05 UTC)`.
+fn holder(folder: &Path) -> String {
+    let holder = fs::read(folder.join("holder")).ok();
+    match holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok()) {
+        Some(Holder { process, since, errand }) => format!("{errand} (process {process}, since {since})"),
+        None => "another process".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    fn request<'a>(patience: Patience, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> Request<'a> {
+        Request { errand: Errand::Collect, patience, cancel, waiting }
+    }
+
+    #[test]
+    fn a_second_process_is_told_who_holds_the_lock_and_what_it_does() {
+        let folder = tempfile::tempdir().unwrap();
+        let cancel = Cancel::default();
+        let request = request(Patience::NONE, &cancel, &|_| panic!("it does not wait"));
+        let first = Lock::take(folder.path(), &request).unwrap();
+        let error = Lock::take(folder.path(), &request).err().unwrap();
+        assert!(error.to_string().starts_with("another process is at work in "), "{error}");
+        first.announce().unwrap();
+        let error = Lock::take(folder.path(), &request).err().unwrap();
+        assert_eq!(error.kind(), ErrorKind::Locked);
+        let who = format!("specula cache gc (process {}, since 20", std::process::id());
+        assert!(error.to_string().starts_with(&who), "{error}");
+        drop(first);
+        Lock::take(folder.path(), &request).unwrap();
+    }
+
+    #[test]
+    fn who_waits_says_so_once_and_gets_the_lock_when_it_is_free() {
+        let folder = tempfile::tempdir().unwrap();
+        let cancel = Cancel::default();
+        let first = Lock::take(folder.path(), &request(Patience::NONE, &cancel, &|_| {})).unwrap();
+        let first = std::sync::Mutex::new(Some(first));
+        let told = AtomicUsize::new(0);
+        let free = |_| {
+            told.fetch_add(1, Ordering::Relaxed);
+            drop(first.lock().unwrap().take());
+        };
+        Lock::take(folder.path(), &request(Patience::ENDLESS, &cancel, &free)).unwrap();
+        assert_eq!(told.into_inner(), 1);
+    }
+
+    #[test]
+    fn a_wait_ends_when_it_is_cancelled() {
+        let folder = tempfile::tempdir().unwrap();
+        let cancel = Cancel::default();
+        let _first = Lock::take(folder.path(), &request(Patience::NONE, &cancel, &|_| {})).unwrap();
+        let stop = |_| cancel.cancel();
+        let error = Lock::take(folder.path(), &request(Patience::ENDLESS, &cancel, &stop)).err().unwrap();
+        assert_eq!(error.kind(), ErrorKind::Cancelled);
+    }
+}
