@@ -1,5 +1,6 @@
 //! The build: runs what is out of date and publishes what it exports.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::disk::Disk;
@@ -10,6 +11,7 @@ use crate::run::Workshop;
 use crate::scheduler::{Scheduler, event_of};
 use crate::state::State;
 use crate::store::Blob;
+use crate::underway::Underway;
 use crate::{Cancel, Errand, Error, ErrorKind, Event, Patience, Plan, Reason, Summary, Workbench, nearest};
 
 /// What a build is asked to do.
@@ -101,11 +103,14 @@ impl Workbench {
         };
         let state = self.pool.install(|| State::open(lock))?;
         sweep(&state, folder)?;
-        let disk = Disk::new(state.now);
+        let disk = Arc::new(Disk::new(state.now));
+        let underway = Arc::new(Underway::new(plan, selected, &disk));
+        cancel.begin(&underway);
         let (judge, publisher) = self.pool.install(|| {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
-        let workshop = Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel };
+        let workshop =
+            Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel, underway: &underway };
         let jobs = self.pool.current_num_threads();
         let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
         let mut told = Vec::new();

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::{Artifact, Digest, Handle, ItemKey};
+use crate::underway::Underway;
+use crate::{Artifact, Cancel, Digest, Handle, ItemIndex, ItemKey};
 
 /// Why an item has no output: a chain of messages, what happened first, its causes after.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,22 +65,6 @@ impl<E: Error> From<E> for Failure {
     }
 }
 
-/// Tells running work to stop. Clones share one flag.
-#[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
-
-impl Cancel {
-    /// Tells everyone who holds a clone to stop.
-    pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
 /// The files of the outside world.
 pub trait Files: Send + Sync {
     /// The content of a file.
@@ -118,7 +103,9 @@ pub struct Context<'a> {
     pub(crate) recipe: String,
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
-    pub(crate) reads: Mutex<Vec<Read>>,
+    /// The build that the item is part of, which may call it stale.
+    pub(crate) underway: Option<(Arc<Underway>, ItemIndex)>,
+    pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
     /// Whether the item was told to stop.
@@ -136,7 +123,8 @@ impl<'a> Context<'a> {
             recipe: String::new(),
             files,
             cancel: Cancel::default(),
-            reads: Mutex::default(),
+            underway: None,
+            reads: Arc::default(),
             warnings: Mutex::default(),
             notes: Mutex::default(),
             stopped: AtomicBool::new(false),
@@ -315,13 +303,18 @@ impl<'a> Context<'a> {
     /// Returns early from work that is no longer wanted.
     ///
     /// # Errors
-    /// [`Failure::cancelled`] where the build was told to stop.
+    /// [`Failure::cancelled`] where the build was told to stop, or what the item works from has changed.
     pub fn check_cancelled(&self) -> Result<(), Failure> {
-        if !self.cancel.is_cancelled() {
+        if !self.cancel.is_cancelled() && !self.is_stale() {
             return Ok(());
         }
         self.stopped.store(true, Ordering::Relaxed);
         Err(Failure::cancelled())
+    }
+
+    /// Whether what the item works from has changed.
+    pub(crate) fn is_stale(&self) -> bool {
+        self.underway.as_ref().is_some_and(|(underway, item)| underway.is_stale(*item))
     }
 
     fn resolve(&self, path: &Path) -> PathBuf {

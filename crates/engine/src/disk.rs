@@ -58,6 +58,11 @@ impl Disk {
         digest
     }
 
+    /// Looks again at files and folders when they are asked for.
+    pub(crate) fn forget(&self, is_concerned: impl Fn(&Path, bool) -> bool) {
+        lock(&self.digests).retain(|(path, listing), _| !is_concerned(path, *listing));
+    }
+
     /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
     pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
         let looked = places.into_par_iter().map(|place| {
@@ -81,7 +86,7 @@ impl Disk {
 
     fn look(&self, path: &Path, listing: bool, journal: &Journal) -> (Option<Digest>, Option<Line>) {
         if listing {
-            return (list(path).ok().map(|names| listing_digest(&names)), None);
+            return (digest_now(path, true), None);
         }
         let Ok(metadata) = fs::metadata(path) else { return (None, None) };
         let stamp = Stamp::of(&metadata);
@@ -137,6 +142,11 @@ fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
 /// When a file or folder was changed, by its file system.
 pub(crate) fn modified(path: &Path) -> Option<Timestamp> {
     fs::metadata(path).and_then(|metadata| metadata.modified()).ok().map(Timestamp::of)
+}
+
+/// The digest of a file's content or a folder's listing, whatever its stamp says; `None` where it cannot be read.
+pub(crate) fn digest_now(path: &Path, listing: bool) -> Option<Digest> {
+    if listing { list(path).ok().map(|names| listing_digest(&names)) } else { hash(path).ok() }
 }
 
 /// The digest of a file's content.

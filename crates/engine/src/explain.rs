@@ -189,7 +189,7 @@ fn names_of(plan: &Plan, target: &str) -> Vec<String> {
 }
 
 /// The path without `.` and `..`, by its letters.
-fn normal(path: &Path) -> PathBuf {
+pub(crate) fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for part in path.components() {
         match part {

@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde_json::Value;
@@ -39,7 +40,7 @@ pub(crate) struct Judge<'a> {
     /// The folder of the manifest.
     pub(crate) folder: &'a Path,
     /// The record in effect of each selected item.
-    records: Vec<Option<Record>>,
+    records: Vec<Option<Arc<Record>>>,
 }
 
 /// What is known of an item's result.
@@ -63,7 +64,9 @@ impl<'a> Judge<'a> {
         let records = plan.items.par_iter().map(|item| {
             let stage = &plan.stages[item.stage].name;
             let place = item_subject(&manifest, stage, &item.key);
-            selected[item.stage].then(|| state.journal.get::<Record>(Tag::Item, place)).flatten()
+            selected[item.stage]
+                .then(|| state.journal.get::<Record>(Tag::Item, place).map(Arc::new))
+                .flatten()
         });
         let records = records.collect::<Vec<_>>();
         let reads = records.iter().flatten().flat_map(|record| &record.reads);
@@ -77,7 +80,7 @@ impl<'a> Judge<'a> {
     }
 
     /// The record in effect.
-    pub(crate) fn record(&self, item: ItemIndex) -> Option<&Record> {
+    pub(crate) fn record(&self, item: ItemIndex) -> Option<&Arc<Record>> {
         self.records[item].as_ref()
     }
 

@@ -32,12 +32,13 @@ mod testkit;
 #[cfg(test)]
 mod tests;
 mod timestamp;
+mod underway;
 mod watch;
 mod workbench;
 
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
-pub use context::{Cancel, Context, Failure, Files, Read};
+pub use context::{Context, Failure, Files, Read};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
@@ -49,6 +50,7 @@ pub use lock::{Errand, Patience};
 pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;
+pub use underway::Cancel;
 pub use watch::{WatchOptions, watch};
 pub use workbench::Workbench;
 

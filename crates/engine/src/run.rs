@@ -14,6 +14,7 @@ use crate::judge::Judge;
 use crate::publish::{Obstacle, Publisher, Told};
 use crate::record::{Record, path_name, recipe};
 use crate::store::Blob;
+use crate::underway::{Seen, Underway};
 use crate::{
     Cancel, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
@@ -25,6 +26,7 @@ pub(crate) struct Workshop<'a> {
     pub(crate) disk: &'a Disk,
     pub(crate) publisher: &'a Publisher<'a>,
     pub(crate) cancel: &'a Cancel,
+    pub(crate) underway: &'a Arc<Underway>,
 }
 
 /// What arrives at a port, sorted by key.
@@ -86,6 +88,8 @@ impl Workshop<'_> {
         let output = match ran {
             Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
             Ok(_) if stopped => Err(Failure::cancelled()),
+            // Half an edit is no news: the next build tells what is wrong with the whole.
+            Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
             Ok(output) => output.and_then(|output| self.checked(order.item, output, &reads)),
         };
         // A kind tells what is wrong inside its source; here is known which file of the project that is.
@@ -193,6 +197,8 @@ impl Workshop<'_> {
         let mut context = Context::new(reader)
             .with_cancel(self.cancel.clone())
             .with_folder(self.judge.folder.to_path_buf());
+        context.underway = Some((Arc::clone(self.underway), order.item));
+        self.underway.saw(order.item, Seen::Now(Arc::clone(&context.reads)));
         for (port, handles) in &order.handles {
             let shown = |key: &ItemKey| if facts.shows_keys { key.clone() } else { ItemKey::default() };
             let handles = handles.iter().map(|(key, handle)| (shown(key), Arc::clone(handle)));

@@ -23,6 +23,7 @@ use crate::publish::{Obstacle, Told};
 use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of};
 use crate::store::Blob;
+use crate::underway::Seen;
 use crate::{Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
 
 /// How far an item is.
@@ -199,9 +200,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn is_stopping(&self) -> bool {
-        self.fatal.is_some()
-            || self.workshop.cancel.is_cancelled()
-            || (!self.keep_going && self.summary.failed > 0)
+        self.fatal.is_some() || self.is_cancelled() || (!self.keep_going && self.summary.failed > 0)
+    }
+
+    /// Whether it was told to stop, or has been made out of date by a change.
+    fn is_cancelled(&self) -> bool {
+        self.workshop.cancel.is_cancelled() || self.workshop.underway.is_outdated()
     }
 
     fn next_to_judge(&mut self) -> Option<ItemIndex> {
@@ -212,12 +216,19 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if let Some(root) = self.failed_input(item) {
             return self.skip(item, Some(root));
         }
+        // Before the files are looked at: a change between the two must not go unseen.
+        let before = self.judge.record(item).map_or(Seen::Nothing, |record| Seen::Before(Arc::clone(record)));
+        self.workshop.underway.saw(item, before);
         let verdict = self.judge.verdict(item, self.key(item));
         match verdict {
-            Verdict::Run => self.want(item),
+            Verdict::Run => {
+                self.workshop.underway.saw(item, Seen::Nothing);
+                self.want(item);
+            }
             Verdict::Current { outputs, restored } => {
                 if let Some(record) = restored {
-                    self.bring_into_effect(item, *record);
+                    let record = self.bring_into_effect(item, *record);
+                    self.workshop.underway.saw(item, Seen::Before(Arc::new(record)));
                 }
                 self.items[item].outputs = outputs;
                 if self.is_published(item) {
@@ -231,13 +242,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     /// An earlier result is the one in effect again; the next run is compared with it.
-    fn bring_into_effect(&mut self, item: ItemIndex, record: Record) {
+    fn bring_into_effect(&mut self, item: ItemIndex, record: Record) -> Record {
         let inputs = self.judge.inputs(item, |input| self.digest(input));
         let record = Record { inputs, source: self.judge.source(item), ..record };
         let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
         if let Err(error) = self.judge.state.journal.append(&[line]) {
             self.fatal = Some(error);
         }
+        record
     }
 
     fn is_published(&self, item: ItemIndex) -> bool {
@@ -508,7 +520,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn skip_the_rest(&mut self) {
-        self.summary.cancelled = self.workshop.cancel.is_cancelled();
+        self.summary.cancelled = self.is_cancelled();
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {

@@ -3,6 +3,7 @@
 mod artifacts;
 mod failures;
 mod interruptions;
+mod outdated;
 mod publishing;
 mod rebuilds;
 

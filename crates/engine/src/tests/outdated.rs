@@ -1,0 +1,314 @@
+//! Builds that a change makes out of date while they are at work.
+
+use std::collections::BTreeSet;
+use std::sync::{Condvar, Mutex};
+use std::time::{Duration, Instant};
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::{Context, Failure, Kind, Output, Port, parameters};
+
+/// A place where running items wait until they are let through, or told to stop.
+struct Gate {
+    /// Who has come, and who may pass, each with the project's folder: tests run beside each other.
+    state: Mutex<(BTreeSet<String>, BTreeSet<String>)>,
+    changed: Condvar,
+}
+
+static GATE: Gate = Gate { state: Mutex::new((BTreeSet::new(), BTreeSet::new())), changed: Condvar::new() };
+
+/// Nothing here takes this long: a test that hangs is to fail.
+const LONG: Duration = Duration::from_secs(120);
+
+impl Gate {
+    fn pass(&self, name: &str, is_stopped: impl Fn() -> Result<(), Failure>) -> Result<(), Failure> {
+        let clock = Instant::now();
+        let mut state = self.state.lock().unwrap();
+        state.0.insert(name.into());
+        self.changed.notify_all();
+        while !state.1.contains(name) {
+            is_stopped()?;
+            if clock.elapsed() > LONG {
+                return Err(Failure::new(format!("nobody let {name} through")));
+            }
+            state = self.changed.wait_timeout(state, Duration::from_millis(1)).unwrap().0;
+        }
+        Ok(())
+    }
+
+    fn await_arrival(&self, name: &str) {
+        let state = self.state.lock().unwrap();
+        let waited = self.changed.wait_timeout_while(state, LONG, |state| !state.0.contains(name)).unwrap();
+        assert!(!waited.1.timed_out(), "{name} did not come");
+    }
+
+    fn open(&self, name: &str) {
+        self.state.lock().unwrap().1.insert(name.into());
+        self.changed.notify_all();
+    }
+}
+
+/// Reads its source, then waits at the gate of that path.
+struct SlowSource;
+
+impl Kind for SlowSource {
+    type Parameters = Nothing;
+    const NAME: &'static str = "slow-source";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Reads a text slowly.\n";
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+        let gate = context.source()?.display().to_string();
+        if text == "bad" {
+            // It does not listen, and fails in the end.
+            GATE.pass(&gate, || Ok(()))?;
+            return Err(Failure::new("half a text"));
+        }
+        GATE.pass(&gate, || context.check_cancelled())?;
+        Output::artifact(Text(text))
+    }
+}
+
+parameters! {
+    /// Parameters of `slow-suffix`.
+    struct SuffixParameters {
+        /// What is added.
+        text: String,
+        /// The gate, with a slash and the text that arrives.
+        gate: String,
+    }
+}
+
+/// Waits at a gate, then adds to a text.
+struct SlowSuffix;
+
+impl Kind for SlowSuffix {
+    type Parameters = SuffixParameters;
+    const NAME: &'static str = "slow-suffix";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Adds to a text slowly.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &SuffixParameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(parameters: &SuffixParameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = &context.get::<Text>("text")?.0;
+        GATE.pass(&format!("{}/{text}", parameters.gate), || context.check_cancelled())?;
+        Output::artifact(Text(format!("{text}{}", parameters.text)))
+    }
+}
+
+impl Project {
+    /// A project that is built by two threads, its kinds among them those that wait.
+    fn slow(manifest: &str) -> Self {
+        let mut project = Project::new(manifest);
+        project.edit("GATE", &project.path("gate").display().to_string());
+        project.kinds = kinds().with(SlowSource).with(SlowSuffix);
+        project.options.jobs = Some(2);
+        project
+    }
+
+    /// Builds, and does something meanwhile. Returns the events as sorted lines, and the summary.
+    fn build_and(&self, meanwhile: impl FnOnce()) -> (BTreeSet<String>, Summary) {
+        std::thread::scope(|scope| {
+            let build = scope.spawn(|| self.try_build());
+            meanwhile();
+            let (events, summary) = build.join().unwrap();
+            (log(&events).lines().map(str::to_owned).collect(), summary.unwrap())
+        })
+    }
+
+    fn gate(&self, name: &str) -> String {
+        self.path(name).display().to_string()
+    }
+}
+
+const SOURCES: &str = r#"
+# GATE
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "slow-source"
+source = "*.txt"
+
+[stage.file]
+kind = "write"
+input = "text"
+"#;
+
+fn sources() -> Project {
+    let project = Project::slow(SOURCES);
+    for (name, text) in [("a.txt", "one"), ("b.txt", "two"), ("c.txt", "three")] {
+        project.write(name, text);
+    }
+    project
+}
+
+#[test]
+fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
+    let project = sources();
+    let (a, b, c) = (project.gate("a.txt"), project.gate("b.txt"), project.gate("c.txt"));
+    let (log, summary) = project.build_and(|| {
+        GATE.await_arrival(&a);
+        GATE.await_arrival(&b);
+        // Nobody has read it yet, so that this is no reason to stop.
+        project.write("c.txt", "four");
+        project.cancel.outdate(&[project.path("c.txt")], None);
+        project.write("a.txt", "bad");
+        project.cancel.outdate(&[project.path("a.txt")], Some(&project.plan()));
+        GATE.open(&b);
+    });
+    assert!(log.contains("skipped text [a]") && log.contains("ran text [b]"), "{log:?}");
+    assert_eq!((summary.ran, summary.failed, summary.skipped, summary.cancelled), (1, 0, 5, true));
+    assert!(!project.cancel.is_cancelled());
+    assert!(project.explain("text")[0].last.is_none(), "what was interrupted is not remembered");
+    assert!(!project.blob("one").exists() && project.blob("two").exists());
+
+    project.write("a.txt", "six");
+    GATE.open(&a);
+    GATE.open(&c);
+    let (log, summary) = project.build_and(|| {});
+    assert!(log.contains("up to date text [b]"), "{log:?}");
+    assert_eq!((summary.ran, summary.up_to_date, summary.cancelled), (5, 1, false));
+    let texts = ["a", "b", "c"].map(|name| project.read(&format!("out/file/{name}.txt")));
+    assert_eq!(texts, ["six", "two", "four"]);
+}
+
+#[test]
+fn a_touch_without_change_stops_nothing() {
+    let project = sources();
+    let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
+    let (_, summary) = project.build_and(|| {
+        GATE.await_arrival(&gates[0]);
+        GATE.await_arrival(&gates[1]);
+        project.write("a.txt", "one");
+        // The file, its folder, and the manifest, from which the same plan is made.
+        let paths = ["a.txt", "", "pipeline.toml", "../x"].map(|name| project.path(name));
+        project.cancel.outdate(&paths, Some(&project.plan()));
+        gates.iter().for_each(|gate| GATE.open(gate));
+    });
+    assert_eq!((summary.ran, summary.skipped, summary.cancelled), (6, 0, false));
+}
+
+#[test]
+fn a_file_that_cannot_be_used_while_it_is_written_is_no_failure() {
+    let project = sources();
+    project.write("a.txt", "bad");
+    let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
+    let (log, summary) = project.build_and(|| {
+        GATE.await_arrival(&gates[0]);
+        project.write("a.txt", "bad luck");
+        project.cancel.outdate(&[project.path("a.txt")], None);
+        gates.iter().for_each(|gate| GATE.open(gate));
+    });
+    assert!(log.contains("skipped text [a]"), "{log:?}");
+    assert_eq!((summary.failed, summary.cancelled), (0, true));
+    assert!(project.explain("text")[0].last.is_none());
+    assert_eq!(project.build_and(|| {}).1.failed, 0);
+    assert_eq!(project.read("out/file/a.txt"), "bad luck");
+}
+
+const CHAINS: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "*.txt"
+
+[stage.left]
+kind = "slow-suffix"
+input = "text"
+text = "<"
+gate = "GATE left"
+
+[stage.right]
+kind = "slow-suffix"
+input = "text"
+text = ">"
+gate = "GATE right"
+
+[stage.file]
+kind = "write"
+input = "left"
+"#;
+
+/// One source, and two items that work from it at one time.
+fn chains() -> (Project, String, String) {
+    let project = Project::slow(&CHAINS.replace("GATE right", "right GATE"));
+    project.write("a.txt", "one");
+    let gate = project.gate("gate");
+    (project, format!("{gate} left/one"), format!("right {gate}/one"))
+}
+
+#[test]
+fn an_edited_parameter_stops_its_stage_and_those_after_it() {
+    let (project, left, right) = chains();
+    let (log, summary) = project.build_and(|| {
+        GATE.await_arrival(&left);
+        GATE.await_arrival(&right);
+        project.edit("text = \"<\"", "text = \"[\"");
+        project.cancel.outdate(&[project.path("pipeline.toml")], Some(&project.plan()));
+        GATE.open(&right);
+    });
+    assert!(log.contains("skipped left [a]") && log.contains("ran right [a]"), "{log:?}");
+    assert!(log.contains("skipped file [a]"), "{log:?}");
+    assert_eq!((summary.ran, summary.skipped, summary.cancelled), (2, 2, true));
+    GATE.open(&left);
+    let (_, summary) = project.build_and(|| {});
+    assert_eq!((summary.ran, summary.up_to_date), (2, 2));
+    assert_eq!(project.read("out/file/a.txt"), "one[");
+}
+
+#[test]
+fn an_edit_of_what_was_up_to_date_stops_what_follows_from_it() {
+    let (project, left, right) = chains();
+    GATE.open(&left);
+    GATE.open(&right);
+    assert_eq!(project.build_and(|| {}).1.ran, 4);
+    project.edit("\">\"", "\"}\"");
+    project.edit("right ", "again ");
+    let again = right.replace("right", "again");
+    let (log, summary) = project.build_and(|| {
+        GATE.await_arrival(&again);
+        project.write("a.txt", "two");
+        project.cancel.outdate(&[project.path("a.txt")], None);
+    });
+    assert!(log.contains("skipped right [a]") && log.contains("up to date text [a]"), "{log:?}");
+    assert!(summary.cancelled);
+    GATE.open(&left.replace("one", "two"));
+    GATE.open(&again.replace("one", "two"));
+    assert_eq!(project.build_and(|| {}).1.ran, 4);
+    assert_eq!(project.read("out/file/a.txt"), "two<");
+}
+
+#[test]
+fn a_new_file_ends_the_build_early_and_stops_nothing_at_work() {
+    let (project, left, right) = chains();
+    let (_, summary) = project.build_and(|| {
+        GATE.await_arrival(&left);
+        GATE.await_arrival(&right);
+        project.write("b.txt", "two");
+        project.cancel.outdate(&[project.path("b.txt")], Some(&project.plan()));
+        GATE.open(&left);
+        GATE.open(&right);
+    });
+    // What is at work ends; the export does not begin.
+    assert_eq!((summary.ran, summary.skipped, summary.cancelled), (3, 1, true));
+}

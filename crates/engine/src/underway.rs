@@ -1,0 +1,232 @@
+//! The build under way, as those see it who may stop it: as a whole, or as far as a change has made it stale.
+//!
+//! A build tells its [`Cancel`] what it works on and what each item has read. Where a file changes meanwhile, contents
+//! decide: an item is stale when what it read is not there any more, and so is all that follows from it. A stale item
+//! stops at its next [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end,
+//! and nothing else begins, so that the next build soon does what is wanted now. A file that nobody has read yet
+//! makes nothing stale: whoever reads it gets what it holds then.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use crate::disk::{Disk, digest_now};
+use crate::explain::normal;
+use crate::record::Record;
+use crate::{Digest, ItemIndex, Plan, Read, Stage};
+
+/// Tells running work to stop. Clones share one flag.
+#[derive(Clone, Debug, Default)]
+pub struct Cancel(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    cancelled: AtomicBool,
+    /// The latest build that was given this.
+    underway: Mutex<Weak<Underway>>,
+}
+
+impl Cancel {
+    /// Tells everyone who holds a clone to stop.
+    pub fn cancel(&self) {
+        self.0.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Tells the build under way that these files or folders (absolute) may have changed and, where that changed the
+    /// graph, what the graph is now.
+    ///
+    /// Where that makes anything stale, the build ends early: stale items stop at their next
+    /// [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end, nothing else
+    /// begins, and its summary is `cancelled`. Where nothing is stale, or no build is under way, nothing happens.
+    pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
+        let underway = lock(&self.0.underway).upgrade();
+        if let Some(underway) = underway {
+            underway.outdate(&Changes::new(paths), plan);
+        }
+    }
+
+    /// Makes a build the one that [`Cancel::outdate`] speaks to, as long as it is held.
+    pub(crate) fn begin(&self, underway: &Arc<Underway>) {
+        *lock(&self.0.underway) = Arc::downgrade(underway);
+    }
+}
+
+/// What an item's result rests on.
+pub(crate) enum Seen {
+    /// Nothing yet.
+    Nothing,
+    /// What an earlier run read, which is still so.
+    Before(Arc<Record>),
+    /// What a run of this build has read so far.
+    Now(Arc<Mutex<Vec<Read>>>),
+}
+
+/// What a build works on.
+pub(crate) struct Underway {
+    plan: Plan,
+    selected: Vec<bool>,
+    disk: Arc<Disk>,
+    seen: Mutex<Vec<Seen>>,
+    stale: Vec<AtomicBool>,
+    outdated: AtomicBool,
+}
+
+impl Underway {
+    /// A build that begins: what `disk` says of files is asked for after this.
+    pub(crate) fn new(plan: &Plan, selected: &[bool], disk: &Arc<Disk>) -> Self {
+        let items = plan.items.len();
+        Self {
+            plan: plan.clone(),
+            selected: selected.to_vec(),
+            disk: Arc::clone(disk),
+            seen: Mutex::new(std::iter::repeat_with(|| Seen::Nothing).take(items).collect()),
+            stale: std::iter::repeat_with(AtomicBool::default).take(items).collect(),
+            outdated: AtomicBool::new(false),
+        }
+    }
+
+    /// Notes what an item's result rests on.
+    pub(crate) fn saw(&self, item: ItemIndex, seen: Seen) {
+        lock(&self.seen)[item] = seen;
+    }
+
+    /// Whether an item is to stop.
+    pub(crate) fn is_stale(&self, item: ItemIndex) -> bool {
+        self.stale[item].load(Ordering::Relaxed)
+    }
+
+    /// Whether nothing more is to begin.
+    pub(crate) fn is_outdated(&self) -> bool {
+        self.outdated.load(Ordering::Relaxed)
+    }
+
+    fn outdate(&self, changes: &Changes, plan: Option<&Plan>) {
+        // First, so that an item which is judged from now on is judged by what the files hold.
+        self.disk.forget(|path, listing| changes.concern(path, listing));
+        let mut stale = self.with_changed_reads(changes);
+        let mut outdated = false;
+        if let Some(plan) = plan {
+            outdated = plan.out != self.plan.out || !self.compare(plan, &mut stale);
+        }
+        // Items come after those that they need.
+        for (index, item) in self.plan.items.iter().enumerate() {
+            stale[index] |= item.inputs.iter().flatten().any(|input| stale[*input]);
+            if stale[index] && self.selected[item.stage] {
+                self.stale[index].store(true, Ordering::Relaxed);
+                outdated = true;
+            }
+        }
+        if outdated {
+            self.outdated.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// For each item, whether a changed file is not what its result rests on.
+    fn with_changed_reads(&self, changes: &Changes) -> Vec<bool> {
+        let folder = self.plan.manifest.parent().unwrap_or(Path::new("."));
+        // Files are hashed after the lock is let go: the build wants it too.
+        let mut concerned = Vec::new();
+        for (index, seen) in lock(&self.seen).iter().enumerate() {
+            let mut add = |path: &Path, listing: bool, digest: Option<Digest>| {
+                if changes.concern(path, listing) {
+                    concerned.push((index, path.to_path_buf(), listing, digest));
+                }
+            };
+            match seen {
+                Seen::Nothing => {}
+                Seen::Before(record) => {
+                    record
+                        .reads
+                        .iter()
+                        .for_each(|read| add(&folder.join(&read.path), read.listing, read.digest));
+                }
+                Seen::Now(reads) => {
+                    lock(reads).iter().for_each(|read| add(&read.path, read.listing, read.digest));
+                }
+            }
+        }
+        let mut stale = vec![false; self.plan.items.len()];
+        let mut now = HashMap::new();
+        for (index, path, listing, digest) in concerned {
+            let now = now.entry((path, listing));
+            let now = now.or_insert_with_key(|(path, listing)| digest_now(path, *listing));
+            stale[index] |= *now != digest;
+        }
+        stale
+    }
+
+    /// Marks the items that another plan does not have or makes otherwise. Returns whether the plans are the same in
+    /// what else matters: that there is nothing more to make, and where files go.
+    fn compare(&self, plan: &Plan, stale: &mut [bool]) -> bool {
+        let places = plan.items.iter().enumerate();
+        let places = places.map(|(index, item)| ((plan.stages[item.stage].name.as_str(), &item.key), index));
+        let places = places.collect::<HashMap<_, _>>();
+        let stages = self.plan.stages.iter().map(|old| {
+            let new = plan.stages.iter().find(|new| new.name == old.name);
+            new.is_some_and(|new| does_the_same(old, new))
+        });
+        let stages = stages.collect::<Vec<_>>();
+        // The place of each item in the other plan.
+        let moved = self
+            .plan
+            .items
+            .iter()
+            .map(|item| places.get(&(self.plan.stages[item.stage].name.as_str(), &item.key)).copied());
+        let moved = moved.collect::<Vec<_>>();
+        let mut same = self.plan.items.len() == plan.items.len();
+        for (index, old) in self.plan.items.iter().enumerate() {
+            let Some(new) = moved[index].map(|place| &plan.items[place]) else {
+                stale[index] = true;
+                continue;
+            };
+            same &= old.files == new.files;
+            let inputs_are_same = old.inputs.len() == new.inputs.len()
+                && old.inputs.iter().zip(&new.inputs).all(|(old, new)| {
+                    old.len() == new.len() && old.iter().zip(new).all(|(old, new)| moved[*old] == Some(*new))
+                });
+            stale[index] |= !stages[old.stage] || old.source != new.source || !inputs_are_same;
+        }
+        same
+    }
+}
+
+/// Whether items of two stages with equal inputs and sources make the same.
+fn does_the_same(old: &Stage, new: &Stage) -> bool {
+    let ports = |stage: &Stage| stage.inputs.iter().map(|(port, _)| port.clone()).collect::<Vec<_>>();
+    old.kind.name() == new.kind.name()
+        && old.kind.revision() == new.kind.revision()
+        && old.configured.canonical() == new.configured.canonical()
+        && ports(old) == ports(new)
+}
+
+/// The files and folders that may have changed.
+struct Changes {
+    paths: HashSet<PathBuf>,
+    /// The folders that they are in.
+    folders: HashSet<PathBuf>,
+}
+
+impl Changes {
+    fn new(paths: &[PathBuf]) -> Self {
+        let paths = paths.iter().map(|path| normal(path)).collect::<HashSet<_>>();
+        let folders = paths.iter().filter_map(|path| path.parent()).map(Path::to_path_buf).collect();
+        Self { paths, folders }
+    }
+
+    /// Whether they bear on a file's content, or on the names in a folder.
+    fn concern(&self, path: &Path, listing: bool) -> bool {
+        let path = normal(path);
+        listing && self.folders.contains(&path)
+            || path.ancestors().any(|ancestor| self.paths.contains(ancestor))
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
