@@ -120,6 +120,7 @@ impl Workbench {
         }
         removed?;
         let settled = scheduler.settle_all(&self.pool);
+        self.remember_places(disk.places());
         publisher.finish()?;
         settled?;
         Ok(scheduler.summary)

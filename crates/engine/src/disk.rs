@@ -4,7 +4,7 @@
 //! stamp was too young to be trusted. What an item reads is hashed by [`Context::read`](crate::Context::read) from
 //! the very bytes that the item gets.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::context::listing_digest;
 use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
+use crate::watch::is_probe;
 use crate::{Digest, Files, Read, Timestamp};
 
 /// The disk as one build sees it.
@@ -23,6 +24,8 @@ pub(crate) struct Disk {
     /// The file system's time when the build began.
     now: i64,
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
+    /// All that items read, or would read again.
+    places: Mutex<BTreeSet<(PathBuf, bool)>>,
 }
 
 /// The disk as one running item sees it.
@@ -40,7 +43,7 @@ struct Stamped {
 
 impl Disk {
     pub(crate) fn new(now: i64) -> Self {
-        Self { now, digests: Mutex::default() }
+        Self { now, digests: Mutex::default(), places: Mutex::default() }
     }
 
     /// The digest of a file's content or a folder's listing at present; `None` where it cannot be read.
@@ -65,6 +68,7 @@ impl Disk {
 
     /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
     pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
+        lock(&self.places).extend(places.iter().cloned());
         let looked = places.into_par_iter().map(|place| {
             let (digest, line) = self.look(&place.0, place.1, journal);
             ((place, digest), line)
@@ -72,6 +76,16 @@ impl Disk {
         let (digests, lines): (Vec<_>, Vec<_>) = looked.unzip();
         lock(&self.digests).extend(digests);
         let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
+    }
+
+    /// Notes what an item read.
+    pub(crate) fn note(&self, reads: &[Read]) {
+        lock(&self.places).extend(reads.iter().map(|read| (read.path.clone(), read.listing)));
+    }
+
+    /// The files and (`true`) listings that the items of this build read, in this run or their last one.
+    pub(crate) fn places(&self) -> BTreeSet<(PathBuf, bool)> {
+        lock(&self.places).clone()
     }
 
     /// What is to be remembered of the files that an item read.
@@ -133,6 +147,10 @@ fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path)? {
         let entry = entry?;
+        // A watcher's own, here for a moment.
+        if is_probe(&entry.file_name()) {
+            continue;
+        }
         names.push((entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir()));
     }
     names.sort_unstable();

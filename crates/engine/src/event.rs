@@ -244,7 +244,8 @@ pub enum Event {
     },
     /// The manifest and what it names are sound again, after [`Event::Rejected`].
     Accepted,
-    /// The build as a whole cannot go on: a lock, a full disk. Told once for the same error; the watcher tries again.
+    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. Told once for the same error; the
+    /// next change is tried again.
     Hindered {
         /// What happened, then its causes.
         error: Vec<String>,

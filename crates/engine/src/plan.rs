@@ -22,6 +22,7 @@ mod manifest;
 mod source;
 mod template;
 
+pub(crate) use folders::{Asked, RecordingFolders};
 pub use folders::{DiskFolders, Folders, Found, Name};
 pub use graph::Graph;
 pub use source::Source;
@@ -106,7 +107,12 @@ impl Graph {
     /// # Errors
     /// Every fault of the manifest that does not depend on other files.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Faults> {
-        let (graph, faults) = draft(manifest, &read(manifest)?, kinds)?;
+        Self::of_bytes(manifest, &read(manifest)?, kinds)
+    }
+
+    /// The graph of a manifest that has been read.
+    pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Faults> {
+        let (graph, faults) = draft(manifest, bytes, kinds)?;
         if faults.is_empty() { Ok(graph) } else { Err(graph.faults(faults)) }
     }
 
@@ -162,7 +168,7 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
 }
 
 /// The bytes of the manifest, bounded.
-fn read(manifest: &Path) -> Result<Vec<u8>, Faults> {
+pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Faults> {
     let mut bytes = Vec::new();
     let limit = Document::MAX_BYTES as u64 + 1;
     let read = std::fs::File::open(manifest).and_then(|file| file.take(limit).read_to_end(&mut bytes));

@@ -67,6 +67,61 @@ fn identity(metadata: &Metadata) -> (i64, u64) {
     (metadata.created().map_or(0, nanoseconds), 0)
 }
 
+/// What tells a folder from another of the same name, as far as the system says it: device and inode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FolderIdentity(u64, u64);
+
+/// The identity of a folder; `None` where there is none at the path.
+pub(crate) fn folder_identity(path: &Path) -> Option<FolderIdentity> {
+    let metadata = fs::metadata(path).ok().filter(Metadata::is_dir)?;
+    Some(FolderIdentity(device(&metadata), identity(&metadata).1))
+}
+
+#[cfg(unix)]
+fn device(metadata: &Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::dev(metadata)
+}
+
+#[cfg(not(unix))]
+fn device(_: &Metadata) -> u64 {
+    0
+}
+
+/// The type of the file system that holds a path, where other machines can change its files unheard.
+pub(crate) fn shared_file_system(path: &Path) -> Option<String> {
+    shared_mount(&fs::read_to_string("/proc/self/mountinfo").ok()?, path)
+}
+
+/// The same, by the table of mounts: `36 35 98:0 /root /mount/point options - type source options`.
+fn shared_mount(table: &str, path: &Path) -> Option<String> {
+    const SHARED: [&str; 16] = [
+        "nfs",
+        "nfs4",
+        "cifs",
+        "smb3",
+        "smbfs",
+        "9p",
+        "afs",
+        "ceph",
+        "gfs2",
+        "glusterfs",
+        "lustre",
+        "ncpfs",
+        "ocfs2",
+        "prl_fs",
+        "vboxsf",
+        "virtiofs",
+    ];
+    let mounts = table.lines().filter_map(|line| {
+        let (mount, kind) = line.split_once(" - ")?;
+        let point = mount.split(' ').nth(4)?.replace("\\040", " ");
+        path.starts_with(&point).then(|| (point.len(), kind.split(' ').next().unwrap_or_default().to_owned()))
+    });
+    // Of mounts over each other the last one counts.
+    let (_, kind) = mounts.max_by_key(|(length, _)| *length)?;
+    (SHARED.contains(&kind.as_str()) || kind.starts_with("fuse.")).then_some(kind)
+}
+
 /// Puts a file in the place of another (or of none) in one step, also while others have it open.
 ///
 /// On Windows a virus scanner or viewer may hold the place for a moment; it is asked for again for two seconds.
@@ -120,6 +175,20 @@ mod tests {
         let stamp = Stamp { changed: 6_000_000_000, ..stamp };
         assert!(!stamp.is_settled(7_000_000_000), "a file whose time of change was set back");
         assert!(!stamp.is_settled(0), "a file from the future");
+    }
+
+    #[test]
+    fn a_path_on_a_network_mount_is_told_by_the_innermost_mount() {
+        let table = "22 1 8:1 / / rw - ext4 /dev/sda1 rw\n\
+                     36 22 0:45 / /mnt/light\\040box rw shared:1 - nfs4 server:/x rw\n\
+                     37 36 8:2 / /mnt/light\\040box/local rw - xfs /dev/sdb rw\n\
+                     38 22 0:46 / /ssh rw - fuse.sshfs me@host: rw\n";
+        let told = |path: &str| shared_mount(table, Path::new(path));
+        assert_eq!(told("/home/me/a.exr"), None);
+        assert_eq!(told("/mnt/light box/a.exr").as_deref(), Some("nfs4"));
+        assert_eq!(told("/mnt/light box/local/a.exr"), None);
+        assert_eq!(told("/mnt/light boxes/a.exr"), None);
+        assert_eq!(told("/ssh/a.exr").as_deref(), Some("fuse.sshfs"));
     }
 
     #[test]

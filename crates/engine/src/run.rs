@@ -85,6 +85,7 @@ impl Workshop<'_> {
         let milliseconds = clock.elapsed().as_secs_f64() * 1e3;
         let stopped = context.stopped.load(Ordering::Relaxed);
         let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
+        self.disk.note(&reads);
         let output = match ran {
             Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
             Ok(_) if stopped => Err(Failure::cancelled()),

@@ -1,17 +1,50 @@
-//! Keeps a graph's outputs fresh: builds, and builds again when a file changes that the graph reads.
+//! Keeps a graph's outputs fresh: builds, and builds again when something changes that the graph reads.
+//!
+//! What is heard of the disk are hints, no more. Any hint that concerns the graph leads to a *pass*: the manifest is
+//! read again where it changed, its sources are expanded afresh, and a build decides by contents what to run. So a
+//! hint too many costs a short look, and only one that never comes could do harm. Against that:
+//!
+//! - The places that a graph depends on ([`places`]) are recorded while it asks the disk, not guessed.
+//! - Where a pass comes to attend to more than the one before, another follows: what happened between reading a place
+//!   and attending to it is found then.
+//! - Hints that come during a build stop what they make stale, and lead to another pass.
+//! - A queue that overflowed leads to new watches and a pass.
+//! - Folders from which events do not arrive are looked at instead ([`probe`], [`poller`]).
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::platform::Stamp;
+use attention::{Hints, Woken};
+use draft::{Draft, Outlook};
+use places::Places;
+
 use crate::record::path_name;
-use crate::{BuildOptions, Cancel, Change, Changed, Error, ErrorKind, Event, Faults, Kinds, Plan, Workbench};
+use crate::{
+    BuildOptions, Cancel, Change, Changed, Errand, Error, ErrorKind, Event, Faults, Kinds, Patience, Plan,
+    Summary, Workbench,
+};
+
+mod attention;
+mod draft;
+mod listener;
+mod places;
+mod poller;
+mod probe;
+
+pub(crate) use attention::Attention;
+pub(crate) use listener::Heard;
+pub(crate) use probe::is_probe;
+
+/// The time between two looks where events do not arrive and the options say nothing.
+const POLL: Duration = Duration::from_millis(500);
 
 /// What a watcher is asked to do.
 #[derive(Clone, Debug)]
 pub struct WatchOptions {
-    /// How each build is done; `dry_run` is passed over.
+    /// How each build is done; `dry_run`, `errand` and `patience` are the watcher's own.
     pub build: BuildOptions,
     /// The quiet time after a change before it is acted on, so that a file is written to its end.
     pub debounce: Duration,
@@ -27,7 +60,9 @@ pub struct WatchOptions {
 
 /// Builds, then builds again whenever a file changes that the graph reads, until `cancel` is cancelled.
 ///
-/// Events come one at a time. A fault of the manifest and an error of a build are told as events; the watcher goes on.
+/// Events come one at a time, from the calling thread. A fault of the manifest and an error of a build are told as
+/// events; the watcher goes on. What follows an [`Event::Noticed`] is a build's events up to its end, also where nothing
+/// was to be done; a look that nobody asked for tells nothing unless it finds something to do.
 ///
 /// # Errors
 /// Where threads cannot be started, or a stage was asked for that the first sound manifest does not have.
@@ -38,77 +73,267 @@ pub fn watch(
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<(), Error> {
-    let bench = Workbench::new(options.build.jobs, options.memory)?;
-    let folder = manifest.parent().unwrap_or(manifest);
-    let pause = options.poll.unwrap_or(Duration::from_millis(200));
-    let mut rejected: Option<Faults> = None;
-    let mut stamps = BTreeMap::new();
-    let mut first = true;
-    while !cancel.is_cancelled() {
-        let plan = Plan::load(manifest, kinds);
-        let now = look(manifest, plan.as_ref().ok());
-        if first || now != stamps {
-            let clock = Instant::now();
-            if !first {
-                let changes = differences(folder, &stamps, &now);
-                events(Event::Noticed { changes, milliseconds: clock.elapsed().as_secs_f64() * 1e3 });
-            }
-            match plan {
-                Ok(plan) => {
-                    if rejected.take().is_some() {
-                        events(Event::Accepted);
-                    }
-                    match bench.build(&plan, &options.build, cancel, events) {
-                        Err(error) if first && error.kind() == ErrorKind::UnknownTarget => return Err(error),
-                        Err(error) => {
-                            let help = error.help().map(str::to_owned);
-                            events(Event::Hindered { error: error.chain().to_vec(), help });
-                        }
-                        Ok(_) if !first && options.once => return Ok(()),
-                        Ok(_) => {}
-                    }
-                    if first {
-                        let poll_milliseconds = Some(pause.as_secs_f64() * 1e3);
-                        events(Event::Watching { folders: 1, poll_milliseconds, because: None });
-                    }
-                    first = false;
-                }
-                Err(faults) if rejected.as_ref() != Some(&faults) => {
-                    events(Event::Rejected { faults: faults.clone() });
-                    rejected = Some(faults);
-                }
-                Err(_) => {}
-            }
-            stamps = now;
-        }
-        std::thread::sleep(pause);
+    let attention = Attention::new(options.debounce, options.poll, POLL);
+    Watcher::new(manifest, kinds, options, cancel, events, attention)?.run()
+}
+
+/// A watcher at work.
+pub(crate) struct Watcher<'a> {
+    manifest: PathBuf,
+    options: &'a WatchOptions,
+    build: BuildOptions,
+    cancel: &'a Cancel,
+    events: &'a (dyn Fn(Event) + Sync),
+    bench: Workbench,
+    draft: Draft<'a>,
+    attention: Attention,
+    /// The faults that were told and stand.
+    rejected: Option<Faults>,
+    /// The error that was told and stands.
+    hindered: Option<ErrorKind>,
+    /// Whether a build has been done.
+    has_built: bool,
+    /// Whether a change was noticed that no build has answered yet.
+    owes: bool,
+}
+
+/// What a pass came to.
+struct Passed {
+    /// What the build did; `None` where there was none, or it could not go on.
+    summary: Option<Summary>,
+    /// Whether the disk has to be looked at again, because not everything was attended to before.
+    again: bool,
+}
+
+impl<'a> Watcher<'a> {
+    pub(crate) fn new(
+        manifest: &Path,
+        kinds: &'a Kinds,
+        options: &'a WatchOptions,
+        cancel: &'a Cancel,
+        events: &'a (dyn Fn(Event) + Sync),
+        attention: Attention,
+    ) -> Result<Self, Error> {
+        let manifest = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
+        Ok(Self {
+            draft: Draft::new(manifest.clone(), kinds),
+            manifest,
+            options,
+            build: BuildOptions {
+                dry_run: false,
+                errand: Errand::Watch,
+                patience: Patience::ENDLESS,
+                ..options.build.clone()
+            },
+            cancel,
+            events,
+            bench: Workbench::new(options.build.jobs, options.memory)?,
+            attention,
+            rejected: None,
+            hindered: None,
+            has_built: false,
+            owes: false,
+        })
     }
-    Ok(())
-}
 
-/// What the file system says of the manifest and the sources.
-fn look(manifest: &Path, plan: Option<&Plan>) -> BTreeMap<PathBuf, Option<Stamp>> {
-    let sources = plan.into_iter().flat_map(|plan| plan.items.iter().filter_map(|item| item.source.clone()));
-    let stamp = |path: &Path| std::fs::metadata(path).ok().map(|metadata| Stamp::of(&metadata));
-    sources.chain([manifest.to_path_buf()]).map(|path| (path.clone(), stamp(&path))).collect()
-}
+    pub(crate) fn run(mut self) -> Result<(), Error> {
+        let mut is_asked_for = true;
+        loop {
+            let passed = self.pass(is_asked_for)?;
+            if self.cancel.is_cancelled() {
+                return Ok(());
+            }
+            self.tell_way();
+            if passed.summary.as_ref().is_some_and(|summary| !summary.cancelled) {
+                if self.options.once && self.owes {
+                    return Ok(());
+                }
+                self.owes = false;
+            }
+            if !self.wait(&passed) {
+                return Ok(());
+            }
+            is_asked_for = self.notice();
+        }
+    }
 
-fn differences(
-    folder: &Path,
-    old: &BTreeMap<PathBuf, Option<Stamp>>,
-    new: &BTreeMap<PathBuf, Option<Stamp>>,
-) -> Vec<Change> {
-    let change = |path: &PathBuf| {
-        let what = match (old.get(path).copied().flatten(), new.get(path).copied().flatten()) {
-            (None, Some(_)) => Changed::Appeared,
-            (Some(_), None) => Changed::Gone,
-            (old, new) if old != new => Changed::Changed,
-            _ => return None,
+    /// Waits until there is something to do; `false` where it is to stop.
+    fn wait(&mut self, passed: &Passed) -> bool {
+        let due = passed.again.then(Instant::now);
+        if passed.again {
+            // What changed is told before it is acted on.
+            self.attention.look();
+        }
+        loop {
+            // What is to be told of the way becomes known in time, not by a hint.
+            let pause = self.attention.is_proving().then(|| Instant::now() + Duration::from_millis(20));
+            let until = [due, pause].into_iter().flatten().min();
+            let woken = self.attention.wait(until, &|| self.cancel.is_cancelled());
+            self.tell_way();
+            match woken {
+                Woken::Stopped => return false,
+                Woken::Hints => return true,
+                Woken::Due if due.is_some_and(|due| due <= Instant::now()) => return true,
+                Woken::Due => {}
+            }
+        }
+    }
+
+    fn tell_way(&mut self) {
+        if let Some(way) = self.attention.way() {
+            (self.events)(way);
+        }
+    }
+
+    /// Tells what changed; `false` where nothing that can be told did.
+    fn notice(&mut self) -> bool {
+        let hints = self.attention.hints();
+        let folder = self.manifest.parent().unwrap_or(&self.manifest);
+        let changes = hints.paths.iter().filter_map(|(path, knew)| {
+            let what = match (knew, path.exists()) {
+                (false, true) => Changed::Appeared,
+                (true, true) => Changed::Changed,
+                (true, false) => Changed::Gone,
+                (false, false) => return None,
+            };
+            Some(Change { path: path_name(folder, path), what })
+        });
+        let mut changes = changes.collect::<Vec<_>>();
+        if hints.lost {
+            changes.push(Change { path: ".".into(), what: Changed::Unknown });
+        }
+        changes.sort_unstable();
+        if changes.is_empty() {
+            return false;
+        }
+        self.owes = true;
+        (self.events)(Event::Noticed { changes, milliseconds: hints.age().as_secs_f64() * 1e3 });
+        true
+    }
+
+    /// Looks at the manifest and its sources and builds. One that was asked for tells all that it does; another only
+    /// where it finds something to do.
+    fn pass(&mut self, is_asked_for: bool) -> Result<Passed, Error> {
+        let outlook = self.draft.look();
+        self.tell_faults(&outlook);
+        let plan = outlook.plan.as_ref().filter(|plan| outlook.faults.is_none() || has_all_sources(plan));
+        let Some(plan) = plan else {
+            let again = self.attention.attend(places(&self.manifest, &outlook, &self.bench));
+            return Ok(Passed { summary: None, again });
         };
-        Some(Change { path: path_name(folder, path), what })
-    };
-    let mut changes = old.keys().chain(new.keys()).filter_map(change).collect::<Vec<_>>();
-    changes.sort_unstable();
-    changes.dedup();
-    changes
+        let (built, mut again) = self.build(plan, &outlook, is_asked_for);
+        // What was read has become known.
+        again |= self.attention.attend(places(&self.manifest, &outlook, &self.bench));
+        match built {
+            Ok(summary) => {
+                (self.has_built, self.hindered) = (true, None);
+                Ok(Passed { summary: Some(summary), again })
+            }
+            Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),
+            Err(error) => {
+                if self.hindered.replace(error.kind()) != Some(error.kind()) {
+                    let help = error.help().map(str::to_owned);
+                    (self.events)(Event::Hindered { error: error.chain().to_vec(), help });
+                }
+                Ok(Passed { summary: None, again })
+            }
+        }
+    }
+
+    fn tell_faults(&mut self, outlook: &Outlook) {
+        if self.rejected == outlook.faults {
+            return;
+        }
+        self.rejected.clone_from(&outlook.faults);
+        (self.events)(match &outlook.faults {
+            Some(faults) => Event::Rejected { faults: faults.clone() },
+            None => Event::Accepted,
+        });
+    }
+
+    /// Builds, and attends meanwhile: what comes stops what it makes stale. Returns also whether places were attended to
+    /// that were not before.
+    fn build(
+        &mut self,
+        plan: &Plan,
+        outlook: &Outlook,
+        is_asked_for: bool,
+    ) -> (Result<Summary, Error>, bool) {
+        let Self { manifest, attention, draft, bench, cancel, events, build, .. } = self;
+        let (bench, cancel) = (&*bench, *cancel);
+        let teller = attention.teller();
+        let has_ended = AtomicBool::new(false);
+        let hush = Hush::new(*events, is_asked_for);
+        std::thread::scope(|scope| {
+            let attendant = scope.spawn(|| {
+                let is_more = attention.attend(places(manifest, outlook, bench));
+                let mut during = Hints::default();
+                while attention.wait(None, &|| has_ended.load(Ordering::Acquire)) == Woken::Hints {
+                    let hints = attention.hints();
+                    outdate(cancel, draft, &hints);
+                    during.merge(hints);
+                }
+                attention.give_back(during);
+                is_more
+            });
+            let built = bench.build(plan, build, cancel, &|event| hush.tell(event));
+            has_ended.store(true, Ordering::Release);
+            // It waits for what it hears.
+            let _ = teller.send(Heard::Nudge);
+            let is_more = attendant.join().unwrap_or(true);
+            (built, is_more)
+        })
+    }
+}
+
+/// Stops what a build under way does in vain.
+fn outdate(_cancel: &Cancel, _draft: &mut Draft<'_>, _hints: &Hints) {}
+
+/// All that the graph depends on, as far as it is known.
+fn places(manifest: &Path, outlook: &Outlook, bench: &Workbench) -> Places {
+    let out = outlook.plan.as_ref().map(|plan| plan.out.clone());
+    let state = manifest.with_file_name(crate::state::FOLDER);
+    let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
+    places.add_search(&outlook.asked, outlook.sources.iter().cloned());
+    let items = outlook.plan.iter().flat_map(|plan| &plan.items);
+    let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
+    places.add_reads(&sources);
+    places.add_reads(&bench.places());
+    places
+}
+
+fn has_all_sources(plan: &Plan) -> bool {
+    plan.items.iter().filter_map(|item| item.source.as_ref()).all(|source| source.exists())
+}
+
+/// Holds events back until there is something to tell.
+struct Hush<'a> {
+    events: &'a (dyn Fn(Event) + Sync),
+    is_asked_for: bool,
+    /// What is held back; `None` once there was something.
+    held: Mutex<Option<Vec<Event>>>,
+}
+
+impl<'a> Hush<'a> {
+    fn new(events: &'a (dyn Fn(Event) + Sync), is_asked_for: bool) -> Self {
+        Self { events, is_asked_for, held: Mutex::new(Some(Vec::new())) }
+    }
+
+    /// A build that cannot begin has told its plan only, and that it is done only where all was up to date.
+    fn tell(&self, event: Event) {
+        let is_quiet = match &event {
+            Event::Planned { .. } => true,
+            Event::UpToDate { .. } => !self.is_asked_for,
+            Event::Ended(summary) => !self.is_asked_for && !summary.cancelled,
+            _ => false,
+        };
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        match &mut *held {
+            Some(waiting) if is_quiet => waiting.push(event),
+            waiting => {
+                waiting.take().into_iter().flatten().for_each(self.events);
+                (self.events)(event);
+            }
+        }
+    }
 }

@@ -1,5 +1,9 @@
 //! What stays between the builds of one process, so that a watcher's next build begins warm.
 
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::{Error, ErrorKind};
@@ -9,6 +13,8 @@ use crate::{Error, ErrorKind};
 /// It holds no lock: between its builds another process may build in the same folder.
 pub struct Workbench {
     pub(crate) pool: ThreadPool,
+    /// The files and (`true`) listings that the items of the last build read.
+    places: Mutex<BTreeSet<(PathBuf, bool)>>,
 }
 
 impl Workbench {
@@ -22,6 +28,16 @@ impl Workbench {
         let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
-        Ok(Self { pool })
+        Ok(Self { pool, places: Mutex::default() })
+    }
+
+    /// Remembers what the items of a build read.
+    pub(crate) fn remember_places(&self, places: BTreeSet<(PathBuf, bool)>) {
+        *self.places.lock().unwrap_or_else(PoisonError::into_inner) = places;
+    }
+
+    /// The files and (`true`) listings that the items of the last build read: what a watcher attends to.
+    pub(crate) fn places(&self) -> BTreeSet<(PathBuf, bool)> {
+        self.places.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }

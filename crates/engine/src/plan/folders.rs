@@ -1,8 +1,10 @@
 //! What the plan asks of the file system: names in folders, and whether something is there. Tests answer from memory.
 
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A name in a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,6 +63,42 @@ impl Folders for DiskFolders {
 
     fn find(&self, path: &Path) -> Option<Found> {
         std::fs::metadata(path).ok().map(|metadata| Found::of(metadata.file_type()))
+    }
+}
+
+/// What was asked of the disk: all that a plan depends on beside its manifest.
+#[derive(Debug, Default)]
+pub(crate) struct Asked {
+    /// The folders that were listed, each with the names of links in it.
+    pub(crate) listed: BTreeMap<PathBuf, BTreeSet<OsString>>,
+    /// The paths that were looked for.
+    pub(crate) looked_for: BTreeSet<PathBuf>,
+}
+
+/// The folders of the disk, and what was asked of them.
+#[derive(Debug, Default)]
+pub(crate) struct RecordingFolders(RefCell<Asked>);
+
+impl RecordingFolders {
+    /// What was asked.
+    pub(crate) fn asked(self) -> Asked {
+        self.0.into_inner()
+    }
+}
+
+impl Folders for RecordingFolders {
+    fn list(&self, folder: &Path) -> io::Result<Vec<Name>> {
+        // What cannot be listed was asked for too.
+        self.0.borrow_mut().listed.entry(folder.into()).or_default();
+        let names = DiskFolders.list(folder)?;
+        let links = names.iter().filter(|name| name.link).map(|name| name.name.clone());
+        self.0.borrow_mut().listed.entry(folder.into()).or_default().extend(links);
+        Ok(names)
+    }
+
+    fn find(&self, path: &Path) -> Option<Found> {
+        self.0.borrow_mut().looked_for.insert(path.into());
+        DiskFolders.find(path)
     }
 }
 

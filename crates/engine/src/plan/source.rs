@@ -140,6 +140,15 @@ impl Source {
         }
     }
 
+    /// Whether a folder that appears at this absolute path is searched.
+    pub(crate) fn searches(&self, path: &Path) -> bool {
+        let (Some(glob), Ok(below)) = (&self.glob, path.strip_prefix(&self.root)) else { return false };
+        let mut names = below.components().enumerate();
+        names.all(|(level, part)| {
+            !is_passed_over(part.as_os_str()) && glob.enters(part.as_os_str(), level, false)
+        }) && !self.out.as_ref().is_some_and(|out| resolved(path).starts_with(out))
+    }
+
     /// The assets that are there now, sorted by stem.
     pub(crate) fn assets(&self, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Option<Vec<Asset>> {
         let before = faults.len();

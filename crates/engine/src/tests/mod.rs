@@ -6,6 +6,7 @@ mod interruptions;
 mod outdated;
 mod publishing;
 mod rebuilds;
+mod watch;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -108,8 +109,9 @@ fn collect(folder: &Path, prefix: &str, found: &mut Vec<(String, Vec<u8>)>) {
         let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
         if entry.path().is_dir() {
             collect(&entry.path(), &format!("{name}/"), found);
-        } else {
-            found.push((name, std::fs::read(entry.path()).unwrap()));
+        } else if let Ok(bytes) = std::fs::read(entry.path()) {
+            // One that goes meanwhile is left out: a watcher may be at work.
+            found.push((name, bytes));
         }
     }
 }

@@ -1,0 +1,220 @@
+//! What a watcher does when files change as editors, exporters and version control change them.
+//!
+//! Each test begins with a project that is watched, does what some program does, and waits until `out` holds what it
+//! must. Those of `each_way!` are run twice: listening and polling.
+
+mod editors;
+mod folders;
+mod loss;
+mod manifests;
+mod reads;
+
+use std::fs::{self, File};
+use std::sync::{Arc, Condvar, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::{Project, log};
+use crate::testkit::kinds;
+use crate::watch::{Attention, Watcher};
+use crate::{Cancel, Change, Changed, Error, Event, Summary, WatchOptions};
+
+/// Far longer than anything takes.
+const DEADLINE: Duration = Duration::from_secs(60);
+const QUIET: Duration = Duration::from_millis(20);
+
+/// Every text of `in` in capitals, under its name.
+const CAPITALS: &str = r#"
+schema = 1
+[stage.text]
+kind = "text-source"
+source = "in/*.txt"
+[stage.upper]
+kind = "upper"
+input = "text"
+[stage.write]
+kind = "write"
+input = "upper"
+path = "{text}"
+"#;
+
+/// Declares each test twice.
+macro_rules! each_way {
+    ($($(#[$meta:meta])* fn $name:ident($way:ident: Way) $body:block)*) => {
+        mod listening { $($(#[$meta])* #[test] fn $name() { super::$name(super::Way::Listening) })* }
+        mod polling { $($(#[$meta])* #[test] fn $name() { super::$name(super::Way::Polling) })* }
+        $($(#[$meta])* fn $name($way: Way) $body)*
+    };
+}
+use each_way;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    Listening,
+    Polling,
+}
+
+impl Way {
+    fn options(self) -> WatchOptions {
+        WatchOptions {
+            build: crate::BuildOptions { jobs: Some(2), keep_going: true, ..Default::default() },
+            debounce: QUIET,
+            poll: (self == Way::Polling).then_some(Duration::from_millis(25)),
+            once: false,
+            memory: 1 << 20,
+            cache_limit: None,
+        }
+    }
+}
+
+/// The events of a watcher, as they come.
+#[derive(Default)]
+struct Told {
+    events: Mutex<Vec<Event>>,
+    more: Condvar,
+}
+
+/// A watcher at work.
+struct Watched<'a> {
+    project: &'a Project,
+    told: Arc<Told>,
+    cancel: Cancel,
+    thread: Option<JoinHandle<Result<(), Error>>>,
+}
+
+impl<'a> Watched<'a> {
+    /// Watches, and waits until the first build is done and the way is known.
+    fn new(project: &'a Project, way: Way) -> Self {
+        let watched = Self::start(project, way.options());
+        watched.until("it watches", |events| {
+            let watches = events.iter().any(|event| matches!(event, Event::Watching { .. }));
+            watches && summaries(events).next().is_some()
+        });
+        watched
+    }
+
+    fn start(project: &'a Project, options: WatchOptions) -> Self {
+        let attention = Attention::new(options.debounce, options.poll, Duration::from_millis(25));
+        Self::with(project, options, attention)
+    }
+
+    fn with(project: &'a Project, options: WatchOptions, attention: Attention) -> Self {
+        let (told, cancel) = (Arc::new(Told::default()), Cancel::default());
+        let (manifest, ears, stop) = (project.path("pipeline.toml"), Arc::clone(&told), cancel.clone());
+        let thread = std::thread::spawn(move || {
+            let events = |event| {
+                ears.events.lock().unwrap().push(event);
+                ears.more.notify_all();
+            };
+            Watcher::new(&manifest, &kinds(), &options, &stop, &events, attention)?.run()
+        });
+        Self { project, told, cancel, thread: Some(thread) }
+    }
+
+    /// Waits until the events say so.
+    fn until(&self, what: &str, is_so: impl Fn(&[Event]) -> bool) {
+        let deadline = Instant::now() + DEADLINE;
+        let mut events = self.told.events.lock().unwrap();
+        while !is_so(&events) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            assert!(!left.is_zero(), "waited for: {what}; told was:\n{}", log(&events));
+            events = self.told.more.wait_timeout(events, left).unwrap().0;
+        }
+    }
+
+    /// Waits until `out` has exactly these files with these texts, and the build that made them has ended.
+    fn until_out(&self, expected: &[(&str, &str)]) {
+        let deadline = Instant::now() + DEADLINE;
+        let mut expected =
+            expected.iter().map(|(name, text)| ((*name).into(), (*text).into())).collect::<Vec<_>>();
+        expected.sort();
+        loop {
+            let found = texts(self.project);
+            if found == expected {
+                return self.until("the build ends", |events| {
+                    let last = |is: fn(&Event) -> bool| events.iter().rposition(is);
+                    let ended = last(|event| matches!(event, Event::Ended(_)));
+                    ended > last(|event| matches!(event, Event::Planned { .. }))
+                });
+            }
+            let told = || log(&self.told.events.lock().unwrap());
+            assert!(
+                Instant::now() < deadline,
+                "out has {found:?}, expected {expected:?}; told was:\n{}",
+                told()
+            );
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    fn events(&self) -> Vec<Event> {
+        self.told.events.lock().unwrap().clone()
+    }
+
+    /// The changes that were noticed, without those that are told again.
+    fn noticed(&self) -> Vec<(String, Changed)> {
+        let mut changes = changes(&self.events()).collect::<Vec<_>>();
+        changes.dedup();
+        changes
+    }
+
+    /// Waits until it ends by itself.
+    fn ended(mut self) -> Result<(), Error> {
+        let deadline = Instant::now() + DEADLINE;
+        let thread = self.thread.take().unwrap();
+        while !thread.is_finished() {
+            assert!(Instant::now() < deadline, "it goes on; told was:\n{}", log(&self.events()));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        thread.join().unwrap()
+    }
+}
+
+impl Drop for Watched<'_> {
+    fn drop(&mut self) {
+        self.cancel.cancel();
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            if !std::thread::panicking() {
+                ended.unwrap().unwrap();
+            }
+        }
+    }
+}
+
+fn texts(project: &Project) -> Vec<(String, String)> {
+    let files = project.files("out").into_iter();
+    files.map(|(name, bytes)| (name, String::from_utf8_lossy(&bytes).into_owned())).collect()
+}
+
+fn changes(events: &[Event]) -> impl Iterator<Item = (String, Changed)> {
+    let noticed = events.iter().filter_map(|event| match event {
+        Event::Noticed { changes, .. } => Some(changes),
+        _ => None,
+    });
+    noticed.flatten().map(|Change { path, what }| (path.clone(), *what))
+}
+
+fn summaries(events: &[Event]) -> impl Iterator<Item = &Summary> {
+    events.iter().filter_map(|event| match event {
+        Event::Ended(summary) => Some(summary),
+        _ => None,
+    })
+}
+
+/// A project with two texts, which are in place.
+fn capitals() -> Project {
+    let project = Project::new(CAPITALS);
+    project.write("in/sky.txt", "blue");
+    project.write("in/gold.txt", "warm");
+    project
+}
+
+/// Sets the time of change of a file's content back.
+fn set_modified(project: &Project, name: &str, time: std::time::SystemTime) {
+    File::options().write(true).open(project.path(name)).unwrap().set_modified(time).unwrap();
+}
+
+fn rename(project: &Project, from: &str, to: &str) {
+    fs::rename(project.path(from), project.path(to)).unwrap();
+}

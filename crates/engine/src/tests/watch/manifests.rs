@@ -1,0 +1,123 @@
+//! Manifests that are edited, broken and mended, and builds that cannot go on.
+
+use super::*;
+use crate::lock::Request;
+use crate::state::State;
+use crate::{Errand, ErrorKind, Patience};
+
+fn rejected(events: &[Event]) -> Vec<String> {
+    let rejected = events.iter().filter_map(|event| match event {
+        Event::Rejected { faults } => Some(faults.to_string()),
+        _ => None,
+    });
+    rejected.collect()
+}
+
+each_way! {
+    fn an_edited_manifest_is_reloaded(way: Way) {
+        let project = capitals();
+        let watched = Watched::new(&project, way);
+        project.edit("{text}", "{text}-loud");
+        watched.until_out(&[("gold-loud.txt", "WARM"), ("sky-loud.txt", "BLUE")]);
+        project.write("more/rain.txt", "wet");
+        project.edit("in/*.txt", "more/*.txt");
+        watched.until_out(&[("rain-loud.txt", "WET")]);
+        project.write("more/rain.txt", "dry");
+        watched.until_out(&[("rain-loud.txt", "DRY")]);
+    }
+
+    fn a_broken_manifest_is_told_and_the_last_good_graph_goes_on(way: Way) {
+        let project = capitals();
+        let watched = Watched::new(&project, way);
+        project.edit("kind = \"upper\"", "kind = \"uper\"");
+        watched.until("the fault", |events| !rejected(events).is_empty());
+        let told = rejected(&watched.events()).remove(0);
+        assert!(told.contains("pipeline.toml:7:8: there is no kind \"uper\""), "{told}");
+        project.write("in/sky.txt", "grey");
+        project.write("in/rain.txt", "wet");
+        let after = [("gold.txt", "WARM"), ("rain.txt", "WET"), ("sky.txt", "GREY")];
+        watched.until_out(&after);
+        assert_eq!(rejected(&watched.events()).len(), 1, "once for the same faults");
+        project.edit("kind = \"uper\"", "kind = \"upper\"");
+        watched.until("it is mended", |events| events.contains(&Event::Accepted));
+        project.write("in/sky.txt", "red");
+        watched.until_out(&[after[0], after[1], ("sky.txt", "RED")]);
+    }
+
+    fn a_manifest_that_is_broken_at_the_start_is_waited_for(way: Way) {
+        let project = capitals();
+        project.edit("schema = 1", "schema = ");
+        let watched = Watched::start(&project, way.options());
+        watched.until("the fault", |events| !rejected(events).is_empty());
+        project.edit("schema = ", "schema = 1");
+        watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
+    }
+
+    fn a_manifest_that_is_not_there_is_waited_for(way: Way) {
+        let project = capitals();
+        project.remove("pipeline.toml");
+        let watched = Watched::start(&project, way.options());
+        watched.until("the fault", |events| !rejected(events).is_empty());
+        project.write("pipeline.toml", CAPITALS);
+        watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
+    }
+
+    fn two_files_with_one_stem_are_told_until_one_goes(way: Way) {
+        let project = Project::new(&CAPITALS.replace("*.txt", "*.{txt,md}"));
+        project.write("in/sky.txt", "blue");
+        let watched = Watched::new(&project, way);
+        project.write("in/sky.md", "grey");
+        watched.until("the fault", |events| !rejected(events).is_empty());
+        assert!(rejected(&watched.events())[0].contains("have the stem \"sky\""));
+        project.remove("in/sky.txt");
+        watched.until_out(&[("sky.txt", "GREY")]);
+        assert!(watched.events().contains(&Event::Accepted));
+    }
+
+    fn the_state_folder_of_another_build_is_waited_for(way: Way) {
+        let project = capitals();
+        let request = Request {
+            errand: Errand::Collect,
+            patience: Patience::NONE,
+            cancel: &Cancel::default(),
+            waiting: &|_| {},
+        };
+        let other = State::lock(&project.path(""), &request).unwrap();
+        let watched = Watched::start(&project, way.options());
+        watched.until("the holder is told", |events| {
+            events.iter().any(|event| matches!(event, Event::Waiting { .. }))
+        });
+        drop(other);
+        watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
+    }
+
+    fn once_ends_after_the_first_rebuild_that_a_change_caused(way: Way) {
+        let project = capitals();
+        let watched = Watched::start(&project, WatchOptions { once: true, ..way.options() });
+        watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
+        project.write("in/sky.txt", "grey");
+        watched.ended().unwrap();
+        assert_eq!(texts(&project)[1], ("sky.txt".into(), "GREY".into()));
+    }
+}
+
+#[test]
+fn a_stage_that_does_not_exist_ends_it_at_the_start() {
+    let project = capitals();
+    let mut options = Way::Listening.options();
+    options.build.stages = vec!["wirte".into()];
+    let ended = Watched::start(&project, options).ended();
+    assert_eq!(ended.unwrap_err().kind(), ErrorKind::UnknownTarget);
+}
+
+#[test]
+fn only_the_stages_that_were_asked_for_are_built() {
+    let project = capitals();
+    let mut options = Way::Listening.options();
+    options.build.stages = vec!["upper".into()];
+    let watched = Watched::start(&project, options);
+    watched.until("it is built", |events| summaries(events).next().is_some());
+    project.write("in/sky.txt", "grey");
+    watched.until("two builds", |events| summaries(events).filter(|summary| summary.ran > 0).count() == 2);
+    assert_eq!(texts(&project), []);
+}

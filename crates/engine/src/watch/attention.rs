@@ -1,0 +1,306 @@
+//! Attends to the places of a graph: hears and looks, gathers what came until it is quiet, and knows whether hearing
+//! can be relied on.
+//!
+//! What is heard is gathered here, not by `notify`'s full debouncer, which merges the events of a path and so can
+//! lose a change: of a file that is written beside, renamed over the old one and removed at once it tells nothing at
+//! all. Here nothing is merged. An event is only a hint of where to look: contents decide.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use super::listener::{Heard, Listener};
+use super::places::Places;
+use super::poller::Poller;
+use super::probe::Probes;
+use crate::{Event, platform};
+
+/// How often a waiting watcher asks whether it is to stop.
+const PULSE: Duration = Duration::from_millis(100);
+/// However busy a file is, what was heard is told after so many times the quiet time.
+const PATIENCE: u32 = 10;
+
+/// What came, not yet acted on.
+#[derive(Debug, Default)]
+pub(super) struct Hints {
+    /// The paths that it concerns, as the graph spells them, and whether they led somewhere before.
+    pub(super) paths: BTreeMap<PathBuf, bool>,
+    /// Whether events were lost.
+    pub(super) lost: bool,
+    /// Whether something may have changed that cannot be told.
+    perhaps: bool,
+    /// When the first and the last came.
+    times: Option<(Instant, Instant)>,
+}
+
+impl Hints {
+    fn came(&mut self) {
+        let now = Instant::now();
+        self.times = Some((self.times.map_or(now, |(first, _)| first), now));
+    }
+
+    /// When they are to be acted on: after a quiet time.
+    fn ripe(&self, quiet: Duration) -> Option<Instant> {
+        self.times.map(|(first, last)| (last + quiet).min(first + quiet * PATIENCE))
+    }
+
+    /// The time since the first of them came.
+    pub(super) fn age(&self) -> Duration {
+        self.times.map_or(Duration::ZERO, |(first, _)| first.elapsed())
+    }
+
+    /// Adds others.
+    pub(super) fn merge(&mut self, others: Self) {
+        for (path, knew) in others.paths {
+            self.paths.entry(path).or_insert(knew);
+        }
+        self.lost |= others.lost;
+        self.perhaps |= others.perhaps;
+        self.times = match (self.times, others.times) {
+            (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
+            (own, others) => own.or(others),
+        };
+    }
+}
+
+/// Why waiting ended.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Woken {
+    /// Hints came, and then it was quiet.
+    Hints,
+    /// The time is over.
+    Due,
+    /// It was told to stop.
+    Stopped,
+}
+
+/// Ears and eyes.
+pub(crate) struct Attention {
+    heard: Receiver<Heard>,
+    teller: Sender<Heard>,
+    listener: Option<Listener>,
+    poller: Option<Poller>,
+    /// The time between two looks, should looking be necessary.
+    fallback: Duration,
+    quiet: Duration,
+    places: Places,
+    probes: Probes,
+    /// The roots that have been probed, or need not be.
+    probed: BTreeSet<PathBuf>,
+    because: Option<String>,
+    hints: Hints,
+    /// The way that was told last: whether it polls.
+    told: Option<bool>,
+}
+
+impl Attention {
+    /// Attends to nothing yet. Looks where `poll` says so, else listens.
+    pub(crate) fn new(quiet: Duration, poll: Option<Duration>, fallback: Duration) -> Self {
+        let (teller, heard) = channel();
+        let mut attention = Self {
+            heard,
+            listener: None,
+            poller: poll.map(Poller::new),
+            fallback,
+            quiet,
+            places: Places::default(),
+            probes: Probes::default(),
+            probed: BTreeSet::new(),
+            because: None,
+            hints: Hints::default(),
+            told: None,
+            teller,
+        };
+        if poll.is_none() {
+            match Listener::new(attention.teller.clone()) {
+                Ok(listener) => attention.listener = Some(listener),
+                Err(why) => attention.poll_because(why),
+            }
+        }
+        attention
+    }
+
+    /// Hears nothing but what it is told.
+    #[cfg(test)]
+    pub(crate) fn deaf(quiet: Duration) -> Self {
+        let mut attention = Self::new(quiet, None, Duration::from_millis(500));
+        attention.listener = None;
+        attention
+    }
+
+    /// Listens to folders from which no event arrives.
+    #[cfg(test)]
+    pub(crate) fn unanswered(quiet: Duration, fallback: Duration) -> Self {
+        let mut attention = Self::new(quiet, None, fallback);
+        attention.listener = Listener::new(channel().0).ok();
+        attention
+    }
+
+    /// Lets others be heard: an end of waiting, and in tests what the system may tell.
+    pub(crate) fn teller(&self) -> Sender<Heard> {
+        self.teller.clone()
+    }
+
+    /// Attends to these places from now on. Returns whether that is more than before: what came to the new ones until
+    /// now may have gone unheard, so that everything has to be looked at again.
+    pub(super) fn attend(&mut self, places: Places) -> bool {
+        // What is known to have changed is told by what was there before.
+        self.take_all();
+        self.look();
+        let mut is_more = places.exceed(&self.places);
+        self.places = places;
+        if let Some(listener) = &mut self.listener {
+            let listened = listener.listen(&self.places);
+            is_more |= listened.is_more;
+            if let Some(why) = listened.failed {
+                self.poll_because(why);
+            }
+        }
+        if let Some(poller) = &mut self.poller {
+            is_more |= poller.attend(&self.places);
+        }
+        self.probe();
+        is_more
+    }
+
+    /// Asks roots that are new for proof that events arrive from there.
+    fn probe(&mut self) {
+        if self.listener.is_none() {
+            return;
+        }
+        for root in self.places.roots() {
+            if !self.probed.insert(root.clone()) {
+                continue;
+            }
+            match platform::shared_file_system(&root) {
+                Some(kind) => {
+                    let root = root.display();
+                    self.poll_because(format!(
+                        "{root} is on {kind}: what other machines change there makes no events"
+                    ));
+                }
+                None => self.probes.write(&root),
+            }
+        }
+    }
+
+    fn poll_because(&mut self, why: String) {
+        if self.poller.is_none() {
+            self.poller = Some(Poller::new(self.fallback));
+            self.because = Some(why);
+            // What came before the first look has to be found otherwise.
+            self.hints.perhaps = true;
+            self.hints.came();
+        }
+    }
+
+    /// The way in which files are attended to, where it is certain and was not told yet.
+    pub(super) fn way(&mut self) -> Option<Event> {
+        if !self.probes.are_settled() {
+            return None;
+        }
+        if let Some(why) = self.probes.failed().cloned() {
+            self.poll_because(why);
+        }
+        let polls = self.poller.is_some();
+        if self.told.replace(polls) == Some(polls) {
+            return None;
+        }
+        Some(Event::Watching {
+            folders: self.listener.as_ref().map_or(self.places.folders.len(), Listener::folders),
+            poll_milliseconds: self.poller.as_ref().map(|poller| poller.every().as_secs_f64() * 1e3),
+            because: self.because.clone(),
+        })
+    }
+
+    /// Waits for hints and then for quiet; until `due` where none came, or until `stop` says so.
+    pub(super) fn wait(&mut self, due: Option<Instant>, stop: &dyn Fn() -> bool) -> Woken {
+        loop {
+            self.take_all();
+            let now = Instant::now();
+            if self.poller.as_ref().is_some_and(|poller| poller.next() <= now) {
+                self.look();
+            }
+            let ripe = self.hints.ripe(self.quiet);
+            if stop() {
+                return Woken::Stopped;
+            }
+            if ripe.is_some_and(|ripe| ripe <= now) {
+                return Woken::Hints;
+            }
+            if due.is_some_and(|due| due <= now) && ripe.is_none() {
+                return Woken::Due;
+            }
+            let look = self.poller.as_ref().map(Poller::next);
+            let next = [Some(now + PULSE), ripe, due, look].into_iter().flatten().min();
+            let pause = next.map_or(PULSE, |next| next.saturating_duration_since(now));
+            match self.heard.recv_timeout(pause) {
+                Ok(heard) => self.take(heard),
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
+            }
+        }
+    }
+
+    /// What came so far.
+    pub(super) fn hints(&mut self) -> Hints {
+        std::mem::take(&mut self.hints)
+    }
+
+    /// Gives back what is still to be acted on.
+    pub(super) fn give_back(&mut self, hints: Hints) {
+        self.hints.merge(hints);
+    }
+
+    /// Whether it is still unknown if events arrive.
+    pub(super) fn is_proving(&self) -> bool {
+        self.told.is_none() || self.probes.are_waiting()
+    }
+
+    fn take_all(&mut self) {
+        while let Ok(heard) = self.heard.try_recv() {
+            self.take(heard);
+        }
+    }
+
+    fn take(&mut self, heard: Heard) {
+        match heard {
+            Heard::Nudge => {}
+            Heard::Lost => {
+                self.listener.iter_mut().for_each(Listener::forget_all);
+                self.hints.lost = true;
+                self.hints.came();
+            }
+            Heard::Event(event) => {
+                self.listener.iter_mut().for_each(|listener| listener.forget_moved(&event));
+                for path in &event.paths {
+                    self.probes.heard(path);
+                    self.concern(path);
+                }
+            }
+        }
+    }
+
+    fn concern(&mut self, path: &Path) {
+        for path in self.places.concerned(path) {
+            self.changed(path);
+        }
+    }
+
+    fn changed(&mut self, path: PathBuf) {
+        let knew = self.places.knew(&path);
+        self.hints.paths.entry(path).or_insert(knew);
+        self.hints.came();
+    }
+
+    /// Looks at the files now, where they are looked at.
+    pub(super) fn look(&mut self) {
+        let Some(poller) = &mut self.poller else { return };
+        let seen = poller.look(&self.places);
+        seen.changed.into_iter().for_each(|path| self.changed(path));
+        if seen.perhaps {
+            self.hints.perhaps = true;
+            self.hints.came();
+        }
+    }
+}

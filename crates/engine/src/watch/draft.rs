@@ -1,0 +1,73 @@
+//! The manifest and its graph as they are now, and the last good ones.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::plan::{self, Asked, RecordingFolders};
+use crate::{Faults, Graph, Kinds, Plan, Source};
+
+/// A manifest that is read again and again.
+pub(super) struct Draft<'a> {
+    manifest: PathBuf,
+    kinds: &'a Kinds,
+    /// The text that `latest` was made of.
+    bytes: Option<Vec<u8>>,
+    latest: Result<Graph, Faults>,
+    good: Option<(Graph, Arc<Plan>)>,
+}
+
+/// What a look at the manifest and at the folders that it names gave.
+pub(super) struct Outlook {
+    /// What is to be built: of the last good graph where there are faults; `None` where there never was one.
+    pub(super) plan: Option<Arc<Plan>>,
+    /// What is wrong with what the manifest says now.
+    pub(super) faults: Option<Faults>,
+    /// What was asked of the disk.
+    pub(super) asked: Asked,
+    /// The sources of the graph as it is now and of the last good one.
+    pub(super) sources: Vec<Source>,
+}
+
+impl<'a> Draft<'a> {
+    pub(super) fn new(manifest: PathBuf, kinds: &'a Kinds) -> Self {
+        let latest = Err(Faults::new("", "", Vec::new()));
+        Self { manifest, kinds, bytes: None, latest, good: None }
+    }
+
+    /// Reads the manifest where it changed, and expands its sources.
+    pub(super) fn look(&mut self) -> Outlook {
+        match plan::read(&self.manifest) {
+            Ok(bytes) => {
+                if self.bytes.as_ref() != Some(&bytes) {
+                    self.latest = Graph::of_bytes(&self.manifest, &bytes, self.kinds);
+                    self.bytes = Some(bytes);
+                }
+            }
+            Err(faults) => {
+                self.latest = Err(faults);
+                self.bytes = None;
+            }
+        }
+        let folders = RecordingFolders::default();
+        let expanded = self.latest.as_ref().map_err(Clone::clone);
+        let expanded = expanded.and_then(|graph| Ok((graph.clone(), Arc::new(graph.expand(&folders)?))));
+        let faults = match expanded {
+            Ok(good) => {
+                self.good = Some(good);
+                None
+            }
+            Err(faults) => {
+                if let Some((graph, plan)) = &mut self.good
+                    && let Ok(expanded) = graph.expand(&folders)
+                {
+                    *plan = Arc::new(expanded);
+                }
+                Some(faults)
+            }
+        };
+        let graphs = self.latest.as_ref().ok().into_iter().chain(self.good.as_ref().map(|(graph, _)| graph));
+        let sources = graphs.flat_map(|graph| graph.sources().map(|(_, source)| source.clone())).collect();
+        let plan = self.good.as_ref().map(|(_, plan)| Arc::clone(plan));
+        Outlook { plan, faults, asked: folders.asked(), sources }
+    }
+}
