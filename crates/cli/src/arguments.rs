@@ -82,11 +82,17 @@ pub(crate) struct BuildArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArguments {
-    /// A stage, or a file in the output folder
-    #[arg(value_name = "STAGE|FILE")]
+    /// A stage, one of its items (`"map [sky, gold]"`), or a file in the output folder
+    #[arg(value_name = "STAGE|ITEM|FILE")]
     pub(crate) target: String,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
+    /// Tell every item of a stage in full, rather than together with those like it
+    #[arg(long, short)]
+    pub(crate) verbose: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

@@ -1,9 +1,12 @@
-//! `specula explain`: why an item would run or not, and what its last run did.
+//! `specula explain`: why an item would run or not, and why it ran last. The first line answers.
 
-use engine::{Explanation, Kinds, LastRun};
+use std::fmt::Write;
+
+use engine::{Cause, Explanation, FileState, ItemName, Kinds, LastRun};
 
 use crate::arguments::ExplainArguments;
-use crate::reasons::{lines, short};
+use crate::print::say;
+use crate::reasons::{cause, dated, lines, origin, short};
 use crate::{Exit, exit, manifest, print, terminal};
 
 pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
@@ -12,59 +15,133 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
         Err(exit) => return exit,
     };
     match engine::explain(&plan, &arguments.target) {
-        Ok(explanations) => {
-            let texts = explanations.iter().map(describe).collect::<Vec<_>>();
-            print::data(&texts.join("\n"))
+        Ok(explanations) if arguments.json => {
+            print::data(&format!("{}\n", serde_json::json!({ "v": 1, "items": explanations })))
         }
+        Ok(explanations) if explanations.len() > 1 && !arguments.verbose => {
+            let exit = print::data(&grouped(&explanations));
+            say!("hint: for one of them in full: specula explain \"{}\"", explanations[0].item);
+            exit
+        }
+        Ok(explanations) => print::data(&explanations.iter().map(full).collect::<Vec<_>>().join("\n")),
         Err(error) => exit::of_error(&error),
     }
 }
 
-fn describe(explanation: &Explanation) -> String {
-    let mut text = format!("{}\n", explanation.item);
-    if explanation.would_run {
-        text += "  would run now, because\n";
-        for line in lines(&explanation.reasons) {
-            text += &format!("    {line}\n");
+/// Many items: those of which the same can be said share a paragraph.
+fn grouped(explanations: &[Explanation]) -> String {
+    let mut groups = Vec::<(String, Vec<&ItemName>)>::new();
+    for found in explanations {
+        let verdict = verdict(found, origin);
+        match groups.iter_mut().find(|(other, _)| *other == verdict) {
+            Some((_, items)) => items.push(&found.item),
+            None => groups.push((verdict, vec![&found.item])),
         }
-    } else {
-        text +=
-            "  up to date: parameters, kind, inputs and files read are those of the result in the cache\n";
     }
-    if let Some(last) = &explanation.last {
-        text += &describe_run(last);
+    let would_run = explanations.iter().filter(|found| found.would_run).count();
+    let stage = explanations.first().map_or("", |found| found.item.stage.as_str());
+    let mut text = format!("{stage}: {} items, {would_run} would run\n", explanations.len());
+    for (verdict, items) in groups {
+        let _ = writeln!(text, "  {}: {}", listed(&items), verdict.replace('\n', "\n  "));
     }
-    for file in &explanation.files {
-        let state = if file.intact { "as published" } else { "not there as published; a build puts it back" };
-        text += &format!("  file {} {} ({state})\n", short(file.digest.as_ref()), file.file);
+    let altered = explanations.iter().flat_map(|found| &found.files);
+    let altered = altered.filter(|file| matches!(file.state, FileState::Gone | FileState::Altered { .. }));
+    for file in altered.take(LISTED) {
+        let _ = writeln!(text, "  file {}: {}", file.file, state(&file.state));
     }
     text
 }
 
-fn describe_run(run: &LastRun) -> String {
+/// So many of equal things are named.
+const LISTED: usize = 8;
+
+fn listed(items: &[&ItemName]) -> String {
+    let names = items.iter().take(LISTED).map(|item| format!("[{}]", item.key)).collect::<Vec<_>>();
+    let more = items.len().saturating_sub(LISTED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{}{more}", names.join(" "))
+}
+
+/// Whether an item would run and why, or why it ran last.
+fn verdict(found: &Explanation, told: fn(&Cause) -> String) -> String {
+    let because = |causes: &[Cause]| match causes {
+        [only] => told(only),
+        causes => causes.iter().map(|cause| format!("\n    {}", told(cause))).collect(),
+    };
+    match &found.last {
+        _ if found.would_run => format!("would run: {}", because(&found.causes)),
+        _ if found.restored => "an earlier result is in effect again; a build takes it from the cache".into(),
+        Some(last) => format!("up to date; it last ran because: {}", because(&last.causes)),
+        None => "up to date".into(),
+    }
+}
+
+fn full(explanation: &Explanation) -> String {
+    let mut text = format!("{}: {}\n", explanation.item, verdict(explanation, cause));
+    let is_told = |reasons: &[_], causes: &[Cause]| {
+        causes.iter().all(|cause| cause.chain.len() == 1) || lines(reasons).is_empty()
+    };
+    if !is_told(&explanation.reasons, &explanation.causes) {
+        text += "  what is different for the item itself\n";
+        for line in lines(&explanation.reasons) {
+            let _ = writeln!(text, "    {line}");
+        }
+    }
+    if let Some(last) = &explanation.last {
+        text += &describe_run(last, explanation.would_run);
+    }
+    for file in &explanation.files {
+        let digest = short(file.digest.as_ref());
+        let _ = writeln!(text, "  file {digest} {} ({})", file.file, state(&file.state));
+    }
+    text
+}
+
+fn state(state: &FileState) -> String {
+    match state {
+        FileState::AsPublished => "as published".into(),
+        FileState::Gone => "published, and not there any more; a build puts it back".into(),
+        FileState::Altered { digest, modified } => format!(
+            "changed by somebody else since it was published, now {}; a build puts it back",
+            dated(digest.as_ref(), *modified)
+        ),
+        FileState::NeverPublished => "not published yet".into(),
+    }
+}
+
+fn describe_run(run: &LastRun, would_run: bool) -> String {
     let time = terminal::duration(run.milliseconds);
     let mut text =
         format!("  last ran {} for {time} as {}, by version {}\n", run.started, run.kind, run.version);
-    text += &format!("    because {}\n", lines(&run.reasons).join("; "));
+    if would_run {
+        for begun in &run.causes {
+            let _ = writeln!(text, "    because {}", cause(begun));
+        }
+    }
+    if run.causes.iter().any(|cause| cause.chain.len() > 1) {
+        let _ =
+            writeln!(text, "    what was different for the item itself: {}", lines(&run.reasons).join("; "));
+    }
     for input in &run.inputs {
-        text += &format!("    input {} {} = {}\n", short(Some(&input.digest)), input.port, input.item);
+        let _ = writeln!(text, "    input {} {} = {}", short(Some(&input.digest)), input.port, input.item);
     }
     for read in &run.reads {
         let what = if read.listing { "names in" } else { "read" };
-        text += &format!("    {what} {} {}\n", short(read.digest.as_ref()), read.path);
+        let time = read.modified.map_or_else(String::new, |time| format!(", changed {time}"));
+        let _ = writeln!(text, "    {what} {} {}{time}", short(read.digest.as_ref()), read.path);
     }
     for digest in &run.results {
-        text += &format!("    made {}\n", short(Some(digest)));
+        let _ = writeln!(text, "    made {}", short(Some(digest)));
     }
     for warning in &run.warnings {
-        text += &format!("    warning: {warning}\n");
+        let _ = writeln!(text, "    warning: {warning}");
     }
     for note in &run.notes {
-        text += &format!("    note: {note}\n");
+        let _ = writeln!(text, "    note: {note}");
     }
     for line in run.failure.iter().flatten() {
-        text += &format!("    failed: {line}\n");
+        let _ = writeln!(text, "    failed: {line}");
     }
-    text += &format!("    recipe {}\n", run.recipe);
+    let _ = writeln!(text, "    recipe {}", run.recipe);
     text
 }

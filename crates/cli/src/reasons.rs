@@ -1,6 +1,6 @@
 //! Why something ran or would run, in words.
 
-use engine::{Digest, ItemName, Reason, Timestamp};
+use engine::{Cause, Digest, ItemName, Reason, Timestamp};
 
 /// Why an item ran or would run; the items that would run before it share the last line.
 pub(crate) fn lines(reasons: &[Reason]) -> Vec<String> {
@@ -15,6 +15,27 @@ pub(crate) fn lines(reasons: &[Reason]) -> Vec<String> {
         lines.push(format!("after {}", awaited.join(", ")));
     }
     lines
+}
+
+/// What began it, and the items that it came through: `gold.toml changed (...) -> material [gold] -> map [gold]`.
+pub(crate) fn cause(cause: &Cause) -> String {
+    let via = match (&cause.reason, &cause.chain[..]) {
+        (_, [_]) => &[],
+        (Reason::File { .. }, chain) => chain,
+        (_, chain) => chain.get(1..).unwrap_or_default(),
+    };
+    let via = via.iter().map(|item| format!(" -> {item}"));
+    format!("{}{}", origin(cause), via.collect::<String>())
+}
+
+/// What began it, without the way: a file says where it was read, everything else names its item.
+pub(crate) fn origin(cause: &Cause) -> String {
+    match &cause.chain[..] {
+        [first, _, ..] if !matches!(cause.reason, Reason::File { .. }) => {
+            format!("{first}: {}", line(&cause.reason))
+        }
+        _ => line(&cause.reason),
+    }
 }
 
 /// One reason.

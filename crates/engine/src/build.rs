@@ -153,7 +153,7 @@ impl Workbench {
                     summary.ran += 1;
                     events(Event::Started { item, reasons });
                 }
-                Some(Forecast::Current(outputs)) => {
+                Some(Forecast::Current { outputs, .. }) => {
                     summary.up_to_date += 1;
                     events(Event::UpToDate { item: item.clone() });
                     for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
@@ -202,7 +202,13 @@ fn unknown_stage(plan: &Plan, name: &str) -> Error {
 
 /// What a build would do with an item.
 pub(crate) enum Forecast {
-    Current(Vec<Blob>),
+    /// Its result is at hand.
+    Current {
+        outputs: Vec<Blob>,
+        /// Whether it is that of an earlier run than the last.
+        restored: bool,
+    },
+    /// It would run.
     Runs(Vec<Reason>),
 }
 
@@ -216,7 +222,7 @@ pub(crate) fn forecast(judge: &Judge<'_>, selected: &[bool]) -> Vec<Option<Forec
             continue;
         }
         let digest = |input: usize| match &forecasts[input] {
-            Some(Forecast::Current(outputs)) => outputs.first().map(|blob| blob.digest),
+            Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
             _ => None,
         };
         let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
@@ -227,7 +233,9 @@ pub(crate) fn forecast(judge: &Judge<'_>, selected: &[bool]) -> Vec<Option<Forec
             Verdict::Run
         };
         forecasts.push(Some(match verdict {
-            Verdict::Current { outputs, .. } => Forecast::Current(outputs),
+            Verdict::Current { outputs, restored } => {
+                Forecast::Current { outputs, restored: restored.is_some() }
+            }
             Verdict::Run => Forecast::Runs(judge.reasons(index, digest)),
         }));
     }

@@ -5,12 +5,12 @@ use std::path::{Component, Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::build::{Forecast, forecast, select};
-use crate::disk::Disk;
-use crate::judge::Judge;
-use crate::publish::Publisher;
+use crate::disk::{Disk, hash, modified};
+use crate::judge::{Judge, item_name};
+use crate::publish::{Published, Publisher};
 use crate::record::{Record, recipe};
 use crate::state::State;
-use crate::{Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
+use crate::{Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
 
 /// What is known about one item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,6 +21,11 @@ pub struct Explanation {
     pub would_run: bool,
     /// Why it would run: every difference from its last run. Empty where it would not.
     pub reasons: Vec<Reason>,
+    /// What began it: the changed files, parameters and kinds at the far ends of the chains that lead here. At most
+    /// eight.
+    pub causes: Vec<Cause>,
+    /// Whether the result of an earlier run is in effect again, so that a build takes it from the cache.
+    pub restored: bool,
     /// What made the present result, or the failure of the last run; `None` where it never ran.
     pub last: Option<LastRun>,
     /// The files that it exports.
@@ -40,6 +45,8 @@ pub struct LastRun {
     pub kind: String,
     /// Why it ran.
     pub reasons: Vec<Reason>,
+    /// What began it, as [`Explanation::causes`].
+    pub causes: Vec<Cause>,
     /// What it warned of.
     pub warnings: Vec<String>,
     /// What it noted.
@@ -89,13 +96,32 @@ pub struct ExportedFile {
     pub file: String,
     /// The digest of what was published there last; `None` where nothing was.
     pub digest: Option<Digest>,
-    /// Whether the file is there as it was published.
-    pub intact: bool,
+    /// What became of it.
+    pub state: FileState,
 }
 
-/// Explains the items of a stage, or the item that exports a file.
+/// What became of an exported file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "state", rename_all = "kebab-case")]
+pub enum FileState {
+    /// It is there as it was published.
+    AsPublished,
+    /// It was published and is not there any more.
+    Gone,
+    /// Somebody else changed it since it was published.
+    Altered {
+        /// What it holds now; `None` where it cannot be read.
+        digest: Option<Digest>,
+        /// When it was changed, by its file system.
+        modified: Option<Timestamp>,
+    },
+    /// Nothing was published there.
+    NeverPublished,
+}
+
+/// Explains the items of a stage, one of them, or the item that exports a file.
 ///
-/// `target` is a stage's name, or a file of `out`: relative to `out`, relative to the current folder, or absolute.
+/// `target` is a stage's name, an item as events name it (`reflection [sky, gold]`), or a file of `out`: relative to `out`, relative to the current folder, or absolute.
 /// Nothing is written, and a build may be at work.
 ///
 /// # Errors
@@ -109,25 +135,62 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let judge = Judge::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
     let mut forecasts = forecast(&judge, &selected);
+    let mut causes = forecast_causes(&judge, &forecasts);
     let explained = items.into_iter().map(|item| {
-        let reasons = match forecasts[item].take() {
-            Some(Forecast::Runs(reasons)) => Some(reasons),
-            _ => None,
+        let (reasons, restored) = match forecasts[item].take() {
+            Some(Forecast::Runs(reasons)) => (Some(reasons), false),
+            Some(Forecast::Current { restored, .. }) => (None, restored),
+            None => (None, false),
         };
-        let files = plan.items[item].files.iter().map(|file| {
-            let digest = publisher.entry(file).map(|line| line.digest);
-            let intact = digest.is_some_and(|digest| publisher.is_in_place(file, digest));
-            ExportedFile { file: file.clone(), digest, intact }
-        });
+        let files = plan.items[item].files.iter().map(|file| exported(plan, &publisher, file));
         Explanation {
             item: judge.name(item),
             would_run: reasons.is_some(),
+            causes: if reasons.is_some() { std::mem::take(&mut causes[item]) } else { Vec::new() },
             reasons: reasons.unwrap_or_default(),
+            restored,
             last: judge.record(item).map(|record| last_run(&judge, item, record)),
             files: files.collect(),
         }
     });
     Ok(explained.collect())
+}
+
+/// For each item, what began that it would run or that its result is another than at the last run.
+pub(crate) fn forecast_causes(judge: &Judge<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
+    let digest = |input: ItemIndex| match &forecasts[input] {
+        Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
+        _ => None,
+    };
+    let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
+    for (item, forecast) in forecasts.iter().enumerate() {
+        let of_input = |input: ItemIndex| match &causes[input][..] {
+            [] => judge.last_causes(input),
+            causes => causes.to_vec(),
+        };
+        let begun = match forecast {
+            Some(Forecast::Runs(reasons)) => judge.causes(item, reasons, of_input),
+            Some(Forecast::Current { restored: true, .. }) => {
+                judge.causes(item, &judge.reasons(item, digest), of_input)
+            }
+            _ => Vec::new(),
+        };
+        causes.push(begun);
+    }
+    causes
+}
+
+/// What became of a file of `out`.
+fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile {
+    let digest = publisher.entry(file).and_then(Published::owned);
+    let place = plan.out.join(file);
+    let state = match digest {
+        None => FileState::NeverPublished,
+        Some(digest) if publisher.is_in_place(file, digest) => FileState::AsPublished,
+        Some(_) if std::fs::symlink_metadata(&place).is_err() => FileState::Gone,
+        Some(_) => FileState::Altered { digest: hash(&place).ok(), modified: modified(&place) },
+    };
+    ExportedFile { file: file.into(), digest, state }
 }
 
 fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
@@ -140,6 +203,7 @@ fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
         version: record.version.clone(),
         kind: record.kind_name(),
         reasons: record.reasons.clone(),
+        causes: judge.causes_of(item, record),
         warnings: record.warnings.clone(),
         notes: record.notes.clone(),
         inputs: record.inputs.clone(),
@@ -155,18 +219,21 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
     }
+    if let Some(item) = (0..plan.items.len()).find(|item| item_name(plan, *item).to_string() == target) {
+        return Ok(vec![item]);
+    }
     let names = names_of(plan, target);
     let exports = |item: &ItemIndex| plan.items[*item].files.iter().any(|file| names.contains(file));
     if let Some(item) = (0..plan.items.len()).find(exports) {
         return Ok(vec![item]);
     }
-    let message = format!("{target:?} is neither a stage nor a file that one exports");
+    let message = format!("{target:?} is neither a stage, nor an item of one, nor a file that one exports");
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
     Err(match nearest(target, stages.chain(files)) {
         Some(near) => error.with_help(format!("did you mean {near:?}?")),
-        None => error.with_help("name a stage, or a file in out"),
+        None => error.with_help("name a stage, an item as builds name it, or a file in out"),
     })
 }
 

@@ -6,6 +6,7 @@
 
 mod artifact;
 mod build;
+mod cause;
 mod context;
 mod disk;
 mod document;
@@ -38,11 +39,12 @@ mod workbench;
 
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
+pub use cause::Cause;
 pub use context::{Context, Failure, Files, Read};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
-pub use explain::{Explanation, ExportedFile, FileRead, InputUsed, LastRun, explain};
+pub use explain::{Explanation, ExportedFile, FileRead, FileState, InputUsed, LastRun, explain};
 pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};

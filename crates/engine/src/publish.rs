@@ -43,7 +43,7 @@ pub(crate) struct Published {
 
 impl Published {
     /// What the manifest has put there, whatever a person made of it; `None` where it never came to that.
-    fn owned(&self) -> Option<Digest> {
+    pub(crate) fn owned(&self) -> Option<Digest> {
         if self.stamp.is_some() { Some(self.digest) } else { self.replaces }
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::store::Blob;
-use crate::{Digest, FileRead, InputUsed, ItemKey, Reason, Timestamp};
+use crate::{Cause, Digest, FileRead, InputUsed, ItemKey, Reason, Timestamp};
 
 /// Raised when the engine itself gives kinds something else for equal keys.
 const ENGINE_FORMAT: u32 = 1;
@@ -29,6 +29,9 @@ pub(crate) struct Record {
     pub(crate) started: Timestamp,
     pub(crate) milliseconds: f64,
     pub(crate) reasons: Vec<Reason>,
+    /// What began it, where the reasons do not tell.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) causes: Vec<Cause>,
     pub(crate) warnings: Vec<String>,
     pub(crate) notes: Vec<String>,
     pub(crate) failure: Option<Vec<String>>,

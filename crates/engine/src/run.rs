@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use crate::cause::worth_keeping;
 use crate::disk::{Disk, Reader};
 use crate::journal::{Line, Tag, short};
 use crate::judge::Judge;
@@ -16,7 +17,7 @@ use crate::record::{Record, path_name, recipe};
 use crate::store::Blob;
 use crate::underway::{Seen, Underway};
 use crate::{
-    Cancel, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
+    Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
 };
 
@@ -39,6 +40,7 @@ pub(crate) struct Order {
     pub(crate) inputs: Vec<InputUsed>,
     pub(crate) handles: Vec<(String, Arrivals)>,
     pub(crate) reasons: Vec<Reason>,
+    pub(crate) causes: Vec<Cause>,
 }
 
 /// What came of it.
@@ -120,6 +122,7 @@ impl Workshop<'_> {
             started,
             milliseconds,
             reasons: order.reasons,
+            causes: worth_keeping(&order.causes),
             warnings: outcome.warnings.clone(),
             notes: outcome.notes.clone(),
             failure: stored.as_ref().err().map(|failure| failure.chain.clone()),

@@ -24,7 +24,7 @@ use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of};
 use crate::store::Blob;
 use crate::underway::Seen;
-use crate::{Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
+use crate::{Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
 
 /// How far an item is.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +58,8 @@ struct Progress {
     announced: bool,
     /// Whether its stored result turned out to be lost.
     lost: bool,
+    /// What began that its artifact changed in this build.
+    causes: Vec<Cause>,
     /// Whether it ran in this build.
     ran: bool,
 }
@@ -139,6 +141,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 fetchers: Vec::new(),
                 announced: false,
                 lost: false,
+                causes: Vec::new(),
                 ran: false,
             });
         }
@@ -243,6 +246,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
 
     /// An earlier result is the one in effect again; the next run is compared with it.
     fn bring_into_effect(&mut self, item: ItemIndex, record: Record) -> Record {
+        let reasons = self.judge.reasons(item, |input| Some(self.digest(input)));
+        self.items[item].causes = self.judge.causes(item, &reasons, |input| self.causes(input));
         let inputs = self.judge.inputs(item, |input| self.digest(input));
         let record = Record { inputs, source: self.judge.source(item), ..record };
         let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
@@ -309,6 +314,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             }
             Task::Run(item) => {
                 let order = self.order(item);
+                self.items[item].causes.clone_from(&order.causes);
                 self.tell(Event::Started { item: self.judge.name(item), reasons: order.reasons.clone() });
                 (item, Work::Run, Box::new(move || Message::Ran(item, workshop.run(order))))
             }
@@ -348,12 +354,22 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         } else {
             self.judge.reasons(item, |input| Some(self.digest(input)))
         };
+        let causes = self.judge.causes(item, &reasons, |input| self.causes(input));
         Order {
             item,
             key: self.key(item),
             inputs: self.judge.inputs(item, |input| self.digest(input)),
             handles: handles.collect(),
             reasons,
+            causes,
+        }
+    }
+
+    /// What began that an item's artifact is what it is: in this build, or in the one that ran it last.
+    fn causes(&self, item: ItemIndex) -> Vec<Cause> {
+        match &self.items[item].causes[..] {
+            [] => self.judge.last_causes(item),
+            causes => causes.to_vec(),
         }
     }
 

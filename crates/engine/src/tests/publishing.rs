@@ -64,7 +64,7 @@ fn a_deleted_file_comes_back_without_a_run() {
     let project = pair();
     project.build();
     project.remove("out/pairs/a/body.txt");
-    assert!(!project.explain("pairs/a/body.txt")[0].files[0].intact);
+    assert_eq!(project.explain("pairs/a/body.txt")[0].files[0].state, crate::FileState::Gone);
     assert_eq!(told(&project), "restored pairs/a/body.txt 3\n");
     project.remove("out");
     expect![[r#"
@@ -91,7 +91,7 @@ fn a_file_that_a_person_changed_is_put_back_with_a_warning() {
     // Written anew with the same content: nothing to do, nothing to say.
     project.remove("out/loud/a.txt");
     project.write("out/loud/a.txt", "ONE");
-    assert!(project.explain("loud/a.txt")[0].files[0].intact);
+    assert_eq!(project.explain("loud/a.txt")[0].files[0].state, crate::FileState::AsPublished);
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
     let summary = crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
     assert_eq!(summary.published, 0);

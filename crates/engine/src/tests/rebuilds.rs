@@ -404,7 +404,7 @@ fn explain_tells_of_a_file_by_any_of_its_names() {
         let found = project.explain(target);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].item.to_string(), "file [a]");
-        assert!(found[0].files[0].intact);
+        assert_eq!(found[0].files[0].state, crate::FileState::AsPublished);
         let recipe = &found[0].last.as_ref().unwrap().recipe;
         let digest = crate::Digest::of(b"ONE!");
         assert_eq!(

@@ -1,0 +1,87 @@
+//! What began it.
+//!
+//! An item reruns because of what arrives at it, and that changed because of something further up. A cause is the
+//! reason at the far end of such a chain: the file, parameter or kind that was changed first.
+
+use std::cell::LazyCell;
+use std::collections::HashMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::judge::Judge;
+use crate::record::Record;
+use crate::{ItemIndex, ItemName, Reason};
+
+/// What began that an item ran, or would run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// What was different.
+    pub reason: Reason,
+    /// The items that it came through: first the one where it was different, last the one that it is told of.
+    pub chain: Vec<ItemName>,
+}
+
+/// So many causes of an item are followed: a sheet of thousands of items, each with another cause, names a few.
+const MOST: usize = 8;
+
+impl Judge<'_> {
+    /// What began that an item runs for some reasons, given what began that each of its inputs changed.
+    pub(crate) fn causes(
+        &self,
+        item: ItemIndex,
+        reasons: &[Reason],
+        of_input: impl Fn(ItemIndex) -> Vec<Cause>,
+    ) -> Vec<Cause> {
+        let name = self.name(item);
+        let inputs = LazyCell::new(|| {
+            let inputs = self.plan.items[item].inputs.iter().flatten();
+            inputs.map(|input| (self.name(*input), *input)).collect::<HashMap<_, _>>()
+        });
+        let mut causes = Vec::<Cause>::new();
+        for reason in reasons {
+            let further = match reason {
+                Reason::Awaits { item: from, .. } | Reason::Input { item: from, new: Some(_), .. } => {
+                    inputs.get(from).map_or_else(Vec::new, |input| of_input(*input))
+                }
+                _ => Vec::new(),
+            };
+            let further = further.into_iter().map(|mut cause| {
+                cause.chain.push(name.clone());
+                cause
+            });
+            let mut further = further.collect::<Vec<_>>();
+            if further.is_empty() {
+                further.push(Cause { reason: reason.clone(), chain: vec![name.clone()] });
+            }
+            for cause in further {
+                let known = |other: &Cause| {
+                    other.reason == cause.reason && other.chain.first() == cause.chain.first()
+                };
+                if causes.len() < MOST && !causes.iter().any(known) {
+                    causes.push(cause);
+                }
+            }
+        }
+        causes
+    }
+
+    /// What began the last run of an item.
+    pub(crate) fn last_causes(&self, item: ItemIndex) -> Vec<Cause> {
+        self.record(item).map_or_else(Vec::new, |record| self.causes_of(item, record))
+    }
+
+    /// What began a run, by its record.
+    pub(crate) fn causes_of(&self, item: ItemIndex, record: &Record) -> Vec<Cause> {
+        if record.causes.is_empty() {
+            // Each reason began with the item itself, or the record is older than causes are.
+            self.causes(item, &record.reasons, |_| Vec::new())
+        } else {
+            record.causes.clone()
+        }
+    }
+}
+
+/// The causes that a record has to hold: those that its reasons do not tell.
+pub(crate) fn worth_keeping(causes: &[Cause]) -> Vec<Cause> {
+    if causes.iter().any(|cause| cause.chain.len() > 1) { causes.to_vec() } else { Vec::new() }
+}
