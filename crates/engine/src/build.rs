@@ -109,8 +109,14 @@ impl Workbench {
         let (judge, publisher) = self.pool.install(|| {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
-        let workshop =
-            Workshop { judge: &judge, publisher: &publisher, disk: &disk, cancel, underway: &underway };
+        let workshop = Workshop {
+            judge: &judge,
+            publisher: &publisher,
+            disk: &disk,
+            cancel,
+            memory: &self.memory,
+            underway: &underway,
+        };
         let jobs = self.pool.current_num_threads();
         let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
         let mut told = Vec::new();

@@ -19,6 +19,7 @@ mod judge;
 mod key;
 mod kind;
 mod lock;
+mod memory;
 mod parameters;
 mod plan;
 mod platform;

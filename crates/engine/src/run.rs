@@ -12,6 +12,7 @@ use crate::cause::worth_keeping;
 use crate::disk::{Disk, Reader};
 use crate::journal::{Line, Tag, short};
 use crate::judge::Judge;
+use crate::memory::Memory;
 use crate::publish::{Obstacle, Publisher, Told};
 use crate::record::{Record, path_name, recipe};
 use crate::store::Blob;
@@ -27,6 +28,7 @@ pub(crate) struct Workshop<'a> {
     pub(crate) disk: &'a Disk,
     pub(crate) publisher: &'a Publisher<'a>,
     pub(crate) cancel: &'a Cancel,
+    pub(crate) memory: &'a Memory,
     pub(crate) underway: &'a Arc<Underway>,
 }
 
@@ -136,6 +138,9 @@ impl Workshop<'_> {
         outcome.made = match stored {
             Err(failure) => Err(failure),
             Ok(Stored { outputs, value, files }) => {
+                if let (Some((name, Some(_))), Some(value)) = (facts.artifact, &value) {
+                    self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
+                }
                 let published = self.publish(order.item, &outputs, files, &mut outcome.told);
                 let unpublished = match published {
                     Ok(()) => None,
@@ -174,12 +179,23 @@ impl Workshop<'_> {
         let Some(decoder) = decoder else { return Ok(None) };
         // What another version encoded otherwise is made again.
         match catch_unwind(AssertUnwindSafe(|| decoder(&bytes))) {
-            Ok(Ok(value)) => Ok(Some(Arc::new(self.handle(name, digest).with_value(value)))),
+            Ok(Ok(value)) => {
+                self.memory.put(name, digest, bytes.len() as u64, Arc::clone(&value));
+                Ok(Some(Arc::new(self.handle(name, digest).with_value(value))))
+            }
             _ => {
                 self.judge.state.store.forget(digest);
                 Ok(None)
             }
         }
+    }
+
+    /// The value of a stored artifact that an earlier build left in memory. What is stored may have been damaged since:
+    /// the value is as good as it was, and who wants the bytes is told.
+    pub(crate) fn remembered(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
+        let (name, _) = self.judge.stages[self.judge.plan.items[item].stage].artifact?;
+        let value = self.memory.get(name, digest)?;
+        Some(Arc::new(self.handle(name, digest).with_value(value)))
     }
 
     /// A handle on a stored artifact.

@@ -3,7 +3,8 @@
 //! One thread (the caller's) decides and tells; a pool of threads works. An item whose inputs are settled is judged;
 //! where its result is not at hand it becomes a task. Before a task runs, the stored artifacts that it needs are
 //! fetched, each once; one that turns out to be lost is made again first. Of the tasks that are ready those nearest
-//! to the end of the graph go first, so that artifacts are let go soon: one is held only while somebody may need it.
+//! to the end of the graph go first, so that artifacts are let go soon: one is held only while somebody may need it, but
+//! for those that the bench remembers.
 //!
 //! No thread ever waits for another item's result: kernels share the pool, and a waiting thread could be the one that
 //! has to do the work.
@@ -272,6 +273,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     fn want(&mut self, item: ItemIndex) {
         self.items[item].phase = Phase::Busy;
         for input in distinct(&self.judge.plan.items[item].inputs) {
+            if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
+                self.items[input].handle = self.workshop.remembered(input, self.digest(input));
+            }
             if self.items[input].handle.is_some() {
                 continue;
             }

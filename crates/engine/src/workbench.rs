@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::memory::Memory;
 use crate::{Error, ErrorKind};
 
 /// The threads of a process's builds, and what they remember from one build to the next.
@@ -15,20 +16,22 @@ pub struct Workbench {
     pub(crate) pool: ThreadPool,
     /// The files and (`true`) listings that the items of the last build read.
     places: Mutex<BTreeSet<(PathBuf, bool)>>,
+    pub(crate) memory: Memory,
 }
 
 impl Workbench {
     /// A bench with this number of threads (`None`: one per processor) that keeps decoded artifacts of at most so many
-    /// encoded bytes in memory.
+    /// encoded bytes in memory, those that were used last: decoded they may take some times that. With 0 each is let go
+    /// as soon as no item of the build needs it any more.
     ///
     /// # Errors
     /// Where threads cannot be started.
-    pub fn new(jobs: Option<usize>, _memory: u64) -> Result<Self, Error> {
+    pub fn new(jobs: Option<usize>, memory: u64) -> Result<Self, Error> {
         // 0 stands for the number of available cores.
         let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
-        Ok(Self { pool, places: Mutex::default() })
+        Ok(Self { pool, places: Mutex::default(), memory: Memory::new(memory) })
     }
 
     /// Remembers what the items of a build read.

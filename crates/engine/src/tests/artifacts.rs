@@ -1,9 +1,10 @@
 //! How often artifacts are decoded, and how long they are held.
 
+use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
-use crate::{Artifact, Context, Failure, Kind, Output, Port, parameters};
+use crate::{Artifact, Context, Failure, Kind, Output, Port, Workbench, parameters};
 
 static DECODED: AtomicUsize = AtomicUsize::new(0);
 static ALIVE: AtomicUsize = AtomicUsize::new(0);
@@ -91,9 +92,11 @@ impl Kind for Add {
     }
 }
 
-/// One test, because the counts are the process's.
-#[test]
-fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
+/// The counts are the process's.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// Twenty imports, each with two consumers, one of which has another.
+fn imports() -> Project {
     let mut manifest =
         "schema = 1\nout = \"out\"\n[stage.big]\nkind = \"import\"\nsource = \"*.txt\"\n".to_owned();
     for (name, input) in [("left", "big"), ("right", "big"), ("end", "left")] {
@@ -104,6 +107,15 @@ fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
     for n in 0..20 {
         project.write(&format!("{n}.txt"), &format!("text {n}"));
     }
+    project
+}
+
+#[test]
+fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
+    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    DECODED.store(0, Ordering::SeqCst);
+    MOST.store(0, Ordering::SeqCst);
+    let mut project = imports();
     assert!(project.build().contains("80 ran"));
     assert_eq!(DECODED.load(Ordering::SeqCst), 0, "what was just made is passed on");
     // One item's import and `left`, and what is just being made.
@@ -121,4 +133,59 @@ fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
         assert_eq!(DECODED.load(Ordering::SeqCst), 20, "each import once for its two consumers");
         assert_eq!(ALIVE.load(Ordering::SeqCst), 0);
     }
+}
+
+#[test]
+fn a_bench_remembers_what_it_made_and_what_it_decoded() {
+    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let project = imports();
+    let bench = Workbench::new(Some(2), 1 << 20).unwrap();
+    assert!(project.build_on(&bench).contains("80 ran"));
+    DECODED.store(0, Ordering::SeqCst);
+    project.edit("number = 1", "number = 2");
+    assert!(project.build_on(&bench).contains("60 ran, 20 up to date"));
+    assert_eq!(DECODED.load(Ordering::SeqCst), 0, "what was made is remembered");
+
+    let fresh = Workbench::new(Some(2), 1 << 20).unwrap();
+    project.edit("number = 2", "number = 3");
+    assert!(project.build_on(&fresh).contains("60 ran"));
+    assert_eq!(DECODED.load(Ordering::SeqCst), 20);
+    project.edit("number = 3", "number = 4");
+    assert!(project.build_on(&fresh).contains("60 ran"));
+    assert_eq!(DECODED.load(Ordering::SeqCst), 20, "what was decoded is remembered");
+
+    // So little memory that each of these is too big for it.
+    let small = Workbench::new(Some(2), 3).unwrap();
+    for number in [5, 6] {
+        DECODED.store(0, Ordering::SeqCst);
+        project.edit(&format!("number = {}", number - 1), &format!("number = {number}"));
+        assert!(project.build_on(&small).contains("60 ran"));
+        assert_eq!(DECODED.load(Ordering::SeqCst), 20);
+    }
+    drop((bench, fresh, small));
+    assert_eq!(ALIVE.load(Ordering::SeqCst), 0);
+}
+
+#[test]
+fn memory_stands_in_for_a_damaged_result_and_not_for_a_lost_one() {
+    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let project = imports();
+    let bench = Workbench::new(Some(1), 1 << 20).unwrap();
+    project.build_on(&bench);
+    DECODED.store(0, Ordering::SeqCst);
+    // As long as what it was, so that only reading it shows that it is damaged.
+    std::fs::write(project.blob("text 0"), "tixt 0").unwrap();
+    std::fs::remove_file(project.blob("text 1")).unwrap();
+    project.edit("number = 1", "number = 2");
+    let log = project.build_on(&bench);
+    assert!(log.contains("run big [1]: result lost\n") && log.contains("61 ran, 19 up to date"), "{log}");
+    assert_eq!(DECODED.load(Ordering::SeqCst), 0);
+    assert_eq!(std::fs::read(project.blob("text 1")).unwrap(), b"text 1");
+    assert_eq!(std::fs::read(project.blob("text 0\u{2}\u{2}")).unwrap(), b"text 0\x02\x02");
+
+    // Who remembers nothing reads it, and so finds it out.
+    project.edit("number = 2", "number = 3");
+    let log = project.build();
+    assert!(log.contains("run big [0]: result lost\n") && log.contains("61 ran, 19 up to date"), "{log}");
+    assert_eq!(std::fs::read(project.blob("text 0")).unwrap(), b"text 0");
 }

@@ -14,7 +14,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use crate::testkit::kinds;
-use crate::{BuildOptions, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary};
+use crate::{
+    BuildOptions, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary, Workbench,
+};
 
 /// A project in a folder of its own.
 struct Project {
@@ -84,6 +86,15 @@ impl Project {
         let (events, summary) = self.try_build();
         summary.unwrap();
         log(&events)
+    }
+
+    /// The same, by a bench that may remember something.
+    fn build_on(&self, bench: &Workbench) -> String {
+        let events = Mutex::new(Vec::new());
+        let built = bench
+            .build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().unwrap().push(event));
+        built.unwrap();
+        log(&events.into_inner().unwrap())
     }
 
     fn explain(&self, target: &str) -> Vec<Explanation> {

@@ -1,0 +1,131 @@
+//! Decoded artifacts that outlive a build, so that the next one need not read and decode them again.
+//!
+//! A value is known by its type's name and the digest of its bytes, so that it can never be out of date. Those that
+//! were not asked for longest go first. What a value weighs is the size of its encoded bytes: what it takes in memory
+//! is the kind's own affair, some times that where the container compresses.
+
+use std::any::Any;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::Digest;
+
+type Value = Arc<dyn Any + Send + Sync>;
+type Name = (&'static str, Digest);
+
+/// The values that are kept.
+pub(crate) struct Memory {
+    limit: u64,
+    kept: Mutex<Kept>,
+}
+
+#[derive(Default)]
+struct Kept {
+    values: HashMap<Name, Place>,
+    /// The names by the time of their last use: the oldest first.
+    order: BTreeMap<u64, Name>,
+    weight: u64,
+    clock: u64,
+}
+
+struct Place {
+    value: Value,
+    weight: u64,
+    used: u64,
+}
+
+impl Memory {
+    /// A memory of at most so many encoded bytes; of 0, it keeps nothing.
+    pub(crate) fn new(limit: u64) -> Self {
+        Self { limit, kept: Mutex::default() }
+    }
+
+    /// The value of an artifact, where it is kept.
+    pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<Value> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = &mut *kept;
+        let place = kept.values.get_mut(&(type_name, digest))?;
+        kept.clock += 1;
+        kept.order.remove(&place.used);
+        kept.order.insert(kept.clock, (type_name, digest));
+        place.used = kept.clock;
+        Some(Arc::clone(&place.value))
+    }
+
+    /// Keeps the value of an artifact of so many bytes, and lets others go. One that alone is beyond the limit is not
+    /// kept, and costs no other its place.
+    pub(crate) fn put(&self, type_name: &'static str, digest: Digest, bytes: u64, value: Value) {
+        // Those without any bytes take memory too.
+        let weight = bytes.max(1);
+        if weight > self.limit {
+            return;
+        }
+        // Values are dropped after the lock: that can take a while.
+        let mut gone = Vec::new();
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = &mut *kept;
+        kept.clock += 1;
+        let place = Place { value, weight, used: kept.clock };
+        kept.weight += weight;
+        kept.order.insert(kept.clock, (type_name, digest));
+        if let Some(before) = kept.values.insert((type_name, digest), place) {
+            kept.order.remove(&before.used);
+            kept.weight -= before.weight;
+            gone.push(before);
+        }
+        while kept.weight > self.limit
+            && let Some((_, name)) = kept.order.pop_first()
+            && let Some(oldest) = kept.values.remove(&name)
+        {
+            kept.weight -= oldest.weight;
+            gone.push(oldest);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn put(memory: &Memory, name: u8, bytes: u64) {
+        memory.put("text", Digest([name; 32]), bytes, Arc::new(name));
+    }
+
+    /// The names that are kept, without using them.
+    fn names(memory: &Memory) -> Vec<u8> {
+        let kept = memory.kept.lock().unwrap();
+        assert_eq!(kept.weight, kept.values.values().map(|place| place.weight).sum::<u64>());
+        assert_eq!(kept.order.len(), kept.values.len());
+        kept.order.values().map(|(_, digest)| digest.0[0]).collect()
+    }
+
+    #[test]
+    fn what_was_not_used_longest_goes_first() {
+        let memory = Memory::new(10);
+        for name in 1..=3 {
+            put(&memory, name, 3);
+        }
+        assert_eq!(names(&memory), [1, 2, 3]);
+        let value = memory.get("text", Digest([1; 32])).unwrap();
+        assert_eq!(value.downcast_ref::<u8>(), Some(&1));
+        put(&memory, 4, 3);
+        assert_eq!(names(&memory), [3, 1, 4]);
+        put(&memory, 5, 7);
+        assert_eq!(names(&memory), [4, 5], "as many go as have to");
+        assert!(memory.get("text", Digest([3; 32])).is_none());
+        assert!(memory.get("number", Digest([4; 32])).is_none(), "the same bytes of another type");
+    }
+
+    #[test]
+    fn what_is_too_big_alone_is_not_kept() {
+        let memory = Memory::new(10);
+        put(&memory, 1, 10);
+        put(&memory, 2, 11);
+        assert_eq!(names(&memory), [1]);
+        put(&memory, 1, 10);
+        assert_eq!(names(&memory), [1], "what comes again is counted once");
+        let nothing = Memory::new(0);
+        put(&nothing, 1, 0);
+        assert!(names(&nothing).is_empty());
+    }
+}
