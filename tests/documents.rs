@@ -66,11 +66,12 @@ fn the_readme_gives_the_two_commands_that_ci_runs() {
 
 #[test]
 fn links_in_documents_lead_somewhere() {
-    for document in ["README.md", "ARCHITECTURE.md", "CONVENTIONS.md"] {
+    for document in ["README.md", "ARCHITECTURE.md", "CONVENTIONS.md", "docs/manifest.md", "docs/watch.md"] {
+        let folder = root().join(document).parent().unwrap().to_path_buf();
         for target in read(document).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let target = target.split('#').next().unwrap();
             if !target.is_empty() && !target.starts_with("http") {
-                assert!(root().join(target).exists(), "{document} links to {target}");
+                assert!(folder.join(target).exists(), "{document} links to {target}");
             }
         }
     }
@@ -83,4 +84,18 @@ fn help_lists_the_exit_codes() {
     for code in ["  0 ", "  1 ", "  2 ", "  3 ", "  4 ", "  130 "] {
         assert!(text.contains(code), "{text}");
     }
+}
+
+#[test]
+fn the_manual_of_watching_names_every_option() {
+    let output = Command::new(env!("CARGO_BIN_EXE_specula")).args(["watch", "--help"]).output().unwrap();
+    let (help, manual) = (String::from_utf8(output.stdout).unwrap(), read("docs/watch.md"));
+    let options = help.split_whitespace().filter(|word| word.starts_with("--") && word.len() > 2);
+    let options = options.map(|word| word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric()));
+    let mut named = 0;
+    for option in options.filter(|option| *option != "--help") {
+        assert!(manual.contains(&format!("`{option}")), "docs/watch.md names {option}");
+        named += 1;
+    }
+    assert!(named >= 9, "{named} options were found in\n{help}");
 }

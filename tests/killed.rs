@@ -7,17 +7,9 @@ mod support;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use support::Project;
+use support::{Project, assert_whole, uniform};
 
 const KILLS: u64 = 200;
-
-/// A fixed sequence of numbers in [0, 1): splitmix64.
-fn uniform(seed: u64) -> f64 {
-    let mut z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-}
 
 fn edit(project: &Project, version: u64) {
     let exponent = 4.0 + version as f64 / 8.0;
@@ -25,18 +17,6 @@ fn edit(project: &Project, version: u64) {
         "assets/materials/gold.toml",
         &format!("model = \"phong\"\nexponent = {exponent}\nspecular = 1\n"),
     );
-}
-
-/// Every file of `out` is one that a whole build wrote; temporary files are hidden and are swept later.
-fn assert_whole(project: &Project, known: &BTreeSet<(String, Vec<u8>)>, moment: &str) {
-    for (name, bytes) in project.outputs() {
-        let hidden = name.rsplit('/').next().unwrap().starts_with('.');
-        let size = bytes.len();
-        assert!(
-            hidden || known.contains(&(name.clone(), bytes)),
-            "{name} ({size} bytes) is no output of a whole build, {moment}"
-        );
-    }
 }
 
 /// Kills 200 builds while they run, each of another edit; after every `between` rounds a build must give

@@ -3,10 +3,13 @@
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -147,9 +150,128 @@ impl Project {
         self.command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
     }
 
+    /// Starts `specula watch --json`.
+    pub fn watch(&self, arguments: &[&str]) -> Watcher {
+        let mut command = self.command(&[&["watch", "--json"], arguments].concat());
+        Watcher::new(command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap())
+    }
+
     /// Every file below `out`, by its path there.
     pub fn outputs(&self) -> BTreeMap<String, Vec<u8>> {
         files_below(&self.path("out"))
+    }
+}
+
+/// Longer than anything takes, unless it never comes.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A `specula watch --json` at work, killed at the end.
+pub struct Watcher {
+    child: Child,
+    events: Receiver<serde_json::Value>,
+    /// What it told so far.
+    heard: Vec<serde_json::Value>,
+}
+
+impl Watcher {
+    fn new(mut child: Child) -> Self {
+        let stdout = BufReader::new(child.stdout.take().unwrap());
+        let (sender, events) = channel();
+        std::thread::spawn(move || {
+            // The last line of a killed process may be torn.
+            let events = stdout.lines().map_while(Result::ok);
+            for event in events.map_while(|line| serde_json::from_str(&line).ok()) {
+                if sender.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        Self { child, events, heard: Vec::new() }
+    }
+
+    /// Waits for an event of that name that is as asked for, and returns all until then.
+    pub fn wait(
+        &mut self,
+        name: &str,
+        wanted: impl Fn(&serde_json::Value) -> bool,
+    ) -> Vec<serde_json::Value> {
+        let (deadline, start) = (Instant::now() + PATIENCE, self.heard.len());
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let Ok(event) = self.events.recv_timeout(left) else {
+                let told = self.heard.iter().map(|event| format!("\n{event}")).collect::<String>();
+                panic!("no {name} event came within {PATIENCE:?}; it told{told}");
+            };
+            self.heard.push(event);
+            let event = &self.heard[self.heard.len() - 1];
+            if event["event"] == name && wanted(event) {
+                return self.heard[start..].to_vec();
+            }
+        }
+    }
+
+    /// Waits for the end of a build that was not stopped.
+    pub fn wait_for_build(&mut self) -> Vec<serde_json::Value> {
+        self.wait("ended", |end| end["cancelled"] == false)
+    }
+
+    /// Waits until it has built and listens.
+    pub fn wait_until_it_watches(&mut self) {
+        self.wait("watching", |_| true);
+    }
+
+    /// Whether it is still there.
+    pub fn lives(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    /// Waits for its end, and returns its exit code.
+    pub fn wait_for_exit(mut self) -> Option<i32> {
+        let deadline = Instant::now() + PATIENCE;
+        while self.lives() {
+            assert!(Instant::now() < deadline, "it did not end within {PATIENCE:?}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        self.child.wait().unwrap().code()
+    }
+
+    /// Kills it, as `kill -9` does.
+    pub fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Its process.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+}
+
+impl Drop for Watcher {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A fixed sequence of numbers in [0, 1): splitmix64.
+pub fn uniform(seed: u64) -> f64 {
+    let mut z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Every file of `out` is one that a whole build wrote; temporary files are hidden and are swept later.
+pub fn assert_whole(project: &Project, known: &BTreeSet<(String, Vec<u8>)>, moment: &str) {
+    for (name, bytes) in project.outputs() {
+        let hidden = name.rsplit('/').next().unwrap().starts_with('.');
+        let size = bytes.len();
+        assert!(
+            hidden || known.contains(&(name.clone(), bytes)),
+            "{name} ({size} bytes) is no output of a whole build, {moment}"
+        );
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::Exit;
+use crate::{Exit, size};
 
 /// Turns light and materials into reflection maps, and keeps them up to date.
 #[derive(Debug, Parser)]
@@ -18,6 +18,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Run what is out of date and publish the results
     Build(BuildArguments),
+    /// Build, then build again whenever a file changes that the graph reads, until Ctrl-C
+    Watch(WatchArguments),
     /// Say why a stage or an exported file would run, or why it did
     Explain(ExplainArguments),
     /// Print the graph of the manifest
@@ -78,6 +80,39 @@ pub(crate) struct BuildArguments {
     /// Name the items that were up to date too, and facts about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct WatchArguments {
+    /// The stages to keep fresh, with all that they need; none means all
+    #[arg(value_name = "STAGE")]
+    pub(crate) stages: Vec<String>,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+    /// How many threads work [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Print every event as a line of JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// The quiet time after a change before it is acted on, so that a file is written to its end
+    #[arg(long, value_name = "MS", default_value_t = 20, value_parser = clap::value_parser!(u64).range(..=60_000))]
+    pub(crate) debounce: u64,
+    /// Look at the files this often rather than listen for events [default, where no time is given: 500]
+    #[arg(long, value_name = "MS", num_args = 0..=1, default_missing_value = "500", value_parser = clap::value_parser!(u64).range(10..=3_600_000))]
+    pub(crate) poll: Option<u64>,
+    /// Return after the first rebuild that a change caused, with its exit code
+    #[arg(long)]
+    pub(crate) once: bool,
+    /// Name every item and every file
+    #[arg(long, short)]
+    pub(crate) verbose: bool,
+    /// Keep decoded artifacts of at most this size in memory, such as 512MiB; 0 keeps none
+    #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = size::parse)]
+    pub(crate) memory: u64,
+    /// Trim the cache to this size when nothing is to be done, such as 20GiB [default: it grows]
+    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
+    pub(crate) max_cache: Option<u64>,
 }
 
 #[derive(Args, Debug)]

@@ -61,7 +61,7 @@ fn patience(wait: Option<Option<u32>>) -> Patience {
     }
 }
 
-fn exit_of(summary: &Summary) -> Exit {
+pub(crate) fn exit_of(summary: &Summary) -> Exit {
     if summary.cancelled {
         Exit::Interrupted
     } else if summary.failed + summary.skipped > 0 {
@@ -72,7 +72,7 @@ fn exit_of(summary: &Summary) -> Exit {
 }
 
 /// The first Ctrl-C stops the build at its next step, the second the process.
-fn stop_on_interrupt(cancel: &Cancel) {
+pub(crate) fn stop_on_interrupt(cancel: &Cancel) {
     let cancel = cancel.clone();
     let handler = move || {
         if cancel.is_cancelled() {

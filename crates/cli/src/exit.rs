@@ -19,7 +19,7 @@ pub enum Exit {
     Manifest = 3,
     /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there.
     Machine = 4,
-    /// 130: stopped by Ctrl-C.
+    /// 130: stopped by Ctrl-C. For `watch` that is the usual end, and 0.
     Interrupted = 130,
 }
 
@@ -31,7 +31,7 @@ impl Exit {
   2    the command line cannot be understood, or names something that is not there
   3    the manifest has faults; nothing ran
   4    the machine is in the way: unwritable folder, full disk, another process at work
-  130  stopped by Ctrl-C";
+  130  stopped by Ctrl-C; watch ends so with 0";
 }
 
 impl From<Exit> for ExitCode {

@@ -20,7 +20,12 @@ mod manual;
 mod print;
 mod progress;
 mod reasons;
+mod screen;
+mod session;
+mod size;
+mod standing;
 mod terminal;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -34,6 +39,7 @@ pub use crate::exit::Exit;
 pub fn main(kinds: Kinds) -> ExitCode {
     let exit = match Arguments::parse().command {
         Command::Build(arguments) => build::run(&arguments, &kinds),
+        Command::Watch(arguments) => watch::run(&arguments, &kinds),
         Command::Explain(arguments) => explain::run(&arguments, &kinds),
         Command::Graph(arguments) => graph::run(&arguments, &kinds),
         Command::Stages { kind } => manual::run(kind.as_deref(), &kinds),

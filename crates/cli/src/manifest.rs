@@ -13,7 +13,7 @@ use crate::{Exit, terminal};
 /// The plan of a manifest; where it has faults, they are printed and the exit code is given.
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
     Plan::load(&argument.manifest, kinds).map_err(|found| {
-        print(&found);
+        say!("{}", drawn(&found));
         if !argument.manifest.exists() {
             say!("hint: `specula init` writes a starter manifest");
         }
@@ -21,8 +21,8 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     })
 }
 
-/// Prints every fault with its place, what was expected there and what to do.
-fn print(faults: &Faults) {
+/// Every fault with its place, what was expected there and what to do, and their number in the last line.
+pub(crate) fn drawn(faults: &Faults) -> String {
     let source = Arc::new(NamedSource::new(&faults.file, faults.text.clone()).with_language("TOML"));
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
         (true, true) => GraphicalTheme::unicode(),
@@ -30,17 +30,19 @@ fn print(faults: &Faults) {
         (false, _) => GraphicalTheme::none(),
     };
     let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
+    let mut all = String::new();
     for fault in &faults.faults {
         let mut text = String::new();
         let report = Report { fault, source: Arc::clone(&source) };
         // A report that cannot be drawn is still told, without its picture.
         if handler.render_report(&mut text, &report).is_err() {
-            text = format!("{}: {}\n", faults.file, fault.message);
+            text = format!("{}: {}", faults.file, fault.message);
         }
-        say!("{}", text.trim_end_matches('\n'));
+        all += text.trim_end_matches('\n');
+        all.push('\n');
     }
     let s = if faults.faults.len() == 1 { "" } else { "s" };
-    say!("{}: {} fault{s}; nothing ran.", faults.file, faults.faults.len());
+    all + &format!("{}: {} fault{s}; nothing ran.", faults.file, faults.faults.len())
 }
 
 struct Report<'a> {

@@ -1,53 +1,40 @@
 //! The build as a person sees it: a bar while it works, a line for what happened, a summary at the end.
 
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
 
 use engine::{Event, ItemName, Summary};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::print::{message, say};
 use crate::reasons;
+use crate::screen::Screen;
 use crate::terminal;
-
-const TICK: Duration = Duration::from_millis(100);
 
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
     verbose: bool,
     /// Whether this is a dry run.
     rehearsal: bool,
-    bar: ProgressBar,
+    screen: Screen,
     state: Mutex<State>,
 }
 
 #[derive(Default)]
 struct State {
-    running: BTreeMap<ItemName, ()>,
     failures: Vec<(ItemName, Vec<String>, Option<String>)>,
     skipped: Vec<(ItemName, Option<ItemName>)>,
 }
 
 impl Progress {
     pub(crate) fn new(verbose: bool, rehearsal: bool, bar: bool) -> Self {
-        let bar = if bar && terminal::is_watched() { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed:>4}  {wide_msg}") {
-            bar.set_style(style);
-        }
-        if !bar.is_hidden() {
-            // Draws are limited to some a second: a tick shows what changed since the last one.
-            bar.enable_steady_tick(TICK);
-        }
-        Self { verbose, rehearsal, bar, state: Mutex::default() }
+        Self { verbose, rehearsal, screen: Screen::new(bar), state: Mutex::default() }
     }
 
     /// Shows one event.
     pub(crate) fn tell(&self, event: &Event) {
         match event {
-            Event::Planned { items, .. } => self.bar.set_length(*items as u64),
+            Event::Planned { items, .. } => self.screen.begin(*items),
             Event::Waiting { holder, limit_milliseconds } => {
                 let limit =
                     limit_milliseconds.map(|limit| format!(", at most {}", terminal::duration(limit)));
@@ -57,7 +44,7 @@ impl Progress {
                 if self.verbose {
                     self.line("current", item);
                 }
-                self.bar.inc(1);
+                self.screen.settled();
             }
             Event::Started { item, reasons } => {
                 let why = || reasons::lines(reasons).join("; ");
@@ -67,12 +54,12 @@ impl Progress {
                 if self.verbose {
                     self.line("run", format_args!("{item}: {}", why()));
                 }
-                self.running(|running| _ = running.insert(item.clone(), ()));
+                self.screen.started(item);
             }
             Event::Finished { item, milliseconds, changed } => {
                 let same = if *changed { "" } else { "  (same result as before)" };
                 self.line(&terminal::duration(*milliseconds), format_args!("{item}{same}"));
-                self.ended(item);
+                self.screen.ended(item);
             }
             Event::Warning { item, message } => self.line("warning", format_args!("{item}: {message}")),
             Event::Note { item, message } => {
@@ -82,11 +69,11 @@ impl Progress {
             }
             Event::Failed { item, error, help } => {
                 self.line("FAILED", item);
-                self.ended(item);
+                self.screen.ended(item);
                 self.state().failures.push((item.clone(), error.clone(), help.clone()));
             }
             Event::Skipped { item, because } => {
-                self.bar.inc(1);
+                self.screen.settled();
                 self.state().skipped.push((item.clone(), because.clone()));
             }
             Event::Published { file, restored: true, .. } => {
@@ -101,7 +88,7 @@ impl Progress {
             Event::Removed { file } => {
                 self.line(if self.rehearsal { "would remove" } else { "removed" }, file);
             }
-            Event::Ended(_) => self.bar.finish_and_clear(),
+            Event::Ended(_) => self.screen.clear(),
             // A build alone does not watch.
             Event::Watching { .. }
             | Event::Noticed { .. }
@@ -123,7 +110,7 @@ impl Progress {
 
     /// The failures so far in full, below the lines and without a bar.
     pub(crate) fn tell_failures(&self) {
-        self.bar.finish_and_clear();
+        self.screen.close();
         let state = self.state();
         for (item, chain, help) in &state.failures {
             say!("\nerror: {item} failed");
@@ -143,20 +130,7 @@ impl Progress {
 
     /// A line above the bar: what happened, to what.
     fn line(&self, what: &str, subject: impl Display) {
-        let line = format!("{what:>13}  {subject}");
-        if self.bar.is_hidden() { message(&line) } else { self.bar.println(line) }
-    }
-
-    fn ended(&self, item: &ItemName) {
-        self.running(|running| _ = running.remove(item));
-        self.bar.inc(1);
-    }
-
-    fn running(&self, change: impl FnOnce(&mut BTreeMap<ItemName, ()>)) {
-        let mut state = self.state();
-        change(&mut state.running);
-        let names = state.running.keys().map(ItemName::to_string).collect::<Vec<_>>();
-        self.bar.set_message(names.join(", "));
+        self.screen.line(&format!("{what:>13}  {subject}"));
     }
 
     fn state(&self) -> std::sync::MutexGuard<'_, State> {

@@ -65,6 +65,24 @@ pub(crate) fn line(reason: &Reason) -> String {
     }
 }
 
+/// Why an item ran, in a few words beside the files that are known to have changed.
+pub(crate) fn brief(reason: &Reason, changed: &[String]) -> String {
+    match reason {
+        Reason::Input { item, new: None, .. } => format!("{} no longer arrives", item.stage),
+        Reason::Input { item, old: None, .. } => format!("{} is new", item.stage),
+        Reason::Input { item, .. } => format!("{} changed", item.stage),
+        Reason::File { path, old, new, .. } => {
+            let name = path.rsplit('/').next().filter(|_| changed.contains(path)).unwrap_or(path);
+            match (old, new) {
+                (_, None) => format!("{name} is gone"),
+                (None, _) => format!("{name} is new"),
+                _ => format!("{name} changed"),
+            }
+        }
+        known => line(known),
+    }
+}
+
 /// A content and when it was written: `9d2b0c6f1a34 of 2026-03-01 09:30:05 UTC`.
 pub(crate) fn dated(digest: Option<&Digest>, time: Option<Timestamp>) -> String {
     time.map_or_else(|| short(digest), |time| format!("{} of {time}", short(digest)))

@@ -33,3 +33,8 @@ pub(crate) fn duration(milliseconds: f64) -> String {
         ms => format!("{:.0} min {:.0} s", (ms / 60_000.0).floor(), (ms / 1000.0) % 60.0),
     }
 }
+
+/// The time of day where the user is: `14:03:12`.
+pub(crate) fn time_of_day() -> String {
+    jiff::Zoned::now().strftime("%H:%M:%S").to_string()
+}

@@ -1,7 +1,9 @@
 //! Kinds for tests: texts that are read, changed, joined, gathered and written.
 
-use crate::fault::line_and_column;
-use crate::{Artifact, Context, Failure, Faults, Kind, Kinds, Output, Port, Product, choice, parameters};
+use crate::{
+    Artifact, Context, Failure, Faults, Kind, Kinds, Output, Port, Product, choice, line_and_column,
+    parameters,
+};
 
 /// Every kind of this module.
 pub(crate) fn kinds() -> Kinds {

@@ -1,0 +1,91 @@
+//! A watcher that lives all day does not grow: resident memory after thousands of rebuilds is that after the first hundred.
+//!
+//! `SPECULA_MEMORY_REBUILDS` says how many (2000).
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it did")]
+
+#[path = "../src/testkit.rs"]
+#[allow(dead_code, reason = "the kinds of the engine's own tests, which need more of it")]
+mod testkit;
+mod watching;
+
+use std::fs;
+
+// The kinds find the engine's names at the root of the crate.
+#[allow(unused_imports, reason = "some of them")]
+use engine::*;
+use watching::Watcher;
+
+const MANIFEST: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "texts/*.txt"
+
+[stage.word]
+kind = "text-source"
+source = "words/*.txt"
+
+[stage.upper]
+kind = "upper"
+input = "text"
+
+[stage.pair]
+kind = "concat"
+inputs = { left = "upper", right = "word" }
+
+[stage.file]
+kind = "write"
+input = "pair"
+path = "{text}/{word}"
+"#;
+
+/// The memory of this process that is in RAM, in KiB; `None` where the system does not say.
+fn resident() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().trim_end_matches("kB").trim().parse().ok()
+}
+
+#[test]
+fn resident_memory_stays_flat_over_thousands_of_rebuilds() {
+    if resident().is_none() {
+        return println!("SKIPPED: this system does not say how much memory a process has");
+    }
+    let rebuilds = std::env::var("SPECULA_MEMORY_REBUILDS").map_or(2000, |text| text.parse().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        // Whole at once, so that each edit is one rebuild.
+        let temporary = path.with_file_name(".new");
+        fs::write(&temporary, text).unwrap();
+        fs::rename(temporary, path).unwrap();
+    };
+    write("pipeline.toml", MANIFEST);
+    for index in 0..4 {
+        write(&format!("texts/t{index}.txt"), &"text ".repeat(200));
+        write(&format!("words/w{index}.txt"), &"word ".repeat(200));
+    }
+    // So little that what is kept in memory is at its bound soon.
+    let manifest = folder.path().join("pipeline.toml");
+    let mut watcher = Watcher::start(manifest, testkit::kinds(), None, 64 << 10);
+    watcher.wait("start", |event| matches!(event, Event::Watching { .. }));
+    let mut early = 0;
+    for rebuild in 1..=rebuilds {
+        write(&format!("texts/t{}.txt", rebuild % 4), &format!("{rebuild} ").repeat(200));
+        watcher.wait_for_build();
+        if rebuild == 100 {
+            early = resident().unwrap();
+        }
+        if rebuild % 500 == 0 {
+            println!("after {rebuild} rebuilds: {} KiB", resident().unwrap());
+        }
+    }
+    let late = resident().unwrap();
+    watcher.stop();
+    println!("resident memory: {early} KiB after 100 rebuilds, {late} KiB after {rebuilds}");
+    assert!(late as f64 <= 1.1 * early as f64, "{early} KiB after 100 rebuilds, {late} after {rebuilds}");
+}

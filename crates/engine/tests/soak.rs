@@ -1,0 +1,491 @@
+//! Random edits, as editors make them, for a while: after each burst of them `out` comes to equal a clean build's by
+//! itself, byte for byte, and stays so. An event that was missed would leave it different for good.
+//!
+//! `SPECULA_SOAK_SECONDS` says how long (20), `SPECULA_SOAK_SEED` repeats a sequence of edits.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it did")]
+
+#[path = "../src/testkit.rs"]
+#[allow(dead_code, reason = "the kinds of the engine's own tests, which need more of it")]
+mod testkit;
+mod watching;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+// The kinds find the engine's names at the root of the crate.
+#[allow(unused_imports, reason = "some of them")]
+use engine::*;
+use watching::{PATIENCE, Random, Watcher, clean_build, files_below};
+
+const MANIFEST: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "texts/**/*.txt"
+
+[stage.word]
+kind = "text-source"
+source = "words/*.{txt,md}"
+
+[stage.single]
+kind = "text-source"
+source = "single.txt"
+
+[stage.names]
+kind = "text-source"
+source = "faces"
+
+[stage.upper]
+kind = "upper"
+input = "text"
+
+[stage.checked]
+kind = "refuse"
+input = "upper"
+word = "BAD"
+
+[stage.marked]
+kind = "suffix"
+input = "checked"
+text = "!"
+times = 1
+
+[stage.pair]
+kind = "concat"
+inputs = { left = "marked", right = "word", end = "single" }
+
+[stage.pair-file]
+kind = "write"
+input = "pair"
+path = "pairs/{text}/{word}"
+
+[stage.body]
+kind = "write-pair"
+input = "marked"
+path = "bodies/{text}"
+
+[stage.list]
+kind = "collect"
+inputs = { texts = "marked", title = "names" }
+
+[stage.list-file]
+kind = "write"
+input = "list"
+path = "list"
+"#;
+
+const MORE: &str = r#"
+[stage.count]
+kind = "count"
+input = "word"
+
+[stage.count-file]
+kind = "write"
+input = "count"
+path = "counts/{word}"
+"#;
+
+/// The files that a checkout changes.
+const BRANCH: usize = 15;
+
+/// What an editor, an exporter or version control does, with its name.
+type Habit = (&'static str, fn(&mut Studio));
+
+const HABITS: &[Habit] = &[
+    ("write in place", |studio| {
+        let (path, text) = (studio.any_text(), studio.text());
+        studio.write(&path, &text);
+    }),
+    ("truncate, then write slowly", |studio| {
+        let (path, text) = (studio.any_text(), studio.text());
+        studio.write(&path, "");
+        studio.pause(8);
+        studio.write(&path, &text[..text.len() / 2]);
+        studio.pause(8);
+        studio.write(&path, &text);
+    }),
+    ("write temporary, rename over", |studio| {
+        let (path, text) = (studio.any_text(), studio.text());
+        studio.replace(&path, &text);
+    }),
+    ("write elsewhere, link", |studio| {
+        let (path, text) = (studio.new_text(), studio.text());
+        let hidden = studio.path("texts/.unnamed");
+        studio.write(&hidden, &text);
+        let _ = fs::remove_file(&path);
+        fs::hard_link(&hidden, &path).unwrap();
+        studio.remove(&hidden);
+    }),
+    ("delete, then create", |studio| {
+        let (path, text) = (studio.any_text(), studio.text());
+        studio.remove(&path);
+        studio.pause(8);
+        studio.write(&path, &text);
+    }),
+    ("touch", |studio| {
+        let path = studio.any_text();
+        studio.set_time(&path, SystemTime::now());
+    }),
+    ("save twice", |studio| {
+        let (path, first, second) = (studio.any_text(), studio.text(), studio.text());
+        studio.replace(&path, &first);
+        studio.pause(5);
+        studio.replace(&path, &second);
+    }),
+    ("swap and backup files", |studio| {
+        let path = studio.any_text();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let beside = [format!(".{name}.swp"), format!("{name}~"), format!("{name}.tmp"), "4913".into()];
+        for name in &beside {
+            studio.write(&path.with_file_name(name), "of no concern");
+        }
+        for name in &beside[studio.random.below(3)..] {
+            studio.remove(&path.with_file_name(name));
+        }
+    }),
+    ("an old time restored", |studio| {
+        let path = studio.any_text();
+        let time = fs::metadata(&path).unwrap().modified().unwrap();
+        // The size stays as well.
+        let text = fs::read_to_string(&path).unwrap();
+        let other = text.replace('a', "e");
+        studio.write(&path, &if other == text { text.replace('e', "a") } else { other });
+        studio.set_time(&path, time);
+    }),
+    ("a new file", |studio| {
+        let (path, text) = (studio.new_text(), studio.text());
+        studio.write(&path, &text);
+    }),
+    ("a file gone", |studio| {
+        if studio.texts().len() > 3 {
+            let path = studio.any_text();
+            studio.remove(&path);
+        }
+    }),
+    ("a file renamed", |studio| {
+        let (from, to) = (studio.any_text(), studio.new_text());
+        studio.rename(&from, &to);
+    }),
+    ("another ending of the same stem", |studio| {
+        let (text, markdown) = (studio.path("words/w0.txt"), studio.path("words/w0.md"));
+        let (from, to) = if text.exists() { (text, markdown) } else { (markdown, text) };
+        let word = studio.word();
+        // For a moment there are two of one stem, which no manifest may have.
+        studio.write(&to, &word);
+        studio.pause(3);
+        studio.remove(&from);
+    }),
+    ("a word", |studio| {
+        let name = format!("words/w{}.txt", 1 + studio.random.below(2));
+        let (path, word) = (studio.path(&name), studio.word());
+        studio.replace(&path, &word);
+    }),
+    ("a file that others include", |studio| {
+        let path = studio.part();
+        let word = studio.word();
+        studio.replace(&path, &word);
+    }),
+    ("a folder made and written to at once", |studio| {
+        let name = format!("texts/made{}", studio.random.below(3));
+        let folder = studio.path(&name);
+        let _ = fs::remove_dir_all(&folder);
+        let text = studio.text();
+        fs::create_dir_all(folder.join("deep")).unwrap();
+        let name = format!("deep/made{}.txt", studio.serial());
+        studio.write(&folder.join(name), &text);
+    }),
+    ("a folder moved", |studio| {
+        let (here, there) = (studio.path("texts/here"), studio.path("texts/there"));
+        let (from, to) = if here.exists() { (here, there) } else { (there, here) };
+        studio.rename(&from, &to);
+    }),
+    ("a folder moved away and back", |studio| {
+        let (texts, away) = (studio.path("texts"), studio.path("away"));
+        studio.rename(&texts, &away);
+        studio.pause(6);
+        studio.rename(&away, &texts);
+    }),
+    ("a folder's listing", |studio| {
+        let name = format!("faces/{}.png", studio.random.below(4));
+        let path = studio.path(&name);
+        if path.exists() { studio.remove(&path) } else { studio.write(&path, "") }
+    }),
+    ("the only file of a stage", |studio| {
+        let (path, word) = (studio.path("single.txt"), studio.word());
+        studio.replace(&path, &word);
+    }),
+    ("a checkout", |studio| {
+        let branch = studio.path("texts/branch");
+        if branch.exists() {
+            studio.edits += BRANCH;
+            fs::remove_dir_all(&branch).unwrap();
+        } else {
+            fs::create_dir(&branch).unwrap();
+            for index in 0..BRANCH {
+                let text = studio.text();
+                studio.write(&branch.join(format!("b{index}.txt")), &text);
+            }
+        }
+    }),
+    #[cfg(unix)]
+    ("a link replaced", |studio| {
+        let target = format!("../versions/{}.txt", studio.random.one_of(&["a", "b"]));
+        let (link, temporary) = (studio.path("words/link.txt"), studio.path("words/.link"));
+        let _ = fs::remove_file(&temporary);
+        std::os::unix::fs::symlink(target, &temporary).unwrap();
+        studio.rename(&temporary, &link);
+    }),
+    #[cfg(unix)]
+    ("the file behind a link", |studio| {
+        let name = format!("versions/{}.txt", studio.random.one_of(&["a", "b"]));
+        let (path, word) = (studio.path(&name), studio.word());
+        studio.write(&path, &word);
+    }),
+    ("a parameter", |studio| {
+        let times = 1 + studio.random.below(9);
+        studio.edit_manifest(|text| {
+            let (before, after) = text.split_once("times = ").unwrap();
+            format!("{before}times = {times}{}", &after[1..])
+        });
+    }),
+    ("a stage more or less", |studio| {
+        studio.edit_manifest(|text| match text.strip_suffix(MORE) {
+            Some(less) => less.to_owned(),
+            None => text + MORE,
+        });
+    }),
+    ("a manifest broken and mended", |studio| {
+        let good = fs::read_to_string(studio.path("pipeline.toml")).unwrap();
+        studio.edit_manifest(|text| text.replace("kind = \"upper\"", "kind = \"uper"));
+        studio.pause(10);
+        studio.edit_manifest(|_| good.clone());
+    }),
+];
+
+/// The folder that is edited.
+struct Studio {
+    folder: tempfile::TempDir,
+    random: Random,
+    serial: usize,
+    edits: usize,
+}
+
+impl Studio {
+    fn new(seed: u64) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut studio = Self { folder, random: Random(seed), serial: 0, edits: 0 };
+        for folder in ["texts/here", "words", "versions", "parts", "faces"] {
+            fs::create_dir_all(studio.path(folder)).unwrap();
+        }
+        let names = ["texts/t0.txt", "texts/t1.txt", "texts/here/t2.txt", "words/w0.txt", "words/w1.txt"];
+        let parts = ["parts/0.inc", "parts/1.inc", "versions/a.txt", "versions/b.txt", "single.txt"];
+        for name in names.iter().chain(&parts).chain(&["words/w2.txt"]) {
+            let (path, word) = (studio.path(name), studio.word());
+            studio.write(&path, &word);
+        }
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("../versions/a.txt", studio.path("words/link.txt")).unwrap();
+        let manifest = studio.path("pipeline.toml");
+        studio.write(&manifest, MANIFEST);
+        studio.edits = 0;
+        studio
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Every text that the glob matches.
+    fn texts(&self) -> Vec<PathBuf> {
+        let root = self.path("texts");
+        let found = files_below(&root).into_keys().map(|name| root.join(name));
+        let hidden = |path: &Path| path.file_name().unwrap().to_string_lossy().starts_with('.');
+        found.filter(|path| path.extension().is_some_and(|end| end == "txt") && !hidden(path)).collect()
+    }
+
+    fn any_text(&mut self) -> PathBuf {
+        let texts = self.texts();
+        self.random.one_of(&texts).clone()
+    }
+
+    fn new_text(&mut self) -> PathBuf {
+        let serial = self.serial();
+        self.path(&format!("texts/n{serial}.txt"))
+    }
+
+    fn part(&mut self) -> PathBuf {
+        let index = self.random.below(2);
+        self.path(&format!("parts/{index}.inc"))
+    }
+
+    fn serial(&mut self) -> usize {
+        self.serial += 1;
+        self.serial
+    }
+
+    fn word(&mut self) -> String {
+        format!("a word of {} letters, the {}th\n", self.random.below(40), self.serial())
+    }
+
+    /// A text; now and then one that a stage refuses, or that includes a file, which may be missing.
+    fn text(&mut self) -> String {
+        let word = self.word();
+        match self.random.below(12) {
+            0 => format!("{word}this one is bad\n"),
+            1 => format!("{word}include {}\n", self.path("parts/missing.inc").display()),
+            2..4 => format!("{word}include {}\n", self.part().display()),
+            _ => word,
+        }
+    }
+
+    fn write(&mut self, path: &Path, text: &str) {
+        self.edits += 1;
+        fs::write(path, text).unwrap();
+    }
+
+    fn replace(&mut self, path: &Path, text: &str) {
+        let name = format!(".{}.new", path.file_name().unwrap().to_string_lossy());
+        let temporary = path.with_file_name(name);
+        fs::write(&temporary, text).unwrap();
+        self.rename(&temporary, path);
+    }
+
+    fn rename(&mut self, from: &Path, to: &Path) {
+        self.edits += 1;
+        fs::rename(from, to).unwrap();
+    }
+
+    fn remove(&mut self, path: &Path) {
+        self.edits += 1;
+        fs::remove_file(path).unwrap();
+    }
+
+    fn set_time(&mut self, path: &Path, time: SystemTime) {
+        self.edits += 1;
+        fs::File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
+    }
+
+    fn edit_manifest(&mut self, change: impl Fn(String) -> String) {
+        let path = self.path("pipeline.toml");
+        let text = change(fs::read_to_string(&path).unwrap());
+        self.replace(&path, &text);
+    }
+
+    fn pause(&mut self, milliseconds: usize) {
+        let milliseconds = self.random.below(milliseconds + 1) as u64;
+        std::thread::sleep(Duration::from_millis(milliseconds));
+    }
+
+    /// What fails keeps its last good output, which a clean build cannot have: before `out` is compared, all is mended,
+    /// and what grew is thinned out.
+    fn mend(&mut self) {
+        let mut texts = self.texts();
+        while texts.len() > 25 {
+            let path = texts.swap_remove(self.random.below(texts.len()));
+            self.remove(&path);
+        }
+        for path in texts {
+            let text = fs::read_to_string(&path).unwrap();
+            if text.contains("bad") || text.contains("missing") {
+                let word = self.word();
+                self.write(&path, &word);
+            }
+        }
+    }
+}
+
+/// Rounds of edits and comparisons for some time; the numbers of rounds and of edits, and how often each habit had its turn.
+fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTreeMap<&'static str, usize>) {
+    let start = Instant::now();
+    let kinds = testkit::kinds();
+    let mut studio = Studio::new(seed);
+    let manifest = studio.path("pipeline.toml");
+    let mut watcher = Watcher::start(manifest, testkit::kinds(), poll, 1 << 20);
+    watcher.wait("start", |event| matches!(event, Event::Watching { .. }));
+    let (mut rounds, mut turns) = (0, BTreeMap::new());
+    // Every habit has had a turn, then as long as there is time.
+    let mut due = HABITS.iter().collect::<Vec<_>>();
+    while !due.is_empty() || start.elapsed() < time {
+        let mut burst = Vec::new();
+        for _ in 0..1 + studio.random.below(12) {
+            let next = match due.len() {
+                0 => studio.random.one_of(HABITS),
+                left => due.swap_remove(studio.random.below(left)),
+            };
+            burst.push(next.0);
+            *turns.entry(next.0).or_default() += 1;
+            next.1(&mut studio);
+            if studio.random.below(3) == 0 {
+                studio.pause(30);
+            }
+        }
+        studio.mend();
+        rounds += 1;
+        let (summary, wanted) = clean_build(studio.folder.path(), &kinds);
+        assert_eq!((summary.failed, summary.skipped), (0, 0), "the clean build of round {rounds}: {burst:?}");
+        let moment = format!("round {rounds} of seed {seed}, after {burst:?}");
+        await_equality(&studio, &mut watcher, &wanted, &moment);
+    }
+    watcher.stop();
+    (rounds, studio.edits, turns)
+}
+
+/// Waits until `out` is as wanted, and then until nothing happens any more: it must have stayed.
+fn await_equality(studio: &Studio, watcher: &mut Watcher, wanted: &BTreeMap<PathBuf, Vec<u8>>, moment: &str) {
+    let out = studio.path("out");
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        // Every event may be the one that made it so; without any it is looked at again from time to time.
+        watcher.next(Duration::from_millis(100));
+        while watcher.next(Duration::ZERO).is_some() {}
+        let found = files_below(&out);
+        if found == *wanted {
+            break;
+        }
+        if Instant::now() > deadline {
+            panic!("{moment}: {}\n{}", differences(&found, wanted), watcher.log());
+        }
+    }
+    while watcher.next(Duration::from_millis(50)).is_some() {
+        assert!(Instant::now() < deadline, "{moment}: it does not come to rest\n{}", watcher.log());
+    }
+    let found = files_below(&out);
+    assert!(found == *wanted, "{moment}, at rest: {}\n{}", differences(&found, wanted), watcher.log());
+}
+
+fn differences(found: &BTreeMap<PathBuf, Vec<u8>>, wanted: &BTreeMap<PathBuf, Vec<u8>>) -> String {
+    let shown = |bytes: Option<&Vec<u8>>| bytes.map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    let names = found.keys().chain(wanted.keys()).filter(|name| found.get(*name) != wanted.get(*name));
+    let names = names.collect::<std::collections::BTreeSet<_>>();
+    let lines = names.iter().take(8).map(|name| {
+        let (found, wanted) = (shown(found.get(*name)), shown(wanted.get(*name)));
+        format!("\n  {}: {found:?}, a clean build has {wanted:?}", name.display())
+    });
+    format!("{} files differ{}", names.len(), lines.collect::<String>())
+}
+
+#[test]
+fn after_every_burst_of_edits_out_equals_a_clean_build() {
+    let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().unwrap());
+    let seconds = number("SPECULA_SOAK_SECONDS").unwrap_or(20);
+    let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_millis();
+    let seed = number("SPECULA_SOAK_SEED").unwrap_or(u64::try_from(clock).unwrap());
+    println!("soak: seed {seed}");
+    // A sixth of the time it polls.
+    let listening = Duration::from_secs(seconds) * 5 / 6;
+    for (way, time, poll) in [
+        ("listening", listening, None),
+        ("polling", Duration::from_secs(seconds) - listening, Some(Duration::from_millis(20))),
+    ] {
+        let (rounds, edits, turns) = soak(seed, time, poll);
+        println!("soak: {way}, {edits} edits in {rounds} rounds, each equal to a clean build");
+        for (habit, times) in turns {
+            println!("soak:   {times:>5}  {habit}");
+        }
+    }
+}

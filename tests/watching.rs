@@ -1,0 +1,161 @@
+//! `specula watch` as it is used: what it tells, what it publishes, how it gets along with others, how it ends.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use support::{PATIENCE, Project, ran};
+
+const GOLD: &str = "assets/materials/gold.toml";
+
+fn phong(exponent: u32) -> String {
+    format!("model = \"phong\"\nexponent = {exponent}\nspecular = 1\n")
+}
+
+/// Waits until `out` is what a build from nothing makes of the same sources.
+fn await_clean_outputs(project: &Project, manifest: &str, gold: &str) {
+    let clean = Project::new(manifest);
+    clean.write(GOLD, gold);
+    clean.ok(&["build"]);
+    let (wanted, deadline) = (clean.outputs(), Instant::now() + PATIENCE);
+    while project.outputs() != wanted {
+        assert!(Instant::now() < deadline, "out/ does not become what a clean build makes");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn names<'a>(events: &'a [Value], event: &str, field: &str) -> Vec<&'a str> {
+    let found = events.iter().filter(|found| found["event"] == event);
+    found.map(|found| found[field].as_str().unwrap()).collect()
+}
+
+#[test]
+fn an_edited_material_is_noticed_and_only_what_hangs_on_it_runs_and_is_published() {
+    let project = Project::small();
+    let mut watcher = project.watch(&[]);
+    watcher.wait_until_it_watches();
+    project.write(GOLD, &phong(9));
+    // Contents decide: a writer's truncated file may make a build of its own, which fails.
+    let events = watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 2);
+    let noticed = events.iter().find(|event| event["event"] == "noticed").unwrap();
+    assert_eq!(noticed["changes"][0]["path"], GOLD);
+    assert_eq!(noticed["changes"][0]["what"], "changed");
+    let stages = ran(&events);
+    for stage in ["material", "coefficients", "reflection", "map", "faces"] {
+        assert_eq!(stages.get(stage), Some(&1), "{stage}: {stages:?}");
+    }
+    assert!(!stages.contains_key("environment") && !stages.contains_key("lighting"), "{stages:?}");
+    let mut published = names(&events, "published", "file");
+    published.sort_unstable();
+    assert_eq!(published, ["faces/gold.exr", "maps/gold.exr"]);
+    await_clean_outputs(&project, support::SMALL, &phong(9));
+}
+
+#[test]
+fn a_broken_manifest_is_told_the_last_good_graph_goes_on_and_the_mended_one_takes_over() {
+    let project = Project::small();
+    let mut watcher = project.watch(&[]);
+    watcher.wait_until_it_watches();
+    project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
+    let events = watcher.wait("rejected", |event| event.to_string().contains("resolutoin"));
+    let text = events[events.len() - 1].to_string();
+    assert!(text.contains("did you mean"), "the remedy is told: {text}");
+    // While it is broken, an edit still arrives through the last good graph.
+    project.write(GOLD, &phong(7));
+    watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 2);
+    let mended = support::SMALL.replace("resolution = 16", "resolution = 8");
+    project.write("pipeline.toml", &mended);
+    watcher.wait("accepted", |_| true);
+    watcher.wait_for_build();
+    await_clean_outputs(&project, &mended, &phong(7));
+}
+
+#[test]
+fn an_item_that_fails_keeps_its_last_good_outputs_until_it_is_mended() {
+    let project = Project::small();
+    let mut watcher = project.watch(&[]);
+    watcher.wait_until_it_watches();
+    let good = project.outputs();
+    project.write(GOLD, "model = \"phong\"\nexponent = -1\n");
+    watcher.wait("failed", |event| event["error"].to_string().contains("exponent"));
+    watcher.wait_for_build();
+    assert_eq!(project.outputs(), good);
+    project.write(GOLD, &phong(3));
+    watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 2);
+    await_clean_outputs(&project, support::SMALL, &phong(3));
+}
+
+#[test]
+fn a_build_beside_a_watcher_and_two_watchers_get_along() {
+    let project = Project::small();
+    let (mut first, mut second) = (project.watch(&[]), project.watch(&[]));
+    first.wait_until_it_watches();
+    second.wait_until_it_watches();
+    // At rest nobody holds the lock.
+    let run = project.ok(&["build"]);
+    assert!(run.stderr.contains("Nothing to run"), "{}", run.stderr);
+    for exponent in 10..15 {
+        project.write(GOLD, &phong(exponent));
+        // One of them runs it, the other finds it done; a build may come at a bad moment, and says so.
+        let run = project.specula(&["build"]);
+        assert!(matches!(run.code, Some(0 | 4)), "{}", run.stderr);
+        assert!(run.code == Some(0) || run.stderr.contains("another build"), "{}", run.stderr);
+    }
+    await_clean_outputs(&project, support::SMALL, &phong(14));
+    assert!(first.lives() && second.lives());
+}
+
+#[test]
+fn once_returns_after_the_first_rebuild_with_its_exit_code() {
+    for (text, code) in [(phong(9), 0), ("model = \"phong\"\nexponent = -1\n".into(), 1)] {
+        let project = Project::small();
+        let mut watcher = project.watch(&["--once"]);
+        watcher.wait_until_it_watches();
+        // Whole at once: a truncated file would be a change of its own.
+        project.write("assets/materials/.new", &text);
+        std::fs::rename(project.path("assets/materials/.new"), project.path(GOLD)).unwrap();
+        watcher.wait_for_build();
+        assert_eq!(watcher.wait_for_exit(), Some(code));
+    }
+}
+
+#[test]
+fn polling_notices_too() {
+    let project = Project::small();
+    let mut watcher = project.watch(&["--poll", "50"]);
+    let events = watcher.wait("watching", |_| true);
+    assert_eq!(events[events.len() - 1]["poll_milliseconds"], 50.0);
+    project.write(GOLD, &phong(9));
+    watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 2);
+    await_clean_outputs(&project, support::SMALL, &phong(9));
+}
+
+#[test]
+fn a_stage_that_is_not_there_is_told_and_ends_it() {
+    let run = Project::small().specula(&["watch", "reflecton"]);
+    assert_eq!(run.code, Some(2), "{}", run.stderr);
+    assert!(run.stderr.contains("did you mean \"reflection\""), "{}", run.stderr);
+}
+
+/// Sends a signal to a process, as Ctrl-C does.
+#[cfg(unix)]
+fn interrupt(process: u32) {
+    let sent =
+        std::process::Command::new("sh").args(["-c", &format!("kill -INT {process}")]).status().unwrap();
+    assert!(sent.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn control_c_is_how_watching_ends_well() {
+    for (arguments, code) in [(&[][..], 0), (&["--once"], 130)] {
+        let project = Project::small();
+        let mut watcher = project.watch(arguments);
+        watcher.wait_until_it_watches();
+        interrupt(watcher.id());
+        assert_eq!(watcher.wait_for_exit(), Some(code), "{arguments:?}");
+    }
+}
