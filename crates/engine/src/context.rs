@@ -65,6 +65,9 @@ impl<E: Error> From<E> for Failure {
     }
 }
 
+/// What to do about a file that another program is writing.
+pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
+
 /// The files of the outside world.
 pub trait Files: Send + Sync {
     /// The content of a file.
@@ -230,7 +233,8 @@ impl<'a> Context<'a> {
     /// The content of a file; a relative path is taken from the folder of the item's source, or from the manifest's
     /// where it has none.
     ///
-    /// The engine notes the file: the item is rerun when its content changes.
+    /// The engine notes the file: the item is rerun when its content changes. A file that is written meanwhile is read
+    /// again, until it has held still.
     ///
     /// # Errors
     /// Where the file cannot be read; the message names it.
@@ -239,7 +243,11 @@ impl<'a> Context<'a> {
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
         self.noted(Read { path: path.clone(), listing: false, digest });
-        bytes.map_err(|error| Failure::from(error).context(format!("cannot read {}", path.display())))
+        bytes.map_err(|error| {
+            let is_busy = error.kind() == std::io::ErrorKind::ResourceBusy;
+            let failure = Failure::from(error).context(format!("cannot read {}", path.display()));
+            if is_busy { failure.help(WHEN_WRITTEN) } else { failure }
+        })
     }
 
     /// The names in a folder, sorted, each with whether it is a folder; noted as [`Context::read`] is.

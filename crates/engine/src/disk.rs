@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,8 +16,9 @@ use serde::{Deserialize, Serialize};
 use crate::context::listing_digest;
 use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
+use crate::reader::Reader;
 use crate::watch::is_probe;
-use crate::{Digest, Files, Read, Timestamp};
+use crate::{Digest, Read, Timestamp};
 
 /// The disk as one build sees it.
 pub(crate) struct Disk {
@@ -26,13 +27,6 @@ pub(crate) struct Disk {
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
     /// All that items read, or would read again.
     places: Mutex<BTreeSet<(PathBuf, bool)>>,
-}
-
-/// The disk as one running item sees it.
-#[derive(Default)]
-pub(crate) struct Reader {
-    /// The stamps of files that did not change while they were read.
-    stamps: Mutex<HashMap<PathBuf, Stamp>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -88,11 +82,15 @@ impl Disk {
         lock(&self.places).clone()
     }
 
+    /// The disk as an item sees it that runs in this build.
+    pub(crate) fn reader(&self) -> Reader {
+        Reader::new(self.now)
+    }
+
     /// What is to be remembered of the files that an item read.
     pub(crate) fn stamps_of(&self, reader: &Reader, reads: &[Read]) -> Vec<Line> {
-        let stamps = lock(&reader.stamps);
         let stamped = reads.iter().filter(|read| !read.listing).filter_map(|read| {
-            let stamp = *stamps.get(&read.path)?;
+            let stamp = reader.stamp(&read.path)?;
             stamp.is_settled(self.now).then_some((&read.path, Stamped { stamp, digest: read.digest? }))
         });
         stamped.map(|(path, stamped)| line(path, &stamped)).collect()
@@ -115,35 +113,11 @@ impl Disk {
     }
 }
 
-impl Reader {
-    /// When a file had been changed that was read and held still.
-    pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
-        lock(&self.stamps).get(path).and_then(Stamp::modified)
-    }
-}
-
-impl Files for Reader {
-    fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
-        let before = Stamp::of(&fs::metadata(path)?);
-        let bytes = fs::read(path)?;
-        if fs::metadata(path).is_ok_and(|after| Stamp::of(&after) == before) {
-            lock(&self.stamps).insert(path.to_path_buf(), before);
-        } else {
-            lock(&self.stamps).remove(path);
-        }
-        Ok(Arc::new(bytes))
-    }
-
-    fn list(&self, path: &Path) -> io::Result<Vec<(String, bool)>> {
-        list(path)
-    }
-
-    fn is_folder(&self, path: &Path) -> bool {
-        path.is_dir()
-    }
-}
-
-fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
+/// The names in a folder, sorted; whether each is a folder.
+///
+/// # Errors
+/// Where it cannot be read.
+pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path)? {
         let entry = entry?;

@@ -24,6 +24,7 @@ mod parameters;
 mod plan;
 mod platform;
 mod publish;
+mod reader;
 mod record;
 mod run;
 mod scheduler;

@@ -9,11 +9,13 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use crate::cause::worth_keeping;
-use crate::disk::{Disk, Reader};
+use crate::context::WHEN_WRITTEN;
+use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
 use crate::judge::Judge;
 use crate::memory::Memory;
 use crate::publish::{Obstacle, Publisher, Told};
+use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe};
 use crate::store::Blob;
 use crate::underway::{Seen, Underway};
@@ -62,6 +64,26 @@ pub(crate) struct Made {
     pub(crate) unpublished: Option<Failure>,
 }
 
+/// An item is run so often at most where the files that it reads do not hold still.
+const ATTEMPTS: usize = 3;
+
+/// A run of a kind.
+struct Attempt {
+    output: Result<Output, Failure>,
+    /// A file that it saw with different contents.
+    unsteady: Option<PathBuf>,
+    reader: Reader,
+    reads: Vec<Read>,
+    warnings: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl Attempt {
+    fn is_cancelled(&self) -> bool {
+        self.output.as_ref().is_err_and(|failure| failure.cancelled)
+    }
+}
+
 /// An output that is in the store.
 struct Stored {
     outputs: Vec<Blob>,
@@ -81,21 +103,23 @@ impl Workshop<'_> {
         let item = &self.judge.plan.items[order.item];
         let stage = &self.judge.plan.stages[item.stage];
         let facts = &self.judge.stages[item.stage];
-        let reader = Reader::default();
-        let context = self.context(&order, &reader);
         let started = Timestamp::now();
         let clock = Instant::now();
-        let ran = catch_unwind(AssertUnwindSafe(|| stage.configured.run(&context)));
+        let mut attempt = self.attempt(&order);
+        for _ in 1..ATTEMPTS {
+            if attempt.unsteady.is_none() || attempt.is_cancelled() {
+                break;
+            }
+            attempt = self.attempt(&order);
+        }
         let milliseconds = clock.elapsed().as_secs_f64() * 1e3;
-        let stopped = context.stopped.load(Ordering::Relaxed);
-        let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
-        self.disk.note(&reads);
-        let output = match ran {
-            Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
-            Ok(_) if stopped => Err(Failure::cancelled()),
-            // Half an edit is no news: the next build tells what is wrong with the whole.
-            Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
-            Ok(output) => output.and_then(|output| self.checked(order.item, output, &reads)),
+        let Attempt { output, unsteady, reader, reads, warnings, notes } = attempt;
+        let output = match unsteady {
+            Some(path) if output.is_ok() => {
+                let message = format!("{} changed each time that it was read", path.display());
+                Err(Failure::new(message).help(WHEN_WRITTEN))
+            }
+            _ => output,
         };
         // A kind tells what is wrong inside its source; here is known which file of the project that is.
         let output = output.map_err(|failure| match self.judge.source(order.item) {
@@ -210,6 +234,26 @@ impl Workshop<'_> {
         })
     }
 
+    /// Runs an item, for better or worse.
+    fn attempt(&self, order: &Order) -> Attempt {
+        let stage = &self.judge.plan.stages[self.judge.plan.items[order.item].stage];
+        let reader = self.disk.reader();
+        let context = self.context(order, &reader);
+        let ran = catch_unwind(AssertUnwindSafe(|| stage.configured.run(&context)));
+        let stopped = context.stopped.load(Ordering::Relaxed);
+        let output = match ran {
+            Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
+            Ok(_) if stopped => Err(Failure::cancelled()),
+            // Half an edit is no news: the next build tells what is wrong with the whole.
+            Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
+            Ok(output) => output.and_then(|output| self.checked(order.item, output)),
+        };
+        let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
+        self.disk.note(&reads);
+        let unsteady = unsteady(&reads).cloned();
+        Attempt { output, unsteady, reader, reads, warnings, notes }
+    }
+
     fn context<'c>(&self, order: &Order, reader: &'c Reader) -> Context<'c> {
         let item = &self.judge.plan.items[order.item];
         let stage = &self.judge.plan.stages[item.stage];
@@ -240,8 +284,8 @@ impl Workshop<'_> {
         context
     }
 
-    /// The output, where it is what the plan says and the files held still.
-    fn checked(&self, item: ItemIndex, output: Output, reads: &[Read]) -> Result<Output, Failure> {
+    /// The output, where it is what the plan says.
+    fn checked(&self, item: ItemIndex, output: Output) -> Result<Output, Failure> {
         let item = &self.judge.plan.items[item];
         let stage = &self.judge.plan.stages[item.stage];
         let fits = match (&output, &stage.product) {
@@ -251,14 +295,6 @@ impl Workshop<'_> {
         };
         if !fits {
             return Err(bug(stage.kind.name(), "its output is not what it declared"));
-        }
-        let mut digests = HashMap::<(&PathBuf, bool), Option<Digest>>::new();
-        for read in reads {
-            let first = *digests.entry((&read.path, read.listing)).or_insert(read.digest);
-            if first != read.digest {
-                return Err(Failure::new(format!("{} changed while it was read", read.path.display()))
-                    .help("build again when it is written"));
-            }
         }
         Ok(output)
     }
@@ -286,6 +322,14 @@ impl Workshop<'_> {
         });
         named.collect()
     }
+}
+
+/// A file that a run saw with different contents.
+fn unsteady<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
+    let mut digests = HashMap::<(&'r PathBuf, bool), Option<Digest>>::new();
+    let mut differs =
+        |read: &'r Read| *digests.entry((&read.path, read.listing)).or_insert(read.digest) != read.digest;
+    reads.iter().find_map(|read| differs(read).then_some(&read.path))
 }
 
 /// The failure of an item that met an error of the engine.

@@ -1,6 +1,6 @@
 //! Builds that a change makes out of date while they are at work.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 
@@ -311,4 +311,70 @@ fn a_new_file_ends_the_build_early_and_stops_nothing_at_work() {
     });
     // What is at work ends; the export does not begin.
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (3, 1, true));
+}
+
+parameters! {
+    /// Parameters of `restless`.
+    struct RestlessParameters {
+        /// In so many runs the source is written while it is read.
+        writes: usize,
+    }
+}
+
+/// Reads its source twice; another program (which is played by the kind itself) may write it in between.
+struct Restless;
+
+/// The runs of `restless`, by source.
+static RUNS: Mutex<BTreeMap<PathBuf, usize>> = Mutex::new(BTreeMap::new());
+
+impl Kind for Restless {
+    type Parameters = RestlessParameters;
+    const NAME: &'static str = "restless";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Reads a text twice.\n";
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &RestlessParameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(parameters: &RestlessParameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let source = context.source()?;
+        let run = *RUNS.lock().unwrap().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
+        let first = context.read(source)?;
+        if run <= parameters.writes {
+            std::fs::write(source, format!("text {run}"))?;
+        }
+        let second = context.read(source)?;
+        Ok(Output::Files(vec![[&first[..], b", ", &second[..]].concat()]))
+    }
+}
+
+#[test]
+fn an_item_that_saw_two_contents_of_a_file_is_tried_again() {
+    let manifest =
+        "schema = 1\nout = \"out\"\n[stage.file]\nkind = \"restless\"\nsource = \"a.txt\"\nwrites = 2\n";
+    let mut project = Project::new(manifest);
+    project.kinds = Kinds::new().with(Restless);
+    project.write("a.txt", "text 0");
+    assert!(project.build().contains("1 ran, 0 up to date, 0 failed"));
+    assert_eq!(project.read("out/file/a.txt"), "text 2, text 2");
+    assert!(project.build().contains("0 ran, 1 up to date"));
+
+    project.edit("writes = 2", "writes = 1000");
+    for _ in 0..2 {
+        let runs = RUNS.lock().unwrap()[&project.path("a.txt")];
+        let log = project.build();
+        let path = project.path("a.txt").display().to_string();
+        let failed = format!(
+            "FAILED file [a]: source a.txt: {path} changed each time that it was read (build again when it is written)"
+        );
+        assert!(log.contains(&failed), "{log}");
+        assert_eq!(RUNS.lock().unwrap()[&project.path("a.txt")], runs + 3);
+        assert_eq!(project.read("out/file/a.txt"), "text 2, text 2", "the last good file stays");
+    }
 }

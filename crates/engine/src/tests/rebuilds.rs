@@ -177,7 +177,30 @@ fn old_files_are_told_apart_by_their_stamps_and_young_ones_by_their_contents() {
         assert_eq!(stamps(), 2);
         project.write("a.txt", "ten");
         assert!(project.build().contains("4 ran, 4 up to date"));
+        // Put back from an archive, with its size and the time of its last change: only the time of change of its record
+        // tells.
+        let before = std::fs::metadata(project.path("b.txt")).unwrap();
+        project.write("b.txt", "six");
+        let file = std::fs::File::options().append(true).open(project.path("b.txt")).unwrap();
+        file.set_modified(before.modified().unwrap()).unwrap();
+        let after = std::fs::metadata(project.path("b.txt")).unwrap();
+        assert_eq!(
+            (before.len(), before.modified().unwrap(), identity(&before)),
+            (after.len(), after.modified().unwrap(), identity(&after))
+        );
+        assert!(project.build().contains("4 ran, 4 up to date"));
+        assert_eq!(project.read("out/file/b.txt"), "SIX!");
     }
+}
+
+#[cfg(unix)]
+fn identity(metadata: &std::fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(metadata)
+}
+
+#[cfg(not(unix))]
+fn identity(_: &std::fs::Metadata) -> u64 {
+    0
 }
 
 #[test]

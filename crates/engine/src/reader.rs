@@ -1,0 +1,173 @@
+//! Files as a running item reads them: whole, or not at all.
+//!
+//! Another program may write a file while it is read, so that half of what was read is old and half is new. A file
+//! that did not hold still is read again, after a pause for the writer. Its stamp tells; where that is so young that a
+//! further change need not show in it, the bytes are compared with what is there after the read.
+
+use std::collections::HashMap;
+use std::fs::{self, File};
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use crate::disk::list;
+use crate::platform::Stamp;
+use crate::{Files, Timestamp};
+
+/// The disk as one running item sees it.
+pub(crate) struct Reader {
+    /// The file system's time when the build began.
+    now: i64,
+    /// The stamps of the files that were read.
+    stamps: Mutex<HashMap<PathBuf, Stamp>>,
+}
+
+impl Reader {
+    pub(crate) fn new(now: i64) -> Self {
+        Self { now, stamps: Mutex::default() }
+    }
+
+    /// The stamp of a file that was read.
+    pub(crate) fn stamp(&self, path: &Path) -> Option<Stamp> {
+        self.stamps().get(path).copied()
+    }
+
+    /// When a file that was read had been changed.
+    pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
+        self.stamp(path).as_ref().and_then(Stamp::modified)
+    }
+
+    fn stamps(&self) -> MutexGuard<'_, HashMap<PathBuf, Stamp>> {
+        self.stamps.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Files for Reader {
+    fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
+        let (bytes, stamp) = steadily(path, self.now, |path| fs::read(path), std::thread::sleep)?;
+        self.stamps().insert(path.to_path_buf(), stamp);
+        Ok(Arc::new(bytes))
+    }
+
+    fn list(&self, path: &Path) -> io::Result<Vec<(String, bool)>> {
+        list(path)
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
+    }
+}
+
+/// A file is read so often at most.
+const TRIES: u32 = 8;
+
+/// Reads a file that holds still meanwhile; `pause` gives a writer time, a quarter of a second in all.
+fn steadily(
+    path: &Path,
+    now: i64,
+    mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    mut pause: impl FnMut(Duration),
+) -> io::Result<(Vec<u8>, Stamp)> {
+    let stamp = || fs::metadata(path).map(|metadata| Stamp::of(&metadata));
+    for attempt in 0..TRIES {
+        if attempt > 0 {
+            pause(Duration::from_millis(1 << attempt));
+        }
+        let before = stamp()?;
+        let bytes = read(path)?;
+        if (before.is_settled(now) || holds(path, &bytes)?) && stamp()? == before {
+            return Ok((bytes, before));
+        }
+    }
+    let message = format!("it is being written: it changed each of the {TRIES} times that it was read");
+    Err(io::Error::new(io::ErrorKind::ResourceBusy, message))
+}
+
+/// Whether a file holds these bytes.
+fn holds(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let length = match file.read(&mut buffer) {
+            Ok(length) => length,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        match bytes.split_at_checked(length) {
+            Some((here, rest)) if *here == buffer[..length] => bytes = rest,
+            _ => return Ok(false),
+        }
+        if length == 0 {
+            return Ok(bytes.is_empty());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    /// A file that another program writes to while it is read the first so many times; what came of reading it, and
+    /// how often that was tried.
+    fn read(times_written: u32, now: i64) -> (io::Result<Vec<u8>>, u32) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("text");
+        fs::write(&path, "old, old").unwrap();
+        let tries = Cell::new(0);
+        let torn = |path: &Path| {
+            tries.set(tries.get() + 1);
+            let mut bytes = fs::read(path)?;
+            if tries.get() <= times_written {
+                // Of the same length, and with the same times: only contents can tell.
+                let time = fs::metadata(path)?.modified()?;
+                let next = format!("new, {:03}", tries.get());
+                fs::write(path, &next)?;
+                File::options().write(true).open(path)?.set_modified(time)?;
+                bytes[4..].copy_from_slice(&next.as_bytes()[4..]);
+            }
+            Ok(bytes)
+        };
+        let read = steadily(&path, now, torn, |_| {}).map(|(bytes, _)| bytes);
+        (read, tries.get())
+    }
+
+    #[test]
+    fn what_was_torn_is_read_again() {
+        // As if the file were old enough for its stamp to be trusted, and as if it were not.
+        for now in [i64::MAX, 0] {
+            let (bytes, tries) = read(0, now);
+            assert_eq!((bytes.unwrap().as_slice(), tries), (&b"old, old"[..], 1));
+        }
+        let (bytes, tries) = read(3, 0);
+        assert_eq!((bytes.unwrap().as_slice(), tries), (&b"new, 003"[..], 4));
+    }
+
+    #[test]
+    fn what_never_holds_still_is_said_to_be_written() {
+        let (error, tries) = read(u32::MAX, 0);
+        let error = error.unwrap_err();
+        assert_eq!((error.kind(), tries), (io::ErrorKind::ResourceBusy, TRIES));
+        assert_eq!(error.to_string(), "it is being written: it changed each of the 8 times that it was read");
+    }
+
+    #[test]
+    fn a_file_holds_what_it_holds_and_no_less() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("text");
+        let text = vec![7; 100_000];
+        for length in [0, 1, 1 << 16, 100_000] {
+            fs::write(&path, &text[..length]).unwrap();
+            assert!(holds(&path, &text[..length]).unwrap());
+            assert!(!holds(&path, &text[..length.saturating_sub(1)]).unwrap() || length == 0);
+            assert!(!holds(&path, &[&text[..length], &[7][..]].concat()).unwrap());
+            let mut other = text[..length].to_vec();
+            if let Some(last) = other.last_mut() {
+                *last = 8;
+                assert!(!holds(&path, &other).unwrap());
+            }
+        }
+    }
+}
