@@ -29,6 +29,12 @@ pub(crate) enum Command {
         /// The kind whose manual page to print
         kind: Option<String>,
     },
+    /// Print the JSON Schema of a kind of file, for editors and programs
+    Schema {
+        /// What is described
+        #[arg(value_enum, default_value = "pipeline")]
+        subject: SchemaSubject,
+    },
     /// Say what a file is: shape, frame, range, recipe
     Inspect {
         /// An exported file, an artifact in `.specula/blobs`, or an image from elsewhere
@@ -145,4 +151,14 @@ pub(crate) enum GraphFormat {
     Mermaid,
     /// DOT: drawn by Graphviz
     Dot,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SchemaSubject {
+    /// `pipeline.toml`, made of the kinds
+    Pipeline,
+    /// Material files
+    Material,
+    /// The lines of `--json`
+    Events,
 }

@@ -4,8 +4,11 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use crate::Exit;
+use engine::Kinds;
+
+use crate::arguments::SchemaSubject;
 use crate::print::say;
+use crate::{Exit, schema};
 
 /// The files of a new project; their text is in `starter/`, and a test builds it.
 const FILES: [(&str, &str); 3] = [
@@ -14,12 +17,18 @@ const FILES: [(&str, &str); 3] = [
     ("assets/materials/satin.toml", include_str!("starter/satin.toml")),
 ];
 
-pub(crate) fn run(folder: &Path) -> Exit {
+/// The schemas that the files name in their first lines, for editors.
+const SCHEMAS: [(&str, SchemaSubject); 2] =
+    [("pipeline.schema.json", SchemaSubject::Pipeline), ("material.schema.json", SchemaSubject::Material)];
+
+pub(crate) fn run(folder: &Path, kinds: &Kinds) -> Exit {
     if folder.join("pipeline.toml").exists() {
         say!("error: {} is there already; nothing was written", folder.join("pipeline.toml").display());
         return Exit::Usage;
     }
-    for (name, text) in FILES {
+    let schemas = SCHEMAS.map(|(name, subject)| (name, schema::text(subject, kinds)));
+    let schemas = schemas.iter().map(|(name, text)| (*name, text.as_str()));
+    for (name, text) in FILES.into_iter().chain(schemas) {
         let path = folder.join(name);
         match write_new(&path, text) {
             Ok(true) => say!("wrote {}", path.display()),

@@ -20,6 +20,7 @@ mod manual;
 mod print;
 mod progress;
 mod reasons;
+mod schema;
 mod screen;
 mod session;
 mod size;
@@ -43,8 +44,9 @@ pub fn main(kinds: Kinds) -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments, &kinds),
         Command::Graph(arguments) => graph::run(&arguments, &kinds),
         Command::Stages { kind } => manual::run(kind.as_deref(), &kinds),
+        Command::Schema { subject } => schema::run(subject, &kinds),
         Command::Inspect { file, json } => inspect::run(&file, json),
-        Command::Init { folder } => init::run(&folder),
+        Command::Init { folder } => init::run(&folder, &kinds),
     };
     exit.into()
 }

@@ -7,7 +7,7 @@ use crate::{Exit, print};
 
 pub(crate) fn run(name: Option<&str>, kinds: &Kinds) -> Exit {
     let Some(name) = name else {
-        let lines = kinds.iter().map(|kind| format!("{:<24} {}\n", kind.name(), summary(kind.as_ref())));
+        let lines = kinds.iter().map(|kind| format!("{:<24} {}\n", kind.name(), kind.summary()));
         return print::data(&lines.collect::<String>());
     };
     match kinds.get(name) {
@@ -21,13 +21,6 @@ pub(crate) fn run(name: Option<&str>, kinds: &Kinds) -> Exit {
             Exit::Usage
         }
     }
-}
-
-/// The first paragraph of the manual, on one line.
-fn summary(kind: &dyn ErasedKind) -> String {
-    let manual = kind.manual();
-    let paragraph = manual.lines().take_while(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" ");
-    paragraph.trim_start_matches(['#', ' ']).to_owned()
 }
 
 /// The whole page, Markdown.

@@ -126,6 +126,8 @@ pub trait Kind: Send + Sync + 'static {
     }
 
     /// What an item makes, given the type that arrives at each connected port (in the order of `ports`).
+    ///
+    /// Whether that is an artifact or files must not depend on a parameter that may be left out.
     fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
 
     /// Faults that a parameter alone cannot show: pairs of a parameter's name and what is wrong.
@@ -148,6 +150,13 @@ pub trait ErasedKind: Send + Sync {
     fn revision(&self) -> u32;
     /// The manual text, Markdown, from the `//!` lines of [`Kind::TEXT`].
     fn manual(&self) -> String;
+    /// The first paragraph of the manual, on one line.
+    fn summary(&self) -> String {
+        let manual = self.manual();
+        let paragraph =
+            manual.lines().take_while(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" ");
+        paragraph.trim_start_matches(['#', ' ']).to_owned()
+    }
     /// The parameters: names, what each expects, defaults and docs.
     fn fields(&self) -> Vec<Field>;
     /// [`Kind::ports`]: those of the manual page.

@@ -51,7 +51,7 @@ pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
 pub use lock::{Errand, Patience};
-pub use parameters::{Field, Parameter, Parameters, nearest, unexpected, unknown_keys};
+pub use parameters::{Field, Parameter, Parameters, nearest, schema_of_words, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;
 pub use underway::Cancel;

@@ -3,6 +3,8 @@
 //! [`parameters!`](crate::parameters) makes a struct of them, [`choice!`](crate::choice) an enum of words. Both are
 //! parsed from a [`Table`] with all faults reported at once.
 
+use serde_json::json;
+
 use crate::{Fault, Table, Value, ValueKind};
 
 /// A type that a parameter can have.
@@ -20,6 +22,9 @@ pub trait Parameter: Sized {
     fn canonical(&self) -> serde_json::Value;
 
     /// What the manifest may hold, as JSON Schema; `true` where only [`Parameter::parse`] can tell.
+    ///
+    /// Editors know least of `oneOf` and its like: several types with a constraint each (`minimum` holds for numbers,
+    /// `pattern` for strings) say the same. A `description` is shown below that of the parameter.
     fn schema() -> serde_json::Value {
         true.into()
     }
@@ -85,6 +90,20 @@ pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Fault>) {
     }
 }
 
+/// The JSON Schema of a choice of words, each with what it means.
+///
+/// The meanings stand in the description for all editors, and once more where Taplo looks for them.
+pub fn schema_of_words(words: &[(&str, &str)]) -> serde_json::Value {
+    let meanings = words.iter().map(|(_, meaning)| meaning.trim());
+    let lines = words.iter().map(|(word, meaning)| format!("- `{word:?}`: {}", meaning.trim()));
+    json!({
+        "type": "string",
+        "enum": words.iter().map(|(word, _)| *word).collect::<Vec<_>>(),
+        "description": lines.collect::<Vec<_>>().join("\n"),
+        "x-taplo": { "docs": { "enumValues": meanings.collect::<Vec<_>>() } },
+    })
+}
+
 /// The candidate that `name` is most likely a misspelling of.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let scored =
@@ -112,6 +131,10 @@ impl Parameter for f64 {
         // 30 and 30.0, 0 and -0 are one value.
         (*self + 0.0).into()
     }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "number" })
+    }
 }
 
 impl Parameter for usize {
@@ -131,6 +154,10 @@ impl Parameter for usize {
     fn canonical(&self) -> serde_json::Value {
         (*self).into()
     }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "integer", "minimum": 0 })
+    }
 }
 
 impl Parameter for bool {
@@ -147,6 +174,10 @@ impl Parameter for bool {
 
     fn canonical(&self) -> serde_json::Value {
         (*self).into()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "boolean" })
     }
 }
 
@@ -165,6 +196,10 @@ impl Parameter for String {
     fn canonical(&self) -> serde_json::Value {
         self.clone().into()
     }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "string" })
+    }
 }
 
 /// `None` stands for a parameter that was left out; give it the default `None`.
@@ -179,6 +214,10 @@ impl<T: Parameter> Parameter for Option<T> {
 
     fn canonical(&self) -> serde_json::Value {
         self.as_ref().map_or(serde_json::Value::Null, T::canonical)
+    }
+
+    fn schema() -> serde_json::Value {
+        T::schema()
     }
 }
 
@@ -196,6 +235,10 @@ impl<T: Parameter> Parameter for Vec<T> {
 
     fn canonical(&self) -> serde_json::Value {
         self.iter().map(T::canonical).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "array", "items": T::schema() })
     }
 }
 
@@ -299,12 +342,12 @@ macro_rules! parameters {
 #[macro_export]
 macro_rules! choice {
     ($(#[$meta:meta])* $vis:vis enum $name:ident {
-        $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)*
+        $($(#[doc = $doc:literal])* $variant:ident = $word:literal,)*
     }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         $vis enum $name {
-            $($(#[$variant_meta])* $variant,)*
+            $($(#[doc = $doc])* $variant,)*
         }
 
         impl $crate::Parameter for $name {
@@ -328,6 +371,10 @@ macro_rules! choice {
                 match self {
                     $(Self::$variant => $word.into(),)*
                 }
+            }
+
+            fn schema() -> $crate::serde_json::Value {
+                $crate::schema_of_words(&[$(($word, concat!($($doc),*))),*])
             }
         }
     };

@@ -19,6 +19,7 @@ mod folders;
 mod graph;
 mod items;
 mod manifest;
+mod schema;
 mod source;
 mod template;
 

@@ -1,6 +1,7 @@
 //! Colours in manifests and material files: one number means grey.
 
 use engine::{Fault, Parameter, Value, ValueKind, unexpected};
+use serde_json::json;
 
 /// A linear Rec. 709 colour, each channel 0 or more.
 ///
@@ -41,6 +42,11 @@ impl Parameter for Rgb {
     /// Always three channels: a grey has one form only.
     fn canonical(&self) -> serde_json::Value {
         self.0.iter().map(Parameter::canonical).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        let channel = json!({ "type": "number", "minimum": 0 });
+        json!({ "type": ["array", "number"], "items": channel, "minItems": 3, "maxItems": 3, "minimum": 0 })
     }
 }
 

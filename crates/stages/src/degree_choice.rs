@@ -1,6 +1,7 @@
 //! Degrees in manifests: a number, or the word `"auto"`; for a BRDF, a pair.
 
 use engine::{Fault, Parameter, Value, ValueKind, unexpected};
+use serde_json::json;
 use sh::Degree;
 
 /// A degree, or `"auto"`: the least one that meets a tolerance.
@@ -31,6 +32,11 @@ impl Parameter for DegreeChoice {
             Self::Fixed(degree) => degree.get().into(),
         }
     }
+
+    fn schema() -> serde_json::Value {
+        let most = Degree::MAX.get();
+        json!({ "type": ["integer", "string"], "minimum": 0, "maximum": most, "pattern": "^auto$" })
+    }
 }
 
 /// The degrees of a BRDF: `[F, P]`, in the incident and the outgoing direction.
@@ -60,6 +66,11 @@ impl Parameter for DegreePair {
 
     fn canonical(&self) -> serde_json::Value {
         vec![self.f.get(), self.p.get()].into()
+    }
+
+    fn schema() -> serde_json::Value {
+        let degree = json!({ "type": "integer", "minimum": 0, "maximum": Degree::MAX.get() });
+        json!({ "type": "array", "items": degree, "minItems": 2, "maxItems": 2 })
     }
 }
 

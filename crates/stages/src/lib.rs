@@ -21,6 +21,7 @@ mod map_index;
 mod map_input;
 mod map_source;
 mod material_file;
+mod material_schema;
 mod project_brdf;
 mod project_sh;
 mod reference;
@@ -32,6 +33,7 @@ mod six_faces;
 
 pub use colour::Rgb;
 pub use material_file::{MaterialFile, ReadFile, is_measured_file, read_material};
+pub use material_schema::material_schema;
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {

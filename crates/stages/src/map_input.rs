@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Context, Failure, Fault, Parameter, Port, Value, ValueKind, choice, unexpected};
+use serde_json::json;
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
@@ -56,6 +57,10 @@ impl Parameter for Resolution {
             Self::Auto => "auto".into(),
             Self::Fixed(number) => (*number).into(),
         }
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": ["integer", "string"], "minimum": 1, "maximum": MOST, "pattern": "^auto$" })
     }
 }
 

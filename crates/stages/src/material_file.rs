@@ -15,8 +15,8 @@ use engine::{
 };
 
 /// The names of what is no analytic model.
-const MEASURED: &str = "measured";
-const LAYERS: &str = "layers";
+pub(crate) const MEASURED: &str = "measured";
+pub(crate) const LAYERS: &str = "layers";
 
 /// How deep layers may lie in layers: an artifact of materials holds some 60, as JSON is read.
 const DEEPEST: usize = 32;
@@ -80,7 +80,7 @@ fn failure_of(chain: Vec<String>) -> Failure {
 }
 
 /// The endings of measured files and what they mean.
-fn endings() -> String {
+pub(crate) fn endings() -> String {
     Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
 }
 
@@ -387,6 +387,7 @@ fn place(error: &ParameterError, table: &Table) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material_schema::capital;
 
     /// The manual's table of models is that of the kernel: this makes its lines anew.
     #[test]
@@ -407,11 +408,6 @@ mod tests {
             "{rows} rows of parameters, not {expected} and the 3 of measured files; the text of import_material.rs should have:\n{}",
             lines.join("\n")
         );
-    }
-
-    fn capital(text: &str) -> String {
-        let mut characters = text.chars();
-        characters.next().map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
     }
 
     fn rows(parameters: &[Parameter], within: &str) -> Vec<String> {

@@ -38,6 +38,7 @@ use brdf::Centre;
 use engine::{
     Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters, unexpected,
 };
+use serde_json::json;
 use sh::Tolerance;
 use shrm::View;
 use shrm::reference::{Cull, Reference};
@@ -85,6 +86,11 @@ impl Parameter for Viewer {
             Self::HeadOn => "head-on".into(),
             Self::Far { yaw, pitch } => vec![yaw.canonical(), pitch.canonical()].into(),
         }
+    }
+
+    fn schema() -> serde_json::Value {
+        let angles = json!({ "type": "number" });
+        json!({ "type": ["array", "string"], "items": angles, "minItems": 2, "maxItems": 2, "pattern": "^head-on$" })
     }
 }
 

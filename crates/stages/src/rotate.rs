@@ -23,6 +23,7 @@
 use engine::{
     Artifact, Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, parameters, unexpected,
 };
+use serde_json::json;
 use sphere::Rotation;
 
 use crate::artifacts;
@@ -47,6 +48,10 @@ impl Parameter for Quaternion {
 
     fn canonical(&self) -> serde_json::Value {
         self.0.iter().map(Parameter::canonical).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "array", "items": f64::schema(), "minItems": 4, "maxItems": 4 })
     }
 }
 

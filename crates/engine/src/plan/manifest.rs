@@ -8,7 +8,7 @@ use crate::{Document, Entry, Fault, Table, Value, ValueKind, unexpected, unknown
 pub(crate) const OWNED: [&str; 6] = ["kind", "source", "input", "inputs", "per", "path"];
 
 /// The number of the manifest's shape that this version reads.
-const SCHEMA: i64 = 1;
+pub(crate) const SCHEMA: i64 = 1;
 
 /// Something that was written, and where.
 #[derive(Clone, Debug)]

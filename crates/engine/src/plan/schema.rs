@@ -1,0 +1,165 @@
+//! The JSON Schema of a manifest, made of the kinds: what editors complete, describe and underline.
+//!
+//! It holds what one table says by itself; what needs the graph or the disk (names of stages, types on connections,
+//! ranges that depend on another parameter) is for the parser alone. It is never stricter than the parser.
+//!
+//! Its keywords mean the same in draft 7 and draft 2020-12, because editors differ in what they know. A stage is a
+//! `oneOf` over the kinds, told apart by `kind`: Tombi completes by the branch that fits, Taplo (Even Better TOML) offers
+//! the keys of all branches; neither completes through `if` and `then`.
+
+use serde_json::{Map, Value, json};
+
+use super::manifest::SCHEMA;
+use crate::{ErasedKind, Field, Kinds, Port, Product, Table};
+
+impl Kinds {
+    /// The JSON Schema (draft 2020-12) of manifests that name these kinds.
+    pub fn schema(&self) -> Value {
+        let branches = self.iter().map(|kind| json!({ "$ref": format!("#/$defs/{}", kind.name()) }));
+        let stage = json!({
+            "type": "object",
+            "description": "A stage: a step of the pipeline. Its `kind` says what it does.",
+            "oneOf": branches.collect::<Vec<_>>(),
+        });
+        let kinds = self.iter().map(|kind| (kind.name().to_owned(), of_kind(kind.as_ref())));
+        let definitions = [("stage".to_owned(), stage)].into_iter().chain(kinds).collect::<Map<_, _>>();
+        json!({
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "title": "A pipeline of Specula",
+            "type": "object",
+            "properties": {
+                "schema": { "const": SCHEMA, "description": "The shape of the manifest: 1." },
+                "out": {
+                    "type": "string",
+                    "default": "out",
+                    "description": "The folder for exported files, relative to the manifest, below its folder.",
+                },
+                "stage": {
+                    "type": "object",
+                    "description": "The stages, each `[stage.NAME]` with a name of your choice.",
+                    "minProperties": 1,
+                    "patternProperties": { "^[A-Za-z0-9_-]+$": { "$ref": "#/$defs/stage" } },
+                    "additionalProperties": false,
+                },
+            },
+            "required": ["schema", "stage"],
+            "additionalProperties": false,
+            "$defs": definitions,
+        })
+    }
+}
+
+/// The schema of a parameter, with its manual text and its default.
+fn of_field(field: &Field) -> Value {
+    let mut schema = match &field.schema {
+        Value::Object(schema) => schema.clone(),
+        _ => Map::new(),
+    };
+    let mut description = field.doc.clone();
+    if let Some(Value::String(more)) = schema.get("description") {
+        description += &format!("\n\n{more}");
+    }
+    schema.insert("description".into(), description.into());
+    if let Some(default) = field.default.as_ref().filter(|default| !default.is_null()) {
+        schema.insert("default".into(), default.clone());
+    }
+    schema.into()
+}
+
+/// The schema of a stage of this kind.
+fn of_kind(kind: &dyn ErasedKind) -> Value {
+    let summary = kind.summary();
+    let mut properties = Map::new();
+    let mut required = vec!["kind".to_owned()];
+    properties.insert("kind".into(), json!({ "const": kind.name(), "description": summary }));
+    if kind.has_source() {
+        let description = "What is read, relative to the manifest: one path, or a glob (`*`, `**/`, `{a,b}`) for an item from \
+                           each file.";
+        properties.insert("source".into(), json!({ "type": "string", "description": description }));
+        required.push("source".into());
+    }
+    let connections = connections(kind, &mut properties, &mut required);
+    if kind.ports().iter().any(|port| port.many) {
+        let description = "The keys that the stage keeps: it has one item for each combination of them. Default: those of \
+                           its ports that take one item.";
+        let names = json!({ "type": "array", "items": { "type": "string" }, "description": description });
+        properties.insert("per".into(), names);
+    }
+    if exports(kind) {
+        let description = "Where the files land in `out`, without the ending. `{NAME}` stands for the item's file of the \
+                           source stage NAME. Default: the stage's name and the keys.";
+        properties.insert("path".into(), json!({ "type": "string", "description": description }));
+    }
+    for field in kind.fields() {
+        properties.insert(field.name.clone(), of_field(&field));
+        if field.default.is_none() {
+            required.push(field.name);
+        }
+    }
+    let mut schema = json!({
+        "type": "object",
+        "description": summary,
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    });
+    if let (Value::Object(schema), Some((keyword, rule))) = (&mut schema, connections) {
+        schema.insert(keyword.into(), rule);
+    }
+    schema
+}
+
+/// Adds `input` and `inputs`, and returns what holds of the two of them.
+fn connections(
+    kind: &dyn ErasedKind,
+    properties: &mut Map<String, Value>,
+    required: &mut Vec<String>,
+) -> Option<(&'static str, Value)> {
+    let ports = kind.ports();
+    let first = ports.first()?;
+    let wanted = ports.iter().filter(|port| !port.optional).map(|port| port.name.clone());
+    let wanted = wanted.collect::<Vec<_>>();
+    let named = ports.iter().map(|port| (port.name.clone(), of_port(port))).collect::<Map<_, _>>();
+    let description = "The stages whose results arrive, by port.";
+    let mut inputs = json!({ "type": "object", "description": description, "properties": named });
+    if let Value::Object(inputs) = &mut inputs {
+        // A kind that takes what it is given knows any name.
+        let any = "any-name-at-all";
+        if kind.ports_named(&[any]).iter().any(|port| port.name == any) {
+            inputs.insert("additionalProperties".into(), json!({ "type": "string" }));
+        } else {
+            inputs.insert("required".into(), json!(wanted));
+            inputs.insert("additionalProperties".into(), json!(false));
+        }
+    }
+    properties.insert("inputs".into(), inputs);
+    if wanted.iter().any(|port| *port != first.name) {
+        required.push("inputs".into());
+        return None;
+    }
+    properties.insert("input".into(), of_port(first));
+    Some(match wanted.is_empty() {
+        true => ("not", json!({ "required": ["input", "inputs"] })),
+        false => ("oneOf", json!([{ "required": ["input"] }, { "required": ["inputs"] }])),
+    })
+}
+
+fn of_port(port: &Port) -> Value {
+    let takes = port.types.join(" or ");
+    let many = if port.many { ", every item that agrees" } else { "" };
+    let optional = if port.optional { "; may be left out" } else { "" };
+    let description =
+        format!("The stage that makes what arrives at `{}`: {takes}{many}{optional}.", port.name);
+    json!({ "type": "string", "description": description })
+}
+
+/// Whether stages of this kind may export files, and so have a `path`.
+fn exports(kind: &dyn ErasedKind) -> bool {
+    let ports = kind.ports();
+    let types = ports.iter().filter_map(|port| Some((port.name.as_str(), *port.types.first()?)));
+    match kind.configure(&Table::default()) {
+        Ok(configured) => matches!(configured.product(&types.collect::<Vec<_>>()), Product::Files(_)),
+        // What it makes may depend on what has to be given.
+        Err(_) => true,
+    }
+}

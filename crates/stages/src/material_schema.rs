@@ -1,0 +1,129 @@
+//! The JSON Schema of material files, made of the models: what editors complete, describe and underline.
+//!
+//! As the manifest's, it is never stricter than the parser, and says only what draft 7 says too.
+
+use brdf::{Absent, MODELS, ModelText, Parameter, Range, Shape};
+use containers::measured::Format;
+use serde_json::{Map, Value, json};
+
+use crate::material_file::{LAYERS, MEASURED, endings};
+
+/// The JSON Schema (draft 2020-12) of material files.
+pub fn material_schema() -> Value {
+    let names = MODELS.iter().map(|model| model.name).chain([MEASURED, LAYERS]);
+    let branches = names.map(|name| json!({ "$ref": format!("#/$defs/{name}") })).collect::<Vec<_>>();
+    let description =
+        "A material: a reflection model with its parameters, a measured file, or layers of materials.";
+    let mut definitions = Map::new();
+    definitions.insert(
+        "material".into(),
+        json!({ "type": "object", "description": description, "oneOf": branches }),
+    );
+    definitions.extend(MODELS.iter().map(|model| (model.name.to_owned(), of_model(model))));
+    definitions.insert(MEASURED.into(), measured());
+    definitions.insert(LAYERS.into(), layers());
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "A material of Specula",
+        "$ref": "#/$defs/material",
+        "$defs": definitions,
+    })
+}
+
+fn of_model(model: &ModelText) -> Value {
+    let (mut properties, mut required) = of_parameters(model.parameters);
+    properties.insert("model".into(), json!({ "const": model.name, "description": model.summary }));
+    required.insert(0, "model");
+    object(model.summary, properties, &required)
+}
+
+/// The properties of a table of parameters, and those that must be given.
+fn of_parameters(parameters: &[Parameter]) -> (Map<String, Value>, Vec<&'static str>) {
+    let properties = parameters.iter().map(|parameter| (parameter.name.to_owned(), of_parameter(parameter)));
+    let required = parameters.iter().filter(|parameter| parameter.absent == Absent::Required);
+    (properties.collect(), required.map(|parameter| parameter.name).collect())
+}
+
+fn of_parameter(parameter: &Parameter) -> Value {
+    let mut schema = match parameter.shape {
+        Shape::Number(range) => number(&range),
+        Shape::Colour(range) => colour(&range),
+        Shape::Records(inner) => {
+            let (properties, required) = of_parameters(inner);
+            json!({ "type": "array", "items": object(parameter.meaning, properties, &required) })
+        }
+    };
+    let looks_like = match parameter.shape {
+        Shape::Number(range) => format!(": {}", range.words),
+        Shape::Colour(range) => format!(": a colour, each {}", range.words),
+        Shape::Records(_) => String::new(),
+    };
+    schema["description"] = format!("{}{looks_like}.", capital(parameter.meaning)).into();
+    if let Absent::Is(value) = parameter.absent {
+        schema["default"] = value.into();
+    }
+    schema
+}
+
+fn number(range: &Range) -> Value {
+    json!({ "type": "number", "minimum": range.least, "maximum": range.most })
+}
+
+/// Red, green and blue, or one number for a grey.
+fn colour(range: &Range) -> Value {
+    json!({
+        "type": ["array", "number"],
+        "items": number(range),
+        "minItems": 3,
+        "maxItems": 3,
+        "minimum": range.least,
+        "maximum": range.most,
+    })
+}
+
+fn measured() -> Value {
+    let summary = "a measured BRDF";
+    let names = Format::ALL.map(Format::name);
+    let mut scale = colour(&brdf::WEIGHT);
+    scale["description"] = "What the table is multiplied by: a colour.".into();
+    scale["default"] = 1.into();
+    let file = format!("The measured file, from this file's folder: {}.", endings());
+    let format = "How the file is written; by its ending where it is left out.";
+    let properties = [
+        ("model", json!({ "const": MEASURED, "description": summary })),
+        ("file", json!({ "type": "string", "description": file })),
+        ("format", json!({ "type": "string", "enum": names, "description": format })),
+        ("scale", scale),
+    ];
+    let properties = properties.map(|(name, schema)| (name.to_owned(), schema));
+    object(summary, properties.into_iter().collect(), &["model", "file"])
+}
+
+fn layers() -> Value {
+    let summary = "the sum of several materials";
+    let each = json!({
+        "type": "array",
+        "items": { "$ref": "#/$defs/material" },
+        "minItems": 1,
+        "description": "The materials that are summed, each a table with its `model`.",
+    });
+    let model = json!({ "const": LAYERS, "description": "May be left out." });
+    let properties = [("model".to_owned(), model), (LAYERS.to_owned(), each)];
+    object(summary, properties.into_iter().collect(), &[LAYERS])
+}
+
+fn object(summary: &str, properties: Map<String, Value>, required: &[&str]) -> Value {
+    json!({
+        "type": "object",
+        "description": format!("{}.", capital(summary)),
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+/// A text with a capital first letter.
+pub(crate) fn capital(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| first.to_uppercase().chain(characters).collect())
+}
