@@ -86,6 +86,9 @@ pub(crate) struct BuildArguments {
     /// Name the items that were up to date too, and facts about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
+    /// Write what every worker did when, as timings.html and (for Perfetto) timings.json [default: into .specula]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, conflicts_with = "dry_run")]
+    pub(crate) timings: Option<Option<PathBuf>>,
 }
 
 #[derive(Args, Debug)]

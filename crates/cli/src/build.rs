@@ -1,6 +1,7 @@
 //! `specula build`: runs what is out of date.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use engine::{BuildOptions, Cancel, Event, Kinds, Patience, Summary};
@@ -8,6 +9,7 @@ use engine::{BuildOptions, Cancel, Event, Kinds, Patience, Summary};
 use crate::arguments::BuildArguments;
 use crate::print::say;
 use crate::progress::Progress;
+use crate::timings::Timeline;
 use crate::{Exit, exit, manifest, print};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
@@ -28,7 +30,11 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let progress = Progress::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
     // Whether events could not be written; told once.
     let lost = AtomicBool::new(false);
+    let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
+        if let Some(timeline) = &timeline {
+            timeline.lock().unwrap_or_else(PoisonError::into_inner).hear(&event);
+        }
         if !arguments.json {
             progress.tell(&event);
         } else if !lost.load(Ordering::Relaxed) && print::event(event) != Exit::Success {
@@ -40,8 +46,11 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             if !arguments.json {
                 progress.summarise(&summary, &plan.out);
             }
+            let timeline =
+                timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
+            let drawn = timeline.is_none_or(|timeline| draw(timeline, arguments));
             match exit_of(&summary) {
-                Exit::Success if lost.into_inner() => Exit::Machine,
+                Exit::Success if lost.into_inner() || !drawn => Exit::Machine,
                 exit => exit,
             }
         }
@@ -58,6 +67,22 @@ fn patience(wait: Option<Option<u32>>) -> Patience {
         None => Patience::default(),
         Some(None) => Patience::ENDLESS,
         Some(Some(seconds)) => Patience(Some(Duration::from_secs(seconds.into()))),
+    }
+}
+
+/// Writes what `--timings` asks for; whether that could be done.
+fn draw(timeline: Timeline, arguments: &BuildArguments) -> bool {
+    let beside = || arguments.manifest.manifest.with_file_name(".specula");
+    let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
+    match timeline.write(&folder) {
+        Ok([page, trace]) => {
+            say!("Timings in {}, and for Perfetto in {}.", page.display(), trace.display());
+            true
+        }
+        Err((path, error)) => {
+            say!("error: cannot write timings to {}: {error}", path.display());
+            false
+        }
     }
 }
 

@@ -26,6 +26,7 @@ mod session;
 mod size;
 mod standing;
 mod terminal;
+mod timings;
 mod watch;
 
 use std::process::ExitCode;

@@ -242,7 +242,7 @@ pub enum Event {
         /// The faults.
         faults: Faults,
     },
-    /// The manifest and what it names are sound again, after [`Event::Rejected`].
+    /// The manifest and what it names are sound again, after they were rejected.
     Accepted,
     /// The build as a whole cannot go on: a full disk, a folder that cannot be written. Told once for the same error; the
     /// next change is tried again.

@@ -1,0 +1,108 @@
+//! The lines of `--json` are what `specula schema events` and docs/events.md say.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use engine::EventLine;
+use serde_json::Value;
+use support::Project;
+
+/// The schema, which here also refuses fields that it does not name.
+fn strict() -> jsonschema::Validator {
+    let mut schema = EventLine::schema();
+    schema["unevaluatedProperties"] = false.into();
+    jsonschema::draft202012::new(&schema).unwrap()
+}
+
+/// Checks every line, and returns the names of the events.
+fn names(events: &[Value]) -> BTreeSet<String> {
+    let schema = strict();
+    let mut last = 0;
+    for event in events {
+        let faults = schema.iter_errors(event).map(|error| error.to_string()).collect::<Vec<_>>();
+        assert!(faults.is_empty(), "{event:#}\n{faults:#?}");
+        assert_eq!(event["v"], EventLine::VERSION);
+        let time = event["time"].as_u64().unwrap();
+        assert!(time >= last.max(1_700_000_000_000), "{event}");
+        last = time;
+    }
+    events.iter().map(|event| event["event"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn every_line_of_a_build_is_what_the_schema_says() {
+    let project = Project::small();
+    let mut seen = names(&project.events(&[]));
+    project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 2\n");
+    project.write("assets/materials/chrome.toml", "model = \"fong\"\n");
+    fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
+    fs::remove_file(project.path("out/lighting.json")).unwrap();
+    let rehearsed = project.events(&["--dry-run"]);
+    assert!(names(&rehearsed).contains("removed"), "{rehearsed:#?}");
+    seen.extend(names(&project.events(&[])));
+    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
+    seen.extend(names(&project.events(&["--fail-fast"])));
+    let expected = [
+        "ended",
+        "failed",
+        "finished",
+        "note",
+        "planned",
+        "published",
+        "removed",
+        "skipped",
+        "started",
+        "up-to-date",
+        "warning",
+        "worked",
+    ];
+    assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn a_line_that_is_not_an_event_is_refused() {
+    let schema = strict();
+    let line = serde_json::to_value(EventLine::now(engine::Event::Removed { file: "a".into() })).unwrap();
+    assert!(schema.is_valid(&line));
+    for (key, value) in
+        [("event", "gone".into()), ("v", "1".into()), ("file", Value::Null), ("more", 1.into())]
+    {
+        let mut wrong = line.clone();
+        wrong[key] = value;
+        assert!(!schema.is_valid(&wrong), "{wrong}");
+    }
+}
+
+/// The table of docs/events.md, from the schema.
+fn table() -> String {
+    let schema = EventLine::schema();
+    let definitions = schema["$defs"].as_object().unwrap();
+    let mut text = String::from("| event | when | fields |\n| --- | --- | --- |\n");
+    for event in schema["oneOf"].as_array().unwrap() {
+        let when = event["description"].as_str().unwrap().replace('\n', " ");
+        // The summary's fields stand in its own definition.
+        let inner = event["$ref"].as_str().map(|name| &definitions[name.rsplit('/').next().unwrap()]);
+        let all =
+            [Some(event), inner].into_iter().flatten().filter_map(|part| part["properties"].as_object());
+        let names = all
+            .flatten()
+            .map(|(name, _)| name)
+            .filter(|name| *name != "event")
+            .map(|name| format!("`{name}`"));
+        let name = event["properties"]["event"]["const"].as_str().unwrap();
+        text += &format!("| `{name}` | {when} | {} |\n", names.collect::<Vec<_>>().join(", "));
+    }
+    text
+}
+
+#[test]
+fn the_manual_lists_every_event_and_its_fields() {
+    let manual = fs::read_to_string(support::root().join("docs/events.md")).unwrap();
+    let table = table();
+    assert!(manual.contains(&table), "docs/events.md should hold this table:\n{table}");
+    assert!(manual.contains(&format!("This is version {}.", EventLine::VERSION)));
+}
