@@ -103,7 +103,7 @@ impl Workbench {
         };
         let state = self.pool.install(|| State::open(lock))?;
         sweep(&state, folder)?;
-        let disk = Arc::new(Disk::new(state.now));
+        let disk = Arc::new(Disk::new(state.now, self.begin_noting()));
         let underway = Arc::new(Underway::new(plan, selected, &disk));
         cancel.begin(&underway);
         let (judge, publisher) = self.pool.install(|| {
@@ -126,7 +126,7 @@ impl Workbench {
         }
         removed?;
         let settled = scheduler.settle_all(&self.pool);
-        self.remember_places(disk.places());
+        self.end_noting();
         publisher.finish()?;
         settled?;
         Ok(scheduler.summary)
@@ -142,7 +142,7 @@ impl Workbench {
     ) -> Result<Summary, Error> {
         let state =
             self.pool.install(|| State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
-        let disk = Disk::new(state.now);
+        let disk = Disk::new(state.now, Arc::default());
         let (judge, publisher) = self.pool.install(|| {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });

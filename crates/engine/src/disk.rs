@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,18 @@ pub(crate) struct Disk {
     now: i64,
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
     /// All that items read, or would read again.
-    places: Mutex<BTreeSet<(PathBuf, bool)>>,
+    noted: Arc<Noted>,
+}
+
+/// The files and (`true`) listings that the items of a build read, now or in their last runs.
+#[derive(Default)]
+pub(crate) struct Noted(Mutex<BTreeSet<(PathBuf, bool)>>);
+
+impl Noted {
+    /// All of them so far.
+    pub(crate) fn places(&self) -> MutexGuard<'_, BTreeSet<(PathBuf, bool)>> {
+        lock(&self.0)
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -36,8 +47,9 @@ struct Stamped {
 }
 
 impl Disk {
-    pub(crate) fn new(now: i64) -> Self {
-        Self { now, digests: Mutex::default(), places: Mutex::default() }
+    /// Notes what items read where `noted` says.
+    pub(crate) fn new(now: i64, noted: Arc<Noted>) -> Self {
+        Self { now, digests: Mutex::default(), noted }
     }
 
     /// The digest of a file's content or a folder's listing at present; `None` where it cannot be read.
@@ -62,7 +74,7 @@ impl Disk {
 
     /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
     pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
-        lock(&self.places).extend(places.iter().cloned());
+        self.noted.places().extend(places.iter().cloned());
         let looked = places.into_par_iter().map(|place| {
             let (digest, line) = self.look(&place.0, place.1, journal);
             ((place, digest), line)
@@ -74,12 +86,7 @@ impl Disk {
 
     /// Notes what an item read.
     pub(crate) fn note(&self, reads: &[Read]) {
-        lock(&self.places).extend(reads.iter().map(|read| (read.path.clone(), read.listing)));
-    }
-
-    /// The files and (`true`) listings that the items of this build read, in this run or their last one.
-    pub(crate) fn places(&self) -> BTreeSet<(PathBuf, bool)> {
-        lock(&self.places).clone()
+        self.noted.places().extend(reads.iter().map(|read| (read.path.clone(), read.listing)));
     }
 
     /// The disk as an item sees it that runs in this build.
@@ -156,6 +163,6 @@ fn line(path: &Path, stamped: &Stamped) -> Line {
     Line::new(Tag::Stamp, place(path), Some(stamped))
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

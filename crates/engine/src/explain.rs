@@ -131,7 +131,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
     let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
     let state = State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path()))?;
-    let disk = Disk::new(state.now);
+    let disk = Disk::new(state.now, Default::default());
     let judge = Judge::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
     let mut forecasts = forecast(&judge, &selected);

@@ -12,15 +12,15 @@
 //! - Folders from which events do not arrive are looked at instead ([`probe`], [`poller`]).
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use attention::{Hints, Woken};
 use draft::{Draft, Outlook};
 use places::Places;
 
+use crate::disk::Noted;
 use crate::record::path_name;
 use crate::{
     BuildOptions, Cancel, Change, Changed, Errand, Error, ErrorKind, Event, Faults, Kinds, Patience, Plan,
@@ -40,6 +40,11 @@ pub(crate) use probe::is_probe;
 
 /// The time between two looks where events do not arrive and the options say nothing.
 const POLL: Duration = Duration::from_millis(500);
+
+/// A disk that gives way to no two equal looks is taken as it is; what changes is heard.
+const MOST_LOOKS: usize = 8;
+/// How often it is looked what a build has read by then.
+const PULSE: Duration = Duration::from_millis(100);
 
 /// What a watcher is asked to do.
 #[derive(Clone, Debug)]
@@ -214,16 +219,17 @@ impl<'a> Watcher<'a> {
     /// Looks at the manifest and its sources and builds. One that was asked for tells all that it does; another only
     /// where it finds something to do.
     fn pass(&mut self, is_asked_for: bool) -> Result<Passed, Error> {
-        let outlook = self.draft.look();
+        let mut outlook = self.draft.look();
+        for _ in 0..MOST_LOOKS {
+            if !self.attention.attend(places(&self.manifest, &outlook, &self.bench)) {
+                break;
+            }
+            outlook = self.draft.look();
+        }
         self.tell_faults(&outlook);
         let plan = outlook.plan.as_ref().filter(|plan| outlook.faults.is_none() || has_all_sources(plan));
-        let Some(plan) = plan else {
-            let again = self.attention.attend(places(&self.manifest, &outlook, &self.bench));
-            return Ok(Passed { summary: None, again });
-        };
-        let (built, mut again) = self.build(plan, &outlook, is_asked_for);
-        // What was read has become known.
-        again |= self.attention.attend(places(&self.manifest, &outlook, &self.bench));
+        let Some(plan) = plan else { return Ok(Passed { summary: None, again: false }) };
+        let (built, again) = self.build(plan, &outlook, is_asked_for);
         match built {
             Ok(summary) => {
                 (self.has_built, self.hindered) = (true, None);
@@ -266,15 +272,26 @@ impl<'a> Watcher<'a> {
         let hush = Hush::new(*events, is_asked_for);
         std::thread::scope(|scope| {
             let attendant = scope.spawn(|| {
-                let is_more = attention.attend(places(manifest, outlook, bench));
-                let mut during = Hints::default();
-                while attention.wait(None, &|| has_ended.load(Ordering::Acquire)) == Woken::Hints {
-                    let hints = attention.hints();
-                    outdate(cancel, draft, &hints);
-                    during.merge(hints);
+                let (mut is_more, mut during) = (false, Hints::default());
+                loop {
+                    let has_ended = || has_ended.load(Ordering::Acquire);
+                    let woken = attention.wait(Some(Instant::now() + PULSE), &has_ended);
+                    if woken == Woken::Hints {
+                        let hints = attention.hints();
+                        outdate(cancel, draft, &hints, attention.places());
+                        during.merge(hints);
+                    }
+                    // What is read becomes known by and by.
+                    let known = attention.places();
+                    let is_known = |noted: &Arc<Noted>| noted.places().iter().all(|place| known.have(place));
+                    if !bench.noted().iter().all(is_known) {
+                        is_more |= attention.attend(places(manifest, outlook, bench));
+                    }
+                    if woken == Woken::Stopped {
+                        attention.give_back(during);
+                        return is_more;
+                    }
                 }
-                attention.give_back(during);
-                is_more
             });
             let built = bench.build(plan, build, cancel, &|event| hush.tell(event));
             has_ended.store(true, Ordering::Release);
@@ -287,7 +304,15 @@ impl<'a> Watcher<'a> {
 }
 
 /// Stops what a build under way does in vain.
-fn outdate(_cancel: &Cancel, _draft: &mut Draft<'_>, _hints: &Hints) {}
+fn outdate(cancel: &Cancel, draft: &mut Draft<'_>, hints: &Hints, places: &Places) {
+    let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
+    if hints.lost {
+        paths.extend(places.files.iter().cloned());
+    }
+    let Outlook { plan, faults, .. } = draft.look();
+    // Faults are told by the next pass; until then the last good graph is right.
+    cancel.outdate(&paths, plan.filter(|_| faults.is_none()).as_deref());
+}
 
 /// All that the graph depends on, as far as it is known.
 fn places(manifest: &Path, outlook: &Outlook, bench: &Workbench) -> Places {
@@ -298,7 +323,7 @@ fn places(manifest: &Path, outlook: &Outlook, bench: &Workbench) -> Places {
     let items = outlook.plan.iter().flat_map(|plan| &plan.items);
     let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
     places.add_reads(&sources);
-    places.add_reads(&bench.places());
+    bench.noted().iter().for_each(|noted| places.add_reads(&*noted.places()));
     places
 }
 

@@ -1,11 +1,10 @@
 //! What stays between the builds of one process, so that a watcher's next build begins warm.
 
-use std::collections::BTreeSet;
-use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::disk::Noted;
 use crate::memory::Memory;
 use crate::{Error, ErrorKind};
 
@@ -14,8 +13,8 @@ use crate::{Error, ErrorKind};
 /// It holds no lock: between its builds another process may build in the same folder.
 pub struct Workbench {
     pub(crate) pool: ThreadPool,
-    /// The files and (`true`) listings that the items of the last build read.
-    places: Mutex<BTreeSet<(PathBuf, bool)>>,
+    /// What the items of the last build read, and of the one under way.
+    noted: Mutex<(Arc<Noted>, Arc<Noted>)>,
     pub(crate) memory: Memory,
 }
 
@@ -31,16 +30,29 @@ impl Workbench {
         let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
-        Ok(Self { pool, places: Mutex::default(), memory: Memory::new(memory) })
+        Ok(Self { pool, noted: Mutex::default(), memory: Memory::new(memory) })
     }
 
-    /// Remembers what the items of a build read.
-    pub(crate) fn remember_places(&self, places: BTreeSet<(PathBuf, bool)>) {
-        *self.places.lock().unwrap_or_else(PoisonError::into_inner) = places;
+    /// A build begins: what it notes here is what its items read.
+    pub(crate) fn begin_noting(&self) -> Arc<Noted> {
+        let noted = Arc::<Noted>::default();
+        self.latest().1 = Arc::clone(&noted);
+        noted
     }
 
-    /// The files and (`true`) listings that the items of the last build read: what a watcher attends to.
-    pub(crate) fn places(&self) -> BTreeSet<(PathBuf, bool)> {
-        self.places.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// The build has noted all.
+    pub(crate) fn end_noting(&self) {
+        let mut latest = self.latest();
+        latest.0 = std::mem::take(&mut latest.1);
+    }
+
+    /// What the items of the last builds read, as far as that is known: what a watcher attends to.
+    pub(crate) fn noted(&self) -> [Arc<Noted>; 2] {
+        let latest = self.latest();
+        [Arc::clone(&latest.0), Arc::clone(&latest.1)]
+    }
+
+    fn latest(&self) -> MutexGuard<'_, (Arc<Noted>, Arc<Noted>)> {
+        self.noted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

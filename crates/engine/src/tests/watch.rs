@@ -8,6 +8,7 @@ mod folders;
 mod loss;
 mod manifests;
 mod reads;
+mod underway;
 
 use std::fs::{self, File};
 use std::sync::{Arc, Condvar, Mutex};
@@ -106,7 +107,8 @@ impl<'a> Watched<'a> {
                 ears.events.lock().unwrap().push(event);
                 ears.more.notify_all();
             };
-            Watcher::new(&manifest, &kinds(), &options, &stop, &events, attention)?.run()
+            Watcher::new(&manifest, &kinds().with(underway::Patient), &options, &stop, &events, attention)?
+                .run()
         });
         Self { project, told, cancel, thread: Some(thread) }
     }
@@ -145,6 +147,11 @@ impl<'a> Watched<'a> {
             );
             std::thread::sleep(Duration::from_millis(5));
         }
+    }
+
+    /// Waits until `out` has a file with this text.
+    fn until_out_holds(&self, name: &str, text: &str) {
+        self.until("the file", |_| texts(self.project).contains(&(name.into(), text.into())));
     }
 
     fn events(&self) -> Vec<Event> {
@@ -217,4 +224,11 @@ fn set_modified(project: &Project, name: &str, time: std::time::SystemTime) {
 
 fn rename(project: &Project, from: &str, to: &str) {
     fs::rename(project.path(from), project.path(to)).unwrap();
+}
+
+/// Saves a file in one step, so that nobody reads half of it.
+fn save(project: &Project, name: &str, text: &str) {
+    let beside = format!("{name}.tmp");
+    project.write(&beside, text);
+    rename(project, &beside, name);
 }

@@ -257,6 +257,11 @@ impl Attention {
         self.told.is_none() || self.probes.are_waiting()
     }
 
+    /// The places that are attended to.
+    pub(super) fn places(&self) -> &Places {
+        &self.places
+    }
+
     fn take_all(&mut self) {
         while let Ok(heard) = self.heard.try_recv() {
             self.take(heard);

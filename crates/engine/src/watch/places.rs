@@ -99,6 +99,11 @@ impl Places {
         }
     }
 
+    /// Whether a file, or listing, is among these.
+    pub(super) fn have(&self, (path, listing): &(PathBuf, bool)) -> bool {
+        if *listing { self.listings.contains(path) } else { self.files.contains(path) }
+    }
+
     /// Whether there is a place here that is not in another.
     pub(super) fn exceed(&self, other: &Self) -> bool {
         self.folders.iter().any(|(folder, interest)| {

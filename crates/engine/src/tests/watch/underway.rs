@@ -1,0 +1,103 @@
+//! Changes that come while a build is at work.
+
+use std::path::Path;
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
+
+/// Passes a text on; `wait PATH` only when there is a file at that path.
+pub(super) struct Patient;
+
+impl Kind for Patient {
+    type Parameters = Nothing;
+    const NAME: &'static str = "patient";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Waits.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = context.get::<Text>("text")?;
+        if let Some(path) = text.0.strip_prefix("wait ") {
+            let deadline = Instant::now() + 2 * DEADLINE;
+            while !Path::new(path).exists() {
+                context.check_cancelled()?;
+                if Instant::now() > deadline {
+                    return Err(Failure::new("nobody came"));
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+        Output::artifact(Text(text.0.chars().take(4).collect()))
+    }
+}
+
+/// The times that an item began to run.
+fn began(events: &[Event], item: &str) -> usize {
+    let is =
+        |event: &&Event| matches!(event, Event::Started { item: started, .. } if started.to_string() == item);
+    events.iter().filter(is).count()
+}
+
+fn waiting() -> Project {
+    let project = Project::new(&CAPITALS.replace("kind = \"upper\"", "kind = \"patient\""));
+    project.write("in/sky.txt", "blue");
+    project.write("in/gold.txt", &format!("wait {}", project.path("go").display()));
+    project
+}
+
+each_way! {
+    fn an_edit_stops_what_it_makes_stale_at_once(way: Way) {
+        let project = waiting();
+        let watched = Watched::start(&project, way.options());
+        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        project.write("in/gold.txt", "warm");
+        watched.until_out(&[("gold.txt", "warm"), ("sky.txt", "blue")]);
+        assert!(summaries(&watched.events()).any(|summary| summary.cancelled), "{}", log(&watched.events()));
+    }
+
+    fn a_manifest_edited_meanwhile_stops_what_it_leaves_out(way: Way) {
+        let project = waiting();
+        let watched = Watched::start(&project, way.options());
+        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        project.edit("patient", "upper");
+        let waited = format!("WAIT {}", project.path("go").display().to_string().to_uppercase());
+        watched.until_out(&[("gold.txt", &waited), ("sky.txt", "BLUE")]);
+    }
+
+    fn a_source_deleted_meanwhile_stops_its_item(way: Way) {
+        let project = waiting();
+        let watched = Watched::start(&project, way.options());
+        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        project.remove("in/gold.txt");
+        watched.until_out(&[("sky.txt", "blue")]);
+    }
+
+    fn an_edit_of_something_else_neither_stops_a_run_nor_is_lost(way: Way) {
+        let project = waiting();
+        let watched = Watched::start(&project, way.options());
+        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        watched.until_out_holds("sky.txt", "blue");
+        project.write("in/sky.txt", "grey");
+        // Long enough to be heard in most runs; whether it was, the outcome is the same.
+        std::thread::sleep(QUIET * 5);
+        project.write("go", "");
+        watched.until_out(&[("gold.txt", "wait"), ("sky.txt", "grey")]);
+        assert_eq!(began(&watched.events(), "upper [gold]"), 1, "{}", log(&watched.events()));
+    }
+
+    fn a_watcher_that_is_told_to_stop_stops_its_build(way: Way) {
+        let project = waiting();
+        let watched = Watched::start(&project, way.options());
+        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        watched.cancel.cancel();
+        watched.ended().unwrap();
+    }
+}
