@@ -104,6 +104,7 @@ pub struct Context<'a> {
     pub(crate) folder: Option<PathBuf>,
     pub(crate) key: Option<ItemKey>,
     pub(crate) recipe: String,
+    pub(crate) scratch: PathBuf,
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
     /// The build that the item is part of, which may call it stale.
@@ -124,6 +125,7 @@ impl<'a> Context<'a> {
             folder: None,
             key: None,
             recipe: String::new(),
+            scratch: std::env::temp_dir(),
             files,
             cancel: Cancel::default(),
             underway: None,
@@ -166,6 +168,13 @@ impl<'a> Context<'a> {
     #[must_use]
     pub fn with_recipe(mut self, recipe: String) -> Self {
         self.recipe = recipe;
+        self
+    }
+
+    /// Sets the folder for the scratch folders of items; the system's, where it is not set.
+    #[must_use]
+    pub fn with_scratch(mut self, scratch: PathBuf) -> Self {
+        self.scratch = scratch;
         self
     }
 
@@ -283,6 +292,13 @@ impl<'a> Context<'a> {
         &self.recipe
     }
 
+    /// An existing folder, in which a kind that runs another program makes a folder of its own and removes it again.
+    ///
+    /// What a build that was killed left there is removed by the next.
+    pub fn scratch(&self) -> &Path {
+        &self.scratch
+    }
+
     /// Tells the user about something that they should look at.
     pub fn warn(&self, message: impl Into<String>) {
         self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
@@ -325,7 +341,8 @@ impl<'a> Context<'a> {
         self.underway.as_ref().is_some_and(|(underway, item)| underway.is_stale(*item))
     }
 
-    fn resolve(&self, path: &Path) -> PathBuf {
+    /// The file that a path means: relative ones as for [`Context::read`].
+    pub fn resolve(&self, path: &Path) -> PathBuf {
         match self.source.as_deref().and_then(Path::parent).or(self.folder.as_deref()) {
             Some(folder) if path.is_relative() => folder.join(path),
             _ => path.to_path_buf(),

@@ -135,6 +135,14 @@ pub trait Kind: Send + Sync + 'static {
         Vec::new()
     }
 
+    /// Faults that show only when it is known what arrives: as [`Kind::check`], given what [`Kind::product`] is given.
+    fn check_inputs(
+        _parameters: &Self::Parameters,
+        _types: &[(&str, &'static str)],
+    ) -> Vec<(&'static str, String)> {
+        Vec::new()
+    }
+
     /// Makes the output of one item.
     ///
     /// # Errors
@@ -183,6 +191,11 @@ pub trait Configured: Send + Sync {
     fn canonical(&self) -> serde_json::Value;
     /// [`Kind::product`].
     fn product(&self, types: &[(&str, &'static str)]) -> Product;
+    /// [`Kind::check_inputs`].
+    fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let _ = types;
+        Vec::new()
+    }
     /// [`Kind::run`].
     ///
     /// # Errors
@@ -292,6 +305,10 @@ impl<K: Kind> Configured for Stage<K> {
 
     fn product(&self, types: &[(&str, &'static str)]) -> Product {
         K::product(&self.0, types)
+    }
+
+    fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        K::check_inputs(&self.0, types)
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {

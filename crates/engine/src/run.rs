@@ -260,7 +260,8 @@ impl Workshop<'_> {
         let facts = &self.judge.stages[item.stage];
         let mut context = Context::new(reader)
             .with_cancel(self.cancel.clone())
-            .with_folder(self.judge.folder.to_path_buf());
+            .with_folder(self.judge.folder.to_path_buf())
+            .with_scratch(self.judge.state.store.temporaries());
         context.underway = Some((Arc::clone(self.underway), order.item));
         self.underway.saw(order.item, Seen::Now(Arc::clone(&context.reads)));
         for (port, handles) in &order.handles {

@@ -7,7 +7,8 @@
 //!   holder       who holds the lock, for people
 //!   journal      what is remembered
 //!   blobs/ab/... results by digest
-//!   tmp/         blobs that are being written; what is here when a build begins is left over from a killed one
+//!   tmp/         blobs that are being written and items' scratch folders; what is here when a build begins is left
+//!                over from a killed one
 //! ```
 
 use std::fs;

@@ -90,12 +90,15 @@ impl Store {
         let temporaries = self.temporaries();
         fs::create_dir_all(&temporaries).map_err(|error| Error::io(&error, "create", &temporaries))?;
         for entry in fs::read_dir(&temporaries).into_iter().flatten().flatten() {
-            let _ = fs::remove_file(entry.path());
+            let path = entry.path();
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            let _ = if is_folder { fs::remove_dir_all(path) } else { fs::remove_file(path) };
         }
         Ok(())
     }
 
-    fn temporaries(&self) -> PathBuf {
+    /// The folder for what is not whole yet: blobs that are being written, the scratch folders of running items.
+    pub(crate) fn temporaries(&self) -> PathBuf {
         self.folder.join("tmp")
     }
 

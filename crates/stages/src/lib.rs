@@ -8,6 +8,7 @@ mod colour;
 mod contact_sheet;
 mod convolve;
 mod degree_choice;
+mod exec;
 mod export_cabral;
 mod export_kautz_mccool;
 mod export_reflection_map;
@@ -54,4 +55,5 @@ pub fn kinds() -> engine::Kinds {
         .with(reference::ReferenceMap)
         .with(contact_sheet::ContactSheet)
         .with(report::ReportKind)
+        .with(exec::Exec)
 }

@@ -133,8 +133,13 @@ impl Graph {
             let node = &self.nodes[place];
             let product = match (&node.configured, types) {
                 (Some(configured), Some(types)) if whole => {
-                    let types = types.iter().map(|(port, made)| (port.as_str(), *made));
-                    Some(configured.product(&types.collect::<Vec<_>>()))
+                    let types: Vec<_> = types.iter().map(|(port, made)| (port.as_str(), *made)).collect();
+                    for (name, message) in configured.check_inputs(&types) {
+                        let entry = declaration.parameters.get(name);
+                        let span = entry.map_or(node.header.clone(), |entry| entry.value.span.clone());
+                        faults.push(Fault::at(span, message));
+                    }
+                    Some(configured.product(&types))
                 }
                 _ => None,
             };

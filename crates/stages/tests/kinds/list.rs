@@ -39,7 +39,8 @@ fn every_manual_has_an_example_that_parses_with_its_kind() {
                 assert!(faults.is_none(), "{}: {faults:?}", kind.name());
                 if let Some(inputs) = table.get("inputs") {
                     let ValueKind::Table(inputs) = &inputs.value.kind else { panic!("inputs") };
-                    let ports: Vec<_> = kind.ports().iter().map(|port| port.name.clone()).collect();
+                    let names: Vec<_> = inputs.entries.iter().map(|entry| entry.key.as_str()).collect();
+                    let ports: Vec<_> = kind.ports_named(&names).into_iter().map(|port| port.name).collect();
                     assert!(inputs.entries.iter().all(|entry| ports.contains(&entry.key)));
                 }
                 found += 1;
@@ -78,8 +79,12 @@ fn every_parameter_is_documented() {
     }
 }
 
-/// What a kind makes with its defaults, for each type that may arrive at its first port.
+/// What a kind makes with its defaults, for each type that may arrive at its first port; nothing, where its user says
+/// what it makes.
 fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
+    if kind.name() == "exec" {
+        return Vec::new();
+    }
     let configured = kind.configure(&Table::default()).unwrap();
     let Some(first) = kind.ports().into_iter().next() else { return vec![configured.product(&[])] };
     first.types.iter().map(|arrives| configured.product(&[(&first.name, arrives)])).collect()

@@ -4,6 +4,8 @@
 
 mod brute_force;
 mod corpus;
+#[cfg(unix)]
+mod exec;
 mod explicit_maps;
 mod export_reflection_map;
 mod export_sh;

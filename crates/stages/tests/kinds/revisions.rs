@@ -28,6 +28,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-kautz-mccool", 1, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
     ("export-view-maps", 2, [1497.00000000, 538.41252518, 556.84685949, 3.10003517, 3.98891865]),
     ("import-reflection-maps", 2, [1458.00000000, 201.28708034, 413.02017110, -1.92816769, 1.01576073]),
+    ("exec", 1, [384.00000000, 383.99999908, 383.99999908, 0.14044671, 0.67112033]),
     ("export-sh", 1, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
@@ -81,6 +82,12 @@ fn fixture(kind: &str) -> Case {
             .input("environment", environment(16, sky))
             .input("lighting", sky_lighting())
             .keyed_input("reflection", &[("material", "chalk")], reflection(lambert(0.8), 2)),
+        "exec" => case(
+            "exec",
+            "command = [\"sh\", \"-c\", \"cp $0 $1\", \"{input.sky}\", \"{output}\"]
+            output = { type = \"environment\" }",
+        )
+        .input("sky", environment(8, sky)),
         "report" => case("report", "sphere = 32\nresolution = 8\nreference-rows = 32\ndegree = [4, 2]")
             .input("environment", environment(16, sky))
             .input("material", Material(crate::report::microfacet(0.5))),
@@ -155,6 +162,10 @@ fn fingerprint(numbers: &[f64]) -> [f64; 5] {
 fn an_output_that_changes_has_a_new_revision() {
     let mut faults = Vec::new();
     for kind in stages::kinds().iter() {
+        if kind.name() == "exec" && !cfg!(unix) {
+            eprintln!("SKIPPED the revision of exec: its fixture is a shell's command");
+            continue;
+        }
         let found = fingerprint(&numbers(&fixture(kind.name())));
         let line = format!("(\"{}\", {}, {found:.8?}),", kind.name(), kind.revision());
         match TABLE.iter().find(|(name, ..)| *name == kind.name()) {

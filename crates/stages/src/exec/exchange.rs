@@ -1,0 +1,387 @@
+//! Artifacts as files of other programs, and back.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use containers::{OpenExrEnvmap, Precision, ReadOptions, lighting_json, read_image, write_exr, write_rgbe};
+use engine::{
+    Artifact, Context, Failure, Fault, Output, Parameter, Product, Table, Value, ValueKind, choice,
+    unexpected, unknown_keys,
+};
+use envmap::{BadPixels, Image, Layout, repair};
+use serde_json::{Map, json};
+
+use super::command::is_word;
+use crate::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
+
+choice! {
+    /// The container of an artifact.
+    pub(crate) enum Format {
+        /// OpenEXR.
+        Exr = "exr",
+        /// Radiance RGBE.
+        Hdr = "hdr",
+        /// JSON.
+        Json = "json",
+        /// Safetensors.
+        Safetensors = "safetensors",
+    }
+}
+
+impl Format {
+    fn name(self) -> String {
+        self.canonical().as_str().unwrap_or_default().to_owned()
+    }
+}
+
+/// The largest file that is read back: 4 GiB. The largest environment has 1.5 GiB of floats.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// The formats of a type of artifact, the default first.
+fn formats_of(type_name: &str) -> &'static [Format] {
+    match type_name {
+        Environment::TYPE => &[Format::Exr, Format::Hdr, Format::Safetensors],
+        Lighting::TYPE => &[Format::Safetensors, Format::Json],
+        _ => &[Format::Safetensors],
+    }
+}
+
+fn listed(formats: &[Format]) -> String {
+    let names: Vec<String> = formats.iter().map(|format| format!("{:?}", format.name())).collect();
+    names.join(" or ")
+}
+
+/// The formats of inputs, by port.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Formats(Vec<(String, Format)>);
+
+impl Formats {
+    fn of(&self, port: &str, type_name: &str) -> Format {
+        let chosen = self.0.iter().find(|(name, _)| name == port).map(|(_, format)| *format);
+        chosen.unwrap_or(formats_of(type_name)[0])
+    }
+
+    /// What does not fit what arrives.
+    pub(super) fn misfits(&self, types: &[(&str, &'static str)]) -> Vec<String> {
+        let misfit = |(port, format): &(String, Format)| {
+            let Some((_, arrives)) = types.iter().find(|(name, _)| name == port) else {
+                return Some(format!("formats: the stage has no input {port:?}"));
+            };
+            let expected = formats_of(arrives);
+            (!expected.contains(format)).then(|| {
+                format!(
+                    "formats: {port} is {arrives}: expected {}, not {format:?}",
+                    listed(expected),
+                    format = format.name()
+                )
+            })
+        };
+        self.0.iter().filter_map(misfit).collect()
+    }
+}
+
+impl Parameter for Formats {
+    fn expected() -> String {
+        format!("a table of ports, each {}", Format::expected())
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
+        let entries = table.entries.iter();
+        entries
+            .map(|entry| Ok((entry.key.clone(), Format::parse(&entry.value)?)))
+            .collect::<Result<_, _>>()
+            .map(Self)
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        self.0.iter().map(|(port, format)| (port.clone(), format.canonical())).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "type": "object", "additionalProperties": Format::schema() })
+    }
+}
+
+/// Writes what arrives at a port into the working folder, and returns the file's name from there.
+pub(super) fn write_input(
+    port: &str,
+    formats: &Formats,
+    context: &Context<'_>,
+    work: &Path,
+) -> Result<String, Failure> {
+    let arrives = context.type_at(port).unwrap_or_default();
+    let format = formats.of(port, arrives);
+    let image = |environment: &Environment| {
+        let grid = environment.0.grid();
+        let image = Image::new(grid.width, grid.height, environment.0.pixels().to_vec());
+        image.ok_or_else(|| Failure::new("an environment has no pixels"))
+    };
+    let bytes = match (arrives, format) {
+        (Environment::TYPE, Format::Exr) => {
+            write_exr(&image(&*context.get::<Environment>(port)?)?, Precision::Float, None)?.bytes
+        }
+        (Environment::TYPE, Format::Hdr) => {
+            let encoded = write_rgbe(&image(&*context.get::<Environment>(port)?)?, None)?;
+            if encoded.clamped > 0 {
+                context.warn(format!("{port}: {} values do not fit RGBE and were clamped", encoded.clamped));
+            }
+            encoded.bytes
+        }
+        (Lighting::TYPE, Format::Json) => {
+            let lighting = context.get::<Lighting>(port)?;
+            lighting_json::encode(&lighting.0, lighting_json::Preset::Specula, None)?
+        }
+        _ => context.bytes(port)?,
+    };
+    let name = format!("input/{port}.{}", format.name());
+    let written = fs::create_dir_all(work.join("input")).and_then(|()| fs::write(work.join(&name), bytes));
+    written.map_err(|error| {
+        Failure::from(error).context(format!("cannot write {name} in the scratch folder"))
+    })?;
+    Ok(name)
+}
+
+choice! {
+    /// What a program makes.
+    pub(crate) enum MadeType {
+        /// An environment.
+        Environment = "environment",
+        /// SH lighting.
+        Lighting = "lighting",
+        /// A material.
+        Material = "material",
+        /// BRDF coefficients.
+        Brdf = "brdf",
+        /// A reflection.
+        Reflection = "reflection",
+        /// A reflection map.
+        Shrm = "shrm",
+        /// A file to be published.
+        File = "file",
+        /// Files to be published.
+        Files = "files",
+    }
+}
+
+/// What a program makes, and where it writes that.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Made {
+    /// An artifact of this type.
+    Artifact(&'static str, Format),
+    /// A file with this ending, without the dot.
+    File(String),
+    /// A folder of files of these names; the last is the index.
+    Files(Vec<String>),
+}
+
+impl Made {
+    pub(super) fn product(&self) -> Product {
+        match self {
+            Self::Artifact(name, _) => Product::Artifact(name),
+            Self::File(ending) => Product::Files(vec![format!(".{ending}.json"), format!(".{ending}")]),
+            Self::Files(names) => {
+                let files = names.iter().map(|name| format!("/{name}"));
+                Product::Files(["/recipe.json".to_owned()].into_iter().chain(files).collect())
+            }
+        }
+    }
+
+    /// What `{output}` stands for, from the working folder.
+    fn place(&self) -> String {
+        match self {
+            Self::Artifact(_, format) => format!("output.{}", format.name()),
+            Self::File(ending) => format!("output.{ending}"),
+            Self::Files(_) => "output".into(),
+        }
+    }
+
+    /// Makes the place ready for the program, and says what `{output}` stands for.
+    pub(super) fn prepare(&self, work: &Path) -> Result<String, Failure> {
+        if matches!(self, Self::Files(_)) {
+            fs::create_dir(work.join(self.place()))?;
+        }
+        Ok(self.place())
+    }
+
+    /// Reads what the program wrote.
+    ///
+    /// # Errors
+    /// Where it is not there or not what it should be.
+    pub(super) fn read(&self, work: &Path, program: &str, context: &Context<'_>) -> Result<Output, Failure> {
+        let place = self.place();
+        match self {
+            Self::Artifact(name, format) => {
+                let bytes = read_file(work, &place, program)?;
+                decode(name, *format, &bytes, context)
+                    .map_err(|failure| failure.context(format!("{program} wrote no sound {name}")))
+            }
+            Self::File(_) => {
+                let recipe = containers::texture_sidecar(Some(context.recipe()), &[])?;
+                Ok(Output::Files(vec![recipe, read_file(work, &place, program)?]))
+            }
+            Self::Files(names) => {
+                let mut files = vec![containers::texture_sidecar(Some(context.recipe()), &[])?];
+                for name in names {
+                    files.push(read_file(work, &format!("{place}/{name}"), program)?);
+                }
+                Ok(Output::Files(files))
+            }
+        }
+    }
+}
+
+impl Parameter for Made {
+    fn expected() -> String {
+        "{ type = \"environment\", format = \"exr\" }, { type = \"file\", format = \"png\" } or \
+         { type = \"files\", names = [\"...\"] }"
+            .into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
+        let Some(what) = table.get("type") else {
+            return Err(Fault::at(value.span.clone(), "there is no type")
+                .expected(format!("expected type = {}", MadeType::expected())));
+        };
+        match MadeType::parse(&what.value)? {
+            MadeType::Environment => artifact(Environment::TYPE, table),
+            MadeType::Lighting => artifact(Lighting::TYPE, table),
+            MadeType::Material => artifact(Material::TYPE, table),
+            MadeType::Brdf => artifact(Brdf::TYPE, table),
+            MadeType::Reflection => artifact(Reflection::TYPE, table),
+            MadeType::Shrm => artifact(Shrm::TYPE, table),
+            MadeType::File => {
+                only(table, &["type", "format"])?;
+                let format = wanted(table, "format", "the file's ending, such as \"png\"")?;
+                let ending = String::parse(format)?;
+                match ending.split('.').all(is_word) {
+                    true => Ok(Self::File(ending)),
+                    false => Err(unexpected(format, "an ending without its dot, such as \"png\"")),
+                }
+            }
+            MadeType::Files => {
+                only(table, &["type", "names"])?;
+                let value = wanted(table, "names", "the names of the files")?;
+                let names = Vec::<String>::parse(value)?;
+                let expected = "expected file names of A-Z, a-z, 0-9, _, - and single dots, each once";
+                let fault = |message: String| Err(Fault::at(value.span.clone(), message).expected(expected));
+                let mut lower = vec!["recipe.json".to_owned()];
+                for name in &names {
+                    if !name.split('.').all(is_word) {
+                        return fault(format!("{name:?} is no name of a file"));
+                    }
+                    if lower.contains(&name.to_ascii_lowercase()) {
+                        return fault(format!("{name:?} is there twice, or is the recipe's name"));
+                    }
+                    lower.push(name.to_ascii_lowercase());
+                }
+                if names.is_empty() { fault("there are no names".into()) } else { Ok(Self::Files(names)) }
+            }
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match self {
+            Self::Artifact(name, format) => json!({ "type": name, "format": format.canonical() }),
+            Self::File(ending) => json!({ "type": "file", "format": ending }),
+            Self::Files(names) => json!({ "type": "files", "names": names }),
+        }
+    }
+
+    fn schema() -> serde_json::Value {
+        let object = |types: &[&str], more: serde_json::Value, required: &[&str]| {
+            let mut properties = Map::new();
+            properties.insert("type".into(), json!({ "enum": types }));
+            properties.extend(more.as_object().cloned().unwrap_or_default());
+            json!({
+                "type": "object", "properties": properties, "required": required, "additionalProperties": false,
+            })
+        };
+        let artifact = |name: &str| {
+            let formats: Vec<String> = formats_of(name).iter().map(|format| format.name()).collect();
+            object(&[name], json!({ "format": { "enum": formats } }), &["type"])
+        };
+        let types =
+            [Environment::TYPE, Lighting::TYPE, Material::TYPE, Brdf::TYPE, Reflection::TYPE, Shrm::TYPE];
+        let mut choices: Vec<_> = types.into_iter().map(artifact).collect();
+        choices.push(object(&["file"], json!({ "format": { "type": "string" } }), &["type", "format"]));
+        let names =
+            json!({ "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true });
+        choices.push(object(&["files"], json!({ "names": names }), &["type", "names"]));
+        json!({ "oneOf": choices })
+    }
+}
+
+fn artifact(name: &'static str, table: &Table) -> Result<Made, Fault> {
+    only(table, &["type", "format"])?;
+    let Some(entry) = table.get("format") else { return Ok(Made::Artifact(name, formats_of(name)[0])) };
+    let expected = listed(formats_of(name));
+    match Format::parse(&entry.value) {
+        Ok(format) if formats_of(name).contains(&format) => Ok(Made::Artifact(name, format)),
+        _ => Err(unexpected(&entry.value, &expected).help(format!("the type is {name}"))),
+    }
+}
+
+fn only(table: &Table, known: &[&str]) -> Result<(), Fault> {
+    let mut faults = Vec::new();
+    unknown_keys(table, &known.iter().map(|&key| key.to_owned()).collect::<Vec<_>>(), &mut faults);
+    faults.into_iter().next().map_or(Ok(()), Err)
+}
+
+fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Fault> {
+    let missing = || {
+        Fault::at(table.span.clone(), format!("there is no {key}"))
+            .expected(format!("expected {key}: {what}"))
+    };
+    table.get(key).map(|entry| &entry.value).ok_or_else(missing)
+}
+
+/// A file that the program wrote.
+fn read_file(work: &Path, place: &str, program: &str) -> Result<Vec<u8>, Failure> {
+    let path = work.join(place);
+    let bytes = fs::symlink_metadata(&path).and_then(|file| match file.len() {
+        _ if !file.is_file() => Err(io::Error::other("it is no plain file")),
+        0 => Err(io::Error::other("it is empty")),
+        MOST_BYTES.. => Err(io::Error::other("it is larger than 4 GiB")),
+        _ => fs::read(&path),
+    });
+    bytes.map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => Failure::new(format!("{program} ended well, but did not write {place}"))
+            .help("the file that {output} names is relative to the folder that the program is started in"),
+        _ => Failure::from(error).context(format!("{program} wrote {place}, which cannot be used")),
+    })
+}
+
+fn decode(name: &str, format: Format, bytes: &[u8], context: &Context<'_>) -> Result<Output, Failure> {
+    match (name, format) {
+        (Environment::TYPE, Format::Exr) => image(containers::Format::OpenExr, bytes, context),
+        (Environment::TYPE, Format::Hdr) => image(containers::Format::Radiance, bytes, context),
+        (Lighting::TYPE, Format::Json) => Output::artifact(Lighting(lighting_json::decode(bytes)?)),
+        (Environment::TYPE, _) => Output::artifact(Environment::decode(bytes)?),
+        (Lighting::TYPE, _) => Output::artifact(Lighting::decode(bytes)?),
+        (Material::TYPE, _) => Output::artifact(Material::decode(bytes)?),
+        (Brdf::TYPE, _) => Output::artifact(Brdf::decode(bytes)?),
+        (Reflection::TYPE, _) => Output::artifact(Reflection::decode(bytes)?),
+        _ => Output::artifact(Shrm::decode(bytes)?),
+    }
+}
+
+fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Result<Output, Failure> {
+    if let Some(found) = containers::Format::sniff(bytes).filter(|found| *found != format) {
+        let message = format!("the file is {}, not {}", found.name(), format.name());
+        return Err(Failure::new(message).help("output: format must be what the program writes"));
+    }
+    let decoded = read_image(bytes, &ReadOptions::default())?;
+    decoded.warnings.iter().for_each(|warning| context.warn(format!("the output: {warning}")));
+    let layout = match decoded.openexr_envmap {
+        None => Layout::LatLong,
+        Some(OpenExrEnvmap::LatLong) => Layout::OpenExrLatLong,
+        Some(OpenExrEnvmap::Cube) => Layout::OpenExrCube,
+    };
+    let (image, _) = repair(decoded.image, layout, BadPixels::Error).map_err(|error| {
+        Failure::from(error).help("the program must write values that are finite, and 0 or more")
+    })?;
+    Output::artifact(Environment(envmap::Environment::from_image(image, layout, None)?))
+}

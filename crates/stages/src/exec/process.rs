@@ -1,0 +1,206 @@
+//! A program at work: its time, its words, its end, and that of all that it started.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use engine::{Context, Failure};
+use process_wrap::std::{ChildWrapper, CommandWrap};
+
+/// What is to run.
+pub(super) struct Process {
+    pub(super) program: PathBuf,
+    pub(super) arguments: Vec<OsString>,
+    pub(super) environment: Vec<(OsString, OsString)>,
+    /// The command for messages.
+    pub(super) name: String,
+    pub(super) limit: Duration,
+}
+
+/// What a program may write to standard output and standard error, each.
+const MOST_WORDS: u64 = 64 << 20;
+
+/// The files that its words go to: a pipe that something holds open could be waited for for ever, a file not.
+const WORDS: [&str; 2] = ["stdout", "stderr"];
+
+/// A running program; dropped, it is killed with all that it started.
+struct Running(Box<dyn ChildWrapper>);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended, and what it started too.
+        let _ = self.0.start_kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Process {
+    /// Runs the program to its end in the folder `work`, its words kept in the folder `scratch`.
+    ///
+    /// # Errors
+    /// Where it cannot be started, does not end well or in time, or the build is cancelled.
+    pub(super) fn run(&self, scratch: &Path, work: &Path, context: &Context<'_>) -> Result<(), Failure> {
+        context.check_cancelled()?;
+        let words = WORDS.map(|name| scratch.join(name));
+        let mut running = Running(self.start(&words, work)?);
+        let began = Instant::now();
+        let mut pause = Duration::from_millis(1);
+        let status = loop {
+            let ended = running.0.try_wait().map_err(|error| self.failure("cannot be waited for", error))?;
+            if let Some(status) = ended {
+                break status;
+            }
+            context.check_cancelled()?;
+            if began.elapsed() >= self.limit {
+                drop(running);
+                let seconds = self.limit.as_secs_f64();
+                let message = format!("{} did not end within {seconds} s and was killed", self.name);
+                return Err(with_words(Failure::new(message), &words).help(
+                    "raise timeout, or find out by hand what it waits for: its standard input is empty",
+                ));
+            }
+            if let Some(name) = too_long(&words) {
+                drop(running);
+                let message = format!(
+                    "{} wrote more than {} MiB to {name} and was killed",
+                    self.name,
+                    MOST_WORDS >> 20
+                );
+                return Err(with_words(Failure::new(message), &words).help("make it say less"));
+            }
+            sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(20));
+        };
+        // What it left running would write into a folder that is removed.
+        drop(running);
+        self.judge(status, &words)
+    }
+
+    fn start(&self, words: &[PathBuf; 2], work: &Path) -> Result<Box<dyn ChildWrapper>, Failure> {
+        let [stdout, stderr] = words;
+        let mut command = CommandWrap::with_new(&self.program, |_| {});
+        let inner = command.command_mut();
+        inner.args(&self.arguments).current_dir(work).stdin(Stdio::null());
+        inner.env_clear().envs(self.environment.iter().map(|(name, value)| (name, value)));
+        let files = File::create(stdout).and_then(|stdout| Ok((stdout, File::create(stderr)?)));
+        let (stdout, stderr) = files.map_err(|error| self.failure("cannot be given files", error))?;
+        inner.stdout(stdout).stderr(stderr);
+        #[cfg(unix)]
+        command.wrap(process_wrap::std::ProcessGroup::leader());
+        #[cfg(windows)]
+        command.wrap(process_wrap::std::JobObject);
+        let mut attempts = 0;
+        loop {
+            match command.spawn() {
+                // Whoever writes the program at this moment is soon done.
+                Err(error) if error.kind() == ErrorKind::ExecutableFileBusy && attempts < 100 => {
+                    attempts += 1;
+                    sleep(Duration::from_millis(20));
+                }
+                started => return started.map_err(|error| self.not_started(error)),
+            }
+        }
+    }
+
+    fn judge(&self, status: ExitStatus, words: &[PathBuf; 2]) -> Result<(), Failure> {
+        if status.success() {
+            return Ok(());
+        }
+        Err(with_words(Failure::new(format!("{} failed: {status}", self.name)), words))
+    }
+
+    fn failure(&self, what: &str, error: io::Error) -> Failure {
+        Failure::from(error).context(format!("{} {what}", self.name))
+    }
+
+    fn not_started(&self, error: io::Error) -> Failure {
+        let help = match error.kind() {
+            ErrorKind::PermissionDenied => Some("make the file executable, or name its interpreter first"),
+            // The program is there, as it was read: its interpreter is not.
+            ErrorKind::NotFound => Some("its first line (#!) names an interpreter that is not there"),
+            ErrorKind::ArgumentListTooLong => Some("put long arguments into a file"),
+            _ => None,
+        };
+        let failure = self.failure(&format!("cannot be started ({})", self.program.display()), error);
+        match help {
+            Some(help) => failure.help(help),
+            None => failure,
+        }
+    }
+}
+
+fn too_long(words: &[PathBuf; 2]) -> Option<&'static str> {
+    let is_long = |file: &PathBuf| fs::metadata(file).is_ok_and(|file| file.len() > MOST_WORDS);
+    let names = ["standard output", "standard error"];
+    words.iter().zip(names).find(|(file, _)| is_long(file)).map(|(_, name)| name)
+}
+
+/// The failure with the program's last words: on standard error or, where there are none, on standard output.
+fn with_words(mut failure: Failure, words: &[PathBuf; 2]) -> Failure {
+    let [stdout, stderr] = words;
+    let last = [("standard error", stderr), ("standard output", stdout)]
+        .map(|(name, file)| (name, last_words(file).unwrap_or_default()));
+    match last.into_iter().find(|(_, text)| !text.is_empty()) {
+        Some((name, text)) => failure.chain.push(format!("its last words on {name}:\n{text}")),
+        None => failure.chain.push("it wrote nothing to standard output and standard error".into()),
+    }
+    failure
+}
+
+/// The last lines of a file.
+fn last_words(file: &Path) -> io::Result<String> {
+    const MOST_BYTES: u64 = 4096;
+    const MOST_LINES: usize = 20;
+    let mut file = File::open(file)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(MOST_BYTES)))?;
+    let mut bytes = Vec::new();
+    file.take(MOST_BYTES).read_to_end(&mut bytes)?;
+    let text = readable(&String::from_utf8_lossy(&bytes));
+    let lines: Vec<&str> = text.trim_end().lines().collect();
+    Ok(lines[lines.len().saturating_sub(MOST_LINES)..].join("\n"))
+}
+
+/// A text without what steers a terminal: colours, moves of the cursor, bells.
+fn readable(text: &str) -> String {
+    let mut shown = String::new();
+    let mut characters = text.chars().peekable();
+    while let Some(character) = characters.next() {
+        match character {
+            '\x1b' if characters.next_if_eq(&'[').is_some() => {
+                characters.by_ref().find(|c| ('\x40'..='\x7e').contains(c));
+            }
+            '\n' | '\t' => shown.push(character),
+            '\r' if characters.peek() != Some(&'\n') => shown.push('\n'),
+            _ if character.is_control() => {}
+            _ => shown.push(character),
+        }
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_shown_without_what_steers_a_terminal() {
+        assert_eq!(readable("\x1b[1;31merror\x1b[0m:\ta\r\nb\x07\x1b]c"), "error:\ta\nb]c");
+        assert_eq!(readable("10%\r20%\r"), "10%\n20%\n");
+        assert_eq!(readable("\x1b["), "");
+    }
+
+    #[test]
+    fn the_last_lines_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("stderr");
+        let text: String = (0..5000).map(|line| format!("line {line}\n")).collect();
+        std::fs::write(&file, text).unwrap();
+        let words = last_words(&file).unwrap();
+        assert!(words.starts_with("line 4980\n") && words.ends_with("line 4999"), "{words}");
+    }
+}

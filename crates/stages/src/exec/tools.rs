@@ -1,0 +1,238 @@
+//! What of the outside world is part of an item's key: the program, tool files, environment variables.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use engine::{Context, Digest, Failure, Fault, Parameter, Value};
+
+use super::Parameters;
+use super::command::{Command, Piece};
+
+/// The home folder in the scratch folder.
+pub(super) const HOME: &str = "home";
+/// The folder for temporary files in the scratch folder.
+pub(super) const TEMPORARY: &str = "tmp";
+
+/// Environment variables and the values that they had when the manifest was read.
+///
+/// The canonical form holds digests: a value may be a secret, and recipes are published.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Variables(Vec<(String, Option<OsString>)>);
+
+impl Parameter for Variables {
+    fn expected() -> String {
+        "an array of names of environment variables".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Fault> {
+        let names = Vec::<String>::parse(value)?;
+        match names.iter().find(|name| name.is_empty() || name.contains(['=', '\0'])) {
+            Some(bad) => Err(Fault::at(value.span.clone(), format!("{bad:?} is no name of a variable"))
+                .expected("expected names alone, without values")),
+            None => Ok(Self(names.into_iter().map(|name| (name.clone(), env::var_os(name))).collect())),
+        }
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        let digest = |value: &OsString| Digest::of(value.as_encoded_bytes()).to_string();
+        self.0.iter().map(|(name, value)| (name.clone(), value.as_ref().map(digest))).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        serde_json::json!({ "type": "array", "items": { "type": "string", "minLength": 1 } })
+    }
+}
+
+/// The environment of a program.
+pub(super) fn environment(
+    variables: &Variables,
+    scratch: &Path,
+    context: &Context<'_>,
+) -> Vec<(OsString, OsString)> {
+    let kept = ["PATH", "SystemRoot", "SystemDrive", "ComSpec", "PATHEXT"];
+    let kept = if cfg!(windows) { &kept[..] } else { &kept[..1] };
+    let mut environment: Vec<(OsString, OsString)> =
+        kept.iter().filter_map(|name| Some((name.into(), env::var_os(name)?))).collect();
+    for (name, folder) in [("HOME", HOME), ("TMPDIR", TEMPORARY), ("TEMP", TEMPORARY), ("TMP", TEMPORARY)] {
+        environment.push((name.into(), scratch.join(folder).into()));
+    }
+    for (name, value) in [
+        ("LANG", "C.UTF-8"),
+        ("TZ", "UTC"),
+        ("SOURCE_DATE_EPOCH", "0"),
+        ("PYTHONHASHSEED", "0"),
+        // Else the folders of a script's modules would change by being used.
+        ("PYTHONDONTWRITEBYTECODE", "1"),
+    ] {
+        environment.push((name.into(), value.into()));
+    }
+    for (name, value) in &variables.0 {
+        match value {
+            Some(value) => environment.push((name.into(), value.clone())),
+            None => context.warn(format!("the environment variable {name} is not set")),
+        }
+    }
+    environment
+}
+
+/// The program's file, absolute; it is read, so that another one runs the item again.
+///
+/// # Errors
+/// Where there is none.
+pub(super) fn program(command: &Command, context: &Context<'_>) -> Result<PathBuf, Failure> {
+    let written = plain(command.program(), context).unwrap_or_default();
+    let name = Path::new(&written);
+    let file = if name.components().count() > 1 || name.is_absolute() {
+        context.resolve(name)
+    } else {
+        search(name, env::var_os("PATH").as_deref()).ok_or_else(|| {
+            Failure::new(format!("there is no program {:?} in PATH", name.display()))
+                .help("install it, or write its path in command; one beside the manifest is \"./NAME\"")
+        })?
+    };
+    context.read(&file).map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
+    Ok(file)
+}
+
+/// Reads the arguments that name files, and what `tools` names, so that an edit of them runs the item again.
+///
+/// # Errors
+/// Where what `tools` names cannot be read.
+pub(super) fn read(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
+    for pieces in parameters.command.arguments() {
+        if let Some(file) = named_file(pieces, context) {
+            context.read(&file)?;
+        } else if let Some(argument) = plain(pieces, context).filter(|argument| is_like_a_path(argument))
+            && !context.resolve(Path::new(&argument)).exists()
+        {
+            // The absence is noted: the item runs again when the file is there.
+            let _ = context.read(Path::new(&argument));
+        }
+    }
+    for tool in &parameters.tools {
+        let tool = Path::new(tool);
+        let read =
+            if context.is_folder(tool) { read_folder(tool, context) } else { context.read(tool).map(drop) };
+        read.map_err(|failure| failure.help("tools: name files and folders relative to the manifest"))?;
+    }
+    Ok(())
+}
+
+/// The file that an argument without input and output names, if it names one.
+pub(super) fn named_file(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
+    let argument =
+        plain(pieces, context).filter(|argument| !argument.as_encoded_bytes().starts_with(b"-"))?;
+    let path = context.resolve(Path::new(&argument));
+    (!argument.is_empty() && path.is_file()).then_some(path)
+}
+
+fn read_folder(folder: &Path, context: &Context<'_>) -> Result<(), Failure> {
+    for (name, is_folder) in context.list(folder)? {
+        if name.starts_with('.') || name == "__pycache__" || name.ends_with(".pyc") {
+            continue;
+        }
+        let path = folder.join(name);
+        if is_folder { read_folder(&path, context)? } else { drop(context.read(&path)?) }
+    }
+    Ok(())
+}
+
+/// An argument that is the same in every run; `None` where it holds an input or the output.
+fn plain(pieces: &[Piece], context: &Context<'_>) -> Option<OsString> {
+    let mut argument = OsString::new();
+    for piece in pieces {
+        match piece {
+            Piece::Text(text) => argument.push(text),
+            Piece::Folder => argument.push(context.resolve(Path::new(""))),
+            Piece::Input(_) | Piece::Output => return None,
+        }
+    }
+    Some(argument)
+}
+
+/// Whether an argument may be meant as a file that is not there: `tools/grade.py`, but not `--stops`, `0.5` or a
+/// script.
+fn is_like_a_path(argument: &OsStr) -> bool {
+    let Some(text) = argument.to_str() else { return false };
+    !text.starts_with('-')
+        && text.contains(['/', '.'])
+        && !text.contains(char::is_whitespace)
+        && text.parse::<f64>().is_err()
+}
+
+/// The first file of this name in the folders of PATH that can be run.
+fn search(name: &Path, path: Option<&OsStr>) -> Option<PathBuf> {
+    let endings = if cfg!(windows) { &["", ".exe", ".bat", ".cmd"][..] } else { &[""] };
+    let folders = path.map(|path| env::split_paths(path).collect::<Vec<_>>()).unwrap_or_default();
+    // A relative folder would mean another place for each working folder.
+    let folders = folders.iter().filter(|folder| folder.is_absolute());
+    let files = folders.flat_map(|folder| {
+        endings.iter().map(|ending| {
+            let mut file = folder.join(name).into_os_string();
+            file.push(ending);
+            PathBuf::from(file)
+        })
+    });
+    files.into_iter().find(|file| can_run(file))
+}
+
+#[cfg(unix)]
+fn can_run(file: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::metadata(file).is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
+}
+
+#[cfg(not(unix))]
+fn can_run(file: &Path) -> bool {
+    file.is_file() && file.extension().is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use engine::ValueKind;
+
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_not_there_is_told_from_other_words() {
+        for path in ["tools/grade.py", "grade.py", "./grade"] {
+            assert!(is_like_a_path(path.as_ref()), "{path}");
+        }
+        for word in ["grade", "0.5", "-1e-3", "--lut=a/b", "cp $0 ./b", ""] {
+            assert!(!is_like_a_path(word.as_ref()), "{word}");
+        }
+    }
+
+    #[test]
+    fn a_variables_value_is_part_of_the_key_by_its_digest() {
+        let value = |kind| Value { span: 0..1, kind };
+        let names = |names: &[&str]| {
+            let names = names.iter().map(|name| value(ValueKind::String((*name).into()))).collect();
+            Variables::parse(&value(ValueKind::Array(names)))
+        };
+        let canonical = names(&["CARGO_MANIFEST_DIR", "SPECULA_NOT_SET"]).unwrap().canonical();
+        let digest = Digest::of(env!("CARGO_MANIFEST_DIR").as_bytes()).to_string();
+        assert_eq!(canonical, serde_json::json!({ "CARGO_MANIFEST_DIR": digest, "SPECULA_NOT_SET": null }));
+        assert!(names(&["A=b"]).is_err() && names(&[""]).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn path_leads_to_the_first_file_that_can_be_run() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, mode: u32| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, "").unwrap();
+            std::fs::set_permissions(&path, PermissionsExt::from_mode(mode)).unwrap();
+            path
+        };
+        let (_, second, _) = (file("a/tool", 0o644), file("b/tool", 0o755), file("c/tool", 0o755));
+        let path = env::join_paths(["x", "a", "b", "c"].map(|name| folder.path().join(name))).unwrap();
+        assert_eq!(search("tool".as_ref(), Some(&path)), Some(second));
+        assert_eq!(search("other".as_ref(), Some(&path)), None);
+        assert_eq!(search("tool".as_ref(), None), None);
+    }
+}
