@@ -118,7 +118,7 @@ fn the_map_names_every_crate_and_no_other() {
     let map = std::fs::read_to_string(format!("{root}/ARCHITECTURE.md")).unwrap();
     let named: BTreeSet<String> = map
         .lines()
-        .filter_map(|line| line.strip_prefix("| `crates/"))
+        .filter_map(|line| line.strip_prefix("| `crates/").or(line.strip_prefix("| `examples/")))
         .filter_map(|line| line.split_once('`'))
         .map(|(name, _)| name.to_owned())
         .collect();

@@ -66,7 +66,16 @@ fn the_readme_gives_the_two_commands_that_ci_runs() {
 
 #[test]
 fn links_in_documents_lead_somewhere() {
-    for document in ["README.md", "ARCHITECTURE.md", "CONVENTIONS.md", "docs/manifest.md", "docs/watch.md"] {
+    let documents = [
+        "README.md",
+        "ARCHITECTURE.md",
+        "CONVENTIONS.md",
+        "docs/manifest.md",
+        "docs/plugins.md",
+        "docs/watch.md",
+        "examples/custom-kind/README.md",
+    ];
+    for document in documents {
         let folder = root().join(document).parent().unwrap().to_path_buf();
         for target in read(document).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let target = target.split('#').next().unwrap();

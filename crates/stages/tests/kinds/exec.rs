@@ -137,7 +137,7 @@ fn a_program_grades_an_environment() {
             .artifact::<stages::artifacts::Environment>()
     };
     let same = graded("cp $1 $2");
-    let twice = graded("{ head -n 1 $1; echo EXPOSURE=0.5; tail -n +2 $1; } > $2");
+    let twice = graded("(head -n 1 $1; echo EXPOSURE=0.5; tail -n +2 $1) > $2");
     let original = environment(8, sky);
     for ((same, twice), original) in same.0.pixels().iter().zip(twice.0.pixels()).zip(original.0.pixels()) {
         for channel in 0..3 {
@@ -225,7 +225,8 @@ degree = 1
 fn a_failing_program_fails_its_item_alone_and_is_quoted() {
     // One file is larger than the other; its size is all that a shell can see of it.
     let script = "if [ $(wc -c < $1) -gt 20000 ]; then echo 'no luck' >&2; exit 3; fi; echo good > $2";
-    let project = Project::new(SCRIPT, &[("tools/tool.sh", script)]);
+    let stage = format!("{SCRIPT}\nformats = {{ input = \"safetensors\" }}");
+    let project = Project::new(&stage, &[("tools/tool.sh", script)]);
     project.write("skies/b.exr", &exr(64, 32, (0..2048).map(|i| [i as f32, 1.0, 0.5]).collect()));
     let told = project.build();
     let failures = told.failures();
