@@ -26,12 +26,12 @@
 //!
 //! | type | formats, the first is the default |
 //! | --- | --- |
-//! | `environment` | `exr`: lat-long, RGB, 32-bit float, every bit kept; `hdr`: Radiance RGBE, which rounds; `safetensors` |
+//! | `environment` | `exr`: the `lat-long` of `import-environment`, RGB, 32-bit float, every bit kept; `hdr`: Radiance RGBE, which rounds; `safetensors` |
 //! | `lighting` | `safetensors`; `json`: that of `export-sh` with its preset `specula` |
 //! | `material`, `brdf`, `reflection`, `shrm` | `safetensors` |
 //!
-//! `formats = { NAME = "hdr" }` chooses another for a port. ARCHITECTURE.md and the manual pages of the exports tell
-//! the tensors' names and shapes, CONVENTIONS.md the frame. A material has no file but the one that a port gets.
+//! `formats = { NAME = "hdr" }` chooses another for a port. `specula inspect` and the manual pages of the exports tell
+//! the tensors' names and shapes, CONVENTIONS.md the frame.
 //!
 //! ## What the program makes
 //!

@@ -110,7 +110,7 @@ impl Process {
         if status.success() {
             return Ok(());
         }
-        Err(with_words(Failure::new(format!("{} failed: {status}", self.name)), words))
+        Err(with_words(Failure::new(format!("{} ended with {status}", self.name)), words))
     }
 
     fn failure(&self, what: &str, error: io::Error) -> Failure {

@@ -231,7 +231,7 @@ fn a_failing_program_fails_its_item_alone_and_is_quoted() {
     let told = project.build();
     let failures = told.failures();
     assert_eq!((told.summary.failed, failures.len()), (1, 1));
-    for word in ["sky: b", "sh tools/tool.sh", "exit status: 3", "standard error", "no luck"] {
+    for word in ["graded [b]", "sh tools/tool.sh", "exit status: 3", "standard error", "no luck"] {
         assert!(failures[0].contains(word), "no {word:?} in {}", failures[0]);
     }
     assert_eq!(project.read("out/graded/a.txt"), "good\n");
@@ -247,8 +247,9 @@ fn what_is_wrong_with_an_output_is_told() {
     let whole = exr(4, 2, vec![[1.0; 3]; 8]);
     let image = Image::new(4, 2, vec![[1.0; 3]; 8]).unwrap();
     let radiance = containers::write_rgbe(&image, None).unwrap().bytes;
-    let cases: [(&str, &[u8], &[&str]); 8] = [
+    let cases: [(&str, &[u8], &[&str]); 9] = [
         ("true", b"", &["ended well", "did not write output.exr"]),
+        ("echo whole > $1; kill -9 $$", b"", &["ended with signal: 9"]),
         (": > $1", b"", &["output.exr", "empty"]),
         ("mkdir $1", b"", &["no plain file"]),
         ("cp $0 $1", &whole[..whole.len() / 2], &["wrote no sound environment"]),
