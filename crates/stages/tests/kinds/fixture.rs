@@ -1,6 +1,5 @@
 //! Runs one kind on values in memory, the way the engine does.
 
-use std::any::Any;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
