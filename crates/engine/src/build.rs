@@ -101,7 +101,8 @@ impl Workbench {
             }
             lock => lock?,
         };
-        let state = self.pool.install(|| State::open(lock))?;
+        let kept = self.between().journal.take();
+        let state = self.pool.install(|| State::open(lock, kept))?;
         sweep(&state, folder)?;
         let disk = Arc::new(Disk::new(state.now, self.begin_noting()));
         let underway = Arc::new(Underway::new(plan, selected, &disk));
@@ -109,6 +110,7 @@ impl Workbench {
         let (judge, publisher) = self.pool.install(|| {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
+        judge.mark_gone()?;
         let workshop = Workshop {
             judge: &judge,
             publisher: &publisher,
@@ -129,7 +131,11 @@ impl Workbench {
         self.end_noting();
         publisher.finish()?;
         settled?;
-        Ok(scheduler.summary)
+        let summary = scheduler.summary;
+        let mut between = self.between();
+        between.stored += state.store.stored();
+        between.journal = Some(state.rest());
+        Ok(summary)
     }
 
     /// Tells what a build would do; writes nothing.

@@ -155,7 +155,8 @@ pub(crate) fn hash(path: &Path) -> io::Result<Digest> {
     Ok(Digest(*hasher.finalize().as_bytes()))
 }
 
-fn place(path: &Path) -> u128 {
+/// The subject of a file's stamp.
+pub(crate) fn place(path: &Path) -> u128 {
     subject(&[&path.to_string_lossy()])
 }
 

@@ -2,16 +2,19 @@
 //!
 //! A line is `CHECK TAG KEY JSON`: 16 hex digits of the BLAKE3 digest of the rest, a letter for what it is, 32 hex
 //! digits that name its subject, and the content. Of the lines on one subject the last holds, but of [`Tag::Result`]
-//! the last few. A line whose check fails (a torn tail, a damaged disk) is ignored. When most lines are out of date
-//! the file is written anew beside itself and renamed. The first line names the format; that line's shape never
-//! changes.
+//! the last few. A line whose check fails (a torn tail, a damaged disk) is ignored. When it has grown to twice its
+//! size the file is written anew beside itself, without what is out of date or forgotten, and renamed. The first line
+//! names the format; that line's shape never changes. The second names this writing of the file and says how many lines
+//! it began with.
 //!
 //! Lines are indexed when the journal is opened and parsed when they are asked for. What a build appends it does not
-//! see itself: what it does cannot depend on the order in which its items finish.
+//! see itself: what it does cannot depend on the order in which its items finish. A process that builds again and again
+//! keeps the journal, and takes it up with what has been appended since by whoever.
 
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::hash::{BuildHasher, RandomState};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -20,6 +23,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::retention::Retention;
 use crate::{Digest, Error, ErrorKind, platform};
 
 /// Raised when an older version would misunderstand the journal or the folder.
@@ -27,6 +31,9 @@ pub(crate) const FORMAT: u32 = 1;
 
 /// So many results are remembered for one key and different contents of the files read.
 const RESULTS: usize = 8;
+
+/// The letter of the line that names a writing of the file.
+const WRITING: u8 = b'w';
 
 /// What a line is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -101,6 +108,9 @@ fn write_line(buffer: &mut Vec<u8>, tag: u8, subject: Subject, json: &[u8]) {
 const CHECK: usize = 16;
 const SUBJECT: usize = 32;
 
+/// The length of what stands before the content.
+const HEAD: usize = CHECK + 1 + 2 + SUBJECT + 1;
+
 fn check(rest: &[u8]) -> [u8; CHECK] {
     let mut check = [0; CHECK];
     check.copy_from_slice(&blake3::hash(rest).to_hex().as_bytes()[..CHECK]);
@@ -113,7 +123,23 @@ pub(crate) struct Journal {
     text: Vec<u8>,
     latest: HashMap<(Tag, Subject), Range<usize>>,
     results: HashMap<Subject, Vec<Range<usize>>>,
+    /// The lines in the text, those out of date among them.
+    lines: usize,
     end: Option<Mutex<End>>,
+}
+
+/// A line that holds.
+pub(crate) struct Held {
+    pub(crate) tag: Tag,
+    pub(crate) subject: Subject,
+    range: Range<usize>,
+}
+
+impl Held {
+    /// Where it is in the file: a later line has a greater one.
+    pub(crate) fn place(&self) -> usize {
+        self.range.start
+    }
 }
 
 struct End {
@@ -135,31 +161,55 @@ impl Journal {
             Err(error) => return Err(Error::io(&error, "read", path)),
         };
         check_format(&text, path)?;
-        let mut journal =
-            Self { path: path.into(), text, latest: HashMap::new(), results: HashMap::new(), end: None };
-        journal.index();
+        let (latest, results) = (HashMap::new(), HashMap::new());
+        let mut journal = Self { path: path.into(), text, latest, results, lines: 0, end: None };
+        journal.index(0);
         Ok(journal)
     }
 
-    /// Opens a journal to read and append; the caller holds the lock.
+    /// Opens a journal to read and append; the caller holds the lock. Where `kept` is the journal of this file as it was
+    /// some time ago, only what was appended since is read.
     ///
     /// # Errors
     /// As [`Journal::read`], and where it cannot be written.
-    pub(crate) fn write(path: &Path) -> Result<Self, Error> {
-        let mut journal = Self::read(path)?;
-        let kept = journal.latest.len() + journal.results.values().map(Vec::len).sum::<usize>();
-        let lines = journal.text.iter().filter(|byte| **byte == b'\n').count();
-        let is_whole = journal.text.ends_with(b"\n") && journal.text.starts_with(header().as_bytes());
-        if !is_whole {
-            journal.compact()?;
-        } else if lines > 2 * kept + 1000 {
+    pub(crate) fn write(
+        path: &Path,
+        kept: Option<Self>,
+        retention: impl FnOnce(&Self) -> Retention,
+    ) -> Result<Self, Error> {
+        let kept = kept.filter(|kept| kept.path == path);
+        // Whatever is wrong with a journal that was kept shows when it is read anew.
+        let taken_up = kept.and_then(|mut kept| kept.take_up().is_ok_and(|same| same).then_some(kept));
+        let mut journal = taken_up.map_or_else(|| Self::read(path), Ok)?;
+        if !journal.is_whole() {
+            let mut retention = retention(&journal);
+            journal.compact(|line| retention.keeps(line.tag, line.subject))?;
+        } else if journal.is_overgrown() {
+            let mut retention = retention(&journal);
             // It can wait: a full disk is no reason not to build.
-            let _ = journal.compact();
+            let _ = journal.compact(|line| retention.keeps(line.tag, line.subject));
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;
         journal.end = Some(Mutex::new(End { file, length: journal.text.len() as u64, torn: false }));
         Ok(journal)
+    }
+
+    /// The journal as it can be kept without the lock: its file is not open.
+    pub(crate) fn rest(mut self) -> Self {
+        self.end = None;
+        self
+    }
+
+    /// The bytes and lines of the file, as it was read.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        (self.text.len(), self.lines)
+    }
+
+    /// The lines that are held in memory, those out of date among them.
+    #[cfg(test)]
+    pub(crate) fn footprint(&self) -> usize {
+        self.lines
     }
 
     /// What the last line of a tag on a subject says.
@@ -174,9 +224,22 @@ impl Journal {
     }
 
     /// The subjects of a tag, each with what its last line says, in no order.
-    pub(crate) fn subjects<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
-        let lines = self.latest.iter().filter(|((other, _), _)| *other == tag);
+    pub(crate) fn subjects<T: DeserializeOwned + Send>(&self, tag: Tag) -> Vec<(Subject, T)> {
+        let lines = self.latest.par_iter().filter(|((other, _), _)| *other == tag);
         lines.filter_map(|((_, subject), range)| Some((*subject, self.parse(range)?))).collect()
+    }
+
+    /// The subjects of a tag, in no order.
+    pub(crate) fn named(&self, tag: Tag) -> impl Iterator<Item = Subject> {
+        self.latest.keys().filter(move |(other, _)| *other == tag).map(|(_, subject)| *subject)
+    }
+
+    /// Every result, the oldest first; each with its place.
+    pub(crate) fn results_by_age<T: DeserializeOwned + Send>(&self) -> Vec<(usize, T)> {
+        let mut ranges = self.results.values().flatten().cloned().collect::<Vec<_>>();
+        ranges.sort_unstable_by_key(|range| range.start);
+        let parsed = ranges.into_par_iter().filter_map(|range| Some((range.start, self.parse(&range)?)));
+        parsed.collect()
     }
 
     /// The last few results of a key, the newest first.
@@ -215,10 +278,44 @@ impl Journal {
         serde_json::from_slice(&self.text[range.clone()]).ok()
     }
 
-    fn index(&mut self) {
+    /// Reads what was appended since; whether this is still the same writing of the file.
+    fn take_up(&mut self) -> io::Result<bool> {
+        /// So much of what is known is compared: the last lines.
+        const OVERLAP: usize = 256;
+        let (known, head) = (self.text.len(), head(&self.text).len());
+        let mut file = File::open(&self.path)?;
+        if file.metadata()?.len() < known as u64 {
+            return Ok(false);
+        }
+        let mut first = vec![0; head];
+        file.read_exact(&mut first)?;
+        let overlap = known.min(OVERLAP);
+        let mut tail = Vec::new();
+        file.seek(SeekFrom::Start((known - overlap) as u64))?;
+        file.read_to_end(&mut tail)?;
+        if first != self.text[..head] || !tail.starts_with(&self.text[known - overlap..]) {
+            return Ok(false);
+        }
+        self.text.extend_from_slice(&tail[overlap..]);
+        self.index(known);
+        Ok(true)
+    }
+
+    fn is_whole(&self) -> bool {
+        self.text.ends_with(b"\n")
+            && self.text.starts_with(header().as_bytes())
+            && lines_at_first(&self.text).is_some()
+    }
+
+    fn is_overgrown(&self) -> bool {
+        lines_at_first(&self.text).is_none_or(|first| self.lines > 2 * first + 1000)
+    }
+
+    /// Indexes the lines from a place on.
+    fn index(&mut self, from: usize) {
         // Whole lines, in pieces that are checked in parallel.
         let mut pieces = Vec::new();
-        let mut start = 0;
+        let mut start = from;
         while start < self.text.len() {
             let rest = &self.text[start..];
             let reach = rest.len().min(1 << 18);
@@ -229,10 +326,13 @@ impl Journal {
         }
         let text = &self.text;
         let lines = pieces.into_par_iter().map(|piece| lines(text, piece)).collect::<Vec<_>>();
+        self.lines += self.text[from..].iter().filter(|byte| **byte == b'\n').count();
         self.latest.reserve(lines.iter().map(Vec::len).sum());
         for (tag, subject, json) in lines.into_iter().flatten() {
             if tag == Tag::Result {
                 let results = self.results.entry(subject).or_default();
+                // A result that came into effect again is told again.
+                results.retain(|known| self.text[known.clone()] != self.text[json.clone()]);
                 if results.len() == RESULTS {
                     results.remove(0);
                 }
@@ -245,18 +345,27 @@ impl Journal {
         }
     }
 
-    /// Writes the lines that hold beside the file, and renames.
-    fn compact(&mut self) -> Result<(), Error> {
+    /// Writes the lines that hold and that `keeps` wants beside the file, and renames. It is asked from the newest line to
+    /// the oldest.
+    ///
+    /// # Errors
+    /// Where the file cannot be written; it is as it was then.
+    pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&Held) -> bool) -> Result<(), Error> {
+        let results = self.results.iter().flat_map(|(subject, ranges)| {
+            ranges.iter().map(|range| Held { tag: Tag::Result, subject: *subject, range: range.clone() })
+        });
+        let latest = self.latest.iter().map(|((tag, subject), range)| Held {
+            tag: *tag,
+            subject: *subject,
+            range: range.clone(),
+        });
+        let mut held = latest.chain(results).collect::<Vec<_>>();
+        held.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
+        held.retain(|line| keeps(line));
         let mut buffer = header().into_bytes();
-        let results = self
-            .results
-            .iter()
-            .flat_map(|(subject, ranges)| ranges.iter().map(|range| (Tag::Result, *subject, range.clone())));
-        let latest = self.latest.iter().map(|((tag, subject), range)| (*tag, *subject, range.clone()));
-        let mut kept = latest.chain(results).collect::<Vec<_>>();
-        kept.sort_unstable_by_key(|(_, _, range)| range.start);
-        for (tag, subject, range) in kept {
-            write_line(&mut buffer, tag as u8, subject, &self.text[range]);
+        write_line(&mut buffer, WRITING, new_name(), held.len().to_string().as_bytes());
+        for line in held.into_iter().rev() {
+            write_line(&mut buffer, line.tag as u8, line.subject, &self.text[line.range]);
         }
         let temporary = self.path.with_extension("new");
         let written = fs::write(&temporary, &buffer).and_then(|()| platform::replace(&temporary, &self.path));
@@ -264,16 +373,44 @@ impl Journal {
             let _ = fs::remove_file(&temporary);
             Error::io(&error, "write", &self.path)
         })?;
+        // Where it is open for appending, that was the file before.
+        if let Some(end) = &self.end {
+            let opened = OpenOptions::new().append(true).open(&self.path);
+            let file = opened.map_err(|error| Error::io(&error, "write", &self.path))?;
+            let end = &mut *end.lock().unwrap_or_else(PoisonError::into_inner);
+            *end = End { file, length: buffer.len() as u64, torn: false };
+        }
         self.text = buffer;
         self.latest.clear();
         self.results.clear();
-        self.index();
+        self.lines = 0;
+        self.index(0);
         Ok(())
     }
 }
 
 fn header() -> String {
     format!("specula journal {FORMAT}\n")
+}
+
+/// The first two lines: the format, and the name of this writing.
+fn head(text: &[u8]) -> &[u8] {
+    let mut ends = text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+    ends.nth(1).map_or(text, |(end, _)| &text[..=end])
+}
+
+/// How many lines this writing of the file began with.
+fn lines_at_first(text: &[u8]) -> Option<usize> {
+    let line = head(text).strip_suffix(b"\n")?.rsplit(|byte| *byte == b'\n').next()?;
+    let intact =
+        line.len() > HEAD && line[..CHECK] == check(&line[CHECK + 1..]) && line[CHECK + 1] == WRITING;
+    intact.then(|| std::str::from_utf8(&line[HEAD..]).ok()?.parse().ok())?
+}
+
+/// A name that no other writing of a journal has.
+fn new_name() -> Subject {
+    let half = || Subject::from(RandomState::new().hash_one(std::process::id()));
+    half() << 64 | half()
 }
 
 /// A first line that is damaged is passed over, as any other; one of a newer version is not.
@@ -301,15 +438,14 @@ fn lines(text: &[u8], piece: Range<usize>) -> Vec<(Tag, Subject, Range<usize>)> 
         start += line.len();
         // A line without its end was torn, whatever its check says.
         let Some(line) = line.strip_suffix(b"\n") else { continue };
-        let head = CHECK + 1 + 2 + SUBJECT + 1;
-        if line.len() < head || line[..CHECK] != check(&line[CHECK + 1..]) {
+        if line.len() < HEAD || line[..CHECK] != check(&line[CHECK + 1..]) {
             continue;
         }
         let tag = Tag::of(line[CHECK + 1]);
-        let subject = std::str::from_utf8(&line[CHECK + 3..head - 1]).ok();
+        let subject = std::str::from_utf8(&line[CHECK + 3..HEAD - 1]).ok();
         let subject = subject.and_then(|subject| Subject::from_str_radix(subject, 16).ok());
         if let (Some(tag), Some(subject)) = (tag, subject) {
-            found.push((tag, subject, place + head..place + line.len()));
+            found.push((tag, subject, place + HEAD..place + line.len()));
         }
     }
     found
@@ -319,8 +455,13 @@ fn lines(text: &[u8], piece: Range<usize>) -> Vec<(Tag, Subject, Range<usize>)> 
 mod tests {
     use super::*;
 
+    /// Opens a journal as a build does.
+    fn open(path: &Path, kept: Option<Journal>) -> Result<Journal, Error> {
+        Journal::write(path, kept, |journal| Retention::of(journal, Path::new("")))
+    }
+
     fn journal(path: &Path) -> Journal {
-        let journal = Journal::write(path).unwrap();
+        let journal = open(path, None).unwrap();
         journal
             .append(&[
                 Line::new(Tag::Item, 1, Some(&"one")),
@@ -341,12 +482,12 @@ mod tests {
         let path = folder.path().join("journal");
         drop(journal(&path));
         for _ in 0..2 {
-            let mut read = Journal::write(&path).unwrap();
+            let mut read = open(&path, None).unwrap();
             assert_eq!(read.get::<String>(Tag::Item, 1).unwrap(), "uno");
             assert_eq!(read.get::<String>(Tag::Item, 2).unwrap(), "two");
             assert_eq!(read.get::<String>(Tag::Published, 1), None);
             assert_eq!(read.results::<u32>(7).collect::<Vec<_>>(), [9, 8, 7, 6, 5, 4, 3, 2]);
-            read.compact().unwrap();
+            read.compact(|_| true).unwrap();
         }
         assert!(!path.with_extension("new").exists());
     }
@@ -359,7 +500,7 @@ mod tests {
         let whole = fs::read(&path).unwrap();
         for length in 0..whole.len() {
             fs::write(&path, &whole[..length]).unwrap();
-            let opened = Journal::write(&path).unwrap();
+            let opened = open(&path, None).unwrap();
             if let Some(one) = opened.get::<String>(Tag::Item, 1) {
                 assert!(one == "one" || one == "uno");
             }
@@ -401,7 +542,7 @@ mod tests {
             assert!(opened.results::<u32>(7).count() >= 6, "damaged at {at}");
         }
         fs::write(&path, [0xff; 5000]).unwrap();
-        assert!(Journal::write(&path).unwrap().latest.is_empty());
+        assert!(open(&path, None).unwrap().latest.is_empty());
     }
 
     #[test]
@@ -409,7 +550,59 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("journal");
         fs::write(&path, "specula journal 2\nwhatever").unwrap();
-        assert_eq!(Journal::write(&path).err().unwrap().kind(), ErrorKind::NewerState);
+        assert_eq!(open(&path, None).err().unwrap().kind(), ErrorKind::NewerState);
         assert_eq!(fs::read_to_string(&path).unwrap(), "specula journal 2\nwhatever");
+    }
+
+    #[test]
+    fn a_kept_journal_is_taken_up_with_what_others_appended() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let mut kept = Some(journal(&path).rest());
+        for n in 100..110_u32 {
+            let other = open(&path, None).unwrap();
+            other.append(&[Line::new(Tag::Stamp, n.into(), Some(&n))]).unwrap();
+            // Only what was appended is read: what is known is not looked at again.
+            let mut known = kept.take().unwrap();
+            assert!(known.take_up().unwrap());
+            assert_eq!(known.text, fs::read(&path).unwrap());
+            let ours = open(&path, Some(known)).unwrap();
+            assert_eq!(ours.get::<u32>(Tag::Stamp, n.into()), Some(n));
+            assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "two");
+            ours.append(&[Line::new(Tag::Item, 2, Some(&"two"))]).unwrap();
+            kept = Some(ours.rest());
+        }
+    }
+
+    #[test]
+    fn a_kept_journal_is_read_anew_where_the_file_is_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let changes: [(&str, &dyn Fn()); 5] = [
+            ("written anew", &|| open(&path, None).unwrap().compact(|_| true).unwrap()),
+            ("deleted", &|| fs::remove_file(&path).unwrap()),
+            ("deleted and made again", &|| {
+                fs::remove_file(&path).unwrap();
+                drop(journal(&path));
+                drop(journal(&path));
+            }),
+            ("cut", &|| fs::write(&path, &fs::read(&path).unwrap()[..100]).unwrap()),
+            ("an older copy that went another way", &|| {
+                let text = fs::read(&path).unwrap();
+                fs::write(&path, &text[..text.len() - 200]).unwrap();
+                let other = open(&path, None).unwrap();
+                (0..20).for_each(|n| other.append(&[Line::new(Tag::Item, 50, Some(&n))]).unwrap());
+            }),
+        ];
+        for (what, change) in changes {
+            let _ = fs::remove_file(&path);
+            let kept = journal(&path).rest();
+            let kept = open(&path, Some(kept)).unwrap().rest();
+            change();
+            let ours = open(&path, Some(kept)).unwrap();
+            let fresh = Journal::read(&path).unwrap();
+            assert_eq!(ours.text, fresh.text, "{what}");
+            assert_eq!(ours.latest.len(), fresh.latest.len(), "{what}");
+        }
     }
 }

@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::disk::{Disk, modified};
-use crate::journal::{Subject, Tag, short, subject};
+use crate::journal::{Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::state::State;
 use crate::store::Blob;
-use crate::{Digest, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Reason};
+use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Reason};
 
 /// What is worked out once for a stage.
 pub(crate) struct StageFacts {
@@ -75,6 +75,25 @@ impl<'a> Judge<'a> {
         Self { plan, state, disk, stages: stage_facts(plan), folder, records }
     }
 
+    /// Marks the records of items that the manifest does not have any more.
+    ///
+    /// # Errors
+    /// Where the journal cannot be written.
+    pub(crate) fn mark_gone(&self) -> Result<(), Error> {
+        let journal = &self.state.journal;
+        let here = (0..self.plan.items.len()).into_par_iter().map(|item| self.subject(item));
+        let here = here.collect::<HashSet<_>>();
+        let manifest = manifest_name(self.plan);
+        let others = journal.named(Tag::Item).filter(|subject| !here.contains(subject));
+        let gone = others.filter_map(|subject| {
+            let record = journal.get::<Record>(Tag::Item, subject)?;
+            let record =
+                Record { gone: true, ..(!record.gone && record.manifest == manifest).then_some(record)? };
+            Some(Line::new(Tag::Item, subject, Some(&record)))
+        });
+        journal.append(&gone.collect::<Vec<_>>())
+    }
+
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
         item_name(self.plan, item)
     }
@@ -130,7 +149,7 @@ impl<'a> Judge<'a> {
     /// Whether a result with this key is at hand.
     pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Verdict {
         if let Some(record) =
-            self.record(item).filter(|record| record.key == key && self.is_good(item, record))
+            self.record(item).filter(|record| !record.gone && record.key == key && self.is_good(item, record))
         {
             return Verdict::Current { outputs: record.outputs.clone(), restored: None };
         }

@@ -26,6 +26,7 @@ mod platform;
 mod publish;
 mod reader;
 mod record;
+mod retention;
 mod run;
 mod scheduler;
 mod state;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::store::Blob;
-use crate::{Cause, Digest, FileRead, InputUsed, ItemKey, Reason, Timestamp};
+use crate::{Cause, Digest, FileRead, InputUsed, ItemKey, ItemName, Reason, Timestamp};
 
 /// Raised when the engine itself gives kinds something else for equal keys.
 const ENGINE_FORMAT: u32 = 1;
@@ -14,6 +14,12 @@ const ENGINE_FORMAT: u32 = 1;
 /// A run: what it used, what it made, what it said.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
+    /// The manifest's name and the item that ran. They enter no key: another item may take the result over.
+    pub(crate) manifest: String,
+    pub(crate) item: ItemName,
+    /// Whether the manifest has no such item any more; what it made is kept for its return, as long as there is room.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) gone: bool,
     /// All that the result depends on but the files read, which are known only after the run.
     pub(crate) key: Digest,
     /// The version of the program that ran it. It enters no key.
@@ -141,7 +147,6 @@ pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ItemName;
 
     #[test]
     fn a_recipe_is_sorted_and_holds_no_names_of_items() {

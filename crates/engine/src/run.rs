@@ -12,7 +12,7 @@ use crate::cause::worth_keeping;
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
-use crate::judge::Judge;
+use crate::judge::{Judge, manifest_name};
 use crate::memory::Memory;
 use crate::publish::{Obstacle, Publisher, Told};
 use crate::reader::Reader;
@@ -136,6 +136,9 @@ impl Workshop<'_> {
         }
         let before = self.judge.record(order.item).map(|record| record.outputs.clone()).unwrap_or_default();
         let record = Record {
+            manifest: manifest_name(self.judge.plan),
+            item: self.judge.name(order.item),
+            gone: false,
             key: order.key,
             version: env!("CARGO_PKG_VERSION").into(),
             kind: stage.kind.name().into(),

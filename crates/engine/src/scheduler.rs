@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 
 use rayon::{Scope, ThreadPool};
 
-use crate::journal::{Line, Tag};
-use crate::judge::{Judge, Verdict};
+use crate::journal::{Line, Tag, short};
+use crate::judge::{Judge, Verdict, manifest_name};
 use crate::publish::{Obstacle, Told};
 use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of};
@@ -250,9 +250,13 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let reasons = self.judge.reasons(item, |input| Some(self.digest(input)));
         self.items[item].causes = self.judge.causes(item, &reasons, |input| self.causes(input));
         let inputs = self.judge.inputs(item, |input| self.digest(input));
-        let record = Record { inputs, source: self.judge.source(item), ..record };
+        // Told again, so that of the earlier results it is the one used last.
+        let again = Line::new(Tag::Result, short(record.key), Some(&record));
+        let (manifest, name) = (manifest_name(self.judge.plan), self.judge.name(item));
+        let source = self.judge.source(item);
+        let record = Record { manifest, item: name, gone: false, inputs, source, ..record };
         let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
-        if let Err(error) = self.judge.state.journal.append(&[line]) {
+        if let Err(error) = self.judge.state.journal.append(&[again, line]) {
             self.fatal = Some(error);
         }
         record

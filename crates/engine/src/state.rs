@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use crate::journal::Journal;
 use crate::lock::{Lock, Request};
+use crate::retention::Retention;
 use crate::store::Store;
 use crate::{Error, ErrorKind};
 
@@ -55,13 +56,15 @@ impl State {
         Lock::take(&folder, request)
     }
 
-    /// Opens a locked folder to work in it.
+    /// Opens a locked folder to work in it. `kept` is its journal as [`State::rest`] left it.
     ///
     /// # Errors
     /// Where it cannot be written, or was written by a newer version.
-    pub(crate) fn open(lock: Lock) -> Result<Self, Error> {
+    pub(crate) fn open(lock: Lock, kept: Option<Journal>) -> Result<Self, Error> {
         let folder = lock.folder();
-        let journal = Journal::write(&folder.join("journal"))?;
+        let beside = folder.parent().unwrap_or(folder);
+        let retention = |journal: &Journal| Retention::of(journal, beside);
+        let journal = Journal::write(&folder.join("journal"), kept, retention)?;
         let now = lock.announce()?;
         let ignore = folder.join(".gitignore");
         if !ignore.exists() {
@@ -70,6 +73,11 @@ impl State {
         let store = Store::new(folder);
         store.prepare()?;
         Ok(Self { journal, store: Arc::new(store), now, _lock: Some(lock) })
+    }
+
+    /// Frees the lock, and keeps the journal for the next time.
+    pub(crate) fn rest(self) -> Journal {
+        self.journal.rest()
     }
 }
 
@@ -92,7 +100,7 @@ mod tests {
     fn lock(beside: &Path) -> Result<State, Error> {
         let (errand, patience) = (Errand::Build, Patience::NONE);
         let request = Request { errand, patience, cancel: &Cancel::default(), waiting: &|_| {} };
-        State::lock(beside, &request).and_then(State::open)
+        State::lock(beside, &request).and_then(|lock| State::open(lock, None))
     }
 
     #[test]

@@ -25,11 +25,13 @@ pub(crate) struct Blob {
 pub(crate) struct Store {
     folder: PathBuf,
     next: AtomicU64,
+    /// The bytes that have been stored through this.
+    stored: AtomicU64,
 }
 
 impl Store {
     pub(crate) fn new(state: &Path) -> Self {
-        Self { folder: state.to_path_buf(), next: AtomicU64::new(0) }
+        Self { folder: state.to_path_buf(), next: AtomicU64::new(0), stored: AtomicU64::new(0) }
     }
 
     /// Whether a blob is there, by its name and size.
@@ -57,7 +59,13 @@ impl Store {
             let _ = fs::remove_file(&temporary);
             Error::io(&error, "store a result in", &self.folder)
         })?;
+        self.stored.fetch_add(blob.bytes, Ordering::Relaxed);
         Ok(blob)
+    }
+
+    /// How many bytes have been stored so far.
+    pub(crate) fn stored(&self) -> u64 {
+        self.stored.load(Ordering::Relaxed)
     }
 
     /// The bytes of a blob; `None` where it is not there or damaged, and then it is dropped.

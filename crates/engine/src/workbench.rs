@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::disk::Noted;
+use crate::journal::Journal;
 use crate::memory::Memory;
 use crate::{Error, ErrorKind};
 
@@ -16,6 +17,19 @@ pub struct Workbench {
     /// What the items of the last build read, and of the one under way.
     noted: Mutex<(Arc<Noted>, Arc<Noted>)>,
     pub(crate) memory: Memory,
+    between: Mutex<Between>,
+}
+
+/// What is known of the state folder between two builds. Others may write there meanwhile, so that it is checked before
+/// it is used.
+#[derive(Default)]
+pub(crate) struct Between {
+    /// The journal as the last build left it.
+    pub(crate) journal: Option<Journal>,
+    /// The bytes stored since somebody looked how large the cache is.
+    pub(crate) stored: u64,
+    /// How many more may be stored until somebody has to look again.
+    pub(crate) room: u64,
 }
 
 impl Workbench {
@@ -30,7 +44,8 @@ impl Workbench {
         let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
-        Ok(Self { pool, noted: Mutex::default(), memory: Memory::new(memory) })
+        let (noted, between) = (Mutex::default(), Mutex::default());
+        Ok(Self { pool, noted, memory: Memory::new(memory), between })
     }
 
     /// A build begins: what it notes here is what its items read.
@@ -54,5 +69,9 @@ impl Workbench {
 
     fn latest(&self) -> MutexGuard<'_, (Arc<Noted>, Arc<Noted>)> {
         self.noted.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn between(&self) -> MutexGuard<'_, Between> {
+        self.between.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

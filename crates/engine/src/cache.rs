@@ -1,0 +1,425 @@
+//! What the state folder holds, and how it is made smaller and checked.
+//!
+//! A blob is *in effect* where it is the last good output of an item, or of a published file, of a manifest that is still
+//! in the folder. It is *earlier* where only a result is left that could come back when an edit is taken back. All
+//! others are *garbage*. A collection removes garbage, and earlier results from the one whose last use is longest ago
+//! until the cache is small enough; never what is in effect, and it holds the lock, so that no build is at work.
+//!
+//! A collection first writes the journal without the lines of the results that go, and then removes their blobs: killed
+//! in between, it leaves garbage and no line that leads nowhere.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::disk::hash;
+use crate::journal::Tag;
+use crate::lock::Request;
+use crate::publish::Published;
+use crate::retention::Manifests;
+use crate::state::{FOLDER, State};
+use crate::store::{Blob, Store};
+use crate::{Cancel, Digest, Errand, Error, ErrorKind, ItemName, Patience, Workbench};
+
+/// A number of files and their size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Amount {
+    /// How many there are.
+    pub count: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Amount {
+    fn add(&mut self, bytes: u64) {
+        self.count += 1;
+        self.bytes += bytes;
+    }
+}
+
+impl std::ops::Add for Amount {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { count: self.count + other.count, bytes: self.bytes + other.bytes }
+    }
+}
+
+/// What the state folder of some manifests holds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Stats {
+    /// The last good outputs.
+    pub in_effect: Amount,
+    /// The results of earlier builds.
+    pub earlier: Amount,
+    /// Blobs that no record names.
+    pub garbage: Amount,
+    /// Files that are being written, or were left by a killed process.
+    pub temporary: Amount,
+    /// What is remembered: its lines and bytes.
+    pub journal: Amount,
+    /// The shares of the stages, the largest first. A blob that several stages made counts for each.
+    pub stages: Vec<StageShare>,
+}
+
+/// What one stage has in the cache.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct StageShare {
+    /// The manifest's file name.
+    pub manifest: String,
+    /// The stage.
+    pub stage: String,
+    /// The last good outputs of its items.
+    pub in_effect: Amount,
+    /// What only earlier results of its items hold.
+    pub earlier: Amount,
+}
+
+/// How a collection is done.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CollectOptions {
+    /// The size that the blobs may have afterwards; `None` removes garbage only.
+    pub limit: Option<u64>,
+    /// Whether only to say what would be removed.
+    pub dry_run: bool,
+    /// How long to wait for a build at work.
+    pub patience: Patience,
+}
+
+/// What a collection removed, or would have removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Freed {
+    /// Blobs that no record named.
+    pub garbage: Amount,
+    /// Results of earlier builds.
+    pub earlier: Amount,
+    /// What killed processes had left half written.
+    pub temporary: Amount,
+    /// The blobs that are left.
+    pub left: Amount,
+    /// Of these the last good outputs, which always stay.
+    pub in_effect: Amount,
+}
+
+/// What a check of every blob found.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Verified {
+    /// The blobs whose bytes have their digest.
+    pub intact: Amount,
+    /// The damaged ones, which have been dropped, and those that should be there and are not.
+    pub lost: Vec<Lost>,
+}
+
+/// A blob that is not what it should be.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Lost {
+    /// Its digest.
+    pub digest: Digest,
+    /// Whether it was there with other bytes; if not, it was not there.
+    pub damaged: bool,
+    /// The items whose last good output it is: the next build makes it again.
+    pub items: Vec<ItemName>,
+    /// The items of earlier results: made again when they are wanted.
+    pub earlier: Vec<ItemName>,
+}
+
+/// What the state folder beside a manifest holds. Nothing is written, and a build may be at work.
+///
+/// # Errors
+/// Where there is no state folder or it cannot be read.
+pub fn stats(folder: &Path) -> Result<Stats, Error> {
+    let state = read(folder)?;
+    let inventory = Inventory::of(&state, folder);
+    let (bytes, lines) = state.journal.size();
+    Ok(Stats {
+        in_effect: inventory.amount(|kind| kind == Holding::InEffect),
+        earlier: inventory.amount(|kind| kind == Holding::Earlier),
+        garbage: inventory.amount(|kind| kind == Holding::Garbage),
+        temporary: state.store.unfinished(),
+        journal: Amount { count: lines as u64, bytes: bytes as u64 },
+        stages: inventory.shares(),
+    })
+}
+
+/// Removes garbage from the state folder beside a manifest, and the oldest earlier results until the blobs are within
+/// the limit. `waiting` is told who is at work there, where that takes noticeably long.
+///
+/// # Errors
+/// Where there is no state folder, another process is at work in it, or it cannot be written.
+pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)) -> Result<Freed, Error> {
+    let state = read(folder)?;
+    let temporary = state.store.unfinished();
+    let (freed, state) = if options.dry_run {
+        (Collection::of(&Inventory::of(&state, folder), options.limit).freed, state)
+    } else {
+        drop(state);
+        let mut state = State::open(lock(folder, Errand::Collect, options.patience, waiting)?, None)?;
+        (state.collect(folder, options.limit)?, state)
+    };
+    drop(state);
+    Ok(Freed { temporary, ..freed })
+}
+
+/// Reads every blob of the state folder beside a manifest, and drops those whose bytes do not have their digest. The
+/// next build makes again what of them is in effect. Builds may be at work meanwhile: the lock is taken only to drop.
+///
+/// # Errors
+/// Where there is no state folder, a blob cannot be read, or a damaged one cannot be dropped.
+pub fn verify(folder: &Path, patience: Patience, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
+    let state = read(folder)?;
+    let inventory = Inventory::of(&state, folder);
+    let checked = inventory.blobs.par_iter().map(|(digest, bytes)| {
+        let place = state.store.path(*digest);
+        match hash(&place) {
+            Ok(found) => Ok((*digest, *bytes, Some(found == *digest))),
+            // A collection removed it meanwhile.
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok((*digest, *bytes, None)),
+            Err(error) => Err(Error::io(&error, "read", &place)),
+        }
+    });
+    let checked = checked.collect::<Result<Vec<_>, _>>()?;
+    let mut verified = Verified::default();
+    let mut lost = BTreeMap::new();
+    for (digest, bytes, found) in checked {
+        match found {
+            Some(true) => verified.intact.add(bytes),
+            Some(false) => _ = lost.insert(digest, true),
+            None => {}
+        }
+    }
+    if !lost.is_empty() {
+        let state = State::open(lock(folder, Errand::Verify, patience, waiting)?, None)?;
+        for digest in lost.keys() {
+            // It is read once more: a build may have made it again meanwhile.
+            state.store.get(*digest)?;
+        }
+    }
+    let missing = inventory.in_effect.iter().filter(|digest| !inventory.blobs.contains_key(digest));
+    lost.extend(missing.map(|digest| (*digest, false)));
+    verified.lost = lost.into_iter().map(|(digest, damaged)| inventory.lost(digest, damaged)).collect();
+    Ok(verified)
+}
+
+impl Workbench {
+    /// Makes the cache of a manifest's folder smaller, where builds of this bench may have made it larger than the
+    /// limit; to be called when there is nothing else to do. The folder is not looked at before so much has been stored
+    /// that this is possible. Where another process is at work, it is left for the next time.
+    ///
+    /// A cache that is too large is made smaller by a tenth more than it has to be, so that this does not happen with
+    /// every build.
+    ///
+    /// # Errors
+    /// Where the state folder cannot be written.
+    pub fn trim(&self, folder: &Path, limit: u64) -> Result<Freed, Error> {
+        let mut between = self.between();
+        if between.stored < between.room || !folder.join(FOLDER).is_dir() {
+            return Ok(Freed::default());
+        }
+        let lock = match lock(folder, Errand::Watch, Patience::NONE, &|_| {}) {
+            Err(error) if error.kind() == ErrorKind::Locked => return Ok(Freed::default()),
+            lock => lock?,
+        };
+        let mut state = self.pool.install(|| State::open(lock, between.journal.take()))?;
+        let size = Inventory::of(&state, folder).amount(|_| true).bytes;
+        let freed = if size > limit {
+            state.collect(folder, Some(limit - limit / 10))?
+        } else {
+            Freed { left: Amount { count: 0, bytes: size }, ..Freed::default() }
+        };
+        // Where the last good outputs alone are larger, it is tried again when as much has been added.
+        between.room = limit.saturating_sub(freed.left.bytes).max(limit / 10);
+        between.stored = 0;
+        between.journal = Some(state.rest());
+        Ok(freed)
+    }
+}
+
+impl State {
+    /// Removes what has to go for a limit.
+    fn collect(&mut self, folder: &Path, limit: Option<u64>) -> Result<Freed, Error> {
+        let collection = Collection::of(&Inventory::of(self, folder), limit);
+        if !collection.lines.is_empty() {
+            let lines = &collection.lines;
+            self.journal.compact(|held| held.tag != Tag::Result || !lines.contains(&held.place()))?;
+        }
+        collection.blobs.iter().for_each(|digest| self.store.forget(*digest));
+        Ok(collection.freed)
+    }
+}
+
+fn read(folder: &Path) -> Result<State, Error> {
+    let state = folder.join(FOLDER);
+    if !state.exists() {
+        let message = format!("there is no cache: {} does not exist", state.display());
+        return Err(Error::new(ErrorKind::UnknownTarget, message)
+            .with_help("a build makes it; name the manifest whose cache is meant with --manifest"));
+    }
+    State::read(folder)
+}
+
+fn lock(
+    folder: &Path,
+    errand: Errand,
+    patience: Patience,
+    waiting: &dyn Fn(String),
+) -> Result<crate::lock::Lock, Error> {
+    State::lock(folder, &Request { errand, patience, cancel: &Cancel::default(), waiting })
+}
+
+/// What holds a blob.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Holding {
+    InEffect,
+    Earlier,
+    Garbage,
+}
+
+/// What a record says of its outputs.
+#[derive(Deserialize)]
+struct Made {
+    manifest: String,
+    item: ItemName,
+    outputs: Vec<Blob>,
+    #[serde(default)]
+    gone: bool,
+}
+
+/// Every blob, and who holds it.
+struct Inventory {
+    /// What is on the disk, with its size there.
+    blobs: HashMap<Digest, u64>,
+    in_effect: HashSet<Digest>,
+    /// The blobs of results.
+    remembered: HashSet<Digest>,
+    /// The records in effect.
+    items: Vec<Made>,
+    /// The results, the one used longest ago first, each with the place of its line.
+    results: Vec<(usize, Made)>,
+}
+
+impl Inventory {
+    fn of(state: &State, folder: &Path) -> Self {
+        let mut manifests = Manifests::new(folder);
+        let items = state.journal.subjects::<Made>(Tag::Item).into_iter().map(|(_, made)| made);
+        let items = items.filter(|made| !made.gone && manifests.has(&made.manifest)).collect::<Vec<_>>();
+        let results = state.journal.results_by_age::<Made>();
+        let mut in_effect = digests(&items).collect::<HashSet<_>>();
+        let ledger = state.journal.all::<Published>(Tag::Published);
+        in_effect.extend(ledger.iter().filter(|line| manifests.has(&line.manifest)).map(|line| line.digest));
+        let remembered = results.iter().flat_map(|(_, made)| digests(std::slice::from_ref(made))).collect();
+        Self { blobs: state.store.blobs(), in_effect, remembered, items, results }
+    }
+
+    fn holding(&self, digest: Digest) -> Holding {
+        if self.in_effect.contains(&digest) {
+            Holding::InEffect
+        } else if self.remembered.contains(&digest) {
+            Holding::Earlier
+        } else {
+            Holding::Garbage
+        }
+    }
+
+    fn amount(&self, counts: impl Fn(Holding) -> bool) -> Amount {
+        let mut amount = Amount::default();
+        self.blobs
+            .iter()
+            .filter(|(digest, _)| counts(self.holding(**digest)))
+            .for_each(|(_, bytes)| amount.add(*bytes));
+        amount
+    }
+
+    fn shares(&self) -> Vec<StageShare> {
+        let mut stages = BTreeMap::<(&str, &str), BTreeSet<Digest>>::new();
+        for made in self.items.iter().chain(self.results.iter().map(|(_, made)| made)) {
+            let place = (made.manifest.as_str(), made.item.stage.as_str());
+            stages.entry(place).or_default().extend(digests(std::slice::from_ref(made)));
+        }
+        let shares = stages.into_iter().map(|((manifest, stage), blobs)| {
+            let (manifest, stage) = (manifest.to_owned(), stage.to_owned());
+            let (mut in_effect, mut earlier) = (Amount::default(), Amount::default());
+            for digest in blobs {
+                if let Some(bytes) = self.blobs.get(&digest) {
+                    let of_stage = self.in_effect.contains(&digest);
+                    if of_stage { &mut in_effect } else { &mut earlier }.add(*bytes);
+                }
+            }
+            StageShare { manifest, stage, in_effect, earlier }
+        });
+        let mut shares = shares.collect::<Vec<_>>();
+        shares.sort_by_key(|share| std::cmp::Reverse(share.in_effect.bytes + share.earlier.bytes));
+        shares
+    }
+
+    fn lost(&self, digest: Digest, damaged: bool) -> Lost {
+        let holds = |made: &Made| made.outputs.iter().any(|blob| blob.digest == digest);
+        let items = self.items.iter().filter(|made| holds(made)).map(|made| made.item.clone());
+        let items = items.collect::<BTreeSet<_>>();
+        let results = self.results.iter().map(|(_, made)| made).filter(|made| holds(made));
+        let earlier = results.map(|made| made.item.clone()).filter(|item| !items.contains(item));
+        let earlier = earlier.collect::<BTreeSet<_>>();
+        Lost { digest, damaged, items: items.into_iter().collect(), earlier: earlier.into_iter().collect() }
+    }
+}
+
+fn digests(made: &[Made]) -> impl Iterator<Item = Digest> {
+    made.iter().flat_map(|made| made.outputs.iter().map(|blob| blob.digest))
+}
+
+/// What goes.
+struct Collection {
+    /// The places of the results' lines.
+    lines: HashSet<usize>,
+    blobs: Vec<Digest>,
+    freed: Freed,
+}
+
+impl Collection {
+    fn of(inventory: &Inventory, limit: Option<u64>) -> Self {
+        let mut freed =
+            Freed { in_effect: inventory.amount(|kind| kind == Holding::InEffect), ..Freed::default() };
+        let (mut lines, mut blobs) = (HashSet::new(), Vec::new());
+        for (digest, bytes) in &inventory.blobs {
+            if inventory.holding(*digest) == Holding::Garbage {
+                freed.garbage.add(*bytes);
+                blobs.push(*digest);
+            }
+        }
+        // How many of the results that stay hold each blob.
+        let mut holders = HashMap::<Digest, usize>::new();
+        for digest in inventory.results.iter().flat_map(|(_, made)| distinct(made)) {
+            *holders.entry(digest).or_default() += 1;
+        }
+        let mut size = inventory.amount(|kind| kind != Holding::Garbage).bytes;
+        for (place, made) in &inventory.results {
+            let is_whole = made.outputs.iter().all(|blob| inventory.blobs.contains_key(&blob.digest));
+            let is_earlier = made.outputs.iter().any(|blob| !inventory.in_effect.contains(&blob.digest));
+            if is_whole && !(is_earlier && limit.is_some_and(|limit| size > limit)) {
+                continue;
+            }
+            lines.insert(*place);
+            for digest in distinct(made) {
+                let others = holders.entry(digest).or_default();
+                *others = others.saturating_sub(1);
+                if *others == 0
+                    && !inventory.in_effect.contains(&digest)
+                    && let Some(bytes) = inventory.blobs.get(&digest)
+                {
+                    freed.earlier.add(*bytes);
+                    size -= bytes;
+                    blobs.push(digest);
+                }
+            }
+        }
+        let gone = freed.garbage + freed.earlier;
+        let all = inventory.amount(|_| true);
+        freed.left = Amount { count: all.count - gone.count, bytes: all.bytes - gone.bytes };
+        Self { lines, blobs, freed }
+    }
+}
+
+fn distinct(made: &Made) -> BTreeSet<Digest> {
+    digests(std::slice::from_ref(made)).collect()
+}
