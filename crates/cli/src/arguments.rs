@@ -22,6 +22,11 @@ pub(crate) enum Command {
     Watch(WatchArguments),
     /// Say why a stage or an exported file would run, or why it did
     Explain(ExplainArguments),
+    /// Say what the cache holds, make it smaller, or check it
+    Cache {
+        #[command(subcommand)]
+        command: CacheCommand,
+    },
     /// Print the graph of the manifest
     Graph(GraphArguments),
     /// List the kinds of stage, or print the manual page of one
@@ -48,6 +53,40 @@ pub(crate) enum Command {
         /// The folder to write it into
         #[arg(default_value = ".")]
         folder: PathBuf,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CacheCommand {
+    /// Say how large the cache is, and what of it is needed
+    Stats {
+        #[command(flatten)]
+        manifest: ManifestArgument,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Remove what no record names and, for a size, the oldest earlier results; never the last good outputs
+    Gc {
+        #[command(flatten)]
+        manifest: ManifestArgument,
+        /// Remove the results of earlier builds too, the oldest first, until the cache is no larger: 500M, 2GiB
+        #[arg(long, value_name = "SIZE", value_parser = crate::cache::parse_size)]
+        max_size: Option<u64>,
+        /// Say what would be removed; remove nothing
+        #[arg(long)]
+        dry_run: bool,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Compare every result with its digest; a damaged one is dropped, and the next build makes it again
+    Verify {
+        #[command(flatten)]
+        manifest: ManifestArgument,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
     },
 }
 

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use engine::cache::{self, Amount, CollectOptions, Freed, Lost, Stats, Verified};
 use engine::{Error, ItemName, Patience};
-use serde::Serialize;
 
 use crate::arguments::{CacheCommand, ManifestArgument};
 use crate::print::say;
@@ -13,14 +12,17 @@ use crate::{Exit, exit, print, terminal};
 
 pub(crate) fn run(command: &CacheCommand) -> Exit {
     let outcome = match command {
-        CacheCommand::Stats { manifest, json } => {
-            cache::stats(folder(manifest)).map(|stats| show(&stats, *json, describe))
-        }
+        CacheCommand::Stats { manifest, json } => cache::stats(folder(manifest)).map(|stats| match json {
+            true => data(serde_json::to_string(&stats)),
+            false => print::data(&describe(&stats)),
+        }),
         CacheCommand::Gc { manifest, max_size, dry_run, json } => {
             let patience = Patience::default();
             let options = CollectOptions { limit: *max_size, dry_run: *dry_run, patience };
-            cache::collect(folder(manifest), &options, &tell_wait)
-                .map(|freed| show(&freed, *json, |freed| describe_freed(freed, &options)))
+            cache::collect(folder(manifest), &options, &tell_wait).map(|freed| match json {
+                true => data(serde_json::to_string(&freed)),
+                false => print::data(&describe_freed(&freed, &options)),
+            })
         }
         CacheCommand::Verify { manifest, json } => verify(folder(manifest), *json),
     };
@@ -29,10 +31,17 @@ pub(crate) fn run(command: &CacheCommand) -> Exit {
 
 fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
     let verified = cache::verify(folder, Patience::default(), &tell_wait)?;
-    Ok(match show(&verified, json, describe_verified) {
-        Exit::Success if !verified.lost.is_empty() => Exit::ItemsFailed,
-        exit => exit,
-    })
+    let printed = match json {
+        true => data(serde_json::to_string(&verified)),
+        false => print::data(&describe_verified(&verified)),
+    };
+    let is_intact = verified.lost.is_empty();
+    Ok(if printed == Exit::Success && !is_intact { Exit::ItemsFailed } else { printed })
+}
+
+/// JSON on a line of its own.
+fn data(json: serde_json::Result<String>) -> Exit {
+    json.map_or(Exit::Machine, |line| print::data(&format!("{line}\n")))
 }
 
 /// The folder of a manifest, which need not exist any more.
@@ -45,13 +54,6 @@ fn folder(manifest: &ManifestArgument) -> &Path {
 
 fn tell_wait(holder: String) {
     say!("{:>13}  for {holder}", "waiting");
-}
-
-fn show<T: Serialize>(value: &T, json: bool, describe: impl Fn(&T) -> String) -> Exit {
-    if !json {
-        return print::data(&describe(value));
-    }
-    serde_json::to_string(value).map_or(Exit::Machine, |line| print::data(&format!("{line}\n")))
 }
 
 fn describe(stats: &Stats) -> String {
@@ -92,8 +94,7 @@ fn describe_freed(freed: &Freed, options: &CollectOptions) -> String {
     let (left, in_effect) = (amount(freed.left, "file"), terminal::size(freed.in_effect.bytes));
     text += &format!("{left} are left, {in_effect} of it the last good outputs\n");
     if let Some(limit) = options.limit.filter(|limit| freed.left.bytes > *limit) {
-        text +=
-            &format!("that is more than {}: the last good outputs always stay\n", terminal::size(limit));
+        text += &format!("that is more than {}: the last good outputs always stay\n", terminal::size(limit));
     }
     text
 }
@@ -129,7 +130,8 @@ fn amount(amount: Amount, what: &str) -> String {
 
 /// A size as people write it: `500M`, `2GiB`, `1.5 GB`, `1000000`. K, M, G and T are powers of 1000, Ki to Ti of 1024.
 pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
-    let wrong = || format!("{text:?} is no size: write a number and K, M, G, T, KiB, MiB, GiB or TiB, as in 500M");
+    let wrong =
+        || format!("{text:?} is no size: write a number and K, M, G, T, KiB, MiB, GiB or TiB, as in 500M");
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let number: f64 = text[..split].parse().map_err(|_| wrong())?;
     let unit = text[split..].trim_start().to_ascii_lowercase();

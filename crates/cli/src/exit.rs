@@ -11,7 +11,7 @@ use crate::print::say;
 pub enum Exit {
     /// 0: everything that was asked for is there.
     Success = 0,
-    /// 1: the build went to its end, but items failed; their last good outputs stay.
+    /// 1: the build went to its end, but items failed, and their last good outputs stay; or a check found damage.
     ItemsFailed = 1,
     /// 2: the command line cannot be understood, or names something that is not there.
     Usage = 2,
@@ -27,7 +27,7 @@ impl Exit {
     /// The table for `--help`.
     pub(crate) const HELP: &'static str = "Exit codes:
   0    everything that was asked for is there
-  1    the build went to its end, but items failed; their last good outputs stay
+  1    items failed, and their last good outputs stay; or a check found damage
   2    the command line cannot be understood, or names something that is not there
   3    the manifest has faults; nothing ran
   4    the machine is in the way: unwritable folder, full disk, another process at work

@@ -10,6 +10,7 @@
 
 mod arguments;
 mod build;
+mod cache;
 mod exit;
 mod explain;
 mod graph;
@@ -42,6 +43,7 @@ pub fn main(kinds: Kinds) -> ExitCode {
     let exit = match Arguments::parse().command {
         Command::Build(arguments) => build::run(&arguments, &kinds),
         Command::Watch(arguments) => watch::run(&arguments, &kinds),
+        Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, &kinds),
         Command::Graph(arguments) => graph::run(&arguments, &kinds),
         Command::Stages { kind } => manual::run(kind.as_deref(), &kinds),

@@ -24,6 +24,20 @@ pub(crate) fn width() -> usize {
     100
 }
 
+/// A size for people, in powers of 1000: `12 B`, `3.4 MB`.
+pub(crate) fn size(bytes: u64) -> String {
+    let mut size = bytes as f64;
+    let mut units = ["B", "kB", "MB", "GB", "TB"].into_iter();
+    let mut unit = units.next().unwrap_or_default();
+    // What would be written as 1000 of one unit is 1 of the next.
+    while size >= 999.95
+        && let Some(next) = units.next()
+    {
+        (size, unit) = (size / 1000.0, next);
+    }
+    if unit == "B" { format!("{bytes} B") } else { format!("{size:.1} {unit}") }
+}
+
 /// A duration for people: `12 ms`, `1.42 s`, `2 min 5 s`.
 pub(crate) fn duration(milliseconds: f64) -> String {
     match milliseconds {

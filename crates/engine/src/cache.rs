@@ -15,12 +15,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::disk::hash;
-use crate::journal::Tag;
+use crate::journal::{Journal, Tag};
 use crate::lock::Request;
 use crate::publish::Published;
-use crate::retention::Manifests;
+use crate::retention::{Manifests, Retention};
 use crate::state::{FOLDER, State};
-use crate::store::{Blob, Store};
+use crate::store::Blob;
 use crate::{Cancel, Digest, Errand, Error, ErrorKind, ItemName, Patience, Workbench};
 
 /// A number of files and their size.
@@ -205,7 +205,7 @@ pub fn verify(folder: &Path, patience: Patience, waiting: &dyn Fn(String)) -> Re
 impl Workbench {
     /// Makes the cache of a manifest's folder smaller, where builds of this bench may have made it larger than the
     /// limit; to be called when there is nothing else to do. The folder is not looked at before so much has been stored
-    /// that this is possible. Where another process is at work, it is left for the next time.
+    /// that this is possible; a journal that has grown is written anew. Where another process is at work, it is left for the next time.
     ///
     /// A cache that is too large is made smaller by a tenth more than it has to be, so that this does not happen with
     /// every build.
@@ -214,22 +214,29 @@ impl Workbench {
     /// Where the state folder cannot be written.
     pub fn trim(&self, folder: &Path, limit: u64) -> Result<Freed, Error> {
         let mut between = self.between();
-        if between.stored < between.room || !folder.join(FOLDER).is_dir() {
+        let is_large = between.journal.as_ref().is_some_and(Journal::is_large);
+        if (between.stored < between.room && !is_large) || !folder.join(FOLDER).is_dir() {
             return Ok(Freed::default());
         }
         let lock = match lock(folder, Errand::Watch, Patience::NONE, &|_| {}) {
             Err(error) if error.kind() == ErrorKind::Locked => return Ok(Freed::default()),
             lock => lock?,
         };
-        let mut state = self.pool.install(|| State::open(lock, between.journal.take()))?;
+        let kept = between.journal.take();
+        let mut state = self.pool.install(|| State::open(lock, kept))?;
+        if state.journal.is_large() {
+            let retention = Retention::of(&state.journal, folder);
+            state.journal.forget(retention)?;
+        }
         let size = Inventory::of(&state, folder).amount(|_| true).bytes;
         let freed = if size > limit {
             state.collect(folder, Some(limit - limit / 10))?
         } else {
             Freed { left: Amount { count: 0, bytes: size }, ..Freed::default() }
         };
-        // Where the last good outputs alone are larger, it is tried again when as much has been added.
-        between.room = limit.saturating_sub(freed.left.bytes).max(limit / 10);
+        let spare = limit.saturating_sub(freed.left.bytes) + 1;
+        // Where the last good outputs alone are about as large, there is little to gain before more has been added.
+        between.room = if freed.in_effect.bytes > limit - limit / 10 { limit / 10 } else { spare };
         between.stored = 0;
         between.journal = Some(state.rest());
         Ok(freed)

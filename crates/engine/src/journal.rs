@@ -182,17 +182,25 @@ impl Journal {
         let taken_up = kept.and_then(|mut kept| kept.take_up().is_ok_and(|same| same).then_some(kept));
         let mut journal = taken_up.map_or_else(|| Self::read(path), Ok)?;
         if !journal.is_whole() {
-            let mut retention = retention(&journal);
-            journal.compact(|line| retention.keeps(line.tag, line.subject))?;
+            let retention = retention(&journal);
+            journal.forget(retention)?;
         } else if journal.is_overgrown() {
-            let mut retention = retention(&journal);
+            let retention = retention(&journal);
             // It can wait: a full disk is no reason not to build.
-            let _ = journal.compact(|line| retention.keeps(line.tag, line.subject));
+            let _ = journal.forget(retention);
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;
         journal.end = Some(Mutex::new(End { file, length: journal.text.len() as u64, torn: false }));
         Ok(journal)
+    }
+
+    /// Writes the file anew with what is kept.
+    ///
+    /// # Errors
+    /// As [`Journal::compact`].
+    pub(crate) fn forget(&mut self, mut retention: Retention) -> Result<(), Error> {
+        self.compact(|line| retention.keeps(line.tag, line.subject))
     }
 
     /// The journal as it can be kept without the lock: its file is not open.
@@ -204,12 +212,6 @@ impl Journal {
     /// The bytes and lines of the file, as it was read.
     pub(crate) fn size(&self) -> (usize, usize) {
         (self.text.len(), self.lines)
-    }
-
-    /// The lines that are held in memory, those out of date among them.
-    #[cfg(test)]
-    pub(crate) fn footprint(&self) -> usize {
-        self.lines
     }
 
     /// What the last line of a tag on a subject says.
@@ -309,6 +311,11 @@ impl Journal {
 
     fn is_overgrown(&self) -> bool {
         lines_at_first(&self.text).is_none_or(|first| self.lines > 2 * first + 1000)
+    }
+
+    /// Whether it will soon be written anew: better now, where nobody waits.
+    pub(crate) fn is_large(&self) -> bool {
+        lines_at_first(&self.text).is_none_or(|first| 4 * self.lines > 3 * (2 * first + 1000))
     }
 
     /// Indexes the lines from a place on.

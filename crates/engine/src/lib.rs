@@ -6,6 +6,7 @@
 
 mod artifact;
 mod build;
+pub mod cache;
 mod cause;
 mod context;
 mod disk;

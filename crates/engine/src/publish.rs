@@ -28,7 +28,7 @@ use crate::{Digest, Error, ErrorKind, ItemName, Plan};
 /// A line of the ledger.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Published {
-    manifest: String,
+    pub(crate) manifest: String,
     /// The folder that files were published into, as records hold paths: a manifest whose `out` is changed begins a
     /// new view and leaves the old one alone.
     out: String,

@@ -149,7 +149,7 @@ mod tests {
             appended += lines.len();
             let journal = rebuild(&path, folder.path(), kept.take(), &lines);
             longest = longest.max(fs::metadata(&path).unwrap().len());
-            largest = largest.max(journal.footprint());
+            largest = largest.max(journal.size().1);
             kept = Some(journal);
         }
         // 20 items, 20 + 4 * 20 + 1000 results and 20 + 1000 stamps are kept; twice that and a thousand lines trigger.

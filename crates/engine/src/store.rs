@@ -4,13 +4,16 @@
 //! read verifies the digest: a blob that a crash or a bad disk has damaged is dropped and made again, so that no
 //! write has to wait for the disk. A blob that no record names is garbage; nothing else refers to it.
 
+use std::collections::HashMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::cache::Amount;
 use crate::{Digest, Error, platform};
 
 /// A stored output: its digest and size.
@@ -68,6 +71,26 @@ impl Store {
         self.stored.load(Ordering::Relaxed)
     }
 
+    /// Every blob that is there, with its size. One that is removed meanwhile is not among them.
+    pub(crate) fn blobs(&self) -> HashMap<Digest, u64> {
+        let folders = entries(&self.folder.join("blobs")).map(|entry| entry.path()).collect::<Vec<_>>();
+        let found = folders.par_iter().flat_map_iter(|folder| {
+            entries(folder).filter_map(|entry| {
+                let name = entry.path();
+                let first = name.parent()?.file_name()?.to_str()?.to_owned();
+                let digest = blake3::Hash::from_hex(first + name.file_name()?.to_str()?).ok()?;
+                Some((Digest(*digest.as_bytes()), entry.metadata().ok()?.len()))
+            })
+        });
+        found.collect()
+    }
+
+    /// What is being written, or was left half written.
+    pub(crate) fn unfinished(&self) -> Amount {
+        let sizes = entries(&self.temporaries()).filter_map(|entry| Some(entry.metadata().ok()?.len()));
+        sizes.map(|bytes| Amount { count: 1, bytes }).fold(Amount::default(), |all, one| all + one)
+    }
+
     /// The bytes of a blob; `None` where it is not there or damaged, and then it is dropped.
     ///
     /// # Errors
@@ -97,7 +120,7 @@ impl Store {
     pub(crate) fn prepare(&self) -> Result<(), Error> {
         let temporaries = self.temporaries();
         fs::create_dir_all(&temporaries).map_err(|error| Error::io(&error, "create", &temporaries))?;
-        for entry in fs::read_dir(&temporaries).into_iter().flatten().flatten() {
+        for entry in entries(&temporaries) {
             let path = entry.path();
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
             let _ = if is_folder { fs::remove_dir_all(path) } else { fs::remove_file(path) };
@@ -110,10 +133,14 @@ impl Store {
         self.folder.join("tmp")
     }
 
-    fn path(&self, digest: Digest) -> PathBuf {
+    pub(crate) fn path(&self, digest: Digest) -> PathBuf {
         let name = digest.to_string();
         self.folder.join("blobs").join(&name[..2]).join(&name[2..])
     }
+}
+
+fn entries(folder: &Path) -> impl Iterator<Item = fs::DirEntry> + use<> {
+    fs::read_dir(folder).into_iter().flatten().flatten()
 }
 
 #[cfg(test)]

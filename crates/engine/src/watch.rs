@@ -168,6 +168,9 @@ impl<'a> Watcher<'a> {
         if passed.again {
             // What changed is told before it is acted on.
             self.attention.look();
+        } else if let Some(limit) = self.options.cache_limit {
+            // What cannot be trimmed now is trimmed after another build.
+            let _ = self.bench.trim(self.manifest.parent().unwrap_or(&self.manifest), limit);
         }
         loop {
             // What is to be told of the way becomes known in time, not by a hint.

@@ -1,6 +1,7 @@
 //! What a build does, by its events.
 
 mod artifacts;
+mod cache;
 mod explanations;
 mod failures;
 mod interruptions;

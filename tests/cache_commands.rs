@@ -1,0 +1,129 @@
+//! `specula cache` through the binary: what it prints, its exit codes, and that it may be killed.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::time::Duration;
+
+use serde_json::Value;
+use support::Project;
+
+/// A material that is another one for each number.
+fn edit(project: &Project, n: u32) {
+    let text = format!("model = \"phong\"\nexponent = {}\nspecular = 1\n", 1.0 + f64::from(n) / 8.0);
+    project.write("assets/materials/gold.toml", &text);
+}
+
+/// A project that was edited a few times.
+fn edited(edits: u32) -> Project {
+    let project = Project::small();
+    for n in 0..edits {
+        edit(&project, n);
+        project.ok(&["build"]);
+    }
+    project
+}
+
+fn json(project: &Project, arguments: &[&str]) -> Value {
+    serde_json::from_str(&project.ok(arguments).stdout).unwrap()
+}
+
+#[test]
+fn stats_and_gc_say_what_they_found_and_freed() {
+    let project = edited(3);
+    let stats = json(&project, &["cache", "stats", "--json"]);
+    assert_eq!(stats["garbage"]["count"], 0);
+    let earlier = stats["earlier"]["bytes"].as_u64().unwrap();
+    let in_effect = stats["in_effect"]["bytes"].as_u64().unwrap();
+    assert!(earlier > 0 && in_effect > 0);
+    let text = project.ok(&["cache", "stats"]).stdout;
+    for words in ["in effect", "earlier", "garbage", "journal", "stage reflection (pipeline.toml)"] {
+        assert!(text.contains(words), "no {words:?} in:\n{text}");
+    }
+    let size = format!("{}", in_effect + earlier / 2);
+    let rehearsed = json(&project, &["cache", "gc", "--max-size", &size, "--dry-run", "--json"]);
+    assert_eq!(json(&project, &["cache", "stats", "--json"]), stats);
+    let freed = json(&project, &["cache", "gc", "--max-size", &size, "--json"]);
+    assert_eq!(freed, rehearsed);
+    let left = freed["left"]["bytes"].as_u64().unwrap();
+    assert!(left <= in_effect + earlier / 2 && left > in_effect, "{freed}");
+    let text = project.ok(&["cache", "gc", "--max-size=1kB"]).stdout;
+    assert!(text.contains("that is more than 1.0 kB: the last good outputs always stay"), "{text}");
+    let events = project.events(&[]);
+    assert!(support::ran(&events).is_empty(), "the last good outputs are all there");
+}
+
+#[test]
+fn verify_names_what_it_drops_and_the_next_build_mends_it() {
+    let project = edited(1);
+    let outputs = project.outputs();
+    assert!(project.ok(&["cache", "verify"]).stdout.contains("every one has the bytes"));
+    let explained = project.ok(&["explain", "lighting"]).stdout;
+    let recipe = json(&project, &["cache", "verify", "--json"]);
+    assert_eq!(recipe["lost"], Value::Array(Vec::new()), "{explained}");
+    let blobs = support::files_below(&project.path(".specula/blobs"));
+    let largest = blobs.iter().max_by_key(|(_, bytes)| bytes.len()).unwrap().0;
+    let mut bytes = blobs[largest].clone();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(project.path(&format!(".specula/blobs/{largest}")), bytes).unwrap();
+    let run = project.specula(&["cache", "verify"]);
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stdout.contains("damaged, dropped: ") && run.stdout.contains(" the result of "), "{run:?}");
+    assert!(!project.path(&format!(".specula/blobs/{largest}")).exists());
+    project.ok(&["build"]);
+    assert!(project.path(&format!(".specula/blobs/{largest}")).exists(), "it was made again");
+    project.ok(&["cache", "verify"]);
+    assert_eq!(project.outputs(), outputs);
+}
+
+#[test]
+fn a_folder_without_a_cache_and_a_size_that_is_none_are_told() {
+    let project = Project::small();
+    for arguments in [["cache", "stats"], ["cache", "gc"], ["cache", "verify"]] {
+        let run = project.specula(&arguments);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.stderr.contains("there is no cache") && run.stderr.contains("hint: "), "{run:?}");
+    }
+    let run = project.specula(&["cache", "gc", "--max-size", "much"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stderr.contains("is no size"), "{run:?}");
+    assert!(!project.path(".specula").exists());
+}
+
+#[test]
+fn gc_waits_for_a_build_and_names_itself_to_others() {
+    let project = edited(2);
+    let children = (0..6).map(|n| match n % 2 {
+        0 => project.start(&["build", "--wait"]),
+        _ => project.start(&["cache", "gc", "--max-size", "0"]),
+    });
+    for mut child in children.collect::<Vec<_>>() {
+        assert!(child.wait().unwrap().success());
+    }
+    let holder = std::fs::read_to_string(project.path(".specula/holder")).unwrap();
+    assert!(holder.contains("\"errand\":\"build\"") || holder.contains("\"errand\":\"collect\""), "{holder}");
+}
+
+#[test]
+fn killed_collections_leave_a_cache_that_builds_right() {
+    let (project, clean) = (edited(1), Project::small());
+    for round in 1..25_u32 {
+        edit(&project, round);
+        project.ok(&["build"]);
+        let mut child = project.start(&["cache", "gc", "--max-size", "0"]);
+        std::thread::sleep(Duration::from_micros(u64::from(round * 7919 % 12_000)));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let events = project.events(&[]);
+        assert!(support::ran(&events).is_empty(), "round {round}: what is in effect stayed");
+        if round % 8 == 0 {
+            edit(&clean, round);
+            clean.ok(&["build"]);
+            assert_eq!(project.outputs(), clean.outputs(), "round {round}");
+        }
+    }
+    project.ok(&["cache", "gc"]);
+    project.ok(&["cache", "verify"]);
+}
