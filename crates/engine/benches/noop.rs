@@ -1,4 +1,5 @@
-//! A build that finds nothing to do: the manifest is read, every file looked at, every result looked up.
+//! A build that finds nothing to do: the manifest is read, every file looked at, every result looked up. `again` is the
+//! same on a workbench that has built before: it knows the journal.
 
 use std::fs;
 use std::hint::black_box;
@@ -7,7 +8,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use engine::{
-    Artifact, BuildOptions, Cancel, Context, Failure, Kind, Kinds, Output, Plan, Port, Product, build,
+    Artifact, BuildOptions, Cancel, Context, Failure, Kind, Kinds, Output, Plan, Port, Product, Workbench,
     parameters,
 };
 
@@ -127,9 +128,14 @@ input = "louder"
 
 /// Reads the manifest and builds; returns how many items ran.
 fn run(folder: &Path, kinds: &Kinds) -> usize {
+    run_on(&Workbench::new(None, 0).expect("threads"), folder, kinds)
+}
+
+fn run_on(bench: &Workbench, folder: &Path, kinds: &Kinds) -> usize {
     let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest has no faults");
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
-    build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event)).expect("the build goes on").ran
+    let ran = bench.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
+    ran.expect("the build goes on").ran
 }
 
 fn noop(criterion: &mut Criterion) {
@@ -150,6 +156,10 @@ fn noop(criterion: &mut Criterion) {
         group.sample_size(20);
         group.bench_function(format!("noop_{items}_items"), |bencher| {
             bencher.iter(|| run(folder.path(), &kinds));
+        });
+        let bench = Workbench::new(None, 0).expect("threads");
+        group.bench_function(format!("noop_{items}_items_again"), |bencher| {
+            bencher.iter(|| run_on(&bench, folder.path(), &kinds));
         });
     }
     group.finish();
