@@ -124,7 +124,12 @@ impl Parameter for Command {
     }
 
     fn schema() -> serde_json::Value {
-        serde_json::json!({ "type": "array", "items": { "type": "string" }, "minItems": 2 })
+        serde_json::json!({
+            "type": "array",
+            "items": { "type": "string" },
+            "minItems": 2,
+            "contains": { "pattern": "\\{output\\}" },
+        })
     }
 }
 

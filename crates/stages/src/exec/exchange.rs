@@ -310,7 +310,7 @@ impl Parameter for Made {
         let names =
             json!({ "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true });
         choices.push(object(&["files"], json!({ "names": names }), &["type", "names"]));
-        json!({ "oneOf": choices })
+        json!({ "type": "object", "oneOf": choices })
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) const TEMPORARY: &str = "tmp";
 
 /// Environment variables and the values that they had when the manifest was read.
 ///
-/// The canonical form holds digests: a value may be a secret, and recipes are published.
+/// The canonical form holds a digest, `NAME=0a1b...`: a value may be a secret, and recipes are published.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Variables(Vec<(String, Option<OsString>)>);
 
@@ -35,8 +35,11 @@ impl Parameter for Variables {
     }
 
     fn canonical(&self) -> serde_json::Value {
-        let digest = |value: &OsString| Digest::of(value.as_encoded_bytes()).to_string();
-        self.0.iter().map(|(name, value)| (name.clone(), value.as_ref().map(digest))).collect()
+        let shown = |(name, value): &(String, Option<OsString>)| match value {
+            Some(value) => format!("{name}={}", Digest::of(value.as_encoded_bytes())),
+            None => name.clone(),
+        };
+        self.0.iter().map(shown).collect()
     }
 
     fn schema() -> serde_json::Value {
@@ -213,7 +216,8 @@ mod tests {
         };
         let canonical = names(&["CARGO_MANIFEST_DIR", "SPECULA_NOT_SET"]).unwrap().canonical();
         let digest = Digest::of(env!("CARGO_MANIFEST_DIR").as_bytes()).to_string();
-        assert_eq!(canonical, serde_json::json!({ "CARGO_MANIFEST_DIR": digest, "SPECULA_NOT_SET": null }));
+        let expected = [format!("CARGO_MANIFEST_DIR={digest}"), "SPECULA_NOT_SET".into()];
+        assert_eq!(canonical, serde_json::json!(expected));
         assert!(names(&["A=b"]).is_err() && names(&[""]).is_err());
     }
 
