@@ -14,6 +14,7 @@ use crate::{Exit, terminal};
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
     Plan::load(&argument.manifest, kinds).map_err(|found| {
         say!("{}", drawn(&found));
+        say!("{}; nothing ran.", counted(&found));
         if !argument.manifest.exists() {
             say!("hint: `specula init` writes a starter manifest");
         }
@@ -21,7 +22,7 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     })
 }
 
-/// Every fault with its place, what was expected there and what to do, and their number in the last line.
+/// Every fault with its place, what was expected there and what to do.
 pub(crate) fn drawn(faults: &Faults) -> String {
     let source = Arc::new(NamedSource::new(&faults.file, faults.text.clone()).with_language("TOML"));
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
@@ -30,19 +31,22 @@ pub(crate) fn drawn(faults: &Faults) -> String {
         (false, _) => GraphicalTheme::none(),
     };
     let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
-    let mut all = String::new();
-    for fault in &faults.faults {
+    let drawn = faults.faults.iter().map(|fault| {
         let mut text = String::new();
         let report = Report { fault, source: Arc::clone(&source) };
         // A report that cannot be drawn is still told, without its picture.
         if handler.render_report(&mut text, &report).is_err() {
             text = format!("{}: {}", faults.file, fault.message);
         }
-        all += text.trim_end_matches('\n');
-        all.push('\n');
-    }
+        text.trim_end_matches('\n').to_owned()
+    });
+    drawn.collect::<Vec<_>>().join("\n")
+}
+
+/// `pipeline.toml: 2 faults`
+pub(crate) fn counted(faults: &Faults) -> String {
     let s = if faults.faults.len() == 1 { "" } else { "s" };
-    all + &format!("{}: {} fault{s}; nothing ran.", faults.file, faults.faults.len())
+    format!("{}: {} fault{s}", faults.file, faults.faults.len())
 }
 
 struct Report<'a> {

@@ -47,6 +47,10 @@ struct State {
     noticed: f64,
     /// The files that changed.
     changed: Vec<String>,
+    /// Whether a graph was ever built.
+    built: bool,
+    /// The time of a build that no change is known for, until it has something to say: it only makes sure.
+    unannounced: Option<String>,
     /// When something was last said.
     spoken: f64,
     /// What was done since, by stage.
@@ -85,6 +89,11 @@ impl Session {
         let now = (self.clock)();
         let mut state = self.state();
         let turn = state.standing.take(event);
+        if news(event, &turn)
+            && let Some(time) = state.unannounced.take()
+        {
+            self.head(&time, "building again");
+        }
         let since = terminal::duration(now.milliseconds - state.noticed);
         match event {
             Event::Watching { folders, poll_milliseconds, because } => {
@@ -99,9 +108,13 @@ impl Session {
             Event::Planned { items, .. } => {
                 if state.changed.is_empty() {
                     state.noticed = now.milliseconds;
-                    self.head(&now.time, &format!("building, {}", count(*items, "item")));
+                    if state.built {
+                        state.unannounced = Some(now.time.clone());
+                    } else {
+                        self.head(&now.time, &format!("building, {}", count(*items, "item")));
+                    }
                 }
-                (state.published, state.spoken) = (0, now.milliseconds);
+                (state.published, state.spoken, state.built) = (0, now.milliseconds, true);
                 self.screen.begin(*items);
             }
             Event::Waiting { holder, .. } => self.line("waiting", &format!("for {holder}")),
@@ -152,11 +165,14 @@ impl Session {
             Event::Ended(summary) => {
                 self.screen.clear();
                 self.speak(&mut state, now.milliseconds);
-                self.conclude(&mut state, summary, &since);
+                if state.unannounced.take().is_none() {
+                    self.conclude(&mut state, summary, &since);
+                }
             }
             Event::Rejected { faults } => {
                 manifest::drawn(faults).lines().for_each(|line| self.screen.line(line));
-                self.line("", "The last good graph goes on.");
+                let next = if state.built { "the last good graph goes on" } else { "nothing runs" };
+                self.line("", &format!("{}; {next} until it is mended", manifest::counted(faults)));
                 state.changed.clear();
             }
             Event::Accepted => self.line("mended", "the manifest is sound again"),
@@ -198,7 +214,8 @@ impl Session {
         }
         let removed = std::mem::take(&mut state.removed);
         if !removed.is_empty() {
-            self.line("", &format!("removed {}", few(&removed, ", ")));
+            let names = fitting(&removed, terminal::width() - INDENT - "removed ".len());
+            self.line("", &format!("removed {names}"));
         }
         state.spoken = now;
     }
@@ -274,6 +291,16 @@ impl Session {
 
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whether an event of a build is worth a line: that an item is as it was, or fails as it did, is not.
+fn news(event: &Event, turn: &Turn) -> bool {
+    match event {
+        Event::Finished { .. } | Event::Published { .. } | Event::Removed { .. } | Event::Warning { .. } => {
+            true
+        }
+        _ => *turn != Turn::Same,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use engine::{Event, Faults, ItemName};
+use engine::{Event, Faults, ItemName, line_and_column};
 
 /// At most so many are named in one place; the others are counted.
 const NAMED: usize = 5;
@@ -131,12 +131,15 @@ impl Failed {
 
 /// The first fault with its place, and how many others there are.
 fn in_one_line(faults: &Faults) -> String {
+    let Some(first) = faults.faults.first() else { return faults.file.clone() };
+    let place = first.span.as_ref().map(|span| line_and_column(&faults.text, span.start));
+    let place = place.map_or_else(String::new, |(line, column)| format!(":{line}:{column}"));
     let more = match faults.faults.len() {
-        0 | 1 => String::new(),
+        1 => String::new(),
         2 => " (and 1 more fault)".into(),
         count => format!(" (and {} more faults)", count - 1),
     };
-    format!("{}{more}", first_line(&faults.to_string()))
+    format!("{}{place}: {}{more}", faults.file, first_line(&first.message))
 }
 
 fn first_line(text: &str) -> &str {

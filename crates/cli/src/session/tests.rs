@@ -247,7 +247,7 @@ fn a_broken_manifest_is_drawn_and_kept_in_view_until_it_is_mended() {
     watched.shows(expect![[r#"
         14:00:00  a.toml changed
            21 ms  1 item ran, 1 up to date
-                  still failing: pipeline.toml:2:7: out is a number; a folder
+                  still failing: pipeline.toml:2:7: out is a number
     "#]]);
     watched.after(500, &[manifest, Event::Accepted, planned(2), ended(0, 2)]).shows(expect![[r#"
         14:00:01  pipeline.toml changed
@@ -272,6 +272,21 @@ fn many_changes_are_counted_by_folder() {
         14:00:00  assets: events were lost, so that all below is looked at
                   b.toml is gone
                   c.toml is new
+    "#]]);
+}
+
+#[test]
+fn a_build_that_only_makes_sure_says_nothing() {
+    let watched = Watched::new(false);
+    watched.after(0, &[noticed(&[("a.toml", Changed::Changed)]), planned(2), ended(1, 1)]);
+    watched.lines.lock().unwrap().clear();
+    let material = of_gold("material");
+    watched.after(100, &[planned(2), ended(0, 2)]).shows(expect![[""]]);
+    watched.after(100, &[planned(2), started(&material, file("a.toml")), finished(&material), ended(1, 1)]);
+    watched.shows(expect![[r#"
+        14:00:00  building again
+          0.0 ms  material [gold] (a.toml changed)
+          0.0 ms  1 item ran, 1 up to date
     "#]]);
 }
 
