@@ -237,15 +237,16 @@ pub enum Event {
         /// The time since the first of them was heard of.
         milliseconds: f64,
     },
-    /// The changed manifest, or what it names, has faults; the last good graph goes on. Told once for the same faults.
+    /// The changed manifest, or what it names, has faults; the last good graph goes on. Told once for the same faults,
+    /// unless they are all that there is to say of what was noticed.
     Rejected {
         /// The faults.
         faults: Faults,
     },
     /// The manifest and what it names are sound again, after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. Told once for the same error; the
-    /// next change is tried again.
+    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. The next
+    /// change is tried again.
     Hindered {
         /// What happened, then its causes.
         error: Vec<String>,

@@ -67,7 +67,8 @@ pub struct WatchOptions {
 ///
 /// Events come one at a time, from the calling thread. A fault of the manifest and an error of a build are told as
 /// events; the watcher goes on. What follows an [`Event::Noticed`] is a build's events up to its end, also where nothing
-/// was to be done; a look that nobody asked for tells nothing unless it finds something to do.
+/// was to be done, or [`Event::Rejected`] or [`Event::Hindered`] where nothing can be built; a look that nobody asked for
+/// tells nothing unless it finds something to do.
 ///
 /// # Errors
 /// Where threads cannot be started, or a stage was asked for that the first sound manifest does not have.
@@ -119,10 +120,11 @@ impl<'a> Watcher<'a> {
         events: &'a (dyn Fn(Event) + Sync),
         attention: Attention,
     ) -> Result<Self, Error> {
-        let manifest = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
+        let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
         Ok(Self {
-            draft: Draft::new(manifest.clone(), kinds),
-            manifest,
+            // Faults name the file as it was given.
+            draft: Draft::new(manifest.into(), kinds),
+            manifest: absolute,
             options,
             build: BuildOptions {
                 dry_run: false,
@@ -229,9 +231,15 @@ impl<'a> Watcher<'a> {
             }
             outlook = self.draft.look();
         }
-        self.tell_faults(&outlook);
+        let told = self.tell_faults(&outlook);
         let plan = outlook.plan.as_ref().filter(|plan| outlook.faults.is_none() || has_all_sources(plan));
-        let Some(plan) = plan else { return Ok(Passed { summary: None, again: false }) };
+        let Some(plan) = plan else {
+            if let (true, false, Some(faults)) = (is_asked_for, told, outlook.faults) {
+                // What was noticed has an answer.
+                (self.events)(Event::Rejected { faults });
+            }
+            return Ok(Passed { summary: None, again: false });
+        };
         let (built, again) = self.build(plan, &outlook, is_asked_for);
         match built {
             Ok(summary) => {
@@ -240,7 +248,7 @@ impl<'a> Watcher<'a> {
             }
             Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),
             Err(error) => {
-                if self.hindered.replace(error.kind()) != Some(error.kind()) {
+                if self.hindered.replace(error.kind()) != Some(error.kind()) || is_asked_for {
                     let help = error.help().map(str::to_owned);
                     (self.events)(Event::Hindered { error: error.chain().to_vec(), help });
                 }
@@ -249,15 +257,17 @@ impl<'a> Watcher<'a> {
         }
     }
 
-    fn tell_faults(&mut self, outlook: &Outlook) {
+    /// Tells faults that are new, or that the old ones are mended; `false` where all is as it was.
+    fn tell_faults(&mut self, outlook: &Outlook) -> bool {
         if self.rejected == outlook.faults {
-            return;
+            return false;
         }
         self.rejected.clone_from(&outlook.faults);
         (self.events)(match &outlook.faults {
             Some(faults) => Event::Rejected { faults: faults.clone() },
             None => Event::Accepted,
         });
+        true
     }
 
     /// Builds, and attends meanwhile: what comes stops what it makes stale. Returns also whether places were attended to
@@ -275,7 +285,7 @@ impl<'a> Watcher<'a> {
         let hush = Hush::new(*events, is_asked_for);
         std::thread::scope(|scope| {
             let attendant = scope.spawn(|| {
-                let (mut is_more, mut during) = (false, Hints::default());
+                let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
                 loop {
                     let has_ended = || has_ended.load(Ordering::Acquire);
                     let woken = attention.wait(Some(Instant::now() + PULSE), &has_ended);
@@ -285,11 +295,15 @@ impl<'a> Watcher<'a> {
                         during.merge(hints);
                     }
                     // What is read becomes known by and by.
-                    let known = attention.places();
-                    let is_known = |noted: &Arc<Noted>| noted.places().iter().all(|place| known.have(place));
-                    if !bench.noted().iter().all(is_known) {
+                    let noted = bench.noted();
+                    let counts = noted.each_ref().map(|noted| noted.places().len());
+                    let places_now = attention.places();
+                    let is_known =
+                        |noted: &Arc<Noted>| noted.places().iter().all(|place| places_now.have(place));
+                    if known != counts && !noted.iter().all(is_known) {
                         is_more |= attention.attend(places(manifest, outlook, bench));
                     }
+                    known = counts;
                     if woken == Woken::Stopped {
                         attention.give_back(during);
                         return is_more;

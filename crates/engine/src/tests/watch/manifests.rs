@@ -101,6 +101,23 @@ each_way! {
     }
 }
 
+/// A folder that cannot be written is as good as a full disk: builds fail as a whole.
+#[cfg(unix)]
+#[test]
+fn a_build_that_cannot_go_on_is_told_and_tried_again_at_the_next_change() {
+    let project = capitals();
+    project.write(".specula", "in the way");
+    let watched = Watched::start(&project, Way::Listening.options());
+    let hindered =
+        |events: &[Event]| events.iter().filter(|event| matches!(event, Event::Hindered { .. })).count();
+    watched.until("the error", |events| hindered(events) == 1);
+    project.write("in/sky.txt", "grey");
+    watched.until("the error again", |events| hindered(events) >= 2);
+    project.remove(".specula");
+    project.write("in/sky.txt", "red");
+    watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "RED")]);
+}
+
 #[test]
 fn a_stage_that_does_not_exist_ends_it_at_the_start() {
     let project = capitals();
