@@ -27,6 +27,10 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: CacheCommand,
     },
+    /// Say whether an exported file is what its recipe says, and whether its sources have changed since
+    Verify(VerifyArguments),
+    /// Say whether the manifest is sound, or whether outputs depend on the number of threads
+    Check(CheckArguments),
     /// Print the graph of the manifest
     Graph(GraphArguments),
     /// List the kinds of stage, or print the manual page of one
@@ -173,6 +177,36 @@ pub(crate) struct ExplainArguments {
     /// Tell every item of a stage in full, rather than together with those like it
     #[arg(long, short)]
     pub(crate) verbose: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct VerifyArguments {
+    /// A file in the output folder, or a copy of one anywhere
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CheckArguments {
+    /// The stages to run, with all that they need; none means all
+    #[arg(value_name = "STAGE", requires = "determinism")]
+    pub(crate) stages: Vec<String>,
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+    /// Run stages from nothing with several numbers of threads, in a temporary folder, and compare every byte
+    #[arg(long)]
+    pub(crate) determinism: bool,
+    /// The numbers of threads [default: 1, 2, and one more than there are processors]
+    #[arg(long, value_name = "N,N,...", value_delimiter = ',', requires = "determinism",
+          value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Vec<u16>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -11,7 +11,8 @@ use crate::print::say;
 pub enum Exit {
     /// 0: everything that was asked for is there.
     Success = 0,
-    /// 1: the build went to its end, but items failed, and their last good outputs stay; or a check found damage.
+    /// 1: items failed, and their last good outputs stay; or what was to be checked or verified is not so: damage in the
+    /// cache, a file that is stale or altered, outputs that differ.
     ItemsFailed = 1,
     /// 2: the command line cannot be understood, or names something that is not there.
     Usage = 2,
@@ -27,7 +28,8 @@ impl Exit {
     /// The table for `--help`.
     pub(crate) const HELP: &'static str = "Exit codes:
   0    everything that was asked for is there
-  1    items failed, and their last good outputs stay; or a check found damage
+  1    items failed, and their last good outputs stay; or a check found damage, a stale or
+       altered file, or outputs that differ
   2    the command line cannot be understood, or names something that is not there
   3    the manifest has faults; nothing ran
   4    the machine is in the way: unwritable folder, full disk, another process at work

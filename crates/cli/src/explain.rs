@@ -44,11 +44,6 @@ fn grouped(explanations: &[Explanation]) -> String {
     for (verdict, items) in groups {
         let _ = writeln!(text, "  {}: {}", listed(&items), verdict.replace('\n', "\n  "));
     }
-    let altered = explanations.iter().flat_map(|found| &found.files);
-    let altered = altered.filter(|file| matches!(file.state, FileState::Gone | FileState::Altered { .. }));
-    for file in altered.take(LISTED) {
-        let _ = writeln!(text, "  file {}: {}", file.file, state(&file.state));
-    }
     text
 }
 
@@ -65,23 +60,26 @@ fn listed(items: &[&ItemName]) -> String {
 /// Whether an item would run and why, or why it ran last.
 fn verdict(found: &Explanation, told: fn(&Cause) -> String) -> String {
     let because = |causes: &[Cause]| match causes {
-        [only] => told(only),
+        [only] => format!(" {}", told(only)),
         causes => causes.iter().map(|cause| format!("\n    {}", told(cause))).collect(),
     };
     match &found.last {
-        _ if found.would_run => format!("would run: {}", because(&found.causes)),
+        _ if found.would_run => format!("would run:{}", because(&found.causes)),
         _ if found.restored => "an earlier result is in effect again; a build takes it from the cache".into(),
-        Some(last) => format!("up to date; it last ran because: {}", because(&last.causes)),
+        Some(last) => {
+            let missing = found.files.iter().find(|file| file.state != FileState::AsPublished);
+            let missing = missing.map_or_else(String::new, |missing| {
+                format!(", but {} is {}", missing.file, state(&missing.state))
+            });
+            format!("up to date{missing}; it last ran because:{}", because(&last.causes))
+        }
         None => "up to date".into(),
     }
 }
 
 fn full(explanation: &Explanation) -> String {
     let mut text = format!("{}: {}\n", explanation.item, verdict(explanation, cause));
-    let is_told = |reasons: &[_], causes: &[Cause]| {
-        causes.iter().all(|cause| cause.chain.len() == 1) || lines(reasons).is_empty()
-    };
-    if !is_told(&explanation.reasons, &explanation.causes) {
+    if explanation.causes.iter().any(|cause| cause.chain.len() > 1) {
         text += "  what is different for the item itself\n";
         for line in lines(&explanation.reasons) {
             let _ = writeln!(text, "    {line}");
@@ -92,7 +90,7 @@ fn full(explanation: &Explanation) -> String {
     }
     for file in &explanation.files {
         let digest = short(file.digest.as_ref());
-        let _ = writeln!(text, "  file {digest} {} ({})", file.file, state(&file.state));
+        let _ = writeln!(text, "  file {digest} {}: {}", file.file, state(&file.state));
     }
     text
 }
@@ -100,9 +98,9 @@ fn full(explanation: &Explanation) -> String {
 fn state(state: &FileState) -> String {
     match state {
         FileState::AsPublished => "as published".into(),
-        FileState::Gone => "published, and not there any more; a build puts it back".into(),
+        FileState::Gone => "gone since it was published (a build puts it back)".into(),
         FileState::Altered { digest, modified } => format!(
-            "changed by somebody else since it was published, now {}; a build puts it back",
+            "changed by somebody else since it was published, now {} (a build puts it back)",
             dated(digest.as_ref(), *modified)
         ),
         FileState::NeverPublished => "not published yet".into(),

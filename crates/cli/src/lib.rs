@@ -11,6 +11,7 @@
 mod arguments;
 mod build;
 mod cache;
+mod check;
 mod exit;
 mod explain;
 mod graph;
@@ -28,6 +29,7 @@ mod size;
 mod standing;
 mod terminal;
 mod timings;
+mod verify;
 mod watch;
 
 use std::process::ExitCode;
@@ -45,6 +47,8 @@ pub fn main(kinds: Kinds) -> ExitCode {
         Command::Watch(arguments) => watch::run(&arguments, &kinds),
         Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, &kinds),
+        Command::Verify(arguments) => verify::run(&arguments, &kinds),
+        Command::Check(arguments) => check::run(&arguments, &kinds),
         Command::Graph(arguments) => graph::run(&arguments, &kinds),
         Command::Stages { kind } => manual::run(kind.as_deref(), &kinds),
         Command::Schema { subject } => schema::run(subject, &kinds),

@@ -94,7 +94,7 @@ impl Workbench {
             events(Event::Waiting { holder, limit_milliseconds: limit });
         };
         let (errand, patience) = (options.errand, options.patience);
-        let lock = match State::lock(folder, &Request { errand, patience, cancel, waiting: &waiting }) {
+        let lock = match State::lock(&plan.state, &Request { errand, patience, cancel, waiting: &waiting }) {
             Err(error) if error.kind() == ErrorKind::Cancelled => {
                 let skipped = plan.items.iter().filter(|item| selected[item.stage]).count();
                 return Ok(Summary { skipped, cancelled: true, ..Summary::default() });
@@ -146,8 +146,7 @@ impl Workbench {
         selected: &[bool],
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
-        let state =
-            self.pool.install(|| State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path())))?;
+        let state = self.pool.install(|| State::read(&plan.state))?;
         let disk = Disk::new(state.now, Arc::default());
         let (judge, publisher) = self.pool.install(|| {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))

@@ -1,6 +1,7 @@
 //! Why an item would run or not, and what its last run did.
 
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -130,8 +131,8 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let items = targets(plan, target)?;
     let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
     let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
-    let state = State::read(plan.manifest.parent().unwrap_or(plan.manifest.as_path()))?;
-    let disk = Disk::new(state.now, Default::default());
+    let state = State::read(&plan.state)?;
+    let disk = Disk::new(state.now, Arc::default());
     let judge = Judge::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
     let mut forecasts = forecast(&judge, &selected);
@@ -241,6 +242,13 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
 fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     let path = Path::new(target);
     let mut names = vec![slashed(&normal(path))];
+    names.extend(names_by_place(plan, path));
+    names
+}
+
+/// What a path is called relative to `out`, where it lies inside.
+pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
+    let mut names = Vec::new();
     let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));
     let mut places = vec![normal(&absolute)];
     if let (Some(folder), Some(name)) = (absolute.parent(), absolute.file_name())

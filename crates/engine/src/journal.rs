@@ -250,6 +250,14 @@ impl Journal {
         ranges.iter().rev().filter_map(|range| self.parse(range))
     }
 
+    /// All results that are remembered, in no order.
+    pub(crate) fn all_results<T: DeserializeOwned + Send>(&self) -> Vec<T> {
+        self.results
+            .par_iter()
+            .flat_map_iter(|(_, ranges)| ranges.iter().filter_map(|range| self.parse(range)))
+            .collect()
+    }
+
     /// Appends lines, all or (should the process be killed or the disk be full) the first few.
     ///
     /// # Errors

@@ -175,18 +175,25 @@ impl<'a> Judge<'a> {
         if record.failure.is_some() {
             reasons.push(Reason::FailedBefore);
         }
-        let this = &self.plan.items[item];
-        let facts = &self.stages[this.stage];
-        let kind = kind_name(self.plan.stages[this.stage].kind.name(), facts.revision);
-        if kind != record.kind_name() {
-            reasons.push(Reason::Kind { old: record.kind_name(), new: kind });
-        }
-        differing_parameters(&record.parameters, &facts.parameters, &mut reasons);
+        reasons.extend(self.revisions(item, record));
         self.differing_inputs(item, record, digest, &mut reasons);
         self.differing_files(item, record, &mut reasons);
         if reasons.is_empty() {
             reasons.push(Reason::ResultLost);
         }
+        reasons
+    }
+
+    /// The differences of kind and parameters from a record.
+    pub(crate) fn revisions(&self, item: ItemIndex, record: &Record) -> Vec<Reason> {
+        let stage = self.plan.items[item].stage;
+        let facts = &self.stages[stage];
+        let kind = kind_name(self.plan.stages[stage].kind.name(), facts.revision);
+        let mut reasons = Vec::new();
+        if kind != record.kind_name() {
+            reasons.push(Reason::Kind { old: record.kind_name(), new: kind });
+        }
+        differing_parameters(&record.parameters, &facts.parameters, &mut reasons);
         reasons
     }
 
@@ -199,7 +206,8 @@ impl<'a> Judge<'a> {
             && record.outputs.iter().all(|blob| self.state.store.has(blob))
     }
 
-    fn now(&self, read: &FileRead) -> Option<Digest> {
+    /// What a file or folder that was read holds now.
+    pub(crate) fn now(&self, read: &FileRead) -> Option<Digest> {
         self.disk.digest(&self.folder.join(&read.path), read.listing, &self.state.journal)
     }
 

@@ -9,6 +9,7 @@ mod build;
 pub mod cache;
 mod cause;
 mod context;
+mod determinism;
 mod disk;
 mod document;
 mod error;
@@ -38,6 +39,7 @@ mod testkit;
 mod tests;
 mod timestamp;
 mod underway;
+mod verify;
 mod watch;
 mod workbench;
 
@@ -45,6 +47,7 @@ pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
 pub use cause::Cause;
 pub use context::{Context, Failure, Files, Read};
+pub use determinism::{Determinism, Difference, FailedRun, determinism, telling_threads};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
@@ -57,6 +60,7 @@ pub use parameters::{Field, Parameter, Parameters, nearest, schema_of_words, une
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
 pub use timestamp::Timestamp;
 pub use underway::Cancel;
+pub use verify::{Content, Recipe, SourceFile, Verification, verify};
 pub use watch::{WatchOptions, watch};
 pub use workbench::Workbench;
 

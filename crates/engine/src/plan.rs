@@ -72,6 +72,8 @@ pub struct Plan {
     pub manifest: PathBuf,
     /// The folder that exports land in. Absolute.
     pub out: PathBuf,
+    /// The folder in which `.specula` keeps the state: the manifest's, but for trials. Absolute.
+    pub state: PathBuf,
     /// The stages, in topological order, ties in the order of the manifest.
     pub stages: Vec<Stage>,
     /// The items, stage by stage in the order of `stages`, sorted by key within one.
@@ -161,7 +163,8 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
     match stages.collect() {
         Some(stages) => {
             let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
-            Ok(Plan { manifest, out, stages, items })
+            let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
+            Ok(Plan { manifest, out, state, stages, items })
         }
         // Each unknown part of a stage comes with a fault; should one be forgotten, this is better than a guess.
         None => Err(graph.faults(vec![Fault::of_file("a stage of the manifest could not be understood")])),

@@ -2,6 +2,7 @@
 
 mod artifacts;
 mod cache;
+mod determinism;
 mod explanations;
 mod failures;
 mod interruptions;

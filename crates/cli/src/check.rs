@@ -1,0 +1,124 @@
+//! `specula check`: whether the manifest is sound, and with `--determinism` whether outputs depend on the number of
+//! threads.
+
+use std::fmt::Write;
+
+use engine::{Cancel, Determinism, Event, Kinds, Plan};
+
+use crate::arguments::CheckArguments;
+use crate::print::say;
+use crate::{Exit, build, exit, manifest, print, terminal};
+
+pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
+    let plan = match manifest::load(&arguments.manifest, kinds) {
+        Ok(plan) => plan,
+        Err(exit) => return exit,
+    };
+    if !arguments.determinism {
+        return soundness(arguments, &plan);
+    }
+    let threads = if arguments.threads.is_empty() {
+        engine::telling_threads()
+    } else {
+        arguments.threads.iter().copied().map(usize::from).collect()
+    };
+    let cancel = Cancel::default();
+    build::stop_on_interrupt(&cancel);
+    let told = |threads: usize, event: Event| match event {
+        Event::Planned { items, .. } => say!("{}: {items} items from nothing", count(threads, "thread")),
+        Event::Failed { item, error, .. } => say!("  FAILED {item}: {}", error.join(": ")),
+        Event::Ended(summary) => say!("  {}", terminal::duration(summary.milliseconds)),
+        _ => {}
+    };
+    match engine::determinism(&plan, &arguments.stages, &threads, &cancel, &told) {
+        Ok(found) => {
+            let printed = if arguments.json {
+                let object = serde_json::json!({ "v": 1, "proven": found.is_proven(), "determinism": found });
+                print::data(&format!("{object}\n"))
+            } else {
+                print::data(&describe(&found))
+            };
+            match printed {
+                Exit::Success if found.cancelled => Exit::Interrupted,
+                Exit::Success if !found.is_proven() => Exit::ItemsFailed,
+                exit => exit,
+            }
+        }
+        Err(error) => exit::of_error(&error),
+    }
+}
+
+/// The manifest has been loaded without a fault.
+fn soundness(arguments: &CheckArguments, plan: &Plan) -> Exit {
+    let (stages, items) = (plan.stages.len(), plan.items.len());
+    let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();
+    if arguments.json {
+        let object =
+            serde_json::json!({ "v": 1, "sound": true, "stages": stages, "items": items, "files": files });
+        return print::data(&format!("{object}\n"));
+    }
+    print::data(&format!(
+        "{} is sound: {}, {}, {} in out\n",
+        arguments.manifest.manifest.display(),
+        count(stages, "stage"),
+        count(items, "item"),
+        count(files, "file")
+    ))
+}
+
+fn describe(found: &Determinism) -> String {
+    let threads = found.threads.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let threads = format!("{} threads", threads.join(", "));
+    let (items, outputs) = (count(found.items, "item"), count(found.outputs, "output"));
+    let mut text = String::new();
+    let began = found.differences.iter().filter(|difference| difference.because.is_none());
+    for difference in began {
+        let [one, other] = difference.threads;
+        let [bytes, other_bytes] = difference.bytes;
+        let size = if bytes == other_bytes {
+            format!("{bytes} bytes")
+        } else {
+            format!(
+                "{bytes} bytes with {}, {other_bytes} with {}",
+                count(one, "thread"),
+                count(other, "thread")
+            )
+        };
+        let _ = writeln!(
+            text,
+            "{}: {} differs between {} and {}, from byte {} on ({size}); its inputs were the same",
+            difference.item,
+            difference.output,
+            count(one, "thread"),
+            count(other, "thread"),
+            difference.at
+        );
+        let after = found.differences.iter().filter(|after| after.because.as_ref() == Some(&difference.item));
+        let after = after.map(|after| after.item.to_string()).collect::<Vec<_>>();
+        if !after.is_empty() {
+            let _ = writeln!(text, "  only because of it: {}", after.join("; "));
+        }
+    }
+    for failed in &found.failures {
+        let threads = count(failed.threads, "thread");
+        let _ = writeln!(text, "{} failed with {threads}: {}", failed.item, failed.error.join(": "));
+    }
+    for path in &found.disturbed {
+        let _ = writeln!(text, "{path} changed while the check ran: check again");
+    }
+    text += &match found {
+        _ if found.cancelled => "Stopped before the end.\n".to_owned(),
+        _ if found.is_proven() => {
+            format!("The {outputs} of {items} are the same with {threads}, byte for byte.\n")
+        }
+        _ if found.differences.is_empty() => {
+            format!("Not all of {items} could be compared with {threads}.\n")
+        }
+        _ => format!("{} of {outputs} differ between {threads}.\n", found.differences.len()),
+    };
+    text
+}
+
+fn count(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
+}

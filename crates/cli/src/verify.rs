@@ -1,0 +1,115 @@
+//! `specula verify`: whether an exported file is what its recipe says, and whether that is up to date.
+
+use std::fmt::Write;
+use std::fs;
+
+use engine::{Content, Kinds, Recipe, SourceFile, Verification};
+
+use crate::arguments::VerifyArguments;
+use crate::print::say;
+use crate::reasons::{cause, dated, short};
+use crate::{Exit, exit, manifest, print};
+
+pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Exit {
+    let plan = match manifest::load(&arguments.manifest, kinds) {
+        Ok(plan) => plan,
+        Err(exit) => return exit,
+    };
+    // As for `explain`, a name may be meant relative to out.
+    let below = plan.out.join(&arguments.file);
+    let file = if !arguments.file.exists() && below.exists() { &below } else { &arguments.file };
+    let bytes = match fs::read(file) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            say!("error: cannot read {}: {error}", file.display());
+            say!("hint: a published file that is gone comes back with `specula build`");
+            return Exit::Usage;
+        }
+    };
+    match engine::verify(&plan, file, &bytes, &containers::read_recipe) {
+        Ok(found) => {
+            let printed = if arguments.json {
+                let is_current = found.is_current();
+                let object = serde_json::json!({ "v": 1, "current": is_current, "verification": found });
+                print::data(&format!("{object}\n"))
+            } else {
+                print::data(&describe(&found))
+            };
+            match printed {
+                Exit::Success if !found.is_current() => Exit::ItemsFailed,
+                exit => exit,
+            }
+        }
+        Err(error) => exit::of_error(&error),
+    }
+}
+
+fn describe(found: &Verification) -> String {
+    let changed = found.sources.iter().filter(|source| source.old != source.new).collect::<Vec<_>>();
+    let verdict = match &found.content {
+        Content::Altered { .. } => "ALTERED: its bytes are not those that were made",
+        _ if matches!(found.recipe, Recipe::Differs { .. }) => {
+            "ALTERED: its recipe is not that of its record"
+        }
+        Content::Earlier => "stale: its item has made another since",
+        Content::Current if found.item.is_none() || !found.gone.is_empty() => {
+            "stale: the manifest does not make it any more"
+        }
+        Content::Current if !changed.is_empty() => "stale: its sources have changed since",
+        Content::Current if !found.revised.is_empty() => "stale: parameters or kinds have changed since",
+        Content::Current if found.would_run => "stale: a build would make it anew",
+        Content::Current => "current: it is what was made, and a build would leave it as it is",
+    };
+    let mut text = format!("{}: {verdict}\n", found.file);
+    let item = found.item.as_ref().map_or_else(|| "an item that is gone".into(), ToString::to_string);
+    let _ = writeln!(text, "  made by   {item}, in the run of {}", found.made);
+    let now = short(Some(&found.digest));
+    let _ = match &found.content {
+        Content::Current => writeln!(text, "  bytes     {now}, the last result"),
+        Content::Earlier => writeln!(text, "  bytes     {now}, the result of an earlier run"),
+        Content::Altered { made } => {
+            writeln!(text, "  bytes     {now}, but {} was made", short(made.as_ref()))
+        }
+    };
+    let _ = match &found.recipe {
+        Recipe::AsRecorded { beside: None } => writeln!(text, "  recipe    as recorded"),
+        Recipe::AsRecorded { beside: Some(place) } => {
+            writeln!(text, "  recipe    as recorded, in {}", place.display())
+        }
+        Recipe::Differs { found, recorded } => {
+            writeln!(text, "  recipe    in the file  {found}\n            recorded     {recorded}")
+        }
+        Recipe::Absent => writeln!(text, "  recipe    none in the file or beside it"),
+    };
+    for source in &found.sources {
+        let _ = writeln!(text, "  {}", describe_source(source));
+    }
+    for revised in &found.revised {
+        let _ = writeln!(text, "  revised   {}", cause(revised));
+    }
+    for gone in &found.gone {
+        let _ = writeln!(text, "  gone      {gone}: the manifest has no such item any more");
+    }
+    for forgotten in &found.forgotten {
+        let _ =
+            writeln!(text, "  unknown   {forgotten}: no record is left of the run that made what was used");
+    }
+    if found.would_run {
+        for begun in &found.causes {
+            let _ = writeln!(text, "  would run {}", cause(begun));
+        }
+    }
+    text
+}
+
+fn describe_source(source: &SourceFile) -> String {
+    let what = if source.listing { "names in " } else { "" };
+    let old = dated(source.old.as_ref(), source.old_time);
+    match source.new {
+        new if new == source.old => format!("as it was {what}{} ({old})", source.path),
+        None => format!("gone      {what}{} (was {old})", source.path),
+        Some(new) => {
+            format!("changed   {what}{} ({old} to {})", source.path, dated(Some(&new), source.new_time))
+        }
+    }
+}

@@ -1,0 +1,401 @@
+//! Whether an exported file is what its recipe says, and whether what it was made of has changed since.
+//!
+//! A file is known by its place in `out`, or, where it was moved or copied away, by its digest or by the recipe that it
+//! holds. From the record of the run that made it, its ancestry is followed up to the source files.
+
+use std::cell::LazyCell;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::build::{Forecast, forecast};
+use crate::disk::{Disk, modified};
+use crate::explain::{forecast_causes, names_by_place};
+use crate::judge::Judge;
+use crate::publish::{Published, Publisher};
+use crate::record::{Record, recipe};
+use crate::state::State;
+use crate::{Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Timestamp};
+
+/// What is known of an exported file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// The file that was asked for.
+    pub file: String,
+    /// The digest of its bytes.
+    pub digest: Digest,
+    /// The item that exports it; `None` where the manifest has none any more that does.
+    pub item: Option<ItemName>,
+    /// When the run began that made it.
+    pub made: Timestamp,
+    /// What its bytes are.
+    pub content: Content,
+    /// What its recipe is.
+    pub recipe: Recipe,
+    /// The files that it and its ancestors were made of.
+    pub sources: Vec<SourceFile>,
+    /// The parameters and kinds in its ancestry that were changed since.
+    pub revised: Vec<Cause>,
+    /// The ancestors that the manifest does not have any more.
+    pub gone: Vec<ItemName>,
+    /// The ancestors of whose runs no record is left: of what they were made of nothing is known.
+    pub forgotten: Vec<ItemName>,
+    /// Whether a build would make it anew, as far as can be known before.
+    pub would_run: bool,
+    /// What began that it would.
+    pub causes: Vec<Cause>,
+}
+
+impl Verification {
+    /// Whether it is the file that a build would leave as it is.
+    pub fn is_current(&self) -> bool {
+        self.content == Content::Current
+            && !matches!(self.recipe, Recipe::Differs { .. })
+            && self.sources.iter().all(|source| source.old == source.new)
+            && self.revised.is_empty()
+            && self.gone.is_empty()
+            && !self.would_run
+    }
+}
+
+/// What the bytes of an exported file are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "content", rename_all = "kebab-case")]
+pub enum Content {
+    /// The last result of its item.
+    Current,
+    /// A result of an earlier run.
+    Earlier,
+    /// No result: somebody changed it.
+    Altered {
+        /// The digest of what was made.
+        made: Option<Digest>,
+    },
+}
+
+/// The recipe of an exported file, and whether it is that of the run which made the file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "recipe", rename_all = "kebab-case")]
+pub enum Recipe {
+    /// The file holds the recipe of its record.
+    AsRecorded {
+        /// The file beside it that holds the recipe, where its own format cannot.
+        beside: Option<PathBuf>,
+    },
+    /// The file holds another.
+    Differs {
+        /// The recipe that it holds.
+        found: String,
+        /// The recipe of its record.
+        recorded: String,
+    },
+    /// The file holds none, nor does one beside it.
+    Absent,
+}
+
+/// A file or a folder's listing that something was made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SourceFile {
+    /// The path, relative to the manifest's folder where it lies inside.
+    pub path: String,
+    /// Whether the names in a folder were read, not a file's content.
+    pub listing: bool,
+    /// The digest when it was read; `None` where it was looked for and not there.
+    pub old: Option<Digest>,
+    /// The digest now; `None` where it is gone.
+    pub new: Option<Digest>,
+    /// When it had been changed that was read, by its file system, where that is on record.
+    pub old_time: Option<Timestamp>,
+    /// When it was changed now, by its file system.
+    pub new_time: Option<Timestamp>,
+}
+
+/// Says whether an exported file is what was published, and whether that is up to date.
+///
+/// `bytes` are the file's, `recipe_of` reads the recipe out of a file of any format. Nothing is written, and a build may
+/// be at work.
+///
+/// # Errors
+/// Where nothing that the manifest has made is known by that place, content or recipe, or the records cannot be read.
+pub fn verify(
+    plan: &Plan,
+    file: &Path,
+    bytes: &[u8],
+    recipe_of: &dyn Fn(&[u8]) -> Option<String>,
+) -> Result<Verification, Error> {
+    let state = State::read(&plan.state)?;
+    let disk = Disk::new(state.now, Arc::default());
+    let selected = vec![true; plan.stages.len()];
+    let judge = Judge::new(plan, &state, &disk, &selected);
+    let archive = Archive::new(&judge);
+    let digest = Digest::of(bytes);
+    let embedded = recipe_of(bytes);
+    let names = names_by_place(plan, file);
+    let found = archive.by_place(&names, digest).or_else(|| archive.by_digest(digest));
+    let found = found.or_else(|| archive.by_recipe(embedded.as_deref()?, file));
+    let Found { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
+    let content = match content {
+        Content::Altered { made: None } => {
+            let made = record.outputs.get(output).map(|blob| blob.digest);
+            Content::Altered { made: names.iter().find_map(|name| published(&judge, name)).or(made) }
+        }
+        content => content,
+    };
+
+    let forecasts = forecast(&judge, &selected);
+    let causes = forecast_causes(&judge, &forecasts);
+    let would_run = item.is_some_and(|item| matches!(forecasts[item], Some(Forecast::Runs(_))));
+    let mut ancestry = Ancestry::default();
+    ancestry.follow(&archive, item, &record);
+    Ok(Verification {
+        file: file.display().to_string(),
+        digest,
+        item: item.map(|item| judge.name(item)),
+        made: record.started,
+        content,
+        recipe: archive.compare_recipe(embedded, recipe_of, file, item, output, &record),
+        sources: ancestry.sources,
+        revised: ancestry.revised,
+        gone: ancestry.gone,
+        forgotten: ancestry.forgotten,
+        would_run,
+        causes: item.filter(|_| would_run).map_or_else(Vec::new, |item| causes[item].clone()),
+    })
+}
+
+fn unknown(file: &Path) -> Error {
+    let message = format!(
+        "{} is nothing that this manifest is known to have made: no record holds its place in out, its digest or its \
+         recipe",
+        file.display()
+    );
+    Error::new(ErrorKind::UnknownTarget, message).with_help(
+        "name an exported file, and the manifest that it comes from (--manifest); `specula inspect` says what a file is",
+    )
+}
+
+fn published(judge: &Judge<'_>, name: &str) -> Option<Digest> {
+    Publisher::new(judge.plan, judge.state).entry(name).and_then(Published::owned)
+}
+
+/// The run that made a file.
+struct Found {
+    /// The item, where the plan has it.
+    item: Option<ItemIndex>,
+    record: Record,
+    /// Which of its outputs the file is.
+    output: usize,
+    content: Content,
+}
+
+/// The records of the last runs, and of those earlier ones that are still known.
+struct Archive<'a> {
+    judge: &'a Judge<'a>,
+    items: HashMap<ItemName, ItemIndex>,
+    earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
+}
+
+impl<'a> Archive<'a> {
+    fn new(judge: &'a Judge<'a>) -> Self {
+        let items = (0..judge.plan.items.len()).map(|item| (judge.name(item), item)).collect();
+        let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
+            let mut records = judge.state.journal.all_results::<Record>();
+            // The newest first.
+            records.sort_by_key(|record| std::cmp::Reverse(record.started));
+            records
+        });
+        Self { judge, items, earlier: LazyCell::new(read) }
+    }
+
+    /// The good record in effect of an item.
+    fn last(&self, item: ItemIndex) -> Option<&Record> {
+        self.judge.record(item).map(|record| &**record).filter(|record| record.failure.is_none())
+    }
+
+    /// A file of the plan, whatever it holds now.
+    fn by_place(&self, names: &[String], digest: Digest) -> Option<Found> {
+        let place = |(item, this): (ItemIndex, &crate::Item)| {
+            Some((item, this.files.iter().position(|file| names.contains(file))?))
+        };
+        let (item, output) = self.judge.plan.items.iter().enumerate().find_map(place)?;
+        let is_this = |record: &&Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
+        if let Some(record) = self.last(item).filter(is_this) {
+            return Some(Found {
+                item: Some(item),
+                record: record.clone(),
+                output,
+                content: Content::Current,
+            });
+        }
+        if let Some(record) = self.earlier.iter().find(is_this) {
+            return Some(Found {
+                item: Some(item),
+                record: record.clone(),
+                output,
+                content: Content::Earlier,
+            });
+        }
+        let made = self.judge.record(item)?.outputs.get(output)?.digest;
+        let of_made = |record: &&Record| record.outputs.get(output).is_some_and(|blob| blob.digest == made);
+        let record = self.last(item).or_else(|| self.earlier.iter().find(of_made))?.clone();
+        Some(Found { item: Some(item), record, output, content: Content::Altered { made: None } })
+    }
+
+    /// A copy of a file that was exported, under whatever name.
+    fn by_digest(&self, digest: Digest) -> Option<Found> {
+        let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
+        let place = |record: &Record| record.outputs.iter().position(|blob| blob.digest == digest);
+        let last = (0..self.judge.plan.items.len()).filter(exports).find_map(|item| {
+            let record = self.last(item)?;
+            Some((item, record, place(record)?))
+        });
+        if let Some((item, record, output)) = last {
+            return Some(Found {
+                item: Some(item),
+                record: record.clone(),
+                output,
+                content: Content::Current,
+            });
+        }
+        let (record, output) = self.earlier.iter().find_map(|record| Some((record, place(record)?)))?;
+        let item = self.item_like(record);
+        Some(Found { item, record: record.clone(), output, content: Content::Earlier })
+    }
+
+    /// A copy that was changed, but for its recipe.
+    fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Found> {
+        let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
+        let mut last = (0..self.judge.plan.items.len()).filter(exports);
+        let last = last.find_map(|item| {
+            let record = self.last(item)?;
+            (self.recipe(Some(item), record) == embedded).then_some((Some(item), record))
+        });
+        let (item, record) = last.or_else(|| {
+            let mut earlier = self.earlier.iter().map(|record| (self.item_like(record), record));
+            earlier.find(|(item, record)| self.recipe(*item, record) == embedded)
+        })?;
+        let files = item.map_or(&[][..], |item| &self.judge.plan.items[item].files[..]);
+        let output =
+            files.iter().position(|name| Path::new(name).extension() == file.extension()).unwrap_or(0);
+        Some(Found { item, record: record.clone(), output, content: Content::Altered { made: None } })
+    }
+
+    /// The item of the plan that an earlier record was of: records do not name it, but what arrived.
+    fn item_like(&self, record: &Record) -> Option<ItemIndex> {
+        let plan = self.judge.plan;
+        let inputs = record.inputs.iter().map(|used| (used.port.as_str(), &used.item)).collect::<Vec<_>>();
+        (0..plan.items.len()).find(|item| {
+            let now = self.judge.inputs(*item, |_| Digest([0; 32]));
+            plan.stages[plan.items[*item].stage].kind.name() == record.kind
+                && self.judge.source(*item) == record.source
+                && now.iter().map(|used| (used.port.as_str(), &used.item)).eq(inputs.iter().copied())
+        })
+    }
+
+    /// The run that made an artifact: of the item's last one, or of the newest that made the same.
+    fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
+        let made = |record: &&Record| record.outputs.first().is_some_and(|blob| blob.digest == digest);
+        let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
+        last.or_else(|| self.earlier.iter().find(made))
+    }
+
+    fn recipe(&self, item: Option<ItemIndex>, record: &Record) -> String {
+        let is_many = |port: &str| match item {
+            Some(item) => self.judge.stages[self.judge.plan.items[item].stage].many.contains(port),
+            None => record.inputs.iter().filter(|used| used.port == port).count() > 1,
+        };
+        recipe(&record.kind, record.revision, &record.parameters, &record.inputs, is_many)
+    }
+
+    fn compare_recipe(
+        &self,
+        embedded: Option<String>,
+        recipe_of: &dyn Fn(&[u8]) -> Option<String>,
+        file: &Path,
+        item: Option<ItemIndex>,
+        output: usize,
+        record: &Record,
+    ) -> Recipe {
+        let beside = || self.beside(file, item?, output, recipe_of);
+        let (found, beside) = match embedded.map(|found| (found, None)).or_else(beside) {
+            Some(found) => found,
+            None => return Recipe::Absent,
+        };
+        let recorded = self.recipe(item, record);
+        if found == recorded { Recipe::AsRecorded { beside } } else { Recipe::Differs { found, recorded } }
+    }
+
+    /// The recipe in another file of the item, where the file's own format holds none: beside it, or in `out`.
+    fn beside(
+        &self,
+        file: &Path,
+        item: ItemIndex,
+        output: usize,
+        recipe_of: &dyn Fn(&[u8]) -> Option<String>,
+    ) -> Option<(String, Option<PathBuf>)> {
+        let files = &self.judge.plan.items[item].files;
+        let folder = Path::new(files.get(output)?).parent()?;
+        let others = files.iter().enumerate().filter(|(index, _)| *index != output);
+        let places = others.flat_map(|(_, name)| {
+            let near = Path::new(name).strip_prefix(folder).ok();
+            let near = near.and_then(|name| Some(file.parent()?.join(name)));
+            near.into_iter().chain([self.judge.plan.out.join(name)])
+        });
+        places.into_iter().find_map(|place| Some((recipe_of(&std::fs::read(&place).ok()?)?, Some(place))))
+    }
+}
+
+/// What a file was made of, up to its sources.
+#[derive(Default)]
+struct Ancestry {
+    sources: Vec<SourceFile>,
+    revised: Vec<Cause>,
+    gone: Vec<ItemName>,
+    forgotten: Vec<ItemName>,
+}
+
+impl Ancestry {
+    fn follow(&mut self, archive: &Archive<'_>, item: Option<ItemIndex>, record: &Record) {
+        let judge = archive.judge;
+        let mut seen = HashSet::new();
+        let mut open =
+            vec![(item, item.map(|item| judge.name(item)).into_iter().collect::<Vec<_>>(), record)];
+        while let Some((item, chain, record)) = open.pop() {
+            for reason in item.map_or_else(Vec::new, |item| judge.revisions(item, record)) {
+                self.revised.push(Cause { reason, chain: chain.clone() });
+            }
+            for read in &record.reads {
+                if self.sources.iter().any(|known| known.path == read.path && known.listing == read.listing) {
+                    continue;
+                }
+                self.sources.push(SourceFile {
+                    path: read.path.clone(),
+                    listing: read.listing,
+                    old: read.digest,
+                    new: judge.now(read),
+                    old_time: read.modified,
+                    new_time: modified(&judge.folder.join(&read.path)),
+                });
+            }
+            for used in &record.inputs {
+                if !seen.insert((&used.item, used.digest)) {
+                    continue;
+                }
+                let item = archive.items.get(&used.item).copied();
+                if item.is_none() {
+                    self.gone.push(used.item.clone());
+                }
+                match archive.maker(&used.item, used.digest) {
+                    Some(record) => {
+                        let chain = [&[used.item.clone()], &chain[..]].concat();
+                        open.push((item, chain, record));
+                    }
+                    None => self.forgotten.push(used.item.clone()),
+                }
+            }
+        }
+        self.sources.sort_by(|a, b| a.path.cmp(&b.path));
+    }
+}

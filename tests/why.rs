@@ -1,0 +1,217 @@
+//! Why did this rerun? `explain`, `verify` and `check`, as a user meets them.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::fs;
+
+use support::{Project, files_below};
+
+const GOLD: &str = "assets/materials/gold.toml";
+
+/// [`Project::small`], built, after which gold was changed.
+fn edited() -> Project {
+    let project = Project::small();
+    project.ok(&["build"]);
+    project.write(GOLD, "model = \"phong\"\nexponent = 7\nspecular = [1, 0.8, 0.3]\n");
+    project
+}
+
+#[test]
+fn the_first_line_names_the_file_that_began_it_before_and_after_the_build() {
+    let project = edited();
+    let chain =
+        " -> material [gold] -> coefficients [gold] -> reflection [studio, gold] -> map [studio, gold]";
+    let first = |project: &Project| {
+        let text = project.ok(&["explain", "maps/gold.exr"]).stdout;
+        text.lines().next().unwrap().to_owned()
+    };
+    let before = first(&project);
+    assert!(before.starts_with(&format!("map [studio, gold]: would run: {GOLD} changed (")), "{before}");
+    assert!(before.ends_with(chain), "{before}");
+    assert!(before.contains(" UTC to ") && before.contains(" UTC)"), "both times are told: {before}");
+    let digests = before.split(" of ").filter_map(|part| part.rsplit([' ', '(']).next());
+    assert!(digests.take(2).all(|digest| digest.len() == 12), "{before}");
+
+    project.ok(&["build"]);
+    let after = first(&project);
+    assert!(after.starts_with("map [studio, gold]: up to date; it last ran because: "), "{after}");
+    assert_eq!(
+        after.split_once("because: "),
+        before
+            .split_once("would run: ")
+            .map(|(_, why)| { ("map [studio, gold]: up to date; it last ran ", why) })
+    );
+}
+
+#[test]
+fn a_file_that_a_person_deleted_or_changed_is_in_the_first_line() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    let first = || project.ok(&["explain", "maps/gold.exr"]).stdout.lines().next().unwrap().to_owned();
+    fs::write(project.path("out/maps/gold.exr"), "mine").unwrap();
+    let line = first();
+    assert!(line.contains("up to date, but maps/gold.exr is changed by somebody else since"), "{line}");
+    fs::remove_file(project.path("out/maps/gold.exr")).unwrap();
+    let line = first();
+    assert!(line.contains("up to date, but maps/gold.exr is gone since it was published"), "{line}");
+}
+
+#[test]
+fn items_of_which_the_same_can_be_said_share_a_line() {
+    let project = edited();
+    let text = project.ok(&["explain", "map"]).stdout;
+    let lines = text.lines().collect::<Vec<_>>();
+    assert!(lines[0].ends_with(" items, 1 would run"), "{text}");
+    assert_eq!(lines.len(), 3, "one line for gold, one for the others:\n{text}");
+    let gold = lines.iter().find(|line| line.starts_with("  [studio, gold]: would run: ")).unwrap();
+    assert!(gold.contains("gold.toml changed"), "{text}");
+    assert!(
+        lines.iter().any(|line| line.ends_with("up to date; it last ran because: never built")),
+        "{text}"
+    );
+    let full = project.ok(&["explain", "map", "--verbose"]).stdout;
+    assert!(full.contains("  last ran ") && full.lines().count() > 10, "{full}");
+}
+
+#[test]
+fn explain_prints_json_for_programs() {
+    let project = edited();
+    let text = project.ok(&["explain", "map [studio, gold]", "--json"]).stdout;
+    let told: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(told["v"], 1);
+    let item = &told["items"][0];
+    assert_eq!(
+        (&item["would_run"], &item["files"][0]["state"]["state"]),
+        (&true.into(), &"as-published".into())
+    );
+    assert_eq!(item["reasons"][0]["reason"], "awaits");
+    let cause = &item["causes"][0];
+    assert_eq!((&cause["reason"]["reason"], &cause["reason"]["path"]), (&"file".into(), &GOLD.into()));
+    assert!(cause["reason"]["new_time"].as_u64().unwrap() > 1_600_000_000_000, "{cause}");
+    assert_eq!(cause["chain"].as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn a_current_file_is_told_from_a_stale_and_from_an_altered_one() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    for name in project.outputs().keys() {
+        let text = project.ok(&["verify", &format!("out/{name}")]).stdout;
+        assert!(text.contains(": current: ") && text.contains("recipe    as recorded"), "{text}");
+        assert!(text.contains("as it was assets/environments/studio.exr ("), "{text}");
+    }
+    let gold = fs::read_to_string(project.path(GOLD)).unwrap();
+    project.write(GOLD, "model = \"phong\"\nexponent = 7\nspecular = [1, 0.8, 0.3]\n");
+    let stale = project.specula(&["verify", "maps/gold.exr"]);
+    assert_eq!(stale.code, Some(1), "{stale:?}");
+    assert!(stale.stdout.contains(": stale: its sources have changed since\n"), "{}", stale.stdout);
+    assert!(stale.stdout.contains(&format!("  changed   {GOLD} (")), "{}", stale.stdout);
+    assert!(stale.stdout.contains("  as it was assets/environments/studio.exr ("), "{}", stale.stdout);
+    project.ok(&["verify", "maps/chalk.exr"]);
+    project.write(GOLD, &gold);
+    project.ok(&["verify", "maps/gold.exr"]);
+
+    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
+    let revised = project.specula(&["verify", "maps/gold.exr"]);
+    assert_eq!(revised.code, Some(1), "{revised:?}");
+    let line = "  revised   lighting: degree changed from 8 to 6 -> reflection [studio, gold] -> map [studio, gold]\n";
+    let line = line.replace("lighting:", "lighting [studio]:");
+    assert!(revised.stdout.contains(&line), "{}", revised.stdout);
+    project.write("pipeline.toml", support::SMALL);
+
+    let mut bytes = fs::read(project.path("out/maps/gold.exr")).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(project.path("out/maps/gold.exr"), &bytes).unwrap();
+    let altered = project.specula(&["verify", "out/maps/gold.exr"]);
+    assert_eq!(altered.code, Some(1), "{altered:?}");
+    assert!(
+        altered.stdout.contains(": ALTERED: its bytes are not those that were made\n"),
+        "{}",
+        altered.stdout
+    );
+    assert!(altered.stdout.contains("recipe    as recorded"), "{}", altered.stdout);
+
+    // Its recipe still says what it is when it lies elsewhere under another name.
+    fs::write(project.path("moved.exr"), &bytes).unwrap();
+    let moved = project.specula(&["verify", "moved.exr", "--json"]);
+    let moved: serde_json::Value = serde_json::from_str(&moved.stdout).unwrap();
+    assert_eq!((&moved["v"], &moved["current"]), (&1.into(), &false.into()));
+    assert_eq!(moved["verification"]["content"]["content"], "altered");
+    assert_eq!(moved["verification"]["item"]["key"]["material"], "gold");
+}
+
+#[test]
+fn a_copy_that_was_moved_away_is_known_and_an_old_one_is_stale() {
+    let project = Project::small();
+    project.ok(&["build"]);
+    fs::copy(project.path("out/maps/gold.exr"), project.path("kept.exr")).unwrap();
+    let text = project.ok(&["verify", "kept.exr"]).stdout;
+    assert!(text.contains("kept.exr: current: ") && text.contains("made by   map [studio, gold]"), "{text}");
+
+    project.write(GOLD, "model = \"phong\"\nexponent = 7\nspecular = [1, 0.8, 0.3]\n");
+    project.ok(&["build"]);
+    let old = project.specula(&["verify", "kept.exr"]);
+    assert_eq!(old.code, Some(1), "{old:?}");
+    assert!(old.stdout.contains("kept.exr: stale: its item has made another since\n"), "{}", old.stdout);
+    assert!(old.stdout.contains(&format!("  changed   {GOLD} (")), "{}", old.stdout);
+
+    fs::remove_file(project.path(GOLD)).unwrap();
+    project.ok(&["build"]);
+    let gone = project.specula(&["verify", "kept.exr"]);
+    assert_eq!(gone.code, Some(1), "{gone:?}");
+    assert!(gone.stdout.contains(&format!("  gone      {GOLD} (was ")), "{}", gone.stdout);
+
+    let unknown = project.specula(&["verify", "assets/environments/studio.exr"]);
+    assert_eq!(unknown.code, Some(2), "{unknown:?}");
+    assert!(unknown.stderr.contains("hint: name an exported file"), "{}", unknown.stderr);
+}
+
+#[test]
+fn a_format_that_cannot_hold_a_recipe_is_known_by_the_file_beside_it() {
+    let manifest = format!(
+        "{}\n[stage.cabral]\nkind = \"export-cabral\"\ninput = \"reflection\"\nformat = \"dds\"\nresolution = 4\n\
+         path = \"cabral/{{material}}\"\n",
+        support::SMALL
+    );
+    let project = Project::new(&manifest);
+    project.ok(&["build", "cabral"]);
+    let outputs = project.outputs();
+    let dds =
+        outputs.keys().find(|name| name.ends_with(".dds")).unwrap_or_else(|| panic!("{:?}", outputs.keys()));
+    let text = project.ok(&["verify", &format!("out/{dds}")]).stdout;
+    assert!(text.contains("recipe    as recorded, in "), "{text}");
+}
+
+#[test]
+fn a_sound_manifest_is_counted_and_a_faulty_one_is_not() {
+    let project = Project::small();
+    let text = project.ok(&["check"]).stdout;
+    assert!(text.starts_with("pipeline.toml is sound: 8 stages, ") && text.ends_with(" in out\n"), "{text}");
+    assert!(!project.path(".specula").exists() && !project.path("out").exists(), "nothing is written");
+    project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degre = 8\n"));
+    assert_eq!(project.specula(&["check"]).code, Some(3));
+    let usage = project.specula(&["check", "map"]);
+    assert_eq!(usage.code, Some(2), "a stage is named for --determinism: {usage:?}");
+}
+
+#[test]
+fn kinds_of_this_workspace_do_not_depend_on_threads_and_the_check_leaves_nothing_behind() {
+    let project = Project::small();
+    let temporary = project.path("temporary");
+    fs::create_dir(&temporary).unwrap();
+    let before = files_below(&project.path(""));
+    let output = project
+        .command(&["check", "--determinism", "map", "--threads", "1,3"])
+        .env("TMPDIR", &temporary)
+        .env("TEMP", &temporary)
+        .env("TMP", &temporary)
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.ends_with(" are the same with 1, 3 threads, byte for byte.\n"), "{text}");
+    assert_eq!(files_below(&project.path("")), before);
+    assert_eq!(fs::read_dir(&temporary).unwrap().count(), 0);
+}
