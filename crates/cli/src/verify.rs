@@ -81,7 +81,9 @@ fn describe(found: &Verification) -> String {
         }
         Recipe::Absent => writeln!(text, "  recipe    none in the file or beside it"),
     };
-    for source in &found.sources {
+    // That a file was no folder, and is none, is not worth a line.
+    let worth = |source: &&SourceFile| source.old.is_some() || source.new.is_some();
+    for source in found.sources.iter().filter(worth) {
         let _ = writeln!(text, "  {}", describe_source(source));
     }
     for revised in &found.revised {
