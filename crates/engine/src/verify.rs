@@ -389,7 +389,7 @@ impl Ancestry {
                 }
                 match archive.maker(&used.item, used.digest) {
                     Some(record) => {
-                        let chain = [&[used.item.clone()], &chain[..]].concat();
+                        let chain = [std::slice::from_ref(&used.item), &chain[..]].concat();
                         open.push((item, chain, record));
                     }
                     None => self.forgotten.push(used.item.clone()),

@@ -225,7 +225,7 @@ fn a_missing_output_is_told_from_one_that_a_person_changed_and_from_a_lost_resul
 
 #[test]
 fn a_record_from_before_times_and_causes_is_still_read() {
-    let record = r#"{"key":"0000000000000000000000000000000000000000000000000000000000000000","version":"0.1.0",
+    let record = r#"{"manifest":"pipeline.toml","item":{"stage":"loud","key":{}},"key":"0000000000000000000000000000000000000000000000000000000000000000","version":"0.1.0",
         "kind":"upper","revision":1,"parameters":{},"source":null,"inputs":[],
         "reads":[{"path":"a.txt","listing":false,"digest":null}],"outputs":[],"started":0,"milliseconds":1.0,
         "reasons":[{"reason":"file","path":"a.txt","old":null,"new":null}],
