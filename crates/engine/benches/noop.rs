@@ -1,16 +1,17 @@
-//! A build that finds nothing to do: the manifest is read, every file looked at, every result looked up. `again` is the
-//! same on a workbench that has built before: it knows the journal.
+//! Builds that find nothing to do, or one changed file: the manifest is read, every file looked at, every result
+//! looked up. `again` is the same on a workbench that has built before: it knows the journal.
 
 use std::fs;
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use engine::{
     Artifact, BuildOptions, Cancel, Context, Failure, Kind, Kinds, Output, Plan, Port, Product, Workbench,
     parameters,
 };
+use tempfile::TempDir;
 
 struct Text(String);
 
@@ -126,6 +127,19 @@ kind = "write"
 input = "louder"
 "#;
 
+const SHORT: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "source"
+source = "texts/*.txt"
+
+[stage.file]
+kind = "write"
+input = "text"
+"#;
+
 /// Reads the manifest and builds; returns how many items ran.
 fn run(folder: &Path, kinds: &Kinds) -> usize {
     run_on(&Workbench::new(None, 0).expect("threads"), folder, kinds)
@@ -138,32 +152,61 @@ fn run_on(bench: &Workbench, folder: &Path, kinds: &Kinds) -> usize {
     ran.expect("the build goes on").ran
 }
 
+fn kinds() -> Kinds {
+    Kinds::new().with(Source).with(Add).with(Write)
+}
+
+/// A project of so many sources that is up to date.
+fn project(manifest: &str, sources: usize, items: usize) -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::create_dir(folder.path().join("texts")).expect("a folder");
+    fs::write(folder.path().join("pipeline.toml"), manifest).expect("the manifest");
+    for n in 0..sources {
+        write_source(folder.path(), n, &format!("text {n}"));
+    }
+    assert_eq!(run(folder.path(), &kinds()), items);
+    // The stamps of files that are two seconds old are trusted.
+    std::thread::sleep(Duration::from_millis(2100));
+    assert_eq!(run(folder.path(), &kinds()), 0);
+    folder
+}
+
+fn write_source(folder: &Path, n: usize, text: &str) {
+    fs::write(folder.join(format!("texts/{n:05}.txt")), text).expect("a source");
+}
+
 fn noop(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine");
+    group.sample_size(20);
     for items in [1000, 10_000] {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        fs::create_dir(folder.path().join("texts")).expect("a folder");
-        fs::write(folder.path().join("pipeline.toml"), MANIFEST).expect("the manifest");
-        for n in 0..items / 4 {
-            let name = format!("texts/{n:05}.txt");
-            fs::write(folder.path().join(name), format!("text {n}")).expect("a source");
-        }
-        let kinds = Kinds::new().with(Source).with(Add).with(Write);
-        assert_eq!(run(folder.path(), &kinds), items);
-        // The stamps of files that are two seconds old are trusted.
-        std::thread::sleep(Duration::from_millis(2100));
-        assert_eq!(run(folder.path(), &kinds), 0);
-        group.sample_size(20);
+        let folder = project(MANIFEST, items / 4, items);
         group.bench_function(format!("noop_{items}_items"), |bencher| {
-            bencher.iter(|| run(folder.path(), &kinds));
+            bencher.iter(|| run(folder.path(), &kinds()));
         });
         let bench = Workbench::new(None, 0).expect("threads");
         group.bench_function(format!("noop_{items}_items_again"), |bencher| {
-            bencher.iter(|| run_on(&bench, folder.path(), &kinds));
+            bencher.iter(|| run_on(&bench, folder.path(), &kinds()));
         });
     }
     group.finish();
 }
 
-criterion_group!(benches, noop);
+/// One source among 10,000 changes: it is found, and its two items run.
+fn one_changed(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("engine");
+    let folder = project(SHORT, 10_000, 20_000);
+    let mut edits = 0;
+    group.sample_size(20);
+    group.bench_function("one_changed_of_10000", |bencher| {
+        let edit = || {
+            edits += 1;
+            write_source(folder.path(), 7919 * edits % 10_000, &format!("edit {edits}"));
+        };
+        let find = |()| assert_eq!(run(folder.path(), &kinds()), 2);
+        bencher.iter_batched(edit, find, BatchSize::PerIteration);
+    });
+    group.finish();
+}
+
+criterion_group!(benches, noop, one_changed);
 criterion_main!(benches);
