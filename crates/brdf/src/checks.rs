@@ -4,8 +4,9 @@
 //! radiance 1. Above 1 the material makes light. It is integrated over the square that Shirley and Chiu's map ("A Low
 //! Distortion Map Between Disk and Square", 1997) takes to the hemisphere with equal areas: the horizon is its edge, and
 //! panels are divided where two Gauss rules differ. Panels at the mirror direction, the view and the normal are divided
-//! down to 1e-5 of the square whatever the rules say, so that no highlight falls between nodes. The sphere's lower
-//! half counts too, for the models that reach there.
+//! whatever the rules say, so that no highlight falls between nodes, until a highlight as high as rho_hat is there and
+//! as wide as the panel is of no account, or the panel is 1e-5 of the square. The sphere's lower half counts too, for
+//! the models that reach there.
 //!
 //! Reciprocity is judged from the BRDF, rho_hat / cos(theta_i), at pairs of directions and with both exchanged.
 
@@ -105,7 +106,10 @@ pub fn checks(material: &Material) -> Checks {
 fn albedo(material: &Material, view: Direction) -> [f64; 3] {
     let v = view.vector();
     let mirror = DVec3::new(-v.x, -v.y, v.z);
-    let peaks = [mirror, v, DVec3::Z].map(to_square);
+    let peaks = [mirror, v, DVec3::Z].map(|peak| {
+        let rho_hat = material.transfer(Direction::from_unit(peak), view);
+        (to_square(peak), rho_hat.into_iter().fold(0.0, f64::max))
+    });
     let mut sum = [0.0; 3];
     for side in [1.0, -1.0] {
         let integral = Integral { material, view, side, peaks };
@@ -128,8 +132,8 @@ struct Integral<'a> {
     view: Direction,
     /// 1 above the horizon, -1 below.
     side: f64,
-    /// Where panels are divided in any case.
-    peaks: [DVec2; 3],
+    /// Where panels are divided whatever the rules say, and how high the function is there.
+    peaks: [(DVec2, f64); 3],
 }
 
 /// Nodes and weights on [0, 1] of Gauss' rules of four and six nodes.
@@ -149,12 +153,17 @@ const SIX: [(f64, f64); 6] = [
 ];
 
 impl Integral<'_> {
-    /// Panels at a peak are divided down to this size.
+    /// Panels at a peak are divided down to this size,
     const FINEST: f64 = 1.0 / 131_072.0;
+    /// or to where they can hold no more than this.
+    const NEGLIGIBLE: f64 = 1e-2 * ACCURACY;
     /// No panel is smaller than this.
     const LEAST: f64 = 1.0 / 1_048_576.0;
 
     fn add(&self, panel: Panel, sum: &mut [f64; 3]) {
+        if self.is_at_peak(panel) {
+            return self.add_parts(panel, sum);
+        }
         let fine = self.rule(panel, &SIX);
         let coarse = self.rule(panel, &FOUR);
         let [error, size] = [0, 1, 2].iter().fold([0.0f64; 2], |[error, size], &channel| {
@@ -162,21 +171,30 @@ impl Integral<'_> {
         });
         // The kink of a map's diagonal and a model's steps leave errors of panels along a line: thousands at most.
         let good = error <= 1e-4 * size + 1e-7 * (1.0 + sum[0].max(sum[1]).max(sum[2]));
-        let divide =
-            (!good && panel.size > Self::LEAST) || (panel.size > Self::FINEST && self.at_peak(panel));
-        if !divide {
+        if good || panel.size <= Self::LEAST {
             (0..3).for_each(|channel| sum[channel] += fine[channel]);
-            return;
+        } else {
+            self.add_parts(panel, sum);
         }
+    }
+
+    fn add_parts(&self, panel: Panel, sum: &mut [f64; 3]) {
         let size = 0.5 * panel.size;
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
             self.add(Panel { corner: panel.corner + DVec2::new(x, y) * size, size }, sum);
         }
     }
 
-    fn at_peak(&self, panel: Panel) -> bool {
+    /// Whether a panel holds a peak, and is large enough for it to matter.
+    fn is_at_peak(&self, panel: Panel) -> bool {
         let end = panel.corner + DVec2::splat(panel.size);
-        self.peaks.iter().any(|peak| panel.corner.cmple(*peak).all() && end.cmpge(*peak).all())
+        let solid_angle = TAU * panel.size * panel.size;
+        panel.size > Self::FINEST
+            && self.peaks.iter().any(|(peak, height)| {
+                height * solid_angle > Self::NEGLIGIBLE
+                    && panel.corner.cmple(*peak).all()
+                    && end.cmpge(*peak).all()
+            })
     }
 
     fn rule(&self, panel: Panel, rule: &[(f64, f64)]) -> [f64; 3] {

@@ -150,7 +150,10 @@ impl<'a> Watcher<'a> {
             if self.cancel.is_cancelled() {
                 return Ok(());
             }
-            self.tell_way();
+            // Where another pass follows at once, an edit of this moment would be built and not be noticed.
+            if !passed.again {
+                self.tell_way();
+            }
             if passed.summary.as_ref().is_some_and(|summary| !summary.cancelled) {
                 if self.options.once && self.owes {
                     return Ok(());
@@ -179,7 +182,9 @@ impl<'a> Watcher<'a> {
             let pause = self.attention.is_proving().then(|| Instant::now() + Duration::from_millis(20));
             let until = [due, pause].into_iter().flatten().min();
             let woken = self.attention.wait(until, &|| self.cancel.is_cancelled());
-            self.tell_way();
+            if !passed.again {
+                self.tell_way();
+            }
             match woken {
                 Woken::Stopped => return false,
                 Woken::Hints => return true,
