@@ -156,7 +156,7 @@ impl Integral<'_> {
     /// Panels at a peak are divided down to this size,
     const FINEST: f64 = 1.0 / 131_072.0;
     /// or to where they can hold no more than this.
-    const NEGLIGIBLE: f64 = 1e-2 * ACCURACY;
+    const NEGLIGIBLE: f64 = 0.1 * ACCURACY;
     /// No panel is smaller than this.
     const LEAST: f64 = 1.0 / 1_048_576.0;
 
@@ -169,8 +169,8 @@ impl Integral<'_> {
         let [error, size] = [0, 1, 2].iter().fold([0.0f64; 2], |[error, size], &channel| {
             [error.max((fine[channel] - coarse[channel]).abs()), size.max(fine[channel].abs())]
         });
-        // The kink of a map's diagonal and a model's steps leave errors of panels along a line: thousands at most.
-        let good = error <= 1e-4 * size + 1e-7 * (1.0 + sum[0].max(sum[1]).max(sum[2]));
+        // The kink of a map's diagonal and a model's steps leave errors of panels along a line: hundreds at most.
+        let good = error <= 1e-4 * size + 1e-6 * (1.0 + sum[0].max(sum[1]).max(sum[2]));
         if good || panel.size <= Self::LEAST {
             (0..3).for_each(|channel| sum[channel] += fine[channel]);
         } else {
