@@ -88,7 +88,7 @@ fn a_folder_without_a_cache_and_a_size_that_is_none_are_told() {
     }
     let run = project.specula(&["cache", "gc", "--max-size", "much"]);
     assert_eq!(run.code, Some(2));
-    assert!(run.stderr.contains("is no size"), "{run:?}");
+    assert!(run.stderr.contains("such as 500M"), "{run:?}");
     assert!(!project.path(".specula").exists());
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::{Exit, size};
+use crate::{Exit, quantity};
 
 /// Turns light and materials into reflection maps, and keeps them up to date.
 #[derive(Debug, Parser)]
@@ -74,8 +74,8 @@ pub(crate) enum CacheCommand {
     Gc {
         #[command(flatten)]
         manifest: ManifestArgument,
-        /// Remove the results of earlier builds too, the oldest first, until the cache is no larger: 500M, 2GiB
-        #[arg(long, value_name = "SIZE", value_parser = crate::cache::parse_size)]
+        /// Remove the results of earlier builds too, the oldest first, until the cache is no larger than SIZE, such as 500M
+        #[arg(long, value_name = "SIZE", value_parser = quantity::parse_size)]
         max_size: Option<u64>,
         /// Say what would be removed; remove nothing
         #[arg(long)]
@@ -160,10 +160,10 @@ pub(crate) struct WatchArguments {
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Keep decoded artifacts of at most this size in memory, such as 512MiB; 0 keeps none
-    #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = size::parse)]
+    #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = quantity::parse_size)]
     pub(crate) memory: u64,
     /// Trim the cache to this size when nothing is to be done, such as 20GiB [default: it grows]
-    #[arg(long, value_name = "SIZE", value_parser = size::parse)]
+    #[arg(long, value_name = "SIZE", value_parser = quantity::parse_size)]
     pub(crate) max_cache: Option<u64>,
 }
 

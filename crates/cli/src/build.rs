@@ -1,16 +1,16 @@
 //! `specula build`: runs what is out of date.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use engine::{BuildOptions, Cancel, Event, Kinds, Patience, Summary};
 
 use crate::arguments::BuildArguments;
-use crate::print::say;
+use crate::print::{EventStream, say};
 use crate::progress::Progress;
+use crate::screen::locked;
 use crate::timings::Timeline;
-use crate::{Exit, exit, manifest, print};
+use crate::{Exit, exit, manifest};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -28,17 +28,16 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel);
     let progress = Progress::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
-    // Whether events could not be written; told once.
-    let lost = AtomicBool::new(false);
+    let stream = EventStream::default();
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
         if let Some(timeline) = &timeline {
-            timeline.lock().unwrap_or_else(PoisonError::into_inner).hear(&event);
+            locked(timeline).hear(&event);
         }
-        if !arguments.json {
+        if arguments.json {
+            stream.write(event);
+        } else {
             progress.tell(&event);
-        } else if !lost.load(Ordering::Relaxed) && print::event(event) != Exit::Success {
-            lost.store(true, Ordering::Relaxed);
         }
     };
     match engine::build(&plan, &options, &cancel, &events) {
@@ -50,7 +49,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
                 timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
             let drawn = timeline.is_none_or(|timeline| draw(timeline, arguments));
             match exit_of(&summary) {
-                Exit::Success if lost.into_inner() || !drawn => Exit::Machine,
+                Exit::Success if !stream.is_whole() || !drawn => Exit::Machine,
                 exit => exit,
             }
         }
@@ -90,7 +89,7 @@ pub(crate) fn exit_of(summary: &Summary) -> Exit {
     if summary.cancelled {
         Exit::Interrupted
     } else if summary.failed + summary.skipped > 0 {
-        Exit::ItemsFailed
+        Exit::Failed
     } else {
         Exit::Success
     }

@@ -4,23 +4,25 @@ use std::path::Path;
 
 use engine::cache::{self, Amount, CollectOptions, Freed, Lost, Stats, Verified};
 use engine::{Error, ItemName, Patience};
+use serde_json::json;
 
 use crate::arguments::{CacheCommand, ManifestArgument};
 use crate::print::say;
+use crate::quantity::{count, size};
 use crate::reasons::short;
-use crate::{Exit, exit, print, terminal};
+use crate::{Exit, exit, print};
 
 pub(crate) fn run(command: &CacheCommand) -> Exit {
     let outcome = match command {
         CacheCommand::Stats { manifest, json } => cache::stats(folder(manifest)).map(|stats| match json {
-            true => data(serde_json::to_string(&stats)),
+            true => print::json(json!(stats)),
             false => print::data(&describe(&stats)),
         }),
         CacheCommand::Gc { manifest, max_size, dry_run, json } => {
             let patience = Patience::default();
             let options = CollectOptions { limit: *max_size, dry_run: *dry_run, patience };
             cache::collect(folder(manifest), &options, &tell_wait).map(|freed| match json {
-                true => data(serde_json::to_string(&freed)),
+                true => print::json(json!(freed)),
                 false => print::data(&describe_freed(&freed, &options)),
             })
         }
@@ -32,16 +34,11 @@ pub(crate) fn run(command: &CacheCommand) -> Exit {
 fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
     let verified = cache::verify(folder, Patience::default(), &tell_wait)?;
     let printed = match json {
-        true => data(serde_json::to_string(&verified)),
+        true => print::json(json!(verified)),
         false => print::data(&describe_verified(&verified)),
     };
     let is_intact = verified.lost.is_empty();
-    Ok(if printed == Exit::Success && !is_intact { Exit::ItemsFailed } else { printed })
-}
-
-/// JSON on a line of its own.
-fn data(json: serde_json::Result<String>) -> Exit {
-    json.map_or(Exit::Machine, |line| print::data(&format!("{line}\n")))
+    Ok(if printed == Exit::Success && !is_intact { Exit::Failed } else { printed })
 }
 
 /// The folder of a manifest, which need not exist any more.
@@ -72,8 +69,8 @@ fn describe(stats: &Stats) -> String {
         let (name, manifest) = (&share.stage, &share.manifest);
         text += &format!(
             "stage {name} ({manifest}): {} in effect, {} earlier\n",
-            terminal::size(share.in_effect.bytes),
-            terminal::size(share.earlier.bytes)
+            size(share.in_effect.bytes),
+            size(share.earlier.bytes)
         );
     }
     text
@@ -91,10 +88,10 @@ fn describe_freed(freed: &Freed, options: &CollectOptions) -> String {
     for (label, part) in parts.iter().filter(|(_, part)| part.count > 0) {
         text += &format!("  {label:<18}{}\n", amount(*part, "file"));
     }
-    let (left, in_effect) = (amount(freed.left, "file"), terminal::size(freed.in_effect.bytes));
+    let (left, in_effect) = (amount(freed.left, "file"), size(freed.in_effect.bytes));
     text += &format!("{left} are left, {in_effect} of it the last good outputs\n");
     if let Some(limit) = options.limit.filter(|limit| freed.left.bytes > *limit) {
-        text += &format!("that is more than {}: the last good outputs always stay\n", terminal::size(limit));
+        text += &format!("that is more than {}: the last good outputs always stay\n", size(limit));
     }
     text
 }
@@ -124,52 +121,5 @@ fn owner(lost: &Lost) -> String {
 
 /// `12 files, 3.4 MB`
 fn amount(amount: Amount, what: &str) -> String {
-    let s = if amount.count == 1 { "" } else { "s" };
-    format!("{} {what}{s}, {}", amount.count, terminal::size(amount.bytes))
-}
-
-/// A size as people write it: `500M`, `2GiB`, `1.5 GB`, `1000000`. K, M, G and T are powers of 1000, Ki to Ti of 1024.
-pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
-    let wrong =
-        || format!("{text:?} is no size: write a number and K, M, G, T, KiB, MiB, GiB or TiB, as in 500M");
-    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let number: f64 = text[..split].parse().map_err(|_| wrong())?;
-    let unit = text[split..].trim_start().to_ascii_lowercase();
-    let (letter, base) = match unit.strip_suffix('b').unwrap_or(&unit) {
-        "" => return whole(number).ok_or_else(wrong),
-        unit => unit.strip_suffix('i').map_or((unit, 1000.0), |letter| (letter, 1024.0)),
-    };
-    let power = ["k", "m", "g", "t"].iter().position(|known| *known == letter).ok_or_else(wrong)?;
-    whole(number * f64::powi(base, i32::try_from(power).unwrap_or_default() + 1)).ok_or_else(wrong)
-}
-
-fn whole(bytes: f64) -> Option<u64> {
-    // Up to here every whole number is a f64.
-    (bytes < 9e15).then(|| bytes.round() as u64)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_read_as_people_write_them() {
-        for (text, bytes) in [
-            ("0", 0),
-            ("1000000", 1_000_000),
-            ("12b", 12),
-            ("500M", 500_000_000),
-            ("500MB", 500_000_000),
-            ("2GiB", 2 << 30),
-            ("2gi", 2 << 30),
-            ("1.5 GB", 1_500_000_000),
-            ("4KiB", 4096),
-            ("1T", 1_000_000_000_000),
-        ] {
-            assert_eq!(parse_size(text), Ok(bytes), "{text}");
-        }
-        for text in ["", "M", "5X", "-5M", "5MM", "1e3", "1.2.3G", "99999999T", "5iB"] {
-            assert!(parse_size(text).is_err(), "{text}");
-        }
-    }
+    format!("{}, {}", count(amount.count, what), size(amount.bytes))
 }

@@ -4,10 +4,12 @@
 use std::fmt::Write;
 
 use engine::{Cancel, Determinism, Event, Kinds, Plan};
+use serde_json::json;
 
 use crate::arguments::CheckArguments;
 use crate::print::say;
-use crate::{Exit, build, exit, manifest, print, terminal};
+use crate::quantity::{count, duration};
+use crate::{Exit, build, exit, manifest, print};
 
 pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -25,22 +27,23 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
     build::stop_on_interrupt(&cancel);
     let told = |threads: usize, event: Event| match event {
-        Event::Planned { items, .. } => say!("{}: {items} items from nothing", count(threads, "thread")),
+        Event::Planned { items, .. } => {
+            say!("{}: {} from nothing", count(threads, "thread"), count(items, "item"))
+        }
         Event::Failed { item, error, .. } => say!("  FAILED {item}: {}", error.join(": ")),
-        Event::Ended(summary) => say!("  {}", terminal::duration(summary.milliseconds)),
+        Event::Ended(summary) => say!("  {}", duration(summary.milliseconds)),
         _ => {}
     };
     match engine::determinism(&plan, &arguments.stages, &threads, &cancel, &told) {
         Ok(found) => {
             let printed = if arguments.json {
-                let object = serde_json::json!({ "v": 1, "proven": found.is_proven(), "determinism": found });
-                print::data(&format!("{object}\n"))
+                print::json(json!({ "proven": found.is_proven(), "determinism": found }))
             } else {
                 print::data(&describe(&found))
             };
             match printed {
                 Exit::Success if found.cancelled => Exit::Interrupted,
-                Exit::Success if !found.is_proven() => Exit::ItemsFailed,
+                Exit::Success if !found.is_proven() => Exit::Failed,
                 exit => exit,
             }
         }
@@ -53,9 +56,7 @@ fn soundness(arguments: &CheckArguments, plan: &Plan) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();
     if arguments.json {
-        let object =
-            serde_json::json!({ "v": 1, "sound": true, "stages": stages, "items": items, "files": files });
-        return print::data(&format!("{object}\n"));
+        return print::json(json!({ "sound": true, "stages": stages, "items": items, "files": files }));
     }
     print::data(&format!(
         "{} is sound: {}, {}, {} in out\n",
@@ -117,8 +118,4 @@ fn describe(found: &Determinism) -> String {
         _ => format!("{} of {outputs} differ between {threads}.\n", found.differences.len()),
     };
     text
-}
-
-fn count(number: usize, what: &str) -> String {
-    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
 }

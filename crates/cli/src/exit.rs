@@ -4,16 +4,16 @@ use std::process::ExitCode;
 
 use engine::{Error, ErrorKind};
 
-use crate::print::say;
+use crate::print;
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// 0: everything that was asked for is there.
     Success = 0,
-    /// 1: items failed, and their last good outputs stay; or what was to be checked or verified is not so: damage in the
+    /// 1: not all is as it should be: items failed, and their last good outputs stay; or a check found damage in the
     /// cache, a file that is stale or altered, outputs that differ.
-    ItemsFailed = 1,
+    Failed = 1,
     /// 2: the command line cannot be understood, or names something that is not there.
     Usage = 2,
     /// 3: the manifest has faults; nothing ran.
@@ -44,14 +44,7 @@ impl From<Exit> for ExitCode {
 
 /// Prints what stopped a whole command, and gives its exit code.
 pub(crate) fn of_error(error: &Error) -> Exit {
-    let mut chain = error.chain().iter();
-    say!("error: {}", chain.next().map_or("", String::as_str));
-    for cause in chain {
-        say!("  {cause}");
-    }
-    if let Some(help) = error.help() {
-        say!("hint: {help}");
-    }
+    print::error(error.chain(), error.help());
     match error.kind() {
         ErrorKind::UnknownTarget => Exit::Usage,
         _ => Exit::Machine,

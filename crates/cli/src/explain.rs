@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use engine::{Cause, Explanation, FileState, ItemName, Kinds, LastRun};
+use serde_json::json;
 
 use crate::arguments::ExplainArguments;
 use crate::print::say;
 use crate::reasons::{cause, dated, lines, origin, short};
-use crate::{Exit, exit, manifest, print, terminal};
+use crate::{Exit, exit, manifest, print, quantity};
 
 pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -15,9 +16,7 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
         Err(exit) => return exit,
     };
     match engine::explain(&plan, &arguments.target) {
-        Ok(explanations) if arguments.json => {
-            print::data(&format!("{}\n", serde_json::json!({ "v": 1, "items": explanations })))
-        }
+        Ok(explanations) if arguments.json => print::json(json!({ "items": explanations })),
         Ok(explanations) if explanations.len() > 1 && !arguments.verbose => {
             let exit = print::data(&grouped(&explanations));
             say!("hint: for one of them in full: specula explain \"{}\"", explanations[0].item);
@@ -108,7 +107,7 @@ fn state(state: &FileState) -> String {
 }
 
 fn describe_run(run: &LastRun, would_run: bool) -> String {
-    let time = terminal::duration(run.milliseconds);
+    let time = quantity::duration(run.milliseconds);
     let mut text =
         format!("  last ran {} for {time} as {}, by version {}\n", run.started, run.kind, run.version);
     if would_run {

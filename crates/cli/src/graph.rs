@@ -3,6 +3,7 @@
 use engine::{Kinds, Plan, Product};
 
 use crate::arguments::{GraphArguments, GraphFormat};
+use crate::quantity::count;
 use crate::{Exit, manifest, print};
 
 pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Exit {
@@ -24,7 +25,7 @@ fn draw(plan: &Plan, format: GraphFormat) -> String {
     });
     for (index, stage) in plan.stages.iter().enumerate() {
         let (name, kind) = (&stage.name, stage.kind.name());
-        let items = if counts[index] == 1 { "1 item".into() } else { format!("{} items", counts[index]) };
+        let items = count(counts[index], "item");
         let exports = matches!(stage.product, Product::Files(_));
         text += &match format {
             GraphFormat::Mermaid if exports => {

@@ -32,19 +32,14 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
     };
     let material = material::of_file(file, &bytes);
     if let Some(Err(failure)) = &material {
-        for (index, line) in failure.chain.iter().enumerate() {
-            say!("{}{line}", if index == 0 { "error: " } else { "  " });
-        }
-        if let Some(help) = &failure.help {
-            say!("hint: {help}");
-        }
+        print::error(&failure.chain, failure.help.as_deref());
         return Exit::Usage;
     }
     let found = material.and_then(Result::ok).map_or_else(|| facts(&bytes), Ok);
     match found {
         Ok(facts) if as_json => {
             let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
-            print::data(&format!("{}\n", Value::Object(object)))
+            print::json(Value::Object(object))
         }
         Ok(facts) => {
             let lines = facts.iter().map(|(label, value)| format!("{label:<13} {}\n", text_of(value)));

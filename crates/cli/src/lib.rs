@@ -19,13 +19,14 @@ mod init;
 mod inspect;
 mod manifest;
 mod manual;
+mod panics;
 mod print;
 mod progress;
+mod quantity;
 mod reasons;
 mod schema;
 mod screen;
 mod session;
-mod size;
 mod standing;
 mod terminal;
 mod timings;
@@ -42,18 +43,22 @@ pub use crate::exit::Exit;
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
-    let exit = match Arguments::parse().command {
-        Command::Build(arguments) => build::run(&arguments, &kinds),
-        Command::Watch(arguments) => watch::run(&arguments, &kinds),
+    let arguments = Arguments::parse();
+    panics::told_once(|| run(arguments.command, &kinds)).into()
+}
+
+fn run(command: Command, kinds: &Kinds) -> Exit {
+    match command {
+        Command::Build(arguments) => build::run(&arguments, kinds),
+        Command::Watch(arguments) => watch::run(&arguments, kinds),
         Command::Cache { command } => cache::run(&command),
-        Command::Explain(arguments) => explain::run(&arguments, &kinds),
-        Command::Verify(arguments) => verify::run(&arguments, &kinds),
-        Command::Check(arguments) => check::run(&arguments, &kinds),
-        Command::Graph(arguments) => graph::run(&arguments, &kinds),
-        Command::Stages { kind } => manual::run(kind.as_deref(), &kinds),
-        Command::Schema { subject } => schema::run(subject, &kinds),
+        Command::Explain(arguments) => explain::run(&arguments, kinds),
+        Command::Verify(arguments) => verify::run(&arguments, kinds),
+        Command::Check(arguments) => check::run(&arguments, kinds),
+        Command::Graph(arguments) => graph::run(&arguments, kinds),
+        Command::Stages { kind } => manual::run(kind.as_deref(), kinds),
+        Command::Schema { subject } => schema::run(subject, kinds),
         Command::Inspect { file, json } => inspect::run(&file, json),
-        Command::Init { folder } => init::run(&folder, &kinds),
-    };
-    exit.into()
+        Command::Init { folder } => init::run(&folder, kinds),
+    }
 }

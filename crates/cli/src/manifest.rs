@@ -8,6 +8,7 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, Na
 
 use crate::arguments::ManifestArgument;
 use crate::print::say;
+use crate::quantity::count;
 use crate::{Exit, terminal};
 
 /// The plan of a manifest; where it has faults, they are printed and the exit code is given.
@@ -45,8 +46,7 @@ pub(crate) fn drawn(faults: &Faults) -> String {
 
 /// `pipeline.toml: 2 faults`
 pub(crate) fn counted(faults: &Faults) -> String {
-    let s = if faults.faults.len() == 1 { "" } else { "s" };
-    format!("{}: {} fault{s}", faults.file, faults.faults.len())
+    format!("{}: {}", faults.file, count(faults.faults.len(), "fault"))
 }
 
 struct Report<'a> {

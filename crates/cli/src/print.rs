@@ -2,10 +2,18 @@
 //! away (`specula stages | head -1`), so Clippy forbids them here as everywhere.
 
 use std::io::{self, ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use engine::{Event, EventLine};
+use serde_json::Value;
 
 use crate::Exit;
+
+/// [`message`] with the arguments of `format!`.
+macro_rules! say {
+    ($($argument:tt)*) => { crate::print::message(&format!($($argument)*)) };
+}
+pub(crate) use say;
 
 /// Writes a command's whole result to standard output. A reader that wants no more of it is no error.
 pub(crate) fn data(text: &str) -> Exit {
@@ -20,18 +28,52 @@ pub(crate) fn data(text: &str) -> Exit {
     }
 }
 
-/// Writes one event on a line of its own. A reader that has gone away does not stop the build, nor does a full disk.
-pub(crate) fn event(event: Event) -> Exit {
-    serde_json::to_string(&EventLine::now(event)).map_or(Exit::Machine, |line| data(&(line + "\n")))
+/// The version of what [`json`] writes: raised where a field goes or means something else, not where one is added.
+const VERSION: u32 = 1;
+
+/// Writes what a command found as one line of JSON, an object that holds its version as `v`.
+pub(crate) fn json(mut found: Value) -> Exit {
+    if let Some(object) = found.as_object_mut() {
+        object.insert("v".into(), VERSION.into());
+    }
+    data(&format!("{found}\n"))
+}
+
+/// The events of a command on standard output, a line of JSON each. A reader that has gone away does not stop the build,
+/// nor does a full disk: that is told once, and the rest is not written.
+#[derive(Default)]
+pub(crate) struct EventStream {
+    lost: AtomicBool,
+}
+
+impl EventStream {
+    pub(crate) fn write(&self, event: Event) {
+        if self.is_whole() {
+            let line = serde_json::to_string(&EventLine::now(event));
+            let written = line.map_or(Exit::Machine, |line| data(&(line + "\n")));
+            if written != Exit::Success {
+                self.lost.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// Whether every event could be written.
+    pub(crate) fn is_whole(&self) -> bool {
+        !self.lost.load(Ordering::Relaxed)
+    }
+}
+
+/// Writes what went wrong, what led to it, and what to do.
+pub(crate) fn error(chain: &[String], help: Option<&str>) {
+    for (index, cause) in chain.iter().enumerate() {
+        say!("{}{cause}", if index == 0 { "error: " } else { "  " });
+    }
+    if let Some(help) = help {
+        say!("hint: {help}");
+    }
 }
 
 /// Writes a line to standard error. Where even that fails, nobody is left to be told.
 pub(crate) fn message(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
-
-/// [`message`] with the arguments of `format!`.
-macro_rules! say {
-    ($($argument:tt)*) => { crate::print::message(&format!($($argument)*)) };
-}
-pub(crate) use say;

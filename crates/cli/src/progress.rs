@@ -2,14 +2,14 @@
 
 use std::fmt::Display;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 
 use engine::{Event, ItemName, Summary};
 
 use crate::print::{message, say};
+use crate::quantity::{count, duration};
 use crate::reasons;
-use crate::screen::Screen;
-use crate::terminal;
+use crate::screen::{Screen, locked};
 
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
@@ -36,8 +36,7 @@ impl Progress {
         match event {
             Event::Planned { items, .. } => self.screen.begin(*items),
             Event::Waiting { holder, limit_milliseconds } => {
-                let limit =
-                    limit_milliseconds.map(|limit| format!(", at most {}", terminal::duration(limit)));
+                let limit = limit_milliseconds.map(|limit| format!(", at most {}", duration(limit)));
                 self.line("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));
             }
             Event::UpToDate { item } => {
@@ -58,7 +57,7 @@ impl Progress {
             }
             Event::Finished { item, milliseconds, changed } => {
                 let same = if *changed { "" } else { "  (same result as before)" };
-                self.line(&terminal::duration(*milliseconds), format_args!("{item}{same}"));
+                self.line(&duration(*milliseconds), format_args!("{item}{same}"));
                 self.screen.ended(item);
             }
             Event::Warning { item, message } => self.line("warning", format_args!("{item}: {message}")),
@@ -133,23 +132,26 @@ impl Progress {
         self.screen.line(&format!("{what:>13}  {subject}"));
     }
 
-    fn state(&self) -> std::sync::MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, State> {
+        locked(&self.state)
     }
 }
 
 fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     let Summary { ran, up_to_date, failed, skipped, published, removed, cancelled, milliseconds } = *summary;
-    let time = terminal::duration(milliseconds);
+    let time = duration(milliseconds);
     let out = out.display();
     if dry_run {
         let runs = match ran {
-            0 => format!("Nothing would run: {} up to date.", items(up_to_date)),
-            _ => format!("{} would run, {up_to_date} up to date.", items(ran)),
+            0 => format!("Nothing would run: {} up to date.", count(up_to_date, "item")),
+            _ => format!("{} would run, {up_to_date} up to date.", count(ran, "item")),
         };
         let moves = match (published, removed) {
             (0, 0) => String::new(),
-            _ => format!(" From the cache, {} would be published; {removed} removed.", files(published)),
+            _ => format!(
+                " From the cache, {} would be published; {removed} removed.",
+                count(published, "file")
+            ),
         };
         return vec![format!("{runs}{moves} Nothing was written.")];
     }
@@ -161,11 +163,14 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         )];
         lines.push(match (published, removed) {
             (0, 0) => format!("The files in {out} are as they were published."),
-            _ => format!("{} published from the cache and {removed} removed in {out}.", files(published)),
+            _ => format!(
+                "{} published from the cache and {removed} removed in {out}.",
+                count(published, "file")
+            ),
         });
         return lines;
     }
-    let mut counts = vec![format!("{} ran", items(ran)), format!("{up_to_date} up to date")];
+    let mut counts = vec![format!("{} ran", count(ran, "item")), format!("{up_to_date} up to date")];
     if failed > 0 {
         counts.push(format!("{failed} FAILED"));
     }
@@ -173,7 +178,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         counts.push(format!("{skipped} not run"));
     }
     let mut lines = vec![format!("{} in {time}.", counts.join(", "))];
-    lines.push(format!("{} published and {removed} removed in {out}.", files(published)));
+    lines.push(format!("{} published and {removed} removed in {out}.", count(published, "file")));
     if failed + skipped > 0 || cancelled {
         lines.push("The last good outputs of what did not run are still there.".into());
     }
@@ -181,12 +186,4 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         lines.push("Stopped before the end; the next build goes on from here.".into());
     }
     lines
-}
-
-fn items(count: usize) -> String {
-    if count == 1 { "1 item".into() } else { format!("{count} items") }
-}
-
-fn files(count: usize) -> String {
-    if count == 1 { "1 file".into() } else { format!("{count} files") }
 }

@@ -5,11 +5,12 @@
 //! speaks every now and then, one of milliseconds at its end.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 
 use engine::{Change, Changed, Event, ItemName, Reason, Summary};
 
-use crate::screen::Screen;
+use crate::quantity::{count, duration};
+use crate::screen::{Screen, locked};
 use crate::standing::{Standing, Turn, few};
 use crate::{manifest, reasons, terminal};
 
@@ -94,7 +95,7 @@ impl Session {
         {
             self.head(&time, "building again");
         }
-        let since = terminal::duration(now.milliseconds - state.noticed);
+        let since = duration(now.milliseconds - state.noticed);
         match event {
             Event::Watching { folders, poll_milliseconds, because } => {
                 state.way = way(*folders, *poll_milliseconds, because.as_deref());
@@ -210,7 +211,7 @@ impl Session {
     /// Tells what was done since the last time, a line for each stage.
     fn speak(&self, state: &mut State, now: f64) {
         for group in std::mem::take(&mut state.groups) {
-            self.line(&terminal::duration(group.at - state.noticed), &group.line());
+            self.line(&duration(group.at - state.noticed), &group.line());
         }
         let removed = std::mem::take(&mut state.removed);
         if !removed.is_empty() {
@@ -290,7 +291,7 @@ impl Session {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.state)
     }
 }
 
@@ -412,13 +413,8 @@ fn way(folders: usize, poll_milliseconds: Option<f64>, because: Option<&str>) ->
     let because = because.map(|because| format!(": {because}")).unwrap_or_default();
     match poll_milliseconds {
         None => format!("listening to {}{because}", count(folders, "folder")),
-        Some(pause) => format!("looking every {}{because}", terminal::duration(pause)),
+        Some(pause) => format!("looking every {}{because}", duration(pause)),
     }
-}
-
-/// `1 item`, `2 items`
-fn count(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]

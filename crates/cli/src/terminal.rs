@@ -24,30 +24,6 @@ pub(crate) fn width() -> usize {
     100
 }
 
-/// A size for people, in powers of 1000: `12 B`, `3.4 MB`.
-pub(crate) fn size(bytes: u64) -> String {
-    let mut size = bytes as f64;
-    let mut units = ["B", "kB", "MB", "GB", "TB"].into_iter();
-    let mut unit = units.next().unwrap_or_default();
-    // What would be written as 1000 of one unit is 1 of the next.
-    while size >= 999.95
-        && let Some(next) = units.next()
-    {
-        (size, unit) = (size / 1000.0, next);
-    }
-    if unit == "B" { format!("{bytes} B") } else { format!("{size:.1} {unit}") }
-}
-
-/// A duration for people: `12 ms`, `1.42 s`, `2 min 5 s`.
-pub(crate) fn duration(milliseconds: f64) -> String {
-    match milliseconds {
-        ms if ms < 10.0 => format!("{ms:.1} ms"),
-        ms if ms < 1000.0 => format!("{ms:.0} ms"),
-        ms if ms < 60_000.0 => format!("{:.2} s", ms / 1000.0),
-        ms => format!("{:.0} min {:.0} s", (ms / 60_000.0).floor(), (ms / 1000.0) % 60.0),
-    }
-}
-
 /// The time of day where the user is: `14:03:12`.
 pub(crate) fn time_of_day() -> String {
     jiff::Zoned::now().strftime("%H:%M:%S").to_string()

@@ -5,7 +5,6 @@
 //! overlaps by rounding.
 
 mod bars;
-mod escape;
 mod page;
 #[cfg(test)]
 mod tests;

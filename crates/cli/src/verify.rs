@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::fs;
 
 use engine::{Content, Kinds, Recipe, SourceFile, Verification};
+use serde_json::json;
 
 use crate::arguments::VerifyArguments;
 use crate::print::say;
@@ -29,14 +30,12 @@ pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Exit {
     match engine::verify(&plan, file, &bytes, &containers::read_recipe) {
         Ok(found) => {
             let printed = if arguments.json {
-                let is_current = found.is_current();
-                let object = serde_json::json!({ "v": 1, "current": is_current, "verification": found });
-                print::data(&format!("{object}\n"))
+                print::json(json!({ "current": found.is_current(), "verification": found }))
             } else {
                 print::data(&describe(&found))
             };
             match printed {
-                Exit::Success if !found.is_current() => Exit::ItemsFailed,
+                Exit::Success if !found.is_current() => Exit::Failed,
                 exit => exit,
             }
         }

@@ -1,16 +1,16 @@
 //! `specula watch`: keeps the outputs fresh while files change.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use engine::{BuildOptions, Cancel, Event, Kinds, WatchOptions};
 
 use crate::arguments::WatchArguments;
 use crate::build::{exit_of, stop_on_interrupt};
-use crate::screen::Screen;
+use crate::print::EventStream;
+use crate::screen::{Screen, locked};
 use crate::session::{Moment, Session};
-use crate::{Exit, exit, print, terminal};
+use crate::{Exit, exit, terminal};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let options = WatchOptions {
@@ -33,34 +33,29 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
         milliseconds: start.elapsed().as_secs_f64() * 1e3,
         time: terminal::time_of_day(),
     });
-    // Whether events could not be written; told once.
-    let lost = AtomicBool::new(false);
+    let stream = EventStream::default();
     // How the last build ended.
     let last = Mutex::new(Exit::Success);
     let events = |event: Event| {
         match &event {
-            Event::Ended(summary) => *last.lock().unwrap_or_else(PoisonError::into_inner) = exit_of(summary),
-            Event::Rejected { .. } => {
-                *last.lock().unwrap_or_else(PoisonError::into_inner) = Exit::Manifest;
-            }
-            Event::Hindered { .. } => {
-                *last.lock().unwrap_or_else(PoisonError::into_inner) = Exit::Machine;
-            }
+            Event::Ended(summary) => *locked(&last) = exit_of(summary),
+            Event::Rejected { .. } => *locked(&last) = Exit::Manifest,
+            Event::Hindered { .. } => *locked(&last) = Exit::Machine,
             _ => {}
         }
-        if !arguments.json {
+        if arguments.json {
+            stream.write(event);
+        } else {
             session.tell(&event);
-        } else if !lost.load(Ordering::Relaxed) && print::event(event) != Exit::Success {
-            lost.store(true, Ordering::Relaxed);
         }
     };
     let watched = engine::watch(&arguments.manifest.manifest, kinds, &options, &cancel, &events);
     session.close();
     match watched {
         Err(error) => exit::of_error(&error),
-        Ok(()) if lost.into_inner() => Exit::Machine,
+        Ok(()) if !stream.is_whole() => Exit::Machine,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,
-        Ok(()) => last.into_inner().unwrap_or_else(PoisonError::into_inner),
+        Ok(()) => *locked(&last),
     }
 }

@@ -47,4 +47,4 @@ pub use radiance::write_rgbe;
 pub use recipe::{read_recipe, texture_sidecar};
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
 pub use texture::{Texture, TextureFile, is_texture, read_texture};
-pub use web_page::{is_web_page, recipe_element};
+pub use web_page::{escape_html, is_web_page, recipe_element};

@@ -1,9 +1,33 @@
-//! The recipe in a web page: a `meta` element of its head.
+//! Texts in web pages, and the recipe in one: a `meta` element of its head.
 
 use crate::recipe::KEY;
 
 /// What stands for itself nowhere in a quoted attribute, and how it is written; `&` first.
 const ESCAPES: [(&str, &str); 4] = [("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("\"", "&quot;")];
+
+/// Text as HTML and XML hold it, in an element or between double quotes. Control characters, of which XML forbids most,
+/// become spaces.
+///
+/// # Example: nothing of a name is markup
+/// ```
+/// let shown = containers::escape_html("a<b> & \"c\" 'd'\u{7}");
+/// assert_eq!(shown, "a&lt;b&gt; &amp; &quot;c&quot; &#39;d&#39; ");
+/// ```
+pub fn escape_html(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            control if control.is_control() => escaped.push(' '),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
 
 fn start() -> String {
     format!("<meta name=\"{KEY}\" content=\"")

@@ -62,7 +62,7 @@ pub use timestamp::Timestamp;
 pub use underway::Cancel;
 pub use verify::{Content, Recipe, SourceFile, Verification, verify};
 pub use watch::{WatchOptions, watch};
-pub use workbench::Workbench;
+pub use workbench::{WORKER, Workbench};
 
 #[doc(hidden)]
 pub use serde_json;

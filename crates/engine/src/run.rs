@@ -342,12 +342,19 @@ pub(crate) fn failure_of(error: Error) -> Failure {
 }
 
 fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
+    bug(kind, &format!("panicked: {}", message_of(panic)))
+}
+
+/// What a panic said.
+pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
     let message = panic.downcast_ref::<String>().map(String::as_str);
-    let message = message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-    bug(kind, &format!("panicked: {message}"))
+    message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }
 
 fn bug(kind: &str, what: &str) -> Failure {
     Failure::new(format!("a bug in kind {kind}: {what}"))
-        .help("tell the kind's author; its other items and the last good outputs are not touched")
+        .help(
+            "tell the kind's author, with what RUST_BACKTRACE=1 adds; its other items and the last good outputs are \
+             not touched",
+        )
 }

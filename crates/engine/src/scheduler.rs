@@ -22,7 +22,7 @@ use crate::journal::{Line, Tag, short};
 use crate::judge::{Judge, Verdict, manifest_name};
 use crate::publish::{Obstacle, Told};
 use crate::record::Record;
-use crate::run::{Made, Order, Outcome, Workshop, failure_of};
+use crate::run::{Made, Order, Outcome, Workshop, failure_of, message_of};
 use crate::store::Blob;
 use crate::underway::Seen;
 use crate::{Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
@@ -76,8 +76,8 @@ enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Ran(ItemIndex, Result<Outcome, Error>),
     Published(ItemIndex, Vec<Told>, Result<(), Obstacle>),
-    /// The engine itself panicked in a task.
-    Broken(ItemIndex),
+    /// The engine itself panicked in a task, and said so.
+    Broken(ItemIndex, String),
 }
 
 /// The time that a worker spent on a task.
@@ -329,7 +329,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         };
         scope.spawn(move |_| {
             let begun = Instant::now();
-            let message = catch_unwind(AssertUnwindSafe(act)).unwrap_or(Message::Broken(item));
+            let message = catch_unwind(AssertUnwindSafe(act))
+                .unwrap_or_else(|panic| Message::Broken(item, message_of(panic.as_ref()).to_owned()));
             let worker = rayon::current_thread_index().unwrap_or(0);
             let spell = Spell { item, work, worker, begun, took: begun.elapsed() };
             let _ = sender.send((spell, message));
@@ -406,9 +407,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 self.tell_all(item, told);
                 self.fail(item, &failure_of(error));
             }
-            Message::Broken(item) => {
+            Message::Broken(item, said) => {
                 let name = self.judge.name(item);
-                self.fatal = Some(Error::new(ErrorKind::Io, format!("the engine panicked at {name}")));
+                let error = Error::new(ErrorKind::Io, format!("the engine panicked at {name}: {said}"));
+                self.fatal = Some(
+                    error.with_help("this is a bug of Specula: tell it with what RUST_BACKTRACE=1 adds"),
+                );
             }
         }
     }

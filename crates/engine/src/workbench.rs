@@ -9,6 +9,10 @@ use crate::journal::Journal;
 use crate::memory::Memory;
 use crate::{Error, ErrorKind};
 
+/// How the names of a workbench's threads begin. Kinds run on these: their panics are caught there and told as failures
+/// of their items, so that a hook for panics need not print them a second time.
+pub const WORKER: &str = "specula worker";
+
 /// The threads of a process's builds, and what they remember from one build to the next.
 ///
 /// It holds no lock: between its builds another process may build in the same folder.
@@ -41,7 +45,8 @@ impl Workbench {
     /// Where threads cannot be started.
     pub fn new(jobs: Option<usize>, memory: u64) -> Result<Self, Error> {
         // 0 stands for the number of available cores.
-        let built = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
+        let pool = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0));
+        let built = pool.thread_name(|index| format!("{WORKER} {index}")).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
         let (noted, between) = (Mutex::default(), Mutex::default());

@@ -47,7 +47,6 @@
 //! ```
 
 mod advice;
-mod escape;
 mod figures;
 mod page;
 mod picture;

@@ -3,13 +3,13 @@
 
 use std::fmt::Write;
 
+use containers::escape_html as escape;
 use engine::Work;
 
 use super::bars::{Bar, Look, Mark, bars};
-use super::escape::escape;
 use super::trace::{category, outcome};
 use super::{Fate, Index, Nanoseconds, Spell, Timeline};
-use crate::terminal;
+use crate::quantity;
 
 /// The height of a bar and the space below it, in pixels.
 const ROW: usize = 22;
@@ -314,7 +314,7 @@ fn percent(part: Nanoseconds, whole: Nanoseconds) -> String {
 }
 
 fn time(nanoseconds: Nanoseconds) -> String {
-    terminal::duration(nanoseconds as f64 / 1e6)
+    quantity::duration(nanoseconds as f64 / 1e6)
 }
 
 /// Round times along the axis, some ten of them.

@@ -4,10 +4,9 @@
 
 use std::fmt::Write as _;
 
-use containers::recipe_element;
+use containers::{escape_html as escape, recipe_element};
 use engine::Failure;
 
-use crate::report::escape::escape;
 use crate::report::figures::{Accuracy, MaterialFigures, Method, PairFigures, Report};
 use crate::report::picture::{data_uri, difference};
 use crate::report::plot::{Curve, Curves, Row, dots};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::report::escape::escape;
+use containers::escape_html as escape;
 
 /// A curve, one value for each x = 0, 1, 2 ...
 pub(crate) struct Curve<'a> {
