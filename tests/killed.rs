@@ -9,8 +9,6 @@ use std::time::Instant;
 
 use support::{Project, assert_whole, uniform};
 
-const KILLS: u64 = 200;
-
 fn edit(project: &Project, version: u64) {
     let exponent = 4.0 + version as f64 / 8.0;
     project.write(
@@ -19,13 +17,13 @@ fn edit(project: &Project, version: u64) {
     );
 }
 
-/// Kills 200 builds while they run, each of another edit; after every `between` rounds a build must give
+/// Kills so many builds while they run, each of another edit; after every `between` rounds a build must give
 /// what a clean one gives.
-fn kill(between: u64) {
+fn kill(kills: u64, between: u64) {
     let (project, clean) = (Project::small(), Project::small());
     let mut known = BTreeSet::new();
     let (mut round, mut killed) = (0, 0);
-    while killed < KILLS {
+    while killed < kills {
         edit(&clean, round);
         let start = Instant::now();
         clean.ok(&["build"]);
@@ -43,7 +41,7 @@ fn kill(between: u64) {
 
         round += 1;
         assert!(
-            round < 10 * KILLS,
+            round < 10 * kills,
             "only {killed} of {round} builds were still running when they were killed"
         );
         if round % between == 0 {
@@ -55,10 +53,10 @@ fn kill(between: u64) {
 
 #[test]
 fn two_hundred_kills_leave_every_output_whole_and_the_next_build_correct() {
-    kill(1);
+    kill(200, 1);
 }
 
 #[test]
 fn kills_that_follow_each_other_are_mended_by_one_build() {
-    kill(5);
+    kill(60, 5);
 }

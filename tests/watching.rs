@@ -136,6 +136,17 @@ fn once_returns_after_the_first_rebuild_with_its_exit_code() {
 }
 
 #[test]
+fn once_says_that_the_change_broke_the_manifest() {
+    let project = Project::small();
+    let mut watcher = project.watch(&["--once"]);
+    watcher.wait_until_it_watches();
+    project.write("new", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
+    std::fs::rename(project.path("new"), project.path("pipeline.toml")).unwrap();
+    watcher.wait("rejected", |_| true);
+    assert_eq!(watcher.wait_for_exit(), Some(3));
+}
+
+#[test]
 fn polling_notices_too() {
     let project = Project::small();
     let mut watcher = project.watch(&["--poll", "50"]);

@@ -76,6 +76,22 @@ fn items_of_which_the_same_can_be_said_share_a_line() {
 }
 
 #[test]
+fn a_target_that_is_none_is_told_with_one_that_is() {
+    let project = edited();
+    let exact = project.ok(&["explain", "map [studio, gold]"]).stdout;
+    assert_eq!(project.ok(&["explain", "map[studio,gold]"]).stdout, exact, "spaces are easily forgotten");
+    for (target, hint) in [
+        ("map [gold]", "hint: the stage's first item is \"map [studio, "),
+        ("mpa", "hint: did you mean \"map\"?"),
+        ("nothing-like-it", "hint: name a stage, "),
+    ] {
+        let run = project.specula(&["explain", target]);
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(run.stderr.contains(hint), "{target}: {}", run.stderr);
+    }
+}
+
+#[test]
 fn explain_prints_json_for_programs() {
     let project = edited();
     let text = project.ok(&["explain", "map [studio, gold]", "--json"]).stdout;
@@ -166,6 +182,9 @@ fn a_copy_that_was_moved_away_is_known_and_an_old_one_is_stale() {
     let unknown = project.specula(&["verify", "assets/environments/studio.exr"]);
     assert_eq!(unknown.code, Some(2), "{unknown:?}");
     assert!(unknown.stderr.contains("hint: name an exported file"), "{}", unknown.stderr);
+    let folder = project.specula(&["verify", "out"]);
+    assert_eq!(folder.code, Some(2), "{folder:?}");
+    assert!(folder.stderr.contains("hint: name one of the files in it"), "{}", folder.stderr);
 }
 
 #[test]

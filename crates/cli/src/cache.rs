@@ -100,7 +100,7 @@ fn describe_verified(verified: &Verified) -> String {
     let mut text = String::new();
     for lost in &verified.lost {
         let what = if lost.damaged { "damaged, dropped" } else { "missing" };
-        text += &format!("{what}: {} {}\n", short(Some(&lost.digest)), owner(lost));
+        text += &format!("{what}: {}, {}\n", short(Some(&lost.digest)), owner(lost));
     }
     let intact = amount(verified.intact, "file");
     text += &match verified.lost.len() {

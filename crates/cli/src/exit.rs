@@ -16,7 +16,7 @@ pub enum Exit {
     Failed = 1,
     /// 2: the command line cannot be understood, or names something that is not there.
     Usage = 2,
-    /// 3: the manifest has faults; nothing ran.
+    /// 3: the manifest has faults or is not there; nothing ran.
     Manifest = 3,
     /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there.
     Machine = 4,
@@ -31,7 +31,7 @@ impl Exit {
   1    items failed, and their last good outputs stay; or a check found damage, a stale or
        altered file, or outputs that differ
   2    the command line cannot be understood, or names something that is not there
-  3    the manifest has faults; nothing ran
+  3    the manifest has faults or is not there; nothing ran
   4    the machine is in the way: unwritable folder, full disk, another process at work
   130  stopped by Ctrl-C; watch ends so with 0";
 }

@@ -16,7 +16,8 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     Plan::load(&argument.manifest, kinds).map_err(|found| {
         say!("{}", drawn(&found));
         say!("{}; nothing ran.", counted(&found));
-        if !argument.manifest.exists() {
+        let manifest = &argument.manifest;
+        if !manifest.exists() && !manifest.with_file_name("pipeline.toml").exists() {
             say!("hint: `specula init` writes a starter manifest");
         }
         Exit::Manifest

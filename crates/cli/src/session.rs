@@ -210,6 +210,7 @@ impl Session {
 
     /// Tells what was done since the last time, a line for each stage.
     fn speak(&self, state: &mut State, now: f64) {
+        state.groups.sort_by(|one, other| one.at.total_cmp(&other.at));
         for group in std::mem::take(&mut state.groups) {
             self.line(&duration(group.at - state.noticed), &group.line());
         }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::fs;
+use std::io::ErrorKind;
 
 use engine::{Content, Kinds, Recipe, SourceFile, Verification};
 use serde_json::json;
@@ -23,7 +24,13 @@ pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Exit {
         Ok(bytes) => bytes,
         Err(error) => {
             say!("error: cannot read {}: {error}", file.display());
-            say!("hint: a published file that is gone comes back with `specula build`");
+            match error.kind() {
+                ErrorKind::NotFound => {
+                    say!("hint: a published file that is gone comes back with `specula build`")
+                }
+                ErrorKind::IsADirectory => say!("hint: name one of the files in it"),
+                _ => {}
+            }
             return Exit::Usage;
         }
     };

@@ -34,13 +34,15 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
         time: terminal::time_of_day(),
     });
     let stream = EventStream::default();
-    // How the last build ended.
-    let last = Mutex::new(Exit::Success);
+    // How the last build ended, and whether the manifest is sound.
+    let last = Mutex::new((Exit::Success, true));
     let events = |event: Event| {
         match &event {
-            Event::Ended(summary) => *locked(&last) = exit_of(summary),
-            Event::Rejected { .. } => *locked(&last) = Exit::Manifest,
-            Event::Hindered { .. } => *locked(&last) = Exit::Machine,
+            Event::Ended(summary) => locked(&last).0 = exit_of(summary),
+            Event::Hindered { .. } => locked(&last).0 = Exit::Machine,
+            // What is built from now on is the last good graph, not what was asked for.
+            Event::Rejected { .. } => locked(&last).1 = false,
+            Event::Accepted => locked(&last).1 = true,
             _ => {}
         }
         if arguments.json {
@@ -56,6 +58,9 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
         Ok(()) if !stream.is_whole() => Exit::Machine,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,
-        Ok(()) => *locked(&last),
+        Ok(()) => match *locked(&last) {
+            (_, false) => Exit::Manifest,
+            (exit, true) => exit,
+        },
     }
 }

@@ -220,7 +220,12 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
     }
-    if let Some(item) = (0..plan.items.len()).find(|item| item_name(plan, *item).to_string() == target) {
+    let named = |told: fn(&str) -> String| {
+        let target = told(target);
+        (0..plan.items.len()).find(|item| told(&item_name(plan, *item).to_string()) == target)
+    };
+    // Spaces are easily forgotten; where they tell items apart, they count.
+    if let Some(item) = named(str::to_owned).or_else(|| named(|name| name.replace(' ', ""))) {
         return Ok(vec![item]);
     }
     let names = names_of(plan, target);
@@ -232,9 +237,13 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
-    Err(match nearest(target, stages.chain(files)) {
-        Some(near) => error.with_help(format!("did you mean {near:?}?")),
-        None => error.with_help("name a stage, an item as builds name it, or a file in out"),
+    let stage = target.split_once('[').map(|(stage, _)| stage.trim());
+    let items = (0..plan.items.len()).map(|item| item_name(plan, item));
+    let mut items = items.filter(|item| Some(item.stage.as_str()) == stage).map(|item| format!("\"{item}\""));
+    Err(match (nearest(target, stages.chain(files)), items.next()) {
+        (_, Some(first)) => error.with_help(format!("the stage's first item is {first}")),
+        (Some(near), _) => error.with_help(format!("did you mean {near:?}?")),
+        _ => error.with_help("name a stage, an item as builds name it, or a file in out"),
     })
 }
 

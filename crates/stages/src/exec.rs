@@ -184,7 +184,13 @@ impl Kind for Exec {
             name: parameters.command.name(),
             limit: Duration::from_secs_f64(parameters.timeout),
         };
-        process.run(scratch.folder.path(), &work, context)?;
+        process.run(scratch.folder.path(), &work, context).map_err(|failure| {
+            let absent = parameters.command.arguments().find_map(|pieces| tools::absent(pieces, context));
+            match absent.filter(|_| failure.help.is_none()) {
+                Some(file) => failure.help(format!("there is no file {}", file.display())),
+                None => failure,
+            }
+        })?;
         // Read a second time: where a tool file changed meanwhile, the engine sees two contents and keeps neither's result.
         tools::program(&parameters.command, context)?;
         tools::read(parameters, context)?;

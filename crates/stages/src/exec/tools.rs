@@ -106,11 +106,9 @@ pub(super) fn read(parameters: &Parameters, context: &Context<'_>) -> Result<(),
     for pieces in parameters.command.arguments() {
         if let Some(file) = named_file(pieces, context) {
             context.read(&file)?;
-        } else if let Some(argument) = plain(pieces, context).filter(|argument| is_like_a_path(argument))
-            && !context.resolve(Path::new(&argument)).exists()
-        {
+        } else if let Some(file) = absent(pieces, context) {
             // The absence is noted: the item runs again when the file is there.
-            let _ = context.read(Path::new(&argument));
+            let _ = context.read(&file);
         }
     }
     for tool in &parameters.tools {
@@ -128,6 +126,13 @@ pub(super) fn named_file(pieces: &[Piece], context: &Context<'_>) -> Option<Path
         plain(pieces, context).filter(|argument| !argument.as_encoded_bytes().starts_with(b"-"))?;
     let path = context.resolve(Path::new(&argument));
     (!argument.is_empty() && path.is_file()).then_some(path)
+}
+
+/// The file that such an argument would name by its look, if there were one.
+pub(super) fn absent(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
+    let argument = plain(pieces, context).filter(|argument| is_like_a_path(argument))?;
+    let path = context.resolve(Path::new(&argument));
+    (!path.exists()).then_some(path)
 }
 
 fn read_folder(folder: &Path, context: &Context<'_>) -> Result<(), Failure> {
