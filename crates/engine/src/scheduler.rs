@@ -25,7 +25,9 @@ use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of, message_of};
 use crate::store::Blob;
 use crate::underway::Seen;
-use crate::{Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
+use crate::{
+    Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Product, Summary, Work,
+};
 
 /// How far an item is.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +74,17 @@ enum Task {
     Fetch(ItemIndex),
 }
 
+/// Exports go before artifacts, and artifacts of later stages before those of earlier ones, so that what is held for
+/// them is let go soon. Of exports those go first that took little time in their last run: who waits for a map does
+/// not wait for the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Urgency {
+    /// An artifact of this stage.
+    Artifact(usize),
+    /// Files: how long they took, and the stage.
+    Export(Reverse<u32>, usize),
+}
+
 enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Ran(ItemIndex, Result<Outcome, Error>),
@@ -103,7 +116,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
     to_judge: BTreeSet<ItemIndex>,
-    tasks: BinaryHeap<(usize, Reverse<ItemIndex>, Task)>,
+    tasks: BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>,
     busy: usize,
     pub(crate) summary: Summary,
     fatal: Option<Error>,
@@ -294,9 +307,22 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Tasks of later stages go first; within a stage, those of earlier items.
+    /// More urgent tasks go first; of equal ones, those of earlier items.
     fn push(&mut self, item: ItemIndex, task: Task) {
-        self.tasks.push((self.judge.plan.items[item].stage, Reverse(item), task));
+        self.tasks.push((self.urgency(item), Reverse(item), task));
+    }
+
+    fn urgency(&self, item: ItemIndex) -> Urgency {
+        let stage = self.judge.plan.items[item].stage;
+        match self.judge.plan.stages[stage].product {
+            Product::Artifact(_) => Urgency::Artifact(stage),
+            Product::Files(_) => {
+                let milliseconds = self.judge.record(item).map_or(0.0, |record| record.milliseconds);
+                // In doublings, from what nobody waits for on: small differences are chance.
+                let doublings = (milliseconds / 32.0).max(1.0).log2() as u32;
+                Urgency::Export(Reverse(doublings), stage)
+            }
+        }
     }
 
     fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(Spell, Message)>)

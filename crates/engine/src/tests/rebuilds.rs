@@ -523,3 +523,41 @@ fn every_piece_of_work_says_who_did_it_and_when() {
     project.remove("out");
     assert_eq!(names(&spells()), ["Publish file [a]", "Publish file [b]"]);
 }
+
+/// Writes a text, and takes its time.
+struct Elaborate;
+
+impl Kind for Elaborate {
+    type Parameters = Nothing;
+    const NAME: &'static str = "elaborate";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Writes a text, slowly.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        Ok(Output::Files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
+    }
+}
+
+#[test]
+fn an_export_that_took_long_waits_for_those_that_did_not() {
+    let stages = "\n[stage.report]\nkind = \"elaborate\"\ninput = \"marked\"\n";
+    let mut project = Project::new(&format!("{CHAIN}{stages}"));
+    project.kinds = project.kinds.with(Elaborate);
+    project.write("a.txt", "one");
+    let order = |log: &str| {
+        let lines = log.lines().filter(|line| line.starts_with("published")).map(str::to_owned);
+        lines.collect::<Vec<_>>()
+    };
+    assert_eq!(order(&project.build()), ["published report/a.txt 4", "published file/a.txt 4"]);
+    project.write("a.txt", "three");
+    assert_eq!(order(&project.build()), ["published file/a.txt 6", "published report/a.txt 6"]);
+}
