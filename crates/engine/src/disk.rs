@@ -109,7 +109,7 @@ impl Disk {
         }
         let Ok(metadata) = fs::metadata(path) else { return (None, None) };
         let stamp = Stamp::of(&metadata);
-        let known = journal.get::<Stamped>(Tag::Stamp, place(path));
+        let known = journal.known::<Stamped>(Tag::Stamp, place(path));
         if let Some(known) = known.filter(|known| known.stamp == stamp) {
             return (Some(known.digest), None);
         }

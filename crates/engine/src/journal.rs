@@ -9,22 +9,27 @@
 //!
 //! Lines are indexed when the journal is opened and parsed when they are asked for. What a build appends it does not
 //! see itself: what it does cannot depend on the order in which its items finish. A process that builds again and again
-//! keeps the journal, and takes it up with what has been appended since by whoever.
+//! keeps the journal, its index and what was parsed but not its text, and takes it up with what has been appended since
+//! by whoever.
 
+use std::any::Any;
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use text::Text;
 
 use crate::retention::Retention;
 use crate::{Digest, Error, ErrorKind, platform};
+
+mod text;
 
 /// Raised when an older version would misunderstand the journal or the folder.
 pub(crate) const FORMAT: u32 = 1;
@@ -120,13 +125,25 @@ fn check(rest: &[u8]) -> [u8; CHECK] {
 /// The journal as it was when it was opened, and where to append.
 pub(crate) struct Journal {
     path: PathBuf,
-    text: Vec<u8>,
-    latest: HashMap<(Tag, Subject), Range<usize>>,
+    text: Text,
+    latest: HashMap<(Tag, Subject), Latest>,
     results: HashMap<Subject, Vec<Range<usize>>>,
     /// The lines in the text, those out of date among them.
     lines: usize,
     end: Option<Mutex<End>>,
 }
+
+/// The last line on a subject.
+struct Latest {
+    range: Range<usize>,
+    /// What it says, once [`Journal::known`] was asked.
+    known: OnceLock<Arc<dyn Any + Send + Sync>>,
+}
+
+/// What can be known to all who ask.
+pub(crate) trait Known: DeserializeOwned + Any + Send + Sync {}
+
+impl<T: DeserializeOwned + Any + Send + Sync> Known for T {}
 
 /// A line that holds.
 pub(crate) struct Held {
@@ -155,12 +172,8 @@ impl Journal {
     /// # Errors
     /// Where it cannot be read or has a newer format.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
-        let text = match fs::read(path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) => return Err(Error::io(&error, "read", path)),
-        };
-        check_format(&text, path)?;
+        let text = Text::read(path).map_err(|error| Error::io(&error, "read", path))?;
+        check_format(text.head(), path)?;
         let (latest, results) = (HashMap::new(), HashMap::new());
         let mut journal = Self { path: path.into(), text, latest, results, lines: 0, end: None };
         journal.index(0);
@@ -203,9 +216,10 @@ impl Journal {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
 
-    /// The journal as it can be kept without the lock: its file is not open.
+    /// The journal as it can be kept without the lock: its file is not open, its text not in memory.
     pub(crate) fn rest(mut self) -> Self {
         self.end = None;
+        self.text.rest();
         self
     }
 
@@ -216,19 +230,24 @@ impl Journal {
 
     /// What the last line of a tag on a subject says.
     pub(crate) fn get<T: DeserializeOwned>(&self, tag: Tag, subject: Subject) -> Option<T> {
-        self.latest.get(&(tag, subject)).and_then(|range| self.parse(range))
+        self.latest.get(&(tag, subject)).and_then(|line| self.parse(&line.range))
     }
 
-    /// What the lines of a tag say, in no order.
-    pub(crate) fn all<T: DeserializeOwned + Send>(&self, tag: Tag) -> Vec<T> {
+    /// The same, parsed once for as long as the journal is kept: for what every build asks.
+    pub(crate) fn known<T: Known>(&self, tag: Tag, subject: Subject) -> Option<Arc<T>> {
+        self.latest.get(&(tag, subject)).and_then(|line| self.know(line))
+    }
+
+    /// What the lines of a tag say, in no order; parsed once.
+    pub(crate) fn all<T: Known>(&self, tag: Tag) -> Vec<Arc<T>> {
         let lines = self.latest.par_iter().filter(|((other, _), _)| *other == tag);
-        lines.filter_map(|(_, range)| self.parse(range)).collect()
+        lines.filter_map(|(_, line)| self.know(line)).collect()
     }
 
     /// The subjects of a tag, each with what its last line says, in no order.
     pub(crate) fn subjects<T: DeserializeOwned + Send>(&self, tag: Tag) -> Vec<(Subject, T)> {
         let lines = self.latest.par_iter().filter(|((other, _), _)| *other == tag);
-        lines.filter_map(|((_, subject), range)| Some((*subject, self.parse(range)?))).collect()
+        lines.filter_map(|((_, subject), line)| Some((*subject, self.parse(&line.range)?))).collect()
     }
 
     /// The subjects of a tag, in no order.
@@ -285,77 +304,77 @@ impl Journal {
     }
 
     fn parse<T: DeserializeOwned>(&self, range: &Range<usize>) -> Option<T> {
-        serde_json::from_slice(&self.text[range.clone()]).ok()
+        serde_json::from_slice(&self.text.get(range)?).ok()
+    }
+
+    fn know<T: Known>(&self, line: &Latest) -> Option<Arc<T>> {
+        let known = line.known.get().and_then(|known| Arc::clone(known).downcast().ok());
+        known.or_else(|| {
+            let parsed = Arc::new(self.parse::<T>(&line.range)?);
+            // Where it is known as another type, it stays that.
+            let _ = line.known.set(Arc::clone(&parsed) as _);
+            Some(parsed)
+        })
     }
 
     /// Reads what was appended since; whether this is still the same writing of the file.
     fn take_up(&mut self) -> io::Result<bool> {
-        /// So much of what is known is compared: the last lines.
-        const OVERLAP: usize = 256;
-        let (known, head) = (self.text.len(), head(&self.text).len());
-        let mut file = File::open(&self.path)?;
-        if file.metadata()?.len() < known as u64 {
-            return Ok(false);
+        let known = self.text.len();
+        let same = self.text.take_up(&self.path)?;
+        if same {
+            self.index(known);
         }
-        let mut first = vec![0; head];
-        file.read_exact(&mut first)?;
-        let overlap = known.min(OVERLAP);
-        let mut tail = Vec::new();
-        file.seek(SeekFrom::Start((known - overlap) as u64))?;
-        file.read_to_end(&mut tail)?;
-        if first != self.text[..head] || !tail.starts_with(&self.text[known - overlap..]) {
-            return Ok(false);
-        }
-        self.text.extend_from_slice(&tail[overlap..]);
-        self.index(known);
-        Ok(true)
+        Ok(same)
     }
 
     fn is_whole(&self) -> bool {
-        self.text.ends_with(b"\n")
-            && self.text.starts_with(header().as_bytes())
-            && lines_at_first(&self.text).is_some()
+        self.text.ends_with_a_line()
+            && self.text.head().starts_with(header().as_bytes())
+            && lines_at_first(self.text.head()).is_some()
     }
 
     fn is_overgrown(&self) -> bool {
-        lines_at_first(&self.text).is_none_or(|first| self.lines > 2 * first + 1000)
+        lines_at_first(self.text.head()).is_none_or(|first| self.lines > 2 * first + 1000)
     }
 
     /// Whether it will soon be written anew: better now, where nobody waits.
     pub(crate) fn is_large(&self) -> bool {
-        lines_at_first(&self.text).is_none_or(|first| 4 * self.lines > 3 * (2 * first + 1000))
+        lines_at_first(self.text.head()).is_none_or(|first| 4 * self.lines > 3 * (2 * first + 1000))
     }
 
-    /// Indexes the lines from a place on.
+    /// Indexes the lines from a place on, which is in memory.
     fn index(&mut self, from: usize) {
+        let (start, text) = self.text.recent();
+        let text = &text[from - start..];
         // Whole lines, in pieces that are checked in parallel.
         let mut pieces = Vec::new();
-        let mut start = from;
-        while start < self.text.len() {
-            let rest = &self.text[start..];
+        let mut begin = 0;
+        while begin < text.len() {
+            let rest = &text[begin..];
             let reach = rest.len().min(1 << 18);
             let end =
                 rest[reach..].iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| reach + at + 1);
-            pieces.push(start..start + end);
-            start += end;
+            pieces.push(begin..begin + end);
+            begin += end;
         }
-        let text = &self.text;
         let lines = pieces.into_par_iter().map(|piece| lines(text, piece)).collect::<Vec<_>>();
-        self.lines += self.text[from..].iter().filter(|byte| **byte == b'\n').count();
+        self.lines += text.iter().filter(|byte| **byte == b'\n').count();
         self.latest.reserve(lines.iter().map(Vec::len).sum());
         for (tag, subject, json) in lines.into_iter().flatten() {
+            let is_null = &text[json.clone()] == b"null";
+            let range = from + json.start..from + json.end;
             if tag == Tag::Result {
                 let results = self.results.entry(subject).or_default();
                 // A result that came into effect again is told again.
-                results.retain(|known| self.text[known.clone()] != self.text[json.clone()]);
+                results.retain(|known| self.text.get(known) != self.text.get(&range));
                 if results.len() == RESULTS {
                     results.remove(0);
                 }
-                results.push(json);
-            } else if &self.text[json.clone()] == b"null" {
+                results.push(range);
+            } else if is_null {
                 self.latest.remove(&(tag, subject));
             } else {
-                self.latest.insert((tag, subject), json);
+                self.latest.insert((tag, subject), Latest { range, known: OnceLock::new() });
             }
         }
     }
@@ -369,38 +388,69 @@ impl Journal {
         let results = self.results.iter().flat_map(|(subject, ranges)| {
             ranges.iter().map(|range| Held { tag: Tag::Result, subject: *subject, range: range.clone() })
         });
-        let latest = self.latest.iter().map(|((tag, subject), range)| Held {
+        let latest = self.latest.iter().map(|((tag, subject), line)| Held {
             tag: *tag,
             subject: *subject,
-            range: range.clone(),
+            range: line.range.clone(),
         });
         let mut held = latest.chain(results).collect::<Vec<_>>();
         held.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
         held.retain(|line| keeps(line));
-        let mut buffer = header().into_bytes();
-        write_line(&mut buffer, WRITING, new_name(), held.len().to_string().as_bytes());
-        for line in held.into_iter().rev() {
-            write_line(&mut buffer, line.tag as u8, line.subject, &self.text[line.range]);
-        }
+        held.reverse();
         let temporary = self.path.with_extension("new");
-        let written = fs::write(&temporary, &buffer).and_then(|()| platform::replace(&temporary, &self.path));
-        written.map_err(|error| {
+        let written = self.copy(&held, &temporary).and_then(|copy| {
+            let file = OpenOptions::new().append(true).open(&temporary)?;
+            platform::replace(&temporary, &self.path)?;
+            Ok((copy, file))
+        });
+        let ((text, ranges), file) = written.map_err(|error| {
             let _ = fs::remove_file(&temporary);
             Error::io(&error, "write", &self.path)
         })?;
         // Where it is open for appending, that was the file before.
         if let Some(end) = &self.end {
-            let opened = OpenOptions::new().append(true).open(&self.path);
-            let file = opened.map_err(|error| Error::io(&error, "write", &self.path))?;
             let end = &mut *end.lock().unwrap_or_else(PoisonError::into_inner);
-            *end = End { file, length: buffer.len() as u64, torn: false };
+            *end = End { file, length: text.len() as u64, torn: false };
         }
-        self.text = buffer;
-        self.latest.clear();
+        self.text = text;
+        self.lines = held.len() + 2;
+        let mut before = std::mem::take(&mut self.latest);
         self.results.clear();
-        self.lines = 0;
-        self.index(0);
+        for (line, range) in held.into_iter().zip(ranges) {
+            if line.tag == Tag::Result {
+                self.results.entry(line.subject).or_default().push(range);
+            } else {
+                let name = (line.tag, line.subject);
+                let known = before.remove(&name).map(|line| line.known).unwrap_or_default();
+                self.latest.insert(name, Latest { range, known });
+            }
+        }
         Ok(())
+    }
+
+    /// Writes lines to a file of their own; returns its text and where the contents of the lines are in it. The text is
+    /// not gathered in memory: a process that lives long would have to keep room for it.
+    fn copy(&self, lines: &[Held], to: &Path) -> io::Result<(Text, Vec<Range<usize>>)> {
+        let mut file = BufWriter::new(File::create(to)?);
+        let mut buffer = header().into_bytes();
+        write_line(&mut buffer, WRITING, new_name(), lines.len().to_string().as_bytes());
+        file.write_all(&buffer)?;
+        let mut text = Text::that_begins(&buffer);
+        let mut ranges = Vec::with_capacity(lines.len());
+        for line in lines {
+            let json = self.text.get(&line.range);
+            let json = json.ok_or_else(|| io::Error::other("what it said before cannot be read again"))?;
+            buffer.clear();
+            write_line(&mut buffer, line.tag as u8, line.subject, &json);
+            file.write_all(&buffer)?;
+            ranges.push(text.len() + HEAD..text.len() + buffer.len() - 1);
+            text.pass_over(&buffer);
+        }
+        file.flush()?;
+        if !text.take_up(to)? {
+            return Err(io::Error::other("it is not what was written"));
+        }
+        Ok((text, ranges))
     }
 }
 
@@ -408,15 +458,9 @@ fn header() -> String {
     format!("specula journal {FORMAT}\n")
 }
 
-/// The first two lines: the format, and the name of this writing.
-fn head(text: &[u8]) -> &[u8] {
-    let mut ends = text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-    ends.nth(1).map_or(text, |(end, _)| &text[..=end])
-}
-
 /// How many lines this writing of the file began with.
-fn lines_at_first(text: &[u8]) -> Option<usize> {
-    let line = head(text).strip_suffix(b"\n")?.rsplit(|byte| *byte == b'\n').next()?;
+fn lines_at_first(head: &[u8]) -> Option<usize> {
+    let line = head.strip_suffix(b"\n")?.rsplit(|byte| *byte == b'\n').next()?;
     let intact =
         line.len() > HEAD && line[..CHECK] == check(&line[CHECK + 1..]) && line[CHECK + 1] == WRITING;
     intact.then(|| std::str::from_utf8(&line[HEAD..]).ok()?.parse().ok())?
@@ -579,14 +623,39 @@ mod tests {
             other.append(&[Line::new(Tag::Stamp, n.into(), Some(&n))]).unwrap();
             // Only what was appended is read: what is known is not looked at again.
             let mut known = kept.take().unwrap();
+            let before = known.text.len();
+            assert!(known.text.recent().1.is_empty(), "the text is not kept");
             assert!(known.take_up().unwrap());
-            assert_eq!(known.text, fs::read(&path).unwrap());
+            let length = fs::metadata(&path).unwrap().len() as usize;
+            assert_eq!(known.text.recent().0, before);
+            assert_eq!(known.text.len(), length);
             let ours = open(&path, Some(known)).unwrap();
             assert_eq!(ours.get::<u32>(Tag::Stamp, n.into()), Some(n));
             assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "two");
             ours.append(&[Line::new(Tag::Item, 2, Some(&"two"))]).unwrap();
             kept = Some(ours.rest());
         }
+    }
+
+    #[test]
+    fn what_is_known_stays_known_until_a_later_line_and_nothing_else_stays_in_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let ours = open(&path, Some(journal(&path).rest())).unwrap();
+        let known = |journal: &Journal| journal.known::<String>(Tag::Item, 2).unwrap();
+        let first = known(&ours);
+        let mut ours = open(&path, Some(ours.rest())).unwrap();
+        assert!(Arc::ptr_eq(&first, &known(&ours)));
+        ours.compact(|_| true).unwrap();
+        assert!(ours.text.recent().1.is_empty());
+        assert!(Arc::ptr_eq(&first, &known(&ours)));
+        assert_eq!(ours.known::<u32>(Tag::Item, 2), None, "it is no number");
+        assert_eq!(ours.get::<String>(Tag::Item, 1).unwrap(), "uno");
+        assert_eq!(ours.results::<u32>(7).collect::<Vec<_>>(), [9, 8, 7, 6, 5, 4, 3, 2]);
+        ours.append(&[Line::new(Tag::Item, 2, Some(&"due"))]).unwrap();
+        let ours = open(&path, Some(ours.rest())).unwrap();
+        assert_eq!(*known(&ours), "due");
+        assert_eq!(ours.lines, Journal::read(&path).unwrap().lines);
     }
 
     #[test]
@@ -616,7 +685,8 @@ mod tests {
             change();
             let ours = open(&path, Some(kept)).unwrap();
             let fresh = Journal::read(&path).unwrap();
-            assert_eq!(ours.text, fresh.text, "{what}");
+            assert_eq!(ours.text.len(), fresh.text.len(), "{what}");
+            assert_eq!(ours.text.head(), fresh.text.head(), "{what}");
             assert_eq!(ours.latest.len(), fresh.latest.len(), "{what}");
         }
     }

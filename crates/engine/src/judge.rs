@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::disk::{Disk, modified};
@@ -56,6 +57,14 @@ pub(crate) enum Verdict {
     Run,
 }
 
+/// What a record says of its item.
+#[derive(Deserialize)]
+struct Standing {
+    manifest: String,
+    #[serde(default)]
+    gone: bool,
+}
+
 impl<'a> Judge<'a> {
     /// Reads the records of the items that `selected` names, and looks at the files that they name.
     pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &[bool]) -> Self {
@@ -64,9 +73,7 @@ impl<'a> Judge<'a> {
         let records = plan.items.par_iter().map(|item| {
             let stage = &plan.stages[item.stage].name;
             let place = item_subject(&manifest, stage, &item.key);
-            selected[item.stage]
-                .then(|| state.journal.get::<Record>(Tag::Item, place).map(Arc::new))
-                .flatten()
+            selected[item.stage].then(|| state.journal.known::<Record>(Tag::Item, place)).flatten()
         });
         let records = records.collect::<Vec<_>>();
         let reads = records.iter().flatten().flat_map(|record| &record.reads);
@@ -86,10 +93,10 @@ impl<'a> Judge<'a> {
         let manifest = manifest_name(self.plan);
         let others = journal.named(Tag::Item).filter(|subject| !here.contains(subject));
         let gone = others.filter_map(|subject| {
-            let record = journal.get::<Record>(Tag::Item, subject)?;
-            let record =
-                Record { gone: true, ..(!record.gone && record.manifest == manifest).then_some(record)? };
-            Some(Line::new(Tag::Item, subject, Some(&record)))
+            let standing = journal.known::<Standing>(Tag::Item, subject)?;
+            let goes = !standing.gone && standing.manifest == manifest;
+            let record = goes.then(|| journal.get::<Record>(Tag::Item, subject)).flatten()?;
+            Some(Line::new(Tag::Item, subject, Some(&Record { gone: true, ..record })))
         });
         journal.append(&gone.collect::<Vec<_>>())
     }

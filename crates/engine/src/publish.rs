@@ -12,7 +12,7 @@ use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
@@ -77,7 +77,7 @@ pub(crate) struct Publisher<'a> {
     root: &'a Path,
     manifest: String,
     out: String,
-    ledger: HashMap<String, Published>,
+    ledger: HashMap<String, Arc<Published>>,
     /// The files that the plan's items export.
     wanted: HashSet<&'a str>,
     /// The same by their names in lower case: no two are one file where case does not count.
@@ -144,7 +144,7 @@ impl<'a> Publisher<'a> {
 
     /// What was published under a name.
     pub(crate) fn entry(&self, file: &str) -> Option<&Published> {
-        self.ledger.get(file)
+        self.ledger.get(file).map(Arc::as_ref)
     }
 
     /// Whether a file is there as it was published.
@@ -279,7 +279,7 @@ impl<'a> Publisher<'a> {
             return Ok(None);
         }
         let place = self.clear_way(file, told)?;
-        let line = self.ledger.get(file).or_else(|| self.other_spelling(file, &place));
+        let line = self.entry(file).or_else(|| self.other_spelling(file, &place));
         let found = match fs::symlink_metadata(&place) {
             Ok(found) => Some(found),
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
@@ -467,7 +467,7 @@ impl<'a> Publisher<'a> {
         let mut stale = self.stale.values().flatten().filter(|stale| stale.to_lowercase() == folded);
         let stale = stale.find(|stale| platform::is_one_file(&self.root.join(stale), place))?;
         let _ = platform::replace(&self.root.join(stale), place);
-        self.ledger.get(stale)
+        self.entry(stale)
     }
 
     /// Removes files of the ledger, and the folders that they leave empty.

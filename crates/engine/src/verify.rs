@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::build::{Forecast, forecast};
 use crate::disk::{Disk, modified};
 use crate::explain::{forecast_causes, names_by_place};
-use crate::judge::Judge;
+use crate::judge::{Judge, manifest_name};
 use crate::publish::{Published, Publisher};
 use crate::record::{Record, recipe};
 use crate::state::State;
@@ -193,6 +193,7 @@ struct Found {
 /// The records of the last runs, and of those earlier ones that are still known.
 struct Archive<'a> {
     judge: &'a Judge<'a>,
+    manifest: String,
     items: HashMap<ItemName, ItemIndex>,
     earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
 }
@@ -206,7 +207,7 @@ impl<'a> Archive<'a> {
             records.sort_by_key(|record| std::cmp::Reverse(record.started));
             records
         });
-        Self { judge, items, earlier: LazyCell::new(read) }
+        Self { judge, manifest: manifest_name(judge.plan), items, earlier: LazyCell::new(read) }
     }
 
     /// The good record in effect of an item.
@@ -260,7 +261,7 @@ impl<'a> Archive<'a> {
             });
         }
         let (record, output) = self.earlier.iter().find_map(|record| Some((record, place(record)?)))?;
-        let item = self.item_like(record);
+        let item = self.item_of(record);
         Some(Found { item, record: record.clone(), output, content: Content::Earlier })
     }
 
@@ -273,7 +274,7 @@ impl<'a> Archive<'a> {
             (self.recipe(Some(item), record) == embedded).then_some((Some(item), record))
         });
         let (item, record) = last.or_else(|| {
-            let mut earlier = self.earlier.iter().map(|record| (self.item_like(record), record));
+            let mut earlier = self.earlier.iter().map(|record| (self.item_of(record), record));
             earlier.find(|(item, record)| self.recipe(*item, record) == embedded)
         })?;
         let files = item.map_or(&[][..], |item| &self.judge.plan.items[item].files[..]);
@@ -282,16 +283,9 @@ impl<'a> Archive<'a> {
         Some(Found { item, record: record.clone(), output, content: Content::Altered { made: None } })
     }
 
-    /// The item of the plan that an earlier record was of: records do not name it, but what arrived.
-    fn item_like(&self, record: &Record) -> Option<ItemIndex> {
-        let plan = self.judge.plan;
-        let inputs = record.inputs.iter().map(|used| (used.port.as_str(), &used.item)).collect::<Vec<_>>();
-        (0..plan.items.len()).find(|item| {
-            let now = self.judge.inputs(*item, |_| Digest([0; 32]));
-            plan.stages[plan.items[*item].stage].kind.name() == record.kind
-                && self.judge.source(*item) == record.source
-                && now.iter().map(|used| (used.port.as_str(), &used.item)).eq(inputs.iter().copied())
-        })
+    /// The item of the plan that an earlier record was of.
+    fn item_of(&self, record: &Record) -> Option<ItemIndex> {
+        self.items.get(&record.item).copied().filter(|_| record.manifest == self.manifest)
     }
 
     /// The run that made an artifact: of the item's last one, or of the newest that made the same.
