@@ -4,6 +4,8 @@
 
 mod support;
 
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -162,6 +164,25 @@ fn a_stage_that_is_not_there_is_told_and_ends_it() {
     let run = Project::small().specula(&["watch", "reflecton"]);
     assert_eq!(run.code, Some(2), "{}", run.stderr);
     assert!(run.stderr.contains("did you mean \"reflection\""), "{}", run.stderr);
+}
+
+#[test]
+fn a_watcher_whose_reader_has_gone_ends() {
+    let project = Project::small();
+    let mut child = project.command(&["watch", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().contains("\"event\":\"watching\"")));
+    drop(lines);
+    let deadline = Instant::now() + PATIENCE;
+    for exponent in 9.. {
+        project.write(GOLD, &phong(exponent));
+        std::thread::sleep(Duration::from_millis(200));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert_eq!(status.code(), Some(0));
+            return;
+        }
+        assert!(Instant::now() < deadline, "it works on though nobody hears of it");
+    }
 }
 
 /// Sends a signal to a process, as Ctrl-C does.

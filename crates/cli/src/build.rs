@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
                 timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
             let drawn = timeline.is_none_or(|timeline| draw(timeline, arguments));
             match exit_of(&summary) {
-                Exit::Success if !stream.is_whole() || !drawn => Exit::Machine,
+                Exit::Success if stream.is_torn() || !drawn => Exit::Machine,
                 exit => exit,
             }
         }

@@ -17,8 +17,7 @@ pub(crate) use say;
 
 /// Writes a command's whole result to standard output. A reader that wants no more of it is no error.
 pub(crate) fn data(text: &str) -> Exit {
-    let mut stdout = io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match written(text) {
         Ok(()) => Exit::Success,
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Exit::Success,
         Err(error) => {
@@ -26,6 +25,11 @@ pub(crate) fn data(text: &str) -> Exit {
             Exit::Machine
         }
     }
+}
+
+fn written(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())
 }
 
 /// The version of what [`json`] writes: raised where a field goes or means something else, not where one is added.
@@ -43,23 +47,36 @@ pub(crate) fn json(mut found: Value) -> Exit {
 /// nor does a full disk: that is told once, and the rest is not written.
 #[derive(Default)]
 pub(crate) struct EventStream {
-    lost: AtomicBool,
+    is_unheard: AtomicBool,
+    is_torn: AtomicBool,
 }
 
 impl EventStream {
     pub(crate) fn write(&self, event: Event) {
-        if self.is_whole() {
-            let line = serde_json::to_string(&EventLine::now(event));
-            let written = line.map_or(Exit::Machine, |line| data(&(line + "\n")));
-            if written != Exit::Success {
-                self.lost.store(true, Ordering::Relaxed);
+        if self.is_unheard() || self.is_torn() {
+            return;
+        }
+        let line = serde_json::to_string(&EventLine::now(event)).map_err(io::Error::other);
+        match line.and_then(|line| written(&(line + "\n"))) {
+            Ok(()) => {}
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                self.is_unheard.store(true, Ordering::Relaxed);
+            }
+            Err(error) => {
+                self.is_torn.store(true, Ordering::Relaxed);
+                message(&format!("error: cannot write to standard output: {error}"));
             }
         }
     }
 
-    /// Whether every event could be written.
-    pub(crate) fn is_whole(&self) -> bool {
-        !self.lost.load(Ordering::Relaxed)
+    /// Whether its reader has gone away.
+    pub(crate) fn is_unheard(&self) -> bool {
+        self.is_unheard.load(Ordering::Relaxed)
+    }
+
+    /// Whether its reader lacks something.
+    pub(crate) fn is_torn(&self) -> bool {
+        self.is_torn.load(Ordering::Relaxed)
     }
 }
 

@@ -47,6 +47,10 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
         }
         if arguments.json {
             stream.write(event);
+            // Nobody would ever end it.
+            if stream.is_unheard() {
+                cancel.cancel();
+            }
         } else {
             session.tell(&event);
         }
@@ -55,7 +59,7 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     session.close();
     match watched {
         Err(error) => exit::of_error(&error),
-        Ok(()) if !stream.is_whole() => Exit::Machine,
+        Ok(()) if stream.is_torn() => Exit::Machine,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,
         Ok(()) => match *locked(&last) {
