@@ -27,6 +27,7 @@ pub(crate) fn data(text: &str) -> Exit {
     }
 }
 
+/// Writes to standard output, at once.
 fn written(text: &str) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())
