@@ -80,6 +80,8 @@ fn a_target_that_is_none_is_told_with_one_that_is() {
     let project = edited();
     let exact = project.ok(&["explain", "map [studio, gold]"]).stdout;
     assert_eq!(project.ok(&["explain", "map[studio,gold]"]).stdout, exact, "spaces are easily forgotten");
+    let item = project.ok(&["explain", "material [gold]"]).stdout;
+    assert_eq!(project.ok(&["explain", GOLD]).stdout, item, "a source stands for its item");
     for (target, hint) in [
         ("map [gold]", "hint: the stage's first item is \"map [studio, "),
         ("mpa", "hint: did you mean \"map\"?"),

@@ -169,7 +169,7 @@ pub(crate) struct WatchArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArguments {
-    /// A stage, one of its items (`"map [sky, gold]"`), or a file in the output folder
+    /// A stage, one of its items (`"map [sky, gold]"`), a file in the output folder, or one that a stage has as source
     #[arg(value_name = "STAGE|ITEM|FILE")]
     pub(crate) target: String,
     #[command(flatten)]

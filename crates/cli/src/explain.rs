@@ -17,7 +17,9 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
     };
     match engine::explain(&plan, &arguments.target) {
         Ok(explanations) if arguments.json => print::json(json!({ "items": explanations })),
-        Ok(explanations) if explanations.len() > 1 && !arguments.verbose => {
+        Ok(explanations)
+            if explanations.len() > 1 && !arguments.verbose && are_of_one_stage(&explanations) =>
+        {
             let exit = print::data(&grouped(&explanations));
             say!("hint: for one of them in full: specula explain \"{}\"", explanations[0].item);
             exit
@@ -25,6 +27,10 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
         Ok(explanations) => print::data(&explanations.iter().map(full).collect::<Vec<_>>().join("\n")),
         Err(error) => exit::of_error(&error),
     }
+}
+
+fn are_of_one_stage(explanations: &[Explanation]) -> bool {
+    explanations.windows(2).all(|two| two[0].item.stage == two[1].item.stage)
 }
 
 /// Many items: those of which the same can be said share a paragraph.

@@ -215,7 +215,7 @@ fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
     }
 }
 
-/// The items of a stage, or the item that exports a file.
+/// The items of a stage, one item, that which exports a file, or those whose source it is.
 fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
@@ -233,7 +233,13 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(item) = (0..plan.items.len()).find(exports) {
         return Ok(vec![item]);
     }
-    let message = format!("{target:?} is neither a stage, nor an item of one, nor a file that one exports");
+    let read = items_of_source(plan, Path::new(target));
+    if !read.is_empty() {
+        return Ok(read);
+    }
+    let message = format!(
+        "{target:?} is neither a stage, nor an item of one, nor a file that one exports or has as source"
+    );
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
@@ -245,6 +251,14 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
         (Some(near), _) => error.with_help(format!("did you mean {near:?}?")),
         _ => error.with_help("name a stage, an item as builds name it, or a file in out"),
     })
+}
+
+/// The items whose source a path is, taken from the working folder or from the manifest's.
+fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
+    let folders = [std::env::current_dir().ok(), plan.manifest.parent().map(Path::to_path_buf)];
+    let places = folders.iter().flatten().map(|folder| normal(&folder.join(path))).collect::<Vec<_>>();
+    let is_meant = |source: &PathBuf| places.contains(&normal(source));
+    (0..plan.items.len()).filter(|item| plan.items[*item].source.as_ref().is_some_and(is_meant)).collect()
 }
 
 /// What a path may be called relative to `out`.
