@@ -57,7 +57,16 @@ fn a_missing_manifest_is_told_with_what_to_do() {
     let project = Project::new("");
     let run = project.specula(&["build", "--manifest", "nowhere.toml"]);
     assert_eq!(run.code, Some(3), "{run:?}");
-    assert!(run.stderr.contains("nowhere.toml") && run.stderr.contains("init"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("nowhere.toml") && run.stderr.contains("has pipeline.toml"),
+        "{}",
+        run.stderr
+    );
+    assert!(!run.stderr.contains("init"), "init would not write over it: {}", run.stderr);
+    std::fs::remove_file(project.path("pipeline.toml")).unwrap();
+    let run = project.specula(&["build"]);
+    assert_eq!(run.code, Some(3), "{run:?}");
+    assert!(run.stderr.contains("hint: `specula init` writes"), "{}", run.stderr);
 }
 
 #[test]
