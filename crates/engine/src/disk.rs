@@ -4,7 +4,7 @@
 //! stamp was too young to be trusted. What an item reads is hashed by [`Context::read`](crate::Context::read) from
 //! the very bytes that the item gets.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{HashMap, HashSet};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -31,11 +31,11 @@ pub(crate) struct Disk {
 
 /// The files and (`true`) listings that the items of a build read, now or in their last runs.
 #[derive(Default)]
-pub(crate) struct Noted(Mutex<BTreeSet<(PathBuf, bool)>>);
+pub(crate) struct Noted(Mutex<HashSet<(PathBuf, bool)>>);
 
 impl Noted {
     /// All of them so far.
-    pub(crate) fn places(&self) -> MutexGuard<'_, BTreeSet<(PathBuf, bool)>> {
+    pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, bool)>> {
         lock(&self.0)
     }
 }

@@ -42,6 +42,8 @@ pub(crate) struct Judge<'a> {
     pub(crate) folder: &'a Path,
     /// The record in effect of each selected item.
     records: Vec<Option<Arc<Record>>>,
+    /// Whether its outputs were in the store when the build began.
+    stored: Vec<bool>,
 }
 
 /// What is known of an item's result.
@@ -79,7 +81,12 @@ impl<'a> Judge<'a> {
         let reads = records.iter().flatten().flat_map(|record| &record.reads);
         let places = reads.map(|read| (folder.join(&read.path), read.listing)).collect::<HashSet<_>>();
         disk.look_ahead(places.into_iter().collect::<Vec<(PathBuf, bool)>>(), &state.journal);
-        Self { plan, state, disk, stages: stage_facts(plan), folder, records }
+        // All at once, as items are judged one after the other.
+        let is_stored = |record: &Option<Arc<Record>>| {
+            record.as_ref().is_some_and(|record| record.outputs.iter().all(|blob| state.store.has(blob)))
+        };
+        let stored = records.par_iter().map(is_stored).collect();
+        Self { plan, state, disk, stages: stage_facts(plan), folder, records, stored }
     }
 
     /// Marks the records of items that the manifest does not have any more.
@@ -155,13 +162,13 @@ impl<'a> Judge<'a> {
 
     /// Whether a result with this key is at hand.
     pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Verdict {
-        if let Some(record) =
-            self.record(item).filter(|record| !record.gone && record.key == key && self.is_good(item, record))
-        {
+        let in_effect = self.record(item).filter(|record| !record.gone && record.key == key);
+        if let Some(record) = in_effect.filter(|record| self.stored[item] && self.is_good(item, record)) {
             return Verdict::Current { outputs: record.outputs.clone(), restored: None };
         }
         let mut results = self.state.journal.results::<Record>(short(key));
-        match results.find(|record| record.key == key && self.is_good(item, record)) {
+        let is_stored = |record: &Record| record.outputs.iter().all(|blob| self.state.store.has(blob));
+        match results.find(|record| record.key == key && self.is_good(item, record) && is_stored(record)) {
             Some(record) => {
                 Verdict::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
             }
@@ -204,13 +211,13 @@ impl<'a> Judge<'a> {
         reasons
     }
 
+    /// Whether a record, should its outputs be in the store, holds what the item would make now.
     fn is_good(&self, item: ItemIndex, record: &Record) -> bool {
         // An artifact is one output; the files of an export are as many as it names.
         let expected = self.plan.items[item].files.len().max(1);
         record.failure.is_none()
             && record.outputs.len() == expected
             && record.reads.iter().all(|read| self.now(read) == read.digest)
-            && record.outputs.iter().all(|blob| self.state.store.has(blob))
     }
 
     /// What a file or folder that was read holds now.

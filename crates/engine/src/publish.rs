@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::disk::hash;
@@ -78,6 +79,8 @@ pub(crate) struct Publisher<'a> {
     manifest: String,
     out: String,
     ledger: HashMap<String, Arc<Published>>,
+    /// The files that were there as they were published when the build began.
+    intact: HashSet<&'a str>,
     /// The files that the plan's items export.
     wanted: HashSet<&'a str>,
     /// The same by their names in lower case: no two are one file where case does not count.
@@ -121,6 +124,9 @@ impl<'a> Publisher<'a> {
         }
         let wanted =
             plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str)).collect::<HashSet<_>>();
+        // All at once, as items are judged one after the other.
+        let is_intact = |file: &&str| ledger.get(*file).is_some_and(|line| is_as_told(&plan.out, line));
+        let intact = wanted.par_iter().copied().filter(is_intact).collect();
         let mut stale = BTreeMap::<_, Vec<_>>::new();
         for (file, line) in ledger.iter().filter(|(file, _)| !wanted.contains(file.as_str())) {
             stale.entry(line.item.clone()).or_default().push(file.clone());
@@ -132,6 +138,7 @@ impl<'a> Publisher<'a> {
             manifest,
             out,
             ledger,
+            intact,
             wanted,
             folded: OnceLock::new(),
             stale,
@@ -149,12 +156,12 @@ impl<'a> Publisher<'a> {
 
     /// Whether a file is there as it was published.
     pub(crate) fn is_intact(&self, file: &str, digest: Digest) -> bool {
-        self.ledger.get(file).is_some_and(|line| {
-            let found = fs::symlink_metadata(self.root.join(file)).ok();
-            line.digest == digest
-                && line.stamp.is_some()
-                && found.is_some_and(|found| Some(Stamp::of(&found)) == line.stamp)
-        })
+        self.entry(file).is_some_and(|line| line.digest == digest && is_as_told(self.root, line))
+    }
+
+    /// Whether it was when the build began.
+    pub(crate) fn was_intact(&self, file: &str, digest: Digest) -> bool {
+        self.intact.contains(file) && self.is_restored(file, digest)
     }
 
     /// Whether a file is there with this content, whatever its stamp says.
@@ -527,6 +534,12 @@ pub(crate) fn sweep(state: &State, folder: &Path) -> Result<(), Error> {
         state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;
     }
     Ok(())
+}
+
+/// Whether a file is there with the stamp that the ledger says.
+fn is_as_told(root: &Path, line: &Published) -> bool {
+    let found = || fs::symlink_metadata(root.join(&line.file)).ok();
+    line.stamp.is_some() && found().is_some_and(|found| Some(Stamp::of(&found)) == line.stamp)
 }
 
 fn sweep_folder(folder: &Path) {

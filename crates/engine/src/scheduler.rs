@@ -282,7 +282,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             && files
                 .iter()
                 .zip(outputs)
-                .all(|(file, blob)| self.workshop.publisher.is_intact(file, blob.digest))
+                .all(|(file, blob)| self.workshop.publisher.was_intact(file, blob.digest))
             && !self.workshop.publisher.has_stale(&self.judge.name(item))
     }
 

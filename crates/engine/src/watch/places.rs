@@ -38,7 +38,7 @@ pub(super) struct Places {
     /// Paths, as the graph spells them, that lead somewhere.
     known: HashSet<PathBuf>,
     /// Files and folders that are read or looked for.
-    pub(super) files: BTreeSet<PathBuf>,
+    pub(super) files: HashSet<PathBuf>,
     /// Folders that globs search.
     searches: BTreeSet<PathBuf>,
     /// Folders all of whose names a stage reads.
