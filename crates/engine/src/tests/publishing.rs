@@ -49,12 +49,12 @@ fn the_index_is_published_last() {
     let project = pair();
     expect![[r#"
         run text [a]: never built
-        run loud [a]: never built
-        run file [a]: never built
-        published loud/a.txt 3
         run pair [a]: never built
         published pairs/a/body.txt 3
         published pairs/a/index.txt 1
+        run loud [a]: never built
+        run file [a]: never built
+        published loud/a.txt 3
     "#]]
     .assert_eq(&told(&project));
 }
