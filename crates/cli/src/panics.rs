@@ -73,17 +73,24 @@ mod tests {
         }
     }
 
+    /// Set in the process of its own that a test of this file runs another one in.
+    const OWN_PROCESS: &str = "SPECULA_TEST_PANICS";
+
     #[test]
-    #[ignore = "run by the next test in a process of its own"]
     fn build_with_a_broken_kind() {
+        if env::var_os(OWN_PROCESS).is_none() {
+            return;
+        }
         let arguments = Arguments::parse_from(["specula", "build"]);
         let kinds = Kinds::default().with(Broken);
         assert_eq!(told_once(|| run(arguments.command, &kinds)), Exit::Failed);
     }
 
     #[test]
-    #[ignore = "run by the last test in a process of its own"]
     fn end_by_a_worker() {
+        if env::var_os(OWN_PROCESS).is_none() {
+            return;
+        }
         told_once(|| {
             let worker = std::thread::Builder::new().name(format!("{} 0", engine::WORKER));
             let ended = worker.spawn(|| panic!("ouch")).unwrap().join();
@@ -96,8 +103,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("pipeline.toml"), "schema = 1\n[stage.a]\nkind = \"broken\"\n").unwrap();
         let mut command = Command::new(env::current_exe().unwrap());
-        command.args(["--exact", "--ignored", "--nocapture", &format!("panics::tests::{test}")]);
-        let output = command.env("RUST_BACKTRACE", backtrace).current_dir(folder.path()).output().unwrap();
+        command.args(["--exact", "--nocapture", &format!("panics::tests::{test}")]);
+        let output = command
+            .env(OWN_PROCESS, "1")
+            .env("RUST_BACKTRACE", backtrace)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
         assert!(String::from_utf8_lossy(&output.stdout).contains("running 1 test"));
         String::from_utf8(output.stderr).unwrap()
     }

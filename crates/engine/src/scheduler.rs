@@ -9,8 +9,7 @@
 //! No thread ever waits for another item's result: kernels share the pool, and a waiting thread could be the one that
 //! has to do the work.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap};
+use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
@@ -25,9 +24,11 @@ use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of, message_of};
 use crate::store::Blob;
 use crate::underway::Seen;
-use crate::{
-    Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Product, Summary, Work,
-};
+use crate::{Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
+
+mod tasks;
+
+use tasks::{Task, Tasks};
 
 /// How far an item is.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,24 +68,6 @@ struct Progress {
     ran: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Task {
-    Run(ItemIndex),
-    Publish(ItemIndex),
-    Fetch(ItemIndex),
-}
-
-/// Exports go before artifacts, and artifacts of later stages before those of earlier ones, so that what is held for
-/// them is let go soon. Of exports those go first that took little time in their last run: who waits for a map does
-/// not wait for the report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Urgency {
-    /// An artifact of this stage.
-    Artifact(usize),
-    /// Files: how long they took, and the stage.
-    Export(Reverse<u32>, usize),
-}
-
 enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Ran(ItemIndex, Result<Outcome, Error>),
@@ -116,7 +99,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
     to_judge: BTreeSet<ItemIndex>,
-    tasks: BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>,
+    tasks: Tasks,
     busy: usize,
     pub(crate) summary: Summary,
     fatal: Option<Error>,
@@ -174,7 +157,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             consumers,
             selected: chosen,
             to_judge,
-            tasks: BinaryHeap::new(),
+            tasks: Tasks::default(),
             busy: 0,
             summary: Summary::default(),
             fatal: None,
@@ -194,7 +177,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 }
                 while self.busy < self.jobs
                     && !self.is_stopping()
-                    && let Some((_, _, task)) = self.tasks.pop()
+                    && let Some(task) = self.tasks.pop()
                 {
                     self.start(task, scope, &sender);
                 }
@@ -307,22 +290,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// More urgent tasks go first; of equal ones, those of earlier items.
     fn push(&mut self, item: ItemIndex, task: Task) {
-        self.tasks.push((self.urgency(item), Reverse(item), task));
-    }
-
-    fn urgency(&self, item: ItemIndex) -> Urgency {
-        let stage = self.judge.plan.items[item].stage;
-        match self.judge.plan.stages[stage].product {
-            Product::Artifact(_) => Urgency::Artifact(stage),
-            Product::Files(_) => {
-                let milliseconds = self.judge.record(item).map_or(0.0, |record| record.milliseconds);
-                // In doublings, from what nobody waits for on: small differences are chance.
-                let doublings = (milliseconds / 32.0).max(1.0).log2() as u32;
-                Urgency::Export(Reverse(doublings), stage)
-            }
-        }
+        self.tasks.push(item, task, self.judge);
     }
 
     fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(Spell, Message)>)

@@ -1,0 +1,57 @@
+//! What is ready to be worked on, the most urgent first.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::judge::Judge;
+use crate::{ItemIndex, Product};
+
+/// A piece of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Task {
+    Run(ItemIndex),
+    Publish(ItemIndex),
+    Fetch(ItemIndex),
+}
+
+/// Exports go before artifacts, and artifacts of later stages before those of earlier ones, so that what is held for
+/// them is let go soon. Of exports those go first that took little time in their last run: who waits for a map does
+/// not wait for the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Urgency {
+    /// An artifact of this stage.
+    Artifact(usize),
+    /// Files: how long they took, and the stage.
+    Export(Reverse<u32>, usize),
+}
+
+impl Urgency {
+    fn of(item: ItemIndex, judge: &Judge<'_>) -> Self {
+        let stage = judge.plan.items[item].stage;
+        match judge.plan.stages[stage].product {
+            Product::Artifact(_) => Self::Artifact(stage),
+            Product::Files(_) => {
+                let milliseconds = judge.record(item).map_or(0.0, |record| record.milliseconds);
+                // In doublings, from what nobody waits for on: small differences are chance.
+                let doublings = (milliseconds / 32.0).max(1.0).log2() as u32;
+                Self::Export(Reverse(doublings), stage)
+            }
+        }
+    }
+}
+
+/// The tasks that are ready.
+#[derive(Default)]
+pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
+
+impl Tasks {
+    /// Adds a task that is done for an item. Of equally urgent ones those of earlier items go first.
+    pub(super) fn push(&mut self, item: ItemIndex, task: Task, judge: &Judge<'_>) {
+        self.0.push((Urgency::of(item, judge), Reverse(item), task));
+    }
+
+    /// Takes the most urgent one.
+    pub(super) fn pop(&mut self) -> Option<Task> {
+        self.0.pop().map(|(_, _, task)| task)
+    }
+}
