@@ -2,9 +2,9 @@
 //!
 //! One thread (the caller's) decides and tells; a pool of threads works. An item whose inputs are settled is judged;
 //! where its result is not at hand it becomes a task. Before a task runs, the stored artifacts that it needs are
-//! fetched, each once; one that turns out to be lost is made again first. Of the tasks that are ready those nearest
-//! to the end of the graph go first, so that artifacts are let go soon: one is held only while somebody may need it, but
-//! for those that the bench remembers.
+//! fetched, each once; one that turns out to be lost is made again first. `tasks.rs`
+//! says which of the tasks that are ready goes first. An artifact is held only while somebody may need it, but for those
+//! that the bench remembers.
 //!
 //! No thread ever waits for another item's result: kernels share the pool, and a waiting thread could be the one that
 //! has to do the work.
