@@ -62,11 +62,25 @@ fn the_engine_knows_nothing_of_light() {
 }
 
 #[test]
-fn only_the_preview_names_wgpu() {
+fn only_the_preview_names_wgpu_and_windows() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
+    let metadata = MetadataCommand::new().manifest_path(root).no_deps().exec().unwrap();
+    let naming: Vec<_> = metadata
+        .packages
+        .iter()
+        .filter(|package| {
+            package
+                .dependencies
+                .iter()
+                .any(|named| ["wgpu", "eframe", "winit"].contains(&named.name.as_str()))
+        })
+        .map(|package| package.name.to_string())
+        .collect();
+    assert_eq!(naming, ["preview"]);
     let reach = reach();
-    for name in reach.keys().filter(|name| !["preview", "cli"].contains(&name.as_str())) {
-        assert_absent(&reach, name, &["wgpu"]);
-    }
+    assert_absent(&reach, "engine", &["wgpu"]);
+    assert_absent(&reach, "containers", &["wgpu"]);
+    assert_absent(&reach, "preview", &["engine", "containers", "stages", "cli"]);
 }
 
 /// The Rust files of a folder, and of the folders in it.

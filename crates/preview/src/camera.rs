@@ -1,0 +1,137 @@
+//! A turn-around camera.
+//!
+//! It circles a point, up is always +Z. It frames a ball: the ball's outline touches the shorter side of the picture,
+//! at a distance of r / sin(half the field), so that what it looks at neither grows nor shrinks when it is turned or when
+//! the window changes its shape. Pixels are square.
+
+use glam::{DMat4, DVec3};
+use sphere::Direction;
+
+/// The ball that a camera frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Framing {
+    /// Its centre, in the world.
+    pub centre: DVec3,
+    /// Its radius, above 0.
+    pub radius: f64,
+}
+
+/// A camera that circles what it looks at. Angles in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// What it frames.
+    pub framing: Framing,
+    /// Where it stands: 0 on the +X side, looking toward -X (the front of glTF models), growing toward +Y.
+    pub yaw: f64,
+    /// How high it stands, -pi/2 to pi/2; positive looks down from above.
+    pub pitch: f64,
+    /// How near it comes: 1 frames the ball; 2 shows it twice as large.
+    pub zoom: f64,
+    /// The field of view over the shorter side of the picture, above 0 and below pi.
+    pub field: f64,
+}
+
+impl Camera {
+    /// A camera of 30 degrees in front of a ball, a little above.
+    pub fn new(framing: Framing) -> Self {
+        Self { framing, yaw: 0.0, pitch: 0.2, zoom: 1.0, field: 30.0_f64.to_radians() }
+    }
+
+    /// Right, up and forward, in the world, orthonormal.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let (sine, cosine) = self.yaw.sin_cos();
+        let (up, level) = self.pitch.sin_cos();
+        let forward = -DVec3::new(level * cosine, level * sine, up);
+        let right = DVec3::new(-sine, cosine, 0.0);
+        [right, right.cross(forward), forward]
+    }
+
+    /// The distance of the eye from the centre of the ball.
+    pub fn distance(&self) -> f64 {
+        self.framing.radius / (self.field / 2.0).sin()
+    }
+
+    /// The eye, in the world.
+    pub fn eye(&self) -> DVec3 {
+        self.framing.centre - self.axes()[2] * self.distance()
+    }
+
+    /// The direction from the centre of the ball to the eye: the one view of a distant viewer.
+    pub fn view(&self) -> Direction {
+        Direction::normalised(-self.axes()[2])
+    }
+
+    /// Half the width and half the height of the picture at distance 1; zoom narrows them.
+    pub fn half_extent(&self, size: [u32; 2]) -> [f64; 2] {
+        let [width, height] = size.map(|side| f64::from(side.max(1)));
+        let shorter = (self.field / 2.0).tan() / self.zoom / width.min(height);
+        [width * shorter, height * shorter]
+    }
+
+    /// The ray through a point of the picture, of any length, (0, 0) being its upper left corner and `size` its lower right.
+    pub fn ray(&self, size: [u32; 2], at: [f64; 2]) -> DVec3 {
+        let [right, up, forward] = self.axes();
+        let half = self.half_extent(size);
+        let x = 2.0 * at[0] / f64::from(size[0].max(1)) - 1.0;
+        let y = 1.0 - 2.0 * at[1] / f64::from(size[1].max(1));
+        forward + right * (x * half[0]) + up * (y * half[1])
+    }
+
+    /// From the world to clip coordinates as wgpu has them: x right, y up, z 0 (near) to 1 (far) after division by w.
+    pub fn projection(&self, size: [u32; 2]) -> DMat4 {
+        let [right, up, forward] = self.axes();
+        let eye = self.eye();
+        let half = self.half_extent(size);
+        let near = (self.distance() - self.framing.radius).max(1e-3 * self.framing.radius) / 2.0;
+        let far = self.distance() + 4.0 * self.framing.radius;
+        let row = |axis: DVec3, scale: f64| (axis * scale).extend(-axis.dot(eye) * scale);
+        let depth = row(forward, far / (far - near)) - DVec3::ZERO.extend(far * near / (far - near));
+        DMat4::from_cols(row(right, 1.0 / half[0]), row(up, 1.0 / half[1]), depth, row(forward, 1.0))
+            .transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        let framing = Framing { centre: DVec3::new(0.3, -0.2, 1.0), radius: 0.7 };
+        Camera { yaw: 0.8, pitch: 0.3, ..Camera::new(framing) }
+    }
+
+    #[test]
+    fn the_projection_and_the_rays_agree() {
+        let (camera, size) = (camera(), [640, 360]);
+        for at in [[0.0, 0.0], [640.0, 0.0], [123.5, 301.25], [320.0, 180.0]] {
+            let point = camera.eye() + camera.ray(size, at) * 2.5;
+            let clip = camera.projection(size) * point.extend(1.0);
+            let x = (clip.x / clip.w + 1.0) / 2.0 * 640.0;
+            let y = (1.0 - clip.y / clip.w) / 2.0 * 360.0;
+            assert!((x - at[0]).abs() < 1e-9 && (y - at[1]).abs() < 1e-9, "{at:?}: {x} {y}");
+            assert!((0.0..1.0).contains(&(clip.z / clip.w)));
+        }
+    }
+
+    /// Tangents from the eye to the ball leave at asin(r / d): at the middle of the shorter side that is half the field.
+    #[test]
+    fn the_ball_touches_the_shorter_side_from_everywhere() {
+        for (size, middle) in [([640, 360], [320.0, 0.0]), ([300, 500], [0.0, 250.0])] {
+            for turn in 0..5 {
+                let camera = Camera { yaw: f64::from(turn), pitch: 0.3 * f64::from(turn) - 0.6, ..camera() };
+                let ray = camera.ray(size, middle).normalize();
+                let toward = camera.framing.centre - camera.eye();
+                let miss = (toward - ray * toward.dot(ray)).length();
+                assert!((miss - camera.framing.radius).abs() < 1e-9, "{miss}");
+            }
+        }
+    }
+
+    #[test]
+    fn at_rest_it_looks_along_minus_x_with_z_up() {
+        let camera = Camera { pitch: 0.0, ..Camera::new(Framing { centre: DVec3::ZERO, radius: 1.0 }) };
+        let [right, up, forward] = camera.axes();
+        assert!((forward + DVec3::X).length() < 1e-15 && (up - DVec3::Z).length() < 1e-15);
+        assert!((right - DVec3::Y).length() < 1e-15);
+    }
+}

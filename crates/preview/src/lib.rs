@@ -1,0 +1,28 @@
+//! Pictures of meshes under distant light, shaded with the maps that Specula makes.
+//!
+//! A [`Scene`] holds meshes, each with a [`Look`]: a material under a light, and the maps made of the pair. A [`Shot`]
+//! says how it is seen: camera, size, which map shades it, exposure. A [`Renderer`] makes a [`Picture`] of both. There are
+//! two: one on the CPU, the same to the bit for any number of threads, and one through wgpu. Every shader `x.wgsl` in `shading/`
+//! has its twin `x.rs` beside it, which the CPU runs; both make the same picture within [`SAME_PICTURE`].
+//!
+//! The frame is that of `sphere`: right-handed, +Z up. Radiance is linear Rec. 709; pictures are sRGB.
+
+mod camera;
+mod error;
+mod light;
+mod look;
+mod mode;
+mod picture;
+mod renderer;
+mod scene;
+mod shot;
+
+pub use camera::{Camera, Framing};
+pub use error::RenderError;
+pub use light::Light;
+pub use look::{Look, MapSizes};
+pub use mode::{Background, Mode, Show};
+pub use picture::{Picture, SAME_PICTURE, Sameness};
+pub use renderer::Renderer;
+pub use scene::{Object, Scene};
+pub use shot::Shot;

@@ -1,0 +1,5 @@
+//! Meshes: their values, the shapes that Specula has by itself, and what a file may leave out (normals, tangents).
+
+mod mesh;
+
+pub use mesh::{Mesh, MeshError};
