@@ -60,6 +60,17 @@ impl Mesh {
         Ok(Self { positions, normals, tangents, coordinates, triangles })
     }
 
+    /// A mesh of parts that are known to be what [`Mesh::new`] asks for.
+    pub(crate) fn from_complete(
+        positions: Vec<[f32; 3]>,
+        normals: Vec<[f32; 3]>,
+        tangents: Vec<[f32; 4]>,
+        coordinates: Option<Vec<[f32; 2]>>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Self {
+        Self { positions, normals, tangents, coordinates, triangles }
+    }
+
     /// Where the vertices are.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
