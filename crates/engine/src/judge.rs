@@ -306,7 +306,8 @@ pub(crate) fn manifest_name(plan: &Plan) -> String {
     plan.manifest.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subject {
+/// The subject of the record in effect of an item.
+pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subject {
     let mut parts = vec![manifest, stage];
     parts.extend(key.0.iter().flat_map(|(stage, stem)| [stage.as_str(), stem.as_str()]));
     subject(&parts)

@@ -31,6 +31,7 @@ mod record;
 mod retention;
 mod run;
 mod scheduler;
+mod shelf;
 mod state;
 mod store;
 #[cfg(test)]
@@ -58,6 +59,7 @@ pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product};
 pub use lock::{Errand, Patience};
 pub use parameters::{Field, Parameter, Parameters, nearest, schema_of_words, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
+pub use shelf::Shelf;
 pub use timestamp::Timestamp;
 pub use underway::Cancel;
 pub use verify::{Content, Recipe, SourceFile, Verification, verify};

@@ -23,6 +23,16 @@ pub(crate) struct Blob {
     pub(crate) bytes: u64,
 }
 
+/// What is where a blob should be.
+pub(crate) enum Looked {
+    /// The blob's bytes.
+    Whole(Vec<u8>),
+    /// Other bytes.
+    Damaged,
+    /// Nothing.
+    Gone,
+}
+
 /// The blobs of a state folder.
 #[derive(Debug)]
 pub(crate) struct Store {
@@ -96,14 +106,27 @@ impl Store {
     /// # Errors
     /// Where the file is there and cannot be read.
     pub(crate) fn get(&self, digest: Digest) -> Result<Option<Vec<u8>>, Error> {
-        let place = self.path(digest);
-        match fs::read(&place) {
-            Ok(bytes) if Digest::of(&bytes) == digest => Ok(Some(bytes)),
-            Ok(_) => {
+        match self.look(digest)? {
+            Looked::Whole(bytes) => Ok(Some(bytes)),
+            Looked::Damaged => {
+                let place = self.path(digest);
                 platform::remove(&place).map_err(|error| Error::io(&error, "remove the damaged", &place))?;
                 Ok(None)
             }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Looked::Gone => Ok(None),
+        }
+    }
+
+    /// Reads a blob and compares it with its digest; nothing is written.
+    ///
+    /// # Errors
+    /// Where the file is there and cannot be read.
+    pub(crate) fn look(&self, digest: Digest) -> Result<Looked, Error> {
+        let place = self.path(digest);
+        match fs::read(&place) {
+            Ok(bytes) if Digest::of(&bytes) == digest => Ok(Looked::Whole(bytes)),
+            Ok(_) => Ok(Looked::Damaged),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Looked::Gone),
             Err(error) => Err(Error::io(&error, "read", &place)),
         }
     }

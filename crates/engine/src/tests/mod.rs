@@ -9,6 +9,7 @@ mod interruptions;
 mod outdated;
 mod publishing;
 mod rebuilds;
+mod shelf;
 mod watch;
 
 use std::fmt::Write;

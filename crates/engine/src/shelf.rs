@@ -1,0 +1,95 @@
+//! What the last build left of each item, to look at while nothing runs.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::journal::Tag;
+use crate::judge::{item_subject, manifest_name};
+use crate::record::Record;
+use crate::run::failure_of;
+use crate::state::State;
+use crate::store::{Blob, Looked, Store};
+use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
+
+/// The results in effect of a plan's items, as the records had them when the shelf was opened.
+///
+/// Of an item that failed that is its last good result, of one whose sources have changed since the result of before:
+/// nothing is judged, run or written, and a build may be at work. What a build brings into effect is on the next shelf.
+///
+/// Results stay in the cache for as long as a record names them. One that is removed after the shelf was opened fails
+/// when its handle is asked.
+pub struct Shelf {
+    items: Vec<Option<Kept>>,
+}
+
+/// What is kept of an item.
+struct Kept {
+    record: Arc<Record>,
+    /// The artifact; `None` of an item that exports files.
+    handle: Option<Arc<Handle>>,
+}
+
+impl Shelf {
+    /// Reads the records of a plan's items. Where nothing was built yet the shelf is empty.
+    ///
+    /// # Errors
+    /// Where the state folder cannot be read, or was written by a newer version.
+    pub fn open(plan: &Plan) -> Result<Self, Error> {
+        let State { journal, store, .. } = State::read(&plan.state)?;
+        let manifest = manifest_name(plan);
+        let items = plan.items.par_iter().map(|item| {
+            let stage = &plan.stages[item.stage];
+            let subject = item_subject(&manifest, &stage.name, &item.key);
+            let record = journal.known::<Record>(Tag::Item, subject)?;
+            // Another kind may have made something else.
+            let fits = record.kind == stage.kind.name() && record.outputs.iter().all(|blob| store.has(blob));
+            let handle = match (&stage.product, &record.outputs[..]) {
+                (Product::Artifact(type_name), [Blob { digest, .. }]) => {
+                    Some(Arc::new(handle(&store, type_name, *digest)))
+                }
+                (Product::Files(_), files) if files.len() == item.files.len() => None,
+                _ => return None,
+            };
+            fits.then_some(Kept { record, handle })
+        });
+        Ok(Self { items: items.collect() })
+    }
+
+    /// The artifact of an item: the same handle each time, which reads, checks and decodes it when it is first asked.
+    /// `None` where the item never made one, its result is gone from the cache, or it exports files.
+    pub fn get(&self, item: ItemIndex) -> Option<Arc<Handle>> {
+        self.kept(item)?.handle.clone()
+    }
+
+    /// The sizes in bytes of the files that an item exports, in the order of [`crate::Item::files`]; empty where there are
+    /// none.
+    pub fn file_sizes(&self, item: ItemIndex) -> Vec<u64> {
+        let kept = self.kept(item).filter(|kept| kept.handle.is_none());
+        kept.map_or_else(Vec::new, |kept| kept.record.outputs.iter().map(|blob| blob.bytes).collect())
+    }
+
+    /// The facts that the run noted which made what is kept.
+    pub fn notes(&self, item: ItemIndex) -> &[String] {
+        self.kept(item).filter(|kept| kept.record.failure.is_none()).map_or(&[], |kept| &kept.record.notes)
+    }
+
+    fn kept(&self, item: ItemIndex) -> Option<&Kept> {
+        self.items.get(item)?.as_ref()
+    }
+}
+
+/// A handle on a stored artifact. A damaged one is left to the next build: it holds the lock.
+fn handle(store: &Arc<Store>, type_name: &'static str, digest: Digest) -> Handle {
+    let store = Arc::clone(store);
+    Handle::new(type_name, digest, move || match store.look(digest) {
+        Ok(Looked::Whole(bytes)) => Ok(bytes),
+        Ok(Looked::Damaged) => {
+            Err(Failure::new(format!("the stored artifact {digest} is damaged")).help("build again"))
+        }
+        Ok(Looked::Gone) => {
+            Err(Failure::new(format!("the stored artifact {digest} is gone")).help("build again"))
+        }
+        Err(error) => Err(failure_of(error)),
+    })
+}
