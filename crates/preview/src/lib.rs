@@ -16,6 +16,7 @@ mod picture;
 mod renderer;
 mod scene;
 mod shot;
+pub mod window;
 
 pub use camera::{Camera, Framing};
 pub use error::RenderError;
