@@ -9,6 +9,7 @@
 
 mod camera;
 mod error;
+mod gpu;
 mod light;
 mod look;
 mod mode;
@@ -20,6 +21,7 @@ pub mod window;
 
 pub use camera::{Camera, Framing};
 pub use error::RenderError;
+pub use gpu::{Drawn, Gpu};
 pub use light::Light;
 pub use look::{Look, MapSizes};
 pub use mode::{Background, Mode, Show};

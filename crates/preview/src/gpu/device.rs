@@ -1,0 +1,163 @@
+//! The graphics device: which adapter, what is asked of it, and what becomes of its errors.
+//!
+//! wgpu panics on an error that nobody waits for. Here none stays unheard: [`Device::guarded`] catches those of its own
+//! thread, handlers keep those that come later and the loss of the device, and each becomes a [`RenderError::Device`].
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, TextureUsages};
+
+use crate::RenderError;
+
+/// A device, its queue, and what went wrong with them.
+#[derive(Clone, Debug)]
+pub(super) struct Device {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    info: AdapterInfo,
+    faults: Arc<Faults>,
+}
+
+/// What went wrong outside of any call.
+#[derive(Debug, Default)]
+struct Faults {
+    lost: Mutex<Option<String>>,
+    error: Mutex<Option<String>>,
+}
+
+impl Device {
+    /// The best adapter of this machine: a GPU before a software one, and `WGPU_BACKEND` chooses among backends.
+    pub(super) fn best() -> Result<Self, RenderError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let backends = wgpu::Backends::all().with_env();
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+        adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
+        let mut reasons = Vec::new();
+        for adapter in adapters {
+            let info = adapter.get_info();
+            if let Err(reason) = suits(&adapter) {
+                reasons.push(format!("{}: {reason}", name(&info)));
+                continue;
+            }
+            match pollster::block_on(adapter.request_device(&descriptor(&adapter))) {
+                Ok((device, queue)) => return Ok(Self::new(info, device, queue)),
+                Err(error) => reasons.push(format!("{}: {error}", name(&info))),
+            }
+        }
+        Err(RenderError::Device(if reasons.is_empty() {
+            "there is no graphics adapter here: install a Vulkan driver, or Mesa's software one".to_owned()
+        } else {
+            format!("no graphics adapter will do: {}", reasons.join("; "))
+        }))
+    }
+
+    /// A device that exists already; its handlers of errors and loss become ours.
+    pub(super) fn new(info: AdapterInfo, device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        let faults = Arc::new(Faults::default());
+        let keep = Arc::clone(&faults);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&keep.error, error.to_string())));
+        let keep = Arc::clone(&faults);
+        device.set_device_lost_callback(move |reason, message| {
+            let message = if message.is_empty() { format!("{reason:?}") } else { message };
+            note(&keep.lost, message);
+        });
+        Self { device, queue, info, faults }
+    }
+
+    /// The backend and the adapter, for people.
+    pub(super) fn name(&self) -> String {
+        name(&self.info)
+    }
+
+    /// Does something with the device; an error of the device outdoes the result.
+    pub(super) fn guarded<T>(&self, work: impl FnOnce() -> Result<T, RenderError>) -> Result<T, RenderError> {
+        self.sound()?;
+        let filters = [ErrorFilter::OutOfMemory, ErrorFilter::Validation, ErrorFilter::Internal];
+        let scopes = filters.map(|filter| self.device.push_error_scope(filter));
+        let result = work();
+        let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
+        let error = errors.last();
+        self.sound()?;
+        match error {
+            Some(error) => Err(self.fault(&error.to_string())),
+            None => result,
+        }
+    }
+
+    /// Waits until all that was submitted is done.
+    pub(super) fn wait(&self) -> Result<(), RenderError> {
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.sound()?;
+        waited.map(drop).map_err(|error| self.fault(&error.to_string()))
+    }
+
+    /// Lets the device tell what has happened; an error where it was lost, or where something failed since it was asked last.
+    pub(super) fn sound(&self) -> Result<(), RenderError> {
+        // Callbacks run within.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        if let Some(message) = &*self.faults.lost.lock().unwrap_or_else(PoisonError::into_inner) {
+            return Err(self.fault(&format!("the device was lost ({message})")));
+        }
+        let error = self.faults.error.lock().unwrap_or_else(PoisonError::into_inner).take();
+        error.map_or(Ok(()), |message| Err(self.fault(&message)))
+    }
+
+    fn fault(&self, message: &str) -> RenderError {
+        RenderError::Device(format!("{}: {}", self.name(), message.trim()))
+    }
+}
+
+/// What a device needs for [`super::Gpu`]: all that the adapter allows, since maps may be large.
+pub(super) fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    wgpu::DeviceDescriptor {
+        label: Some("specula"),
+        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+        required_limits: adapter.limits(),
+        ..wgpu::DeviceDescriptor::default()
+    }
+}
+
+/// Why an adapter will not do.
+fn suits(adapter: &wgpu::Adapter) -> Result<(), String> {
+    let flags = adapter.get_downlevel_capabilities().flags;
+    let needed = DownlevelFlags::COMPUTE_SHADERS | DownlevelFlags::FRAGMENT_STORAGE;
+    if !flags.contains(needed) {
+        return Err(format!("it lacks {:?}", needed - flags));
+    }
+    let usages = adapter.get_texture_format_features(TextureFormat::Rgba32Float).allowed_usages;
+    let needed =
+        TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
+    if !usages.contains(needed) {
+        return Err(format!("its 32-bit textures lack {:?}", needed - usages));
+    }
+    Ok(())
+}
+
+/// Less is better.
+fn rank(info: &AdapterInfo) -> (u8, u8) {
+    let kind = match info.device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    (kind, u8::from(info.backend == wgpu::Backend::Gl))
+}
+
+fn name(info: &AdapterInfo) -> String {
+    let backend = match info.backend {
+        wgpu::Backend::Vulkan => "Vulkan",
+        wgpu::Backend::Metal => "Metal",
+        wgpu::Backend::Dx12 => "Direct3D 12",
+        wgpu::Backend::Gl => "OpenGL",
+        wgpu::Backend::BrowserWebGpu => "WebGPU",
+        wgpu::Backend::Noop => "no",
+    };
+    format!("{backend}, {}", info.name)
+}
+
+/// Keeps the first message.
+fn note(place: &Mutex<Option<String>>, message: String) {
+    place.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+}
