@@ -16,7 +16,9 @@ mod mode;
 mod picture;
 mod renderer;
 mod scene;
+pub mod shading;
 mod shot;
+mod sight;
 pub mod window;
 
 pub use camera::{Camera, Framing};
@@ -29,3 +31,4 @@ pub use picture::{Picture, SAME_PICTURE, Sameness};
 pub use renderer::Renderer;
 pub use scene::{Object, Scene};
 pub use shot::Shot;
+pub use sight::{Placed, Sight};

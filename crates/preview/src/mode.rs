@@ -91,6 +91,14 @@ impl Show {
         };
         std::iter::once(first).chain(second.filter(move |second| *second != first))
     }
+
+    /// Of a split, the first column of the right mode in a picture of a width; the width where there is none.
+    pub fn divider(self, width: u32) -> u32 {
+        match self {
+            Self::Split { at, .. } => (at.clamp(0.0, 1.0) * width as f32).round() as u32,
+            _ => width,
+        }
+    }
 }
 
 /// What is seen where no surface is.

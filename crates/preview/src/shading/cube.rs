@@ -1,0 +1,150 @@
+//! Look-ups on a cube: four texels around a direction, over edges and corners.
+//!
+//! The faces, their order and orientation are those of `sphere::Cube`; the taps are those of `envmap::Texels` for it. A tap
+//! over an edge is a texel of the neighbouring face; at a corner, where three faces meet, the fourth texel is the mean of the other
+//! three. Which texel lies over an edge is found in whole numbers: in half texels a face is the square |s|, |t| <= edge - 1 (odd
+//! or even numbers, as edge is) at distance edge, a texel beside it has |s| = edge + 1, and there the neighbouring face is at distance
+//! edge + 1. Floats hold these numbers exactly to an edge of 2^23.
+
+use glam::{Vec2, Vec3};
+
+/// A texel: face in file order, column and row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Texel {
+    /// 0 to 5: +X -X +Y -Y +Z -Z of the cube coordinates.
+    pub face: u32,
+    /// From the left.
+    pub column: u32,
+    /// From the top.
+    pub row: u32,
+}
+
+/// Four texels and their weights, which sum to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Taps {
+    /// Which texels.
+    pub texel: [Texel; 4],
+    /// The share of each.
+    pub weight: [f32; 4],
+}
+
+/// A point of a face's plane: (s, t) in the plane, t downward, times the plane's distance.
+#[derive(Clone, Copy, Debug)]
+struct OnFace {
+    face: u32,
+    at: Vec2,
+    distance: f32,
+}
+
+/// From the light's frame to cube coordinates.
+fn to_cube(v: Vec3) -> Vec3 {
+    Vec3::new(-v.y, v.z, v.x)
+}
+
+/// From cube coordinates to the light's frame.
+fn from_cube(c: Vec3) -> Vec3 {
+    Vec3::new(c.z, -c.x, c.y)
+}
+
+/// The face that a point in cube coordinates is seen through.
+fn on_face(c: Vec3) -> OnFace {
+    let a = c.abs();
+    if a.x >= a.y && a.x >= a.z {
+        let positive = c.x > 0.0;
+        let s = if positive { -c.z } else { c.z };
+        OnFace { face: if positive { 0 } else { 1 }, at: Vec2::new(s, -c.y), distance: a.x }
+    } else if a.y >= a.z {
+        let positive = c.y > 0.0;
+        let t = if positive { c.z } else { -c.z };
+        OnFace { face: if positive { 2 } else { 3 }, at: Vec2::new(c.x, t), distance: a.y }
+    } else {
+        let positive = c.z > 0.0;
+        let s = if positive { c.x } else { -c.x };
+        OnFace { face: if positive { 4 } else { 5 }, at: Vec2::new(s, -c.y), distance: a.z }
+    }
+}
+
+/// The point, in cube coordinates, at (s, t) on the plane of a face at a distance.
+fn point(face: u32, at: Vec2, distance: f32) -> Vec3 {
+    match face {
+        0 => Vec3::new(distance, -at.y, -at.x),
+        1 => Vec3::new(-distance, -at.y, at.x),
+        2 => Vec3::new(at.x, distance, at.y),
+        3 => Vec3::new(at.x, -distance, -at.y),
+        4 => Vec3::new(at.x, -at.y, distance),
+        _ => Vec3::new(-at.x, -at.y, -distance),
+    }
+}
+
+impl Texel {
+    /// The texel's number, rows along faces.
+    pub fn index(self, edge: u32) -> usize {
+        ((self.face as usize * edge as usize) + self.row as usize) * edge as usize + self.column as usize
+    }
+
+    /// The direction of the texel's centre, of length 1.
+    pub fn direction(self, edge: u32) -> Vec3 {
+        let at = Vec2::new((2 * self.column + 1) as f32, (2 * self.row + 1) as f32) - edge as f32;
+        from_cube(point(self.face, at, edge as f32)).normalize()
+    }
+}
+
+/// The texel at a column and row, one of which may lie one step outside of the face.
+fn continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
+    let last = edge as i32 - 1;
+    if (0..=last).contains(&column) && (0..=last).contains(&row) {
+        return Texel { face, column: column as u32, row: row as u32 };
+    }
+    let at = Vec2::new((2 * column - last) as f32, (2 * row - last) as f32);
+    let beside = on_face(point(face, at, edge as f32));
+    // Beside the edge the coordinate across it is the old distance, half a texel past the last centre.
+    let whole = |s: f32| (((s as i32) + last) / 2).clamp(0, last) as u32;
+    Texel { face: beside.face, column: whole(beside.at.x), row: whole(beside.at.y) }
+}
+
+/// The four texels around a direction, which need not have length 1.
+pub fn taps(edge: u32, direction: Vec3) -> Taps {
+    let OnFace { face, at, distance } = on_face(to_cube(direction));
+    let position = (at / distance + 1.0) * (0.5 * edge as f32) - 0.5;
+    let corner = position.floor();
+    let (left, top) = (corner.x as i32, corner.y as i32);
+    let share = position - corner;
+    let rest = 1.0 - share;
+    let mut weight = [rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y];
+    let last = edge as i32 - 1;
+    if left >= 0 && top >= 0 && left < last && top < last {
+        let at = |x: i32, y: i32| Texel { face, column: x as u32, row: y as u32 };
+        return Taps {
+            texel: [at(left, top), at(left + 1, top), at(left, top + 1), at(left + 1, top + 1)],
+            weight,
+        };
+    }
+    let mut texel = [Texel::default(); 4];
+    let mut missing = 4;
+    for k in 0..4 {
+        let (column, row) = (left + (k & 1), top + (k >> 1));
+        if (column < 0 || column > last) && (row < 0 || row > last) {
+            missing = k as usize;
+        } else {
+            texel[k as usize] = continued(edge, face, column, row);
+        }
+    }
+    if missing < 4 {
+        let third = weight[missing] / 3.0;
+        for k in 0..4 {
+            weight[k] = if k == missing { 0.0 } else { weight[k] + third };
+        }
+        texel[missing] = texel[3 - missing];
+    }
+    Taps { texel, weight }
+}
+
+/// The bilinear value of a cube map, texels RGB as `sphere::Cube` counts them, in a direction.
+pub fn sample(edge: u32, map: &[[f32; 3]], direction: Vec3) -> Vec3 {
+    let taps = taps(edge, direction);
+    let mut sum = Vec3::ZERO;
+    for k in 0..4 {
+        sum += Vec3::from(map[taps.texel[k].index(edge)]) * taps.weight[k];
+    }
+    sum
+}
