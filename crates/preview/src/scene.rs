@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use transfer::Mesh;
 
-use crate::{Light, Look};
+use crate::{Framing, Light, Look};
 
 /// A mesh somewhere, with its look.
 #[derive(Clone, Debug)]
@@ -34,5 +34,85 @@ impl Scene {
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
         let object = Object { mesh, place: DAffine3::IDENTITY, look };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
+    }
+
+    /// A ball around all that is in it, for a camera: that of a single mesh is [`Mesh::bounds`], placed. Where nothing has
+    /// any size, its radius is 1.
+    pub fn framing(&self) -> Framing {
+        let balls: Vec<(DVec3, f64)> = self.objects.iter().filter_map(Object::ball).collect();
+        let least = balls.iter().map(|(centre, radius)| centre - DVec3::splat(*radius)).reduce(DVec3::min);
+        let most = balls.iter().map(|(centre, radius)| centre + DVec3::splat(*radius)).reduce(DVec3::max);
+        let centre = least.zip(most).map_or(DVec3::ZERO, |(least, most)| (least + most) / 2.0);
+        let reach = |(at, radius): &(DVec3, f64)| at.distance(centre) + radius;
+        let radius = balls.iter().map(reach).fold(0.0, f64::max);
+        Framing { centre, radius: if radius > 0.0 { radius } else { 1.0 } }
+    }
+}
+
+impl Object {
+    /// The ball around its triangles, in the world; none around a mesh without any.
+    fn ball(&self) -> Option<(DVec3, f64)> {
+        if self.mesh.triangles().is_empty() {
+            return None;
+        }
+        let (centre, radius) = self.mesh.bounds();
+        let axes = self.place.matrix3;
+        let scale = axes.col(0).length().max(axes.col(1).length()).max(axes.col(2).length());
+        Some((self.place.transform_point3(DVec3::from_array(centre)), radius * scale))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, Lambert, Material, project};
+    use envmap::Environment;
+    use sh::{Degree, Expansion};
+    use shrm::Reflection;
+    use sphere::LatLong;
+
+    use super::*;
+    use crate::MapSizes;
+
+    fn scene(places: &[DAffine3], mesh: Mesh) -> Scene {
+        let grid = LatLong::with_rows(4);
+        let light = Arc::new(Light::new(Environment::new(grid, vec![[1.0; 3]; grid.len()]).unwrap(), None));
+        let white = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
+        let flat = Choice::Degree { f: Degree::ZERO, p: Degree::ZERO };
+        let reflection = Reflection::convolve(
+            &Expansion::zero(Degree::ZERO),
+            &project(&white, flat).unwrap().coefficients,
+        );
+        let look = Arc::new(Look::new(Arc::clone(&light), reflection, None, MapSizes::default()));
+        let mesh = Arc::new(mesh);
+        let object =
+            |place: &DAffine3| Object { mesh: Arc::clone(&mesh), place: *place, look: Arc::clone(&look) };
+        Scene { light, objects: places.iter().map(object).collect() }
+    }
+
+    #[test]
+    fn one_mesh_is_framed_by_its_own_ball() {
+        let sphere = transfer::shape("sphere").unwrap();
+        let place = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(2.0),
+            glam::DQuat::from_rotation_y(0.4),
+            DVec3::new(1.0, -3.0, 0.5),
+        );
+        let framing = scene(&[place], sphere).framing();
+        assert!(framing.centre.distance(DVec3::new(1.0, -3.0, 0.5)) < 1e-6, "{framing:?}");
+        assert!((framing.radius - 2.0).abs() < 1e-6, "{framing:?}");
+    }
+
+    #[test]
+    fn two_balls_side_by_side_are_framed_by_one_that_touches_both() {
+        let places = [-2.0, 2.0].map(|y| DAffine3::from_translation(DVec3::new(0.0, y, 0.0)));
+        let framing = scene(&places, transfer::shape("sphere").unwrap()).framing();
+        assert!(framing.centre.length() < 1e-6 && (framing.radius - 3.0).abs() < 1e-6, "{framing:?}");
+    }
+
+    #[test]
+    fn a_mesh_without_triangles_is_framed_by_the_unit_ball() {
+        let empty = Mesh::new(Vec::new(), Vec::new(), Vec::new(), None, Vec::new()).unwrap();
+        let framing = scene(&[DAffine3::IDENTITY], empty).framing();
+        assert_eq!(framing, Framing { centre: DVec3::ZERO, radius: 1.0 });
     }
 }
