@@ -1,5 +1,9 @@
 //! A triangle mesh in the world's frame (right-handed, +Z up).
 
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::Parts;
+
 /// A triangle mesh with a normal and a tangent at every vertex.
 ///
 /// Triangles are counter-clockwise as seen from outside. All vectors have as many entries as there are vertices; every
@@ -11,6 +15,42 @@ pub struct Mesh {
     tangents: Vec<[f32; 4]>,
     coordinates: Option<Vec<[f32; 2]>>,
     triangles: Vec<[u32; 3]>,
+}
+
+/// So many numbers for each vertex.
+pub(crate) struct List<'a> {
+    name: &'static str,
+    width: usize,
+    numbers: &'a [f32],
+}
+
+impl<'a> List<'a> {
+    pub(crate) fn of<const N: usize>(name: &'static str, vectors: &'a [[f32; N]]) -> Self {
+        Self { name, width: N, numbers: vectors.as_flattened() }
+    }
+}
+
+/// Whether every list has an entry for each of `count` vertices and finite numbers, and every corner is a vertex.
+pub(crate) fn check(count: usize, lists: &[List<'_>], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+    for &List { name, width, numbers } in lists {
+        let length = numbers.len() / width;
+        if length != count {
+            return Err(MeshError(format!("{length} {name} for {count} positions")));
+        }
+        if let Some(first) = numbers.iter().position(|number| !number.is_finite()) {
+            let vertex = first / width;
+            return Err(MeshError(format!("the {name} of vertex {vertex} hold a number that is not finite")));
+        }
+    }
+    match triangles.iter().position(|corners| corners.iter().any(|&vertex| vertex as usize >= count)) {
+        None => Ok(()),
+        Some(triangle) => {
+            let corners = triangles[triangle];
+            Err(MeshError(format!(
+                "triangle {triangle} has corners {corners:?}, and there are {count} vertices"
+            )))
+        }
+    }
 }
 
 /// Why numbers are no mesh.
@@ -31,32 +71,13 @@ impl Mesh {
         coordinates: Option<Vec<[f32; 2]>>,
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, MeshError> {
-        let count = positions.len();
-        let lengths = [
-            ("normals", normals.len()),
-            ("tangents", tangents.len()),
-            ("coordinates", coordinates.as_ref().map_or(count, Vec::len)),
+        let mut lists = vec![
+            List::of("positions", &positions),
+            List::of("normals", &normals),
+            List::of("tangents", &tangents),
         ];
-        for (name, length) in lengths {
-            if length != count {
-                return Err(MeshError(format!("{length} {name} for {count} positions")));
-            }
-        }
-        if let Some(triangle) =
-            triangles.iter().position(|corners| corners.iter().any(|&k| k as usize >= count))
-        {
-            let corners = triangles[triangle];
-            return Err(MeshError(format!(
-                "triangle {triangle} has corners {corners:?} of {count} vertices"
-            )));
-        }
-        let finite = |values: &[f32]| values.iter().all(|value| value.is_finite());
-        for vertex in 0..count {
-            let at = coordinates.as_ref().is_none_or(|coordinates| finite(&coordinates[vertex]));
-            if !(finite(&positions[vertex]) && finite(&normals[vertex]) && finite(&tangents[vertex]) && at) {
-                return Err(MeshError(format!("vertex {vertex} holds a number that is not finite")));
-            }
-        }
+        lists.extend(coordinates.as_deref().map(|coordinates| List::of("coordinates", coordinates)));
+        check(positions.len(), &lists, &triangles)?;
         Ok(Self { positions, normals, tangents, coordinates, triangles })
     }
 
@@ -94,6 +115,76 @@ impl Mesh {
     /// The vertices of each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// The mesh elsewhere: positions by the map, normals at right angles to the surface, tangents along it.
+    ///
+    /// A map that mirrors turns triangles and the signs of bitangents around, so that outside stays outside. One that
+    /// flattens leaves what normals and tangents it can.
+    ///
+    /// # Errors
+    /// Where a position becomes too large.
+    pub fn transformed(&self, place: &DAffine3) -> Result<Self, MeshError> {
+        let linear = place.matrix3;
+        let mirrored = linear.determinant() < 0.0;
+        // The cofactors are the inverse transpose times the determinant, and exist without an inverse.
+        let DMat3 { x_axis, y_axis, z_axis } = linear;
+        let cofactors = DMat3::from_cols(y_axis.cross(z_axis), z_axis.cross(x_axis), x_axis.cross(y_axis));
+        let cofactors = if mirrored { -cofactors } else { cofactors };
+        let double = |[x, y, z]: [f32; 3]| DVec3::new(x.into(), y.into(), z.into());
+        let parts = Parts {
+            positions: self
+                .positions
+                .iter()
+                .map(|&position| place.transform_point3(double(position)).as_vec3().to_array())
+                .collect(),
+            normals: Some(
+                self.normals
+                    .iter()
+                    .map(|&normal| (cofactors * double(normal)).normalize_or_zero().as_vec3().to_array())
+                    .collect(),
+            ),
+            tangents: Some(
+                self.tangents
+                    .iter()
+                    .map(|&[x, y, z, sign]| {
+                        let along = (linear * double([x, y, z])).normalize_or_zero().as_vec3();
+                        along.extend(if mirrored { -sign } else { sign }).to_array()
+                    })
+                    .collect(),
+            ),
+            coordinates: self.coordinates.clone(),
+            triangles: match mirrored {
+                true => self.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
+                false => self.triangles.clone(),
+            },
+        };
+        parts.complete()
+    }
+
+    /// All meshes as one, in their order. Coordinates stay where every mesh has them.
+    ///
+    /// # Errors
+    /// Where there are more vertices than 32 bits count.
+    pub fn joined(meshes: &[Self]) -> Result<Self, MeshError> {
+        let count: usize = meshes.iter().map(|mesh| mesh.positions.len()).sum();
+        if u32::try_from(count).is_err() {
+            return Err(MeshError(format!("{count} vertices are more than 32 bits count")));
+        }
+        let mut first = 0;
+        let mut triangles = Vec::new();
+        for mesh in meshes {
+            triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|vertex| vertex + first)));
+            first += mesh.positions.len() as u32;
+        }
+        let coordinates: Option<Vec<&[[f32; 2]]>> = meshes.iter().map(Self::coordinates).collect();
+        Ok(Self {
+            positions: meshes.iter().flat_map(|mesh| &mesh.positions).copied().collect(),
+            normals: meshes.iter().flat_map(|mesh| &mesh.normals).copied().collect(),
+            tangents: meshes.iter().flat_map(|mesh| &mesh.tangents).copied().collect(),
+            coordinates: coordinates.map(|lists| lists.concat()),
+            triangles,
+        })
     }
 
     /// A ball around all vertices that triangles use: its centre, the middle of the box around them, and its radius. A
