@@ -3,13 +3,15 @@
 use std::sync::OnceLock;
 
 use envmap::Environment;
-use sh::{Degree, Expansion, Transform};
+use sh::{Degree, Expansion, Transform, synthesise_cube};
+use sphere::Cube;
 
 /// An environment, and its coefficients where they are wanted.
 #[derive(Debug)]
 pub struct Light {
     environment: Environment,
     lighting: OnceLock<Expansion>,
+    reconstruction: OnceLock<(Cube, Vec<[f32; 3]>)>,
 }
 
 impl Light {
@@ -20,7 +22,7 @@ impl Light {
         if let Some(lighting) = lighting {
             let _ = known.set(lighting);
         }
-        Self { environment, lighting: known }
+        Self { environment, lighting: known, reconstruction: OnceLock::new() }
     }
 
     /// The environment.
@@ -39,5 +41,17 @@ impl Light {
                 Err(_) => Expansion::zero(Degree::ZERO),
             }
         })
+    }
+    /// What its coefficients hold of it, on a cube of sixteen texels or more to each wave of the highest degree, but 512
+    /// along an edge at most; RGB, texels as [`Cube`] counts them.
+    pub fn reconstruction(&self) -> (Cube, &[[f32; 3]]) {
+        let (cube, texels) = self.reconstruction.get_or_init(|| {
+            let lighting = self.lighting();
+            let cube = Cube { edge: (4 * (lighting.degree().get() + 1)).next_power_of_two().clamp(16, 512) };
+            // A cube that has texels always has a synthesis.
+            let texels = synthesise_cube(lighting, cube).unwrap_or_else(|_| vec![[0.0; 3]; cube.len()]);
+            (cube, texels)
+        });
+        (*cube, texels)
     }
 }

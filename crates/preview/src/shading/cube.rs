@@ -89,6 +89,17 @@ impl Texel {
     }
 }
 
+impl Taps {
+    /// The bilinear value of a cube map, texels RGB.
+    pub fn blend(&self, edge: u32, map: &[[f32; 3]]) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        for k in 0..4 {
+            sum += Vec3::from(map[self.texel[k].index(edge)]) * self.weight[k];
+        }
+        sum
+    }
+}
+
 /// The texel at a column and row, one of which may lie one step outside of the face.
 fn continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
     let last = edge as i32 - 1;
@@ -141,10 +152,74 @@ pub fn taps(edge: u32, direction: Vec3) -> Taps {
 
 /// The bilinear value of a cube map, texels RGB as `sphere::Cube` counts them, in a direction.
 pub fn sample(edge: u32, map: &[[f32; 3]], direction: Vec3) -> Vec3 {
-    let taps = taps(edge, direction);
-    let mut sum = Vec3::ZERO;
-    for k in 0..4 {
-        sum += Vec3::from(map[taps.texel[k].index(edge)]) * taps.weight[k];
+    taps(edge, direction).blend(edge, map)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{ROUNDING, apart, directions, noise_map, rounded};
+    use envmap::Texels;
+    use sphere::{Cube, Face};
+
+    /// A place on a face is off by some 4 roundings of it, times half the edge in texels; the map is continuous, and two
+    /// neighbours differ by 1 at most in each of two axes.
+    #[test]
+    fn values_are_those_of_envmap_over_edges_and_corners() {
+        for edge in [1, 2, 3, 8, 63, 64, 500] {
+            let map = noise_map(6 * edge * edge);
+            let allowed = (8.0 * edge as f64 + 16.0) * ROUNDING;
+            for direction in directions() {
+                let (short, exact) = rounded(direction);
+                let expected = Cube { edge }.taps(exact).blend(&map);
+                let found = sample(edge as u32, &map, short * 3.0);
+                assert!(apart(found, expected) < allowed, "edge {edge} at {short}: {found} {expected:?}");
+            }
+        }
     }
-    sum
+
+    #[test]
+    fn texels_lie_where_sphere_has_them() {
+        for edge in [1, 2, 7, 64] {
+            let cube = Cube { edge };
+            for index in 0..cube.len() {
+                let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
+                let texel = Texel { face: face as u32, column: column as u32, row: row as u32 };
+                assert_eq!(texel.index(edge as u32), index);
+                let expected = cube.direction(Face::ALL[face], row, column).vector().to_array();
+                assert!(apart(texel.direction(edge as u32), expected) < 4.0 * ROUNDING);
+            }
+        }
+    }
+
+    /// The texel over an edge, in whole numbers, against a step of half a texel over it in f64.
+    #[test]
+    fn the_texel_over_an_edge_is_the_neighbour_even_of_large_faces() {
+        for edge in [1, 2, 5, 64, 4095, 4096] {
+            let last = edge as i32 - 1;
+            for face in 0..6 {
+                for along in [0, 1, last / 2, last - 1, last] {
+                    let along = along.clamp(0, last);
+                    for (column, row) in [(-1, along), (last + 1, along), (along, -1), (along, last + 1)] {
+                        let at = |k: i32| (f64::from(k.clamp(0, last)) + 0.5) / edge as f64;
+                        let past = |k: i32| {
+                            if k < 0 {
+                                -1e-9
+                            } else if k > last {
+                                1.0 + 1e-9
+                            } else {
+                                at(k)
+                            }
+                        };
+                        let cube = Cube { edge };
+                        let beyond = cube.direction_at(Face::ALL[face], past(column), past(row));
+                        let (neighbour, s, t) = cube.position(beyond);
+                        let texel = |s: f64| ((s * edge as f64) as u32).min(last as u32);
+                        let expected = Texel { face: neighbour as u32, column: texel(s), row: texel(t) };
+                        assert_eq!(continued(edge as u32, face as u32, column, row), expected);
+                    }
+                }
+            }
+        }
+    }
 }

@@ -76,6 +76,21 @@ impl Harmonics {
         }
     }
 
+    /// Calls `f(p, Y_p0)` for every p, at angles whose cosines are given: the column q = 0 of [`Harmonics::visit`].
+    #[inline]
+    pub fn zonal<T>(&self, cosine: T, one: T, mut f: impl FnMut(usize, T))
+    where
+        T: Copy + Sub<Output = T> + Mul<Output = T> + Mul<f32, Output = T>,
+    {
+        let column = &self.columns[0];
+        let (mut below, mut value) = (one * 0.0, one * column.start);
+        f(0, value);
+        for (k, &[a, b]) in column.climb.iter().enumerate() {
+            (below, value) = (value, cosine * value * a - below * b);
+            f(k + 1, value);
+        }
+    }
+
     /// Y_pq of every row p*p + p + q into `rows`.
     ///
     /// # Panics
@@ -90,13 +105,62 @@ impl Harmonics {
     }
 }
 
-/// Y_p0 at the angle whose cosine is given, p = 0 to `rows.len() - 1`: the column q = 0 of [`Harmonics::visit`].
-pub fn zonal_into(harmonics: &Harmonics, cosine: f32, rows: &mut [f32]) {
-    let column = &harmonics.columns[0];
-    let (mut below, mut value) = (0.0, column.start);
-    rows[0] = value;
-    for (row, &[a, b]) in rows[1..].iter_mut().zip(&column.climb) {
-        (below, value) = (value, cosine * value * a - below * b);
-        *row = value;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{ROUNDING, directions, rounded};
+
+    /// Each step of a recurrence rounds three times, and a direction that is a rounding longer than 1 makes a harmonic p
+    /// roundings larger: some 10 (p + 1) of them, of values up to sqrt((2p + 1) / 4 pi).
+    #[test]
+    fn they_are_those_of_sh_at_every_degree() {
+        for degree in [0, 1, 2, 5, 8, 20, 40] {
+            let basis = sh::Basis::new(sh::Degree::new(degree).unwrap());
+            let harmonics = Harmonics::new(degree);
+            let rows = (degree + 1) * (degree + 1);
+            let (mut found, mut expected) = (vec![f32::NAN; rows], vec![0.0; rows]);
+            for direction in directions() {
+                let (short, exact) = rounded(direction);
+                harmonics.evaluate_into(short, &mut found);
+                basis.evaluate_into(exact, &mut expected);
+                for (row, (&found, &expected)) in found.iter().zip(&expected).enumerate() {
+                    let size = (0.16 * (2 * row.isqrt() + 1) as f64).sqrt();
+                    let allowed = 10.0 * (row.isqrt() + 1) as f64 * ROUNDING * size;
+                    assert!((f64::from(found) - expected).abs() < allowed, "row {row} at {short}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn zonal_ones_are_the_column_q_0() {
+        let harmonics = Harmonics::new(9);
+        for direction in directions() {
+            let v = direction.vector().as_vec3();
+            let mut rows = [0.0; 100];
+            harmonics.evaluate_into(v, &mut rows);
+            let mut seen = 0;
+            harmonics.zonal(v.z, 1.0, |p, value| {
+                assert_eq!(value, rows[p * p + p]);
+                seen += 1;
+            });
+            assert_eq!(seen, 10);
+        }
+    }
+
+    #[test]
+    fn lanes_are_evaluated_as_they_are_alone() {
+        let harmonics = Harmonics::new(6);
+        for four in directions().chunks_exact(4) {
+            let four: [glam::Vec3; 4] = std::array::from_fn(|k| four[k].vector().as_vec3());
+            let lanes = [0, 1, 2].map(|axis| glam::Vec4::from_array(four.map(|v| v[axis])));
+            let mut rows = [[0.0; 49]; 4];
+            for (rows, v) in rows.iter_mut().zip(four) {
+                harmonics.evaluate_into(v, rows);
+            }
+            harmonics.visit(lanes, glam::Vec4::ONE, |p, q, cosine, _| {
+                assert_eq!(cosine.to_array(), rows.map(|rows| rows[p * p + p + q]));
+            });
+        }
     }
 }

@@ -37,3 +37,28 @@ pub fn sample(size: [u32; 2], pixels: &[[f32; 3]], direction: Vec3) -> Vec3 {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{ROUNDING, apart, directions, noise_map, rounded};
+    use envmap::Texels;
+    use sphere::LatLong;
+
+    /// Angles are off by some 4 roundings of up to pi: 4 of the width or height in texels, and neighbours differ by 1 at most.
+    /// Next to the poles a column is as far off as the direction's x and y are, which are rounded alike.
+    #[test]
+    fn values_are_those_of_envmap_over_seam_and_poles() {
+        for (width, height) in [(1, 1), (2, 1), (3, 2), (8, 4), (7, 5), (64, 32), (1024, 512)] {
+            let map = noise_map(width * height);
+            let grid = LatLong { width, height };
+            let allowed = (8.0 * (width + height) as f64 + 16.0) * ROUNDING;
+            for direction in directions() {
+                let (short, exact) = rounded(direction);
+                let expected = grid.taps(exact).blend(&map);
+                let found = sample([width as u32, height as u32], &map, short * 0.2);
+                assert!(apart(found, expected) < allowed, "{grid:?} at {short}: {found} {expected:?}");
+            }
+        }
+    }
+}

@@ -4,7 +4,19 @@
 //! back ([`crate::Sight`]), so that no mode knows of the turn. Twins do the same operations in the same order. The kernels
 //! of `shrm`, `envmap` and `sh`, in f64, are what the tests hold them against.
 
+pub mod background;
+pub mod cabral;
 pub mod cube;
+pub mod develop;
+pub mod difference;
+pub mod global_shrm;
 pub mod harmonics;
+pub mod irradiance;
+pub mod kautz_mccool;
 pub mod lat_long;
+pub mod local_shrm;
+pub mod mirror;
+pub mod prefiltered;
 pub mod surface;
+#[cfg(test)]
+mod testkit;

@@ -13,6 +13,9 @@ use glam::Vec3;
 /// e: the smallest cosine between the normal and the view before the bent normal is normalised.
 pub const GRAZING: f32 = 1e-3;
 
+/// The share of a tangent's square at a right angle to the normal below which what is left of it is mostly rounding.
+const ALONG: f32 = 1e-6;
+
 /// A point of a surface. Unit vectors in the light's frame; normal and tangent are at a right angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
@@ -27,8 +30,8 @@ pub struct Surface {
 impl Surface {
     /// The surface of an interpolated normal and tangent, of any length, seen along a ray of any length.
     ///
-    /// `front` says whether the face's outside is seen. A normal of length 0 becomes the view, a tangent without a part at a
-    /// right angle to the normal becomes any that has.
+    /// `front` says whether the face's outside is seen. A normal of length 0 becomes the view, a tangent along the normal any
+    /// at a right angle to it.
     pub fn new(normal: Vec3, tangent: Vec3, ray: Vec3, front: bool) -> Self {
         let view = -ray.normalize();
         let side = if front { normal } else { -normal };
@@ -37,7 +40,9 @@ impl Surface {
         if cosine < GRAZING {
             normal = (normal + view * (GRAZING - cosine)).normalize();
         }
-        let tangent = unit_or(tangent - normal * normal.dot(tangent), across(normal));
+        let level = tangent - normal * normal.dot(tangent);
+        let tangent =
+            if level.dot(level) > ALONG * tangent.dot(tangent) { level.normalize() } else { across(normal) };
         Self { normal, tangent, view }
     }
 
@@ -62,4 +67,58 @@ fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
 fn across(normal: Vec3) -> Vec3 {
     let other = if normal.z.abs() < 0.9 { Vec3::Z } else { Vec3::X };
     other.cross(normal).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{apart, directions, surfaces};
+
+    /// Errors are a few roundings of vectors of length 1.
+    #[test]
+    fn the_central_direction_is_that_of_the_kernels() {
+        for (surface, [normal, tangent, view]) in surfaces() {
+            for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
+                let expected = centre.central(normal, tangent, view).vector().to_array();
+                assert!(apart(surface.central(centre), expected) < 1e-6, "{surface:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_surface_is_a_frame_that_faces_the_viewer() {
+        let directions: Vec<Vec3> = directions().iter().map(|d| d.vector().as_vec3()).collect();
+        let odd = [Vec3::ZERO, Vec3::splat(1e-20), Vec3::X * 1e15, Vec3::Z];
+        for (k, &ray) in directions.iter().enumerate() {
+            for normal in [directions[k * 5 % directions.len()], ray, -ray, odd[k % 4]] {
+                for tangent in [directions[k * 11 % directions.len()], normal, odd[(k + 1) % 4]] {
+                    for front in [false, true] {
+                        let surface = Surface::new(normal, tangent, ray * 3.0, front);
+                        let Surface { normal: n, tangent: t, view: v } = surface;
+                        for unit in [n, t, v] {
+                            assert!((unit.length() - 1.0).abs() < 1e-6, "{surface:?}");
+                        }
+                        // A rounding of the tangent over what is left of it: 1e-7 / 1e-3.
+                        assert!(n.dot(t).abs() < 3e-4, "{surface:?}");
+                        assert!(n.dot(v) > 0.99 * GRAZING, "{surface:?} {}", n.dot(v));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_normal_toward_the_viewer_stays_and_one_that_looks_away_is_bent_least() {
+        let ray = -Vec3::Z;
+        let tilted = |cosine: f32| Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+        for cosine in [1.0, 0.5, 0.01] {
+            let kept = Surface::new(tilted(cosine) * 2.0, Vec3::Y, ray, true);
+            assert!((kept.normal - tilted(cosine)).length() < 1e-6);
+            assert_eq!(Surface::new(-tilted(cosine) * 2.0, Vec3::Y, ray, false), kept);
+        }
+        for cosine in [-0.5, -0.01, 0.0] {
+            let bent = Surface::new(tilted(cosine), Vec3::Y, ray, true).normal;
+            assert!((bent - Vec3::X).length() < 2.0 * GRAZING, "{bent}");
+        }
+    }
 }

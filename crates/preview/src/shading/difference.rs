@@ -1,0 +1,71 @@
+//! The difference of two modes, and how large it is over a picture.
+
+use glam::Vec3;
+
+/// The absolute difference, not amplified.
+pub fn difference(of: Vec3, from: Vec3) -> Vec3 {
+    (of - from).abs()
+}
+
+/// Sums over samples that see a surface, and over channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Squares {
+    /// How many samples see a surface.
+    pub samples: u64,
+    /// Of squared differences.
+    pub difference: f64,
+    /// Of squares of what is compared with.
+    pub from: f64,
+}
+
+impl Squares {
+    /// Adds a sample.
+    pub fn add(&mut self, difference: Vec3, from: Vec3) {
+        self.samples += 1;
+        self.difference += f64::from(difference.length_squared());
+        self.from += f64::from(from.length_squared());
+    }
+
+    /// Adds the sums of another part of the picture.
+    pub fn join(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.difference += other.difference;
+        self.from += other.from;
+    }
+
+    /// [`crate::Picture::relative_rms`]: `None` where no surface is seen, or it is compared with darkness.
+    pub fn relative_rms(self) -> Option<f64> {
+        match (self.difference, self.from) {
+            _ if self.samples == 0 => None,
+            (0.0, _) => Some(0.0),
+            (_, 0.0) => None,
+            (difference, from) => Some((difference / from).sqrt()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_relative_rms_is_that_of_all_samples_and_channels() {
+        let pairs = [(Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.5, 2.0, 2.0)), (Vec3::ZERO, Vec3::ONE)];
+        let mut squares = Squares::default();
+        for (of, from) in pairs {
+            squares.add(difference(of, from), from);
+        }
+        let expected = ((0.25 + 1.0 + 3.0) / (2.25 + 4.0 + 4.0 + 3.0_f64)).sqrt();
+        assert!((squares.relative_rms().unwrap() - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_seen_or_darkness_has_no_figure() {
+        let mut squares = Squares::default();
+        assert_eq!(squares.relative_rms(), None);
+        squares.add(Vec3::ZERO, Vec3::ZERO);
+        assert_eq!(squares.relative_rms(), Some(0.0));
+        squares.add(Vec3::ONE, Vec3::ZERO);
+        assert_eq!(squares.relative_rms(), None);
+    }
+}

@@ -1,0 +1,77 @@
+//! A white diffuse surface from nine coefficients (Ramamoorthi and Hanrahan 2001): irradiance over pi about the normal,
+//! the sum of A_l / pi L_lm Y_lm(N) with A_0 = pi, A_1 = 2 pi / 3 and A_2 = pi / 4.
+
+use glam::Vec3;
+use sh::Expansion;
+
+use super::harmonics::Harmonics;
+use super::surface::Surface;
+
+/// Nine coefficients of irradiance over pi.
+#[derive(Clone, Debug)]
+pub struct Irradiance {
+    harmonics: Harmonics,
+    rows: [Vec3; 9],
+}
+
+/// A_l / pi.
+const SHARES: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
+
+impl Irradiance {
+    /// Of a lighting; what it lacks of degree 2 is 0.
+    pub fn new(lighting: &Expansion) -> Self {
+        let mut rows = [Vec3::ZERO; 9];
+        for (row, (value, out)) in lighting.rows().iter().zip(&mut rows).enumerate() {
+            let share = SHARES[row.isqrt()];
+            *out = Vec3::from_array(value.map(|value| (value * share) as f32));
+        }
+        Self { harmonics: Harmonics::new(2), rows }
+    }
+
+    /// The coefficients, RGB, row l*l + l + m.
+    pub fn rows(&self) -> &[Vec3; 9] {
+        &self.rows
+    }
+}
+
+/// Radiance toward any viewer.
+pub fn irradiance(light: &Irradiance, surface: &Surface) -> Vec3 {
+    let mut harmonics = [0.0; 9];
+    light.harmonics.evaluate_into(surface.normal, &mut harmonics);
+    let mut sum = Vec3::ZERO;
+    for (row, harmonic) in light.rows.iter().zip(harmonics) {
+        sum += row * harmonic;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{apart, reflection, surfaces};
+    use brdf::{Choice, Lambert, Material, project};
+    use sh::Degree;
+    use shrm::Reflection;
+
+    #[test]
+    fn it_is_what_lambert_reflects_of_degree_2() {
+        let white = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
+        let brdf = project(&white, Choice::Degree { f: Degree::new(2).unwrap(), p: Degree::ZERO });
+        let lighting = reflection(brdf::Centre::Normal, 6, 0).lighting().clone();
+        let field = Reflection::convolve(&lighting, &brdf.unwrap().coefficients).radial().unwrap();
+        let light = Irradiance::new(&lighting);
+        for (surface, [normal, ..]) in surfaces() {
+            // Nine terms of some 1.
+            assert!(apart(irradiance(&light, &surface), field.evaluate(normal)) < 2e-6);
+        }
+    }
+
+    #[test]
+    fn a_light_of_degree_0_is_the_same_from_everywhere() {
+        let light = Irradiance::new(&Expansion::from_rows(Degree::ZERO, vec![[1.0, 2.0, 3.0]]).unwrap());
+        for (surface, _) in surfaces() {
+            let y_00 = 0.25_f64.sqrt() / std::f64::consts::PI.sqrt();
+            assert!(apart(irradiance(&light, &surface), [y_00, 2.0 * y_00, 3.0 * y_00]) < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of some even angles between central
+//! direction and view, 0 to pi; bilinear in a slice, linear between two.
+
+use std::f32::consts::PI;
+
+use brdf::Centre;
+use glam::Vec3;
+
+use super::cube;
+use super::surface::Surface;
+
+/// Radiance toward the viewer; `slices` has shape [count, texels], texels as `sphere::Cube` counts them, the angle of slice k
+/// is pi k / (count - 1).
+pub fn kautz_mccool(edge: u32, slices: &[[f32; 3]], count: usize, centre: Centre, surface: &Surface) -> Vec3 {
+    let central = surface.central(centre);
+    let angle = central.cross(surface.view).length().atan2(central.dot(surface.view));
+    let last = count - 1;
+    let position = angle / PI * last as f32;
+    let low = (position as usize).min(last);
+    let high = (low + 1).min(last);
+    let share = position - low as f32;
+    let taps = cube::taps(edge, central);
+    let texels = slices.len() / count;
+    let slice = |k: usize| taps.blend(edge, &slices[k * texels..][..texels]);
+    let (a, b) = (slice(low), slice(high));
+    a + (b - a) * share
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{apart, map, surfaces};
+    use shrm::{KautzMcCool, View};
+
+    /// Values of some 1, places off by 8 edge roundings, the place between slices by `count` of them.
+    #[test]
+    fn radiance_is_that_of_the_kernel() {
+        for (centre, count) in
+            [(Centre::Reflection, 1), (Centre::Normal, 2), (Centre::Tangent, 9), (Centre::Reflection, 16)]
+        {
+            let map = map(centre, 32, 3, View::Local);
+            let texture = KautzMcCool::from_shrm(&map, KautzMcCool::even_angles(count)).unwrap();
+            for (surface, [normal, tangent, view]) in surfaces() {
+                let expected = texture.radiance(centre.central(normal, tangent, view), view).map(f64::from);
+                let found = kautz_mccool(32, texture.slices(), count, centre, &surface);
+                assert!(apart(found, expected) < 5e-5, "{surface:?}: {found} {expected:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central direction C, each
+//! evaluated at the view in its own frame, then blended.
+//!
+//! A texel at (alpha, beta) holds coefficients over w_o = R^-1 V with R = R_z(beta) R_y(alpha), whose axes follow from the texel's
+//! direction c without angles: s = (c_z x, c_z y, -sin alpha), e = (-y, x, 0) and c, (x, y) the direction of (c_x, c_y), and (1, 0)
+//! at a pole. A zonal map has the rows q = 0 alone, and needs V.c alone.
+
+use brdf::Centre;
+use glam::{Vec3, Vec3A, Vec4};
+use shrm::{Shrm, Terms};
+
+use super::cube;
+use super::harmonics::Harmonics;
+use super::surface::Surface;
+
+/// A local map on a cube, as the CPU reads it: each coefficient fills a vector of four.
+#[derive(Clone, Debug)]
+pub struct LocalShrm {
+    centre: Centre,
+    edge: u32,
+    zonal: bool,
+    rows: usize,
+    harmonics: Harmonics,
+    /// Shape [texels, rows].
+    coefficients: Vec<Vec3A>,
+}
+
+impl LocalShrm {
+    /// Of a local map on a cube; `None` where it is global or lat-long.
+    pub fn new(map: &Shrm) -> Option<Self> {
+        let shrm::MapGrid::Cube(cube) = map.grid() else { return None };
+        (map.view() == shrm::View::Local).then(|| Self {
+            centre: map.centre(),
+            edge: cube.edge as u32,
+            zonal: map.terms() == Terms::Zonal,
+            rows: map.rows(),
+            harmonics: Harmonics::new(map.p().get()),
+            coefficients: map.values().iter().map(|&value| Vec3A::from(value)).collect(),
+        })
+    }
+}
+
+/// Radiance toward the viewer.
+pub fn local_shrm(map: &LocalShrm, surface: &Surface) -> Vec3 {
+    let taps = cube::taps(map.edge, surface.central(map.centre));
+    let v = surface.view;
+    let [mut x, mut y, mut z] = [Vec4::ZERO; 3];
+    for (k, texel) in taps.texel.into_iter().enumerate() {
+        let c = texel.direction(map.edge);
+        let sine = (c.x * c.x + c.y * c.y).sqrt();
+        let [cosine_beta, sine_beta] = if sine > 0.0 { [c.x / sine, c.y / sine] } else { [1.0, 0.0] };
+        x[k] = v.dot(Vec3::new(c.z * cosine_beta, c.z * sine_beta, -sine));
+        y[k] = v.y * cosine_beta - v.x * sine_beta;
+        z[k] = v.dot(c);
+    }
+    let texels = taps.texel.map(|texel| &map.coefficients[texel.index(map.edge) * map.rows..][..map.rows]);
+    let weight = Vec4::from(taps.weight);
+    let mut sum = Vec3A::ZERO;
+    let mut add = |row: usize, harmonic: Vec4| {
+        let share = harmonic * weight;
+        for k in 0..4 {
+            sum += texels[k][row] * share[k];
+        }
+    };
+    if map.zonal {
+        map.harmonics.zonal(z, Vec4::ONE, add);
+    } else {
+        map.harmonics.visit([x, y, z], Vec4::ONE, |p, q, cosine, sine| {
+            add(p * p + p + q, cosine);
+            if q > 0 {
+                add(p * p + p - q, sine);
+            }
+        });
+    }
+    sum.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::testkit::{ROUNDING, apart, map, surfaces};
+    use shrm::View;
+
+    /// The place of a tap is off by some 8 edge roundings of the largest value, each harmonic by 10 (p + 1) of them, and
+    /// there are (P + 1)^2.
+    fn check(map: &Shrm) {
+        let values = map.values().as_flattened();
+        let largest = values.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
+        let shrm::MapGrid::Cube(cube) = map.grid() else { unreachable!() };
+        let p = map.p().get();
+        let size = f64::from(largest) * (map.rows() as f64 * (2 * p + 1) as f64).sqrt();
+        let allowed = ROUNDING * size * (8 * cube.edge + 10 * (p + 1)) as f64;
+        let mut lookup = map.lookup();
+        let short = LocalShrm::new(map).unwrap();
+        for (surface, [normal, tangent, view]) in surfaces() {
+            let central = map.centre().central(normal, tangent, view);
+            let expected = lookup.radiance(central, view).map(f64::from);
+            let found = local_shrm(&short, &surface);
+            assert!(apart(found, expected) < allowed, "{surface:?}: {found} {expected:?}, {allowed:e}");
+        }
+    }
+
+    #[test]
+    fn radiance_is_that_of_the_kernel() {
+        for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
+            for (edge, p) in [(1, 2), (16, 0), (33, 2), (64, 5), (16, 12)] {
+                check(&map(centre, edge, p, View::Local));
+            }
+        }
+    }
+
+    #[test]
+    fn zonal_maps_too() {
+        let all = map(Centre::Reflection, 16, 6, View::Local);
+        let rows = (0..all.grid().len())
+            .flat_map(|texel| (0..=6).map(|p| all.texel(texel)[p * p + p]).collect::<Vec<_>>())
+            .collect();
+        check(&Shrm::new(all.grid(), View::Local, all.centre(), all.p(), Terms::Zonal, rows).unwrap());
+    }
+
+    #[test]
+    fn only_local_maps_on_cubes_will_do() {
+        assert!(LocalShrm::new(&map(Centre::Normal, 4, 1, View::Global)).is_none());
+        let grid = shrm::MapGrid::LatLong(sphere::LatLong::with_rows(8));
+        assert!(
+            LocalShrm::new(&map(Centre::Normal, 4, 1, View::Local).resampled(grid, View::Local)).is_none()
+        );
+    }
+}

@@ -1,0 +1,91 @@
+//! Directions, surfaces and maps that tests of shading share, with what is hard for each.
+
+use glam::Vec3;
+use sphere::{DVec3, Direction};
+
+use super::surface::Surface;
+
+/// Half a unit of rounding of f32.
+pub(crate) const ROUNDING: f64 = 6e-8;
+
+/// Uneven numbers in [0, 1).
+pub(crate) fn noise(k: usize) -> f32 {
+    ((k.wrapping_mul(2_654_435_761) >> 7) % 65_521) as f32 / 65_521.0
+}
+
+/// An uneven map.
+pub(crate) fn noise_map(len: usize) -> Vec<[f32; 3]> {
+    (0..len).map(|k| [noise(3 * k), noise(3 * k + 1), noise(3 * k + 2)]).collect()
+}
+
+/// Directions everywhere, at axes, edges and corners of a cube and next to them, and at and next to the poles.
+pub(crate) fn directions() -> Vec<Direction> {
+    let mut all = Vec::new();
+    for k in 0..2000 {
+        let z = 1.0 - (f64::from(k) + 0.5) / 1000.0;
+        all.push(Direction::from_angles(z.acos(), 2.399_963 * f64::from(k)));
+    }
+    for signs in 0..27 {
+        let part = |power: i32| f64::from(signs / 3_i32.pow(power as u32) % 3 - 1);
+        let v = DVec3::new(part(0), part(1), part(2));
+        if v == DVec3::ZERO {
+            continue;
+        }
+        for step in [0.0, 1e-6, 1e-3] {
+            for aside in [DVec3::X, -DVec3::Y, DVec3::new(0.3, 0.9, -0.7)] {
+                all.push(Direction::normalised(v + aside * step));
+            }
+        }
+    }
+    all
+}
+
+/// A direction in f64, and as the shaders have it.
+pub(crate) fn rounded(direction: Direction) -> (Vec3, Direction) {
+    let short = direction.vector().as_vec3();
+    (short, Direction::normalised(short.as_dvec3()))
+}
+
+/// Surfaces seen from everywhere, some close to grazing, and what f64 has for their normal, tangent and view.
+pub(crate) fn surfaces() -> Vec<(Surface, [Direction; 3])> {
+    let directions = directions();
+    (0..directions.len())
+        .map(|k| {
+            let (normal, _) = rounded(directions[k]);
+            let (ray, _) = rounded(directions[(k * 7 + 3) % directions.len()]);
+            let surface = Surface::new(normal, Vec3::new(0.3, -0.5, 0.8), ray, normal.dot(ray) < 0.0);
+            let exact = |v: Vec3| Direction::normalised(v.as_dvec3());
+            (surface, [exact(surface.normal), exact(surface.tangent), exact(surface.view)])
+        })
+        .collect()
+}
+
+/// The largest difference of two colours.
+pub(crate) fn apart(found: Vec3, expected: [f64; 3]) -> f64 {
+    (0..3).map(|channel| (f64::from(found[channel]) - expected[channel]).abs()).fold(0.0, f64::max)
+}
+
+/// A reflection with every term, coefficients of size 1 falling off with l.
+pub(crate) fn reflection(centre: brdf::Centre, f: usize, p: usize) -> shrm::Reflection {
+    let degree = |l| sh::Degree::new(l).unwrap();
+    let wave = |row: usize| [0, 1, 2].map(|channel| ((row * 37 + channel * 11) as f64).sin());
+    let rows = (0..(f + 1) * (f + 1)).map(|row| wave(row).map(|value| value / (1.0 + row.isqrt() as f64)));
+    let sky = sh::Expansion::from_rows(degree(f), rows.collect()).unwrap();
+    let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];
+    for l in 0..=f {
+        for p_ in 0..=p {
+            for q in 0..=p_.min(l) {
+                let place = (l * (p + 1) + p_) * (p + 1) + q;
+                rho[place] = wave(place + 1).map(|value| value / (1.0 + l as f64));
+            }
+        }
+    }
+    let brdf = brdf::BrdfCoefficients::new(centre, degree(f), degree(p), rho).unwrap();
+    shrm::Reflection::convolve(&sky, &brdf)
+}
+
+/// A map of [`reflection`] on a cube.
+pub(crate) fn map(centre: brdf::Centre, edge: usize, p: usize, view: shrm::View) -> shrm::Shrm {
+    let grid = shrm::MapGrid::Cube(sphere::Cube { edge });
+    reflection(centre, 8, p).synthesise(grid, view).unwrap()
+}
