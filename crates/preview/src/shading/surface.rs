@@ -13,6 +13,9 @@ use glam::Vec3;
 /// e: the smallest cosine between the normal and the view before the bent normal is normalised.
 pub const GRAZING: f32 = 1e-3;
 
+/// The square of a length that is next to nothing.
+const NOTHING: f32 = 1e-24;
+
 /// The share of a tangent's square at a right angle to the normal below which what is left of it is mostly rounding.
 const ALONG: f32 = 1e-6;
 
@@ -41,8 +44,9 @@ impl Surface {
             normal = (normal + view * (GRAZING - cosine)).normalize();
         }
         let level = tangent - normal * normal.dot(tangent);
-        let tangent =
-            if level.dot(level) > ALONG * tangent.dot(tangent) { level.normalize() } else { across(normal) };
+        let kept = level.dot(level);
+        let is_along = kept <= NOTHING || kept <= ALONG * tangent.dot(tangent);
+        let tangent = if is_along { across(normal) } else { level / kept.sqrt() };
         Self { normal, tangent, view }
     }
 
@@ -60,7 +64,7 @@ impl Surface {
 /// The direction of `v`, or another where `v` is next to nothing.
 fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
     let square = v.dot(v);
-    if square > 1e-24 { v / square.sqrt() } else { other }
+    if square > NOTHING { v / square.sqrt() } else { other }
 }
 
 /// A direction at a right angle to a normal.
