@@ -69,9 +69,18 @@ impl Shelf {
         kept.map_or_else(Vec::new, |kept| kept.record.outputs.iter().map(|blob| blob.bytes).collect())
     }
 
-    /// The facts that the run noted which made what is kept.
+    /// The facts that the run noted which made what is kept; of a result that is older than the last run none is known.
     pub fn notes(&self, item: ItemIndex) -> &[String] {
-        self.kept(item).filter(|kept| kept.record.failure.is_none()).map_or(&[], |kept| &kept.record.notes)
+        self.good(item).map_or(&[], |record| &record.notes)
+    }
+
+    /// What that run warned of.
+    pub fn warnings(&self, item: ItemIndex) -> &[String] {
+        self.good(item).map_or(&[], |record| &record.warnings)
+    }
+
+    fn good(&self, item: ItemIndex) -> Option<&Record> {
+        self.kept(item).map(|kept| &*kept.record).filter(|record| record.failure.is_none())
     }
 
     fn kept(&self, item: ItemIndex) -> Option<&Kept> {

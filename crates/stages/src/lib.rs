@@ -30,11 +30,13 @@ mod report;
 mod rotate;
 mod share;
 mod sheet;
+mod showcase;
 mod six_faces;
 
 pub use colour::Rgb;
 pub use material_file::{MaterialFile, ReadFile, is_measured_file, read_material};
 pub use material_schema::material_schema;
+pub use showcase::{Exhibit, Gallery, Showcase, Unknown};
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {

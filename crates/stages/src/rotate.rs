@@ -21,7 +21,8 @@
 //! ```
 
 use engine::{
-    Artifact, Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, parameters, unexpected,
+    Artifact, Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,
+    unexpected,
 };
 use serde_json::json;
 use sphere::Rotation;
@@ -77,6 +78,18 @@ impl Parameters {
         };
         Rotation::from_quaternion(x, y, z, w).unwrap_or(Rotation::IDENTITY)
     }
+}
+
+/// How a stage turns the lighting that arrives; not at all where it is of another kind.
+pub(crate) fn turn_of(stage: &Stage) -> Rotation {
+    if stage.kind.name() != Rotate::NAME {
+        return Rotation::IDENTITY;
+    }
+    let parameters = stage.configured.canonical();
+    let angle = |name: &str| parameters[name].as_f64().unwrap_or_default();
+    let quaternion = serde_json::from_value::<[f64; 4]>(parameters["quaternion"].clone());
+    let quaternion = quaternion.ok().map(Quaternion);
+    Parameters { yaw: angle("yaw"), pitch: angle("pitch"), roll: angle("roll"), quaternion }.rotation()
 }
 
 /// The kind `rotate`.

@@ -1,0 +1,238 @@
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use containers::{Precision, write_exr};
+use engine::{BuildOptions, Cancel, Event, Plan, Shelf};
+use sphere::{Direction, LatLong};
+
+use super::*;
+
+const SOURCES: &str = r#"
+schema = 1
+
+[stage.environment]
+kind = "import-environment"
+source = "light/*.exr"
+
+[stage.material]
+kind = "import-material"
+source = "paint/*.toml"
+
+[stage.lighting]
+kind = "project-sh"
+input = "environment"
+degree = 2
+
+[stage.coefficients]
+kind = "project-brdf"
+input = "material"
+degree = [2, 1]
+"#;
+
+const REFLECTION: &str = r#"
+[stage.reflection]
+kind = "convolve"
+inputs = { lighting = "lighting", brdf = "coefficients" }
+"#;
+
+/// A project of two lights and two paints, with more stages.
+fn project(stages: &str) -> (tempfile::TempDir, Plan) {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    };
+    let grid = LatLong::with_rows(8);
+    for (name, toward) in [("east", [0.0, 1.0, 0.0]), ("north", [1.0, 0.0, 0.0])] {
+        let lamp = Direction::normalised(toward.into());
+        let pixels = (0..grid.len()).map(|pixel| {
+            let lit = grid.direction(pixel / grid.width, pixel % grid.width).vector().dot(lamp.vector());
+            [lit.max(0.0) as f32; 3]
+        });
+        let image = envmap::Image::new(grid.width, grid.height, pixels.collect()).unwrap();
+        write(&format!("light/{name}.exr"), &write_exr(&image, Precision::Float, None).unwrap().bytes);
+    }
+    write("paint/gold.toml", b"model = \"phong\"\nexponent = 4\nspecular = [1.0, 0.8, 0.3]\n");
+    write("paint/tin.toml", b"model = \"lambert\"\nalbedo = 0.5\n");
+    write("paint/white.txt", b"");
+    write("pipeline.toml", format!("{SOURCES}{stages}").as_bytes());
+    let plan = load(folder.path());
+    (folder, plan)
+}
+
+fn load(folder: &Path) -> Plan {
+    Plan::load(&folder.join("pipeline.toml"), &crate::kinds()).unwrap_or_else(|faults| panic!("{faults}"))
+}
+
+fn build(plan: &Plan) -> Shelf {
+    let failed = |event: Event| assert!(!matches!(event, Event::Failed { .. }), "{event:?}");
+    engine::build(plan, &BuildOptions::default(), &Cancel::default(), &failed).unwrap();
+    Shelf::open(plan).unwrap()
+}
+
+/// What can be shown, a line for each exhibit: its names and what exports it.
+fn told(showcase: &Showcase) -> String {
+    let mut text = String::new();
+    for environment in showcase.environments() {
+        for material in showcase.materials() {
+            let Some(exhibit) = showcase.exhibit(environment, material).unwrap() else { continue };
+            let stage = |item: &ItemIndex| stage_name(showcase.plan(), *item).to_owned();
+            let exports = exhibit.exports.iter().map(stage).collect::<Vec<_>>().join(", ");
+            let reflection = stage(&exhibit.reflection);
+            let _ = writeln!(text, "{material} under {environment}: {reflection} -> {exports}");
+        }
+    }
+    text
+}
+
+#[test]
+fn every_pair_that_is_reflected_is_shown_under_the_names_of_its_files() {
+    let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
+    let (_folder, plan) = project(&format!("{REFLECTION}{export}"));
+    let showcase = Showcase::of(plan);
+    let pairs = "gold under east: reflection -> map\ntin under east: reflection -> map\n\
+                 gold under north: reflection -> map\ntin under north: reflection -> map\n";
+    assert_eq!(told(&showcase), pairs);
+    let stages = showcase.stages().into_iter().collect::<Vec<_>>();
+    assert_eq!(stages, ["coefficients", "environment", "lighting", "material", "reflection"]);
+    assert_eq!(showcase.first_material("north").unwrap(), Some("gold"));
+    assert_eq!(showcase.first_environment("tin").unwrap(), Some("east"));
+    let unknown = showcase.exhibit("nort", "gold").unwrap_err();
+    assert_eq!((unknown.what, &unknown.known[..]), ("environment", &["east".to_owned(), "north".into()][..]));
+    assert!(showcase.check_mesh("torus-knot").is_ok() && showcase.check_mesh("torus").is_err());
+}
+
+#[test]
+fn of_several_reflections_of_a_pair_those_that_are_exported_are_shown() {
+    let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 90.0\n\
+                  [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
+    let both = format!("{REFLECTION}{turned}");
+    let showcase = Showcase::of(project(&both).1);
+    assert_eq!(
+        showcase.materials(),
+        ["gold (reflection)", "tin (reflection)", "gold (other)", "tin (other)"]
+    );
+    let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"other\"\n";
+    let showcase = Showcase::of(project(&format!("{both}{export}")).1);
+    assert_eq!(showcase.materials(), ["gold", "tin"]);
+    assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
+    // What gathers many is no export of one of them.
+    let sheet = "[stage.sheet]\nkind = \"contact-sheet\"\n\
+                 inputs = { environment = \"environment\", lighting = \"lighting\", reflection = \"reflection\" }\n";
+    let showcase = Showcase::of(project(&format!("{both}{export}{sheet}")).1);
+    assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
+}
+
+#[test]
+fn materials_of_one_name_are_told_apart_by_their_stages() {
+    let more = r#"
+[stage.finish]
+kind = "import-material"
+source = "paint/gold.toml"
+[stage.rough]
+kind = "project-brdf"
+input = "finish"
+degree = [1, 0]
+[stage.shine]
+kind = "convolve"
+inputs = { lighting = "lighting", brdf = "rough" }
+[stage.all]
+kind = "import-material"
+source = "paint/*.toml"
+[stage.fine]
+kind = "project-brdf"
+input = "all"
+degree = [2, 0]
+[stage.glow]
+kind = "convolve"
+inputs = { lighting = "lighting", brdf = "fine" }
+"#;
+    let showcase = Showcase::of(project(&format!("{REFLECTION}{more}")).1);
+    let names = showcase.materials().iter().map(String::as_str).collect::<BTreeSet<_>>();
+    assert_eq!(names.len(), 5, "{names:?}");
+    let expected = ["gold (all)", "gold (finish)", "gold (material)", "tin (all)", "tin (material)"];
+    assert_eq!(names.into_iter().collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn the_sizes_of_maps_are_those_that_exports_fix() {
+    let sizes = |stages: &str| {
+        let showcase = Showcase::of(project(&format!("{REFLECTION}{stages}")).1);
+        let MapSizes { edge, slices } = showcase.exhibit("east", "gold").unwrap().unwrap().sizes;
+        (edge, slices)
+    };
+    let stage = |name: &str, more: &str| {
+        format!("[stage.{name}]\nkind = \"export-{name}\"\ninput = \"reflection\"\n{more}\n")
+    };
+    assert_eq!(sizes(""), (64, 16));
+    assert_eq!(sizes(&stage("shrm", "resolution = 24")), (24, 16));
+    assert_eq!(sizes(&stage("shrm", "resolution = 25\nlayout = \"lat-long\"")), (13, 16));
+    assert_eq!(sizes(&stage("shrm", "resolution = \"auto\"")), (64, 16));
+    let volume = stage("kautz-mccool", "resolution = 40\nslices = 9");
+    assert_eq!(sizes(&volume), (20, 9));
+    assert_eq!(sizes(&(volume + &stage("cabral", "resolution = 12"))), (20, 9));
+    assert_eq!(sizes(&stage("kautz-mccool", "")), (64, 16));
+}
+
+#[test]
+fn without_a_reflection_of_an_environment_there_is_nothing_to_show() {
+    let showcase = Showcase::of(project("").1);
+    assert!(showcase.is_empty());
+    assert_eq!(told(&showcase), "");
+}
+
+#[test]
+fn a_scene_is_read_from_the_shelf_and_stays_the_same_value_until_its_parts_change() {
+    let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
+    let (folder, plan) = project(&format!("{REFLECTION}{export}"));
+    let showcase = Showcase::of(plan.clone());
+    let mut gallery = Gallery::default();
+    let exhibit = |material: &str| showcase.exhibit("east", material).unwrap().unwrap().clone();
+    let empty = Shelf::open(&plan).unwrap();
+    let failure = gallery.look(&plan, &empty, &exhibit("gold")).unwrap_err();
+    assert_eq!(failure.chain[0], "environment [east] has not been made yet, or its result is gone");
+
+    let shelf = build(&plan);
+    let scene = gallery.scene(&showcase, &shelf, &exhibit("gold"), "sphere").unwrap();
+    let look = &scene.objects[0].look;
+    assert_eq!((look.cube().edge, look.centre()), (8, brdf::Centre::Reflection));
+    assert_eq!(look.light().lighting().degree().get(), 2);
+    assert!(look.material().is_some());
+    let facts = showcase.facts(&shelf, &exhibit("gold"));
+    assert_eq!(facts.exports.len(), 1);
+    assert!(facts.exports[0].name == "export-shrm, safetensors" && facts.exports[0].bytes > 8 * 8 * 6 * 12);
+    assert!(
+        facts.notes.iter().any(|note| note.starts_with("lighting: degree 2 holds ")),
+        "{:?}",
+        facts.notes
+    );
+    let tin = gallery.look(&plan, &shelf, &exhibit("tin")).unwrap();
+    assert!(Arc::ptr_eq(tin.light(), look.light()), "one light for both");
+
+    fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
+    let shelf = build(&plan);
+    let again = gallery.scene(&showcase, &shelf, &exhibit("gold"), "sphere").unwrap();
+    assert!(!Arc::ptr_eq(&again.objects[0].look, look));
+    assert!(Arc::ptr_eq(&again.objects[0].mesh, &scene.objects[0].mesh));
+    assert!(Arc::ptr_eq(&gallery.look(&plan, &shelf, &exhibit("tin")).unwrap(), &tin));
+}
+
+/// The lamp of `east` is turned by 90 degrees about +Z: from +Y to -X.
+#[test]
+fn an_environment_is_turned_as_its_lighting_is() {
+    let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 90.0\n\
+                  [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
+    let (_folder, plan) = project(turned);
+    let shelf = build(&plan);
+    let showcase = Showcase::of(plan);
+    let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
+    let look = Gallery::default().look(showcase.plan(), &shelf, exhibit).unwrap();
+    let toward = |x: f64| Direction::normalised([x, 0.0, 0.0].into());
+    let radiance = |x: f64| look.light().environment().radiance(toward(x))[0];
+    assert!(radiance(-1.0) > 0.9 && radiance(1.0) < 0.1, "{} {}", radiance(-1.0), radiance(1.0));
+    let harmonics = |x: f64| look.light().lighting().evaluate(toward(x))[0];
+    assert!(harmonics(-1.0) > 0.8 && harmonics(1.0) < 0.2, "{} {}", harmonics(-1.0), harmonics(1.0));
+}
