@@ -1,10 +1,12 @@
 //! Distant light as renderers read it.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use envmap::Environment;
 use sh::{Degree, Expansion, Transform, synthesise_cube};
 use sphere::Cube;
+
+use crate::shading::light_samples::LightSamples;
 
 /// An environment, and its coefficients where they are wanted.
 #[derive(Debug)]
@@ -12,6 +14,7 @@ pub struct Light {
     environment: Environment,
     lighting: OnceLock<Expansion>,
     reconstruction: OnceLock<(Cube, Vec<[f32; 3]>)>,
+    samples: OnceLock<Arc<LightSamples>>,
 }
 
 impl Light {
@@ -22,7 +25,7 @@ impl Light {
         if let Some(lighting) = lighting {
             let _ = known.set(lighting);
         }
-        Self { environment, lighting: known, reconstruction: OnceLock::new() }
+        Self { environment, lighting: known, reconstruction: OnceLock::new(), samples: OnceLock::new() }
     }
 
     /// The environment.
@@ -42,6 +45,7 @@ impl Light {
             }
         })
     }
+
     /// What its coefficients hold of it, on a cube of sixteen texels or more to each wave of the highest degree, but 512
     /// along an edge at most; RGB, texels as [`Cube`] counts them.
     pub fn reconstruction(&self) -> (Cube, &[[f32; 3]]) {
@@ -53,5 +57,10 @@ impl Light {
             (cube, texels)
         });
         (*cube, texels)
+    }
+
+    /// The environment as brute force samples it.
+    pub fn samples(&self) -> &Arc<LightSamples> {
+        self.samples.get_or_init(|| Arc::new(LightSamples::new(&self.environment)))
     }
 }

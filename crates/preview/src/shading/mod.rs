@@ -5,6 +5,7 @@
 //! of `shrm`, `envmap` and `sh`, in f64, are what the tests hold them against.
 
 pub mod background;
+pub mod brute_force;
 pub mod cabral;
 pub mod cube;
 pub mod develop;
@@ -14,9 +15,13 @@ pub mod harmonics;
 pub mod irradiance;
 pub mod kautz_mccool;
 pub mod lat_long;
+pub mod light_samples;
+pub mod lobes;
 pub mod local_shrm;
 pub mod mirror;
 pub mod prefiltered;
+pub mod sequence;
 pub mod surface;
 #[cfg(test)]
 mod testkit;
+pub mod transfer;

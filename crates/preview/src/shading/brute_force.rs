@@ -1,0 +1,108 @@
+//! The sum of all light by many samples: B(V) = the integral of L(w) rho_hat(w, V) over the sphere (paper 1, equation 2).
+//!
+//! Samples are of two kinds: directions where the light is bright ([`super::light_samples`]) and directions where the
+//! material reflects from ([`super::lobes`]). The first coordinate of a sample's point ([`super::sequence`]) says which. Each
+//! counts L rho_hat / (c p_light + (1 - c) p_lobes), the density of both kinds together with c the share of the first: the
+//! balance heuristic for one sample (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo
+//! Rendering", 1995). It has no bias, and no sample is larger than the better kind alone would have it.
+//!
+//! Light is distant, and a surface does not shade itself, as in the papers. What it converges to is
+//! `shrm::reference::Reference` to the square of the light's texels: see [`super::light_samples`].
+
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use brdf::Material;
+use glam::{Mat3, Vec3};
+
+use super::light_samples::LightSamples;
+use super::lobes::Lobes;
+use super::sequence;
+use super::surface::Surface;
+use super::transfer::Transfer;
+use crate::{Look, RenderError};
+
+/// A look, ready to be sampled.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    light: Arc<LightSamples>,
+    material: Transfer,
+    lobes: Lobes,
+}
+
+impl Prepared {
+    /// Prepares the material of a look and its light, whose part is shared by all looks of one light.
+    ///
+    /// # Errors
+    /// [`RenderError::Missing`] where the look does not know its material, [`RenderError::Maps`] where its model has no
+    /// shader.
+    pub fn new(look: &Look) -> Result<Self, RenderError> {
+        let material = look
+            .material()
+            .ok_or(RenderError::Missing { what: "brute force", missing: "the material of the reflection" })?;
+        Self::of(Arc::clone(look.light().samples()), material)
+    }
+
+    /// Prepares a material under a light.
+    ///
+    /// # Errors
+    /// [`RenderError::Maps`] where its model has no shader.
+    pub fn of(light: Arc<LightSamples>, material: &Material) -> Result<Self, RenderError> {
+        let share = if light.is_lit() { 0.5 } else { 0.0 };
+        Ok(Self { light, material: Transfer::new(material)?, lobes: Lobes::new(material, share) })
+    }
+
+    /// The light: the buffer `light_samples`.
+    pub fn light(&self) -> &Arc<LightSamples> {
+        &self.light
+    }
+
+    /// The material: the buffer `material`.
+    pub fn material(&self) -> &Transfer {
+        &self.material
+    }
+
+    /// Where it is sampled: the buffer `lobes`.
+    pub fn lobes(&self) -> &Lobes {
+        &self.lobes
+    }
+}
+
+/// The sum over some light samples of a point of a surface: divided by their number it is the reflected radiance, RGB.
+///
+/// `sample_index` tells apart the samples of pixels; `samples` counts those of the light from 0 on, and any ranges that
+/// make a whole sum to the same but for rounding. Never NaN or infinite.
+pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, samples: Range<u32>) -> Vec3 {
+    let Prepared { light, material, lobes } = prepared;
+    let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
+    let to_surface = frame.transpose();
+    let view = to_surface * surface.view;
+    let shift = sequence::shift(sample_index);
+    let share = lobes.light();
+    let mut sum = Vec3::ZERO;
+    for i in samples {
+        let [choice, along] = sequence::point(shift, i);
+        let (incident, lit) = if choice < share {
+            let lit = light.sample([below_1(choice / share), along]);
+            (to_surface * lit.direction, lit)
+        } else {
+            let choice = below_1((choice - share) / (1.0 - share));
+            let incident = lobes.sample([choice, along], view);
+            (incident, light.at(frame * incident))
+        };
+        let rho_hat = material.evaluate(incident, view);
+        let density = share * lit.density + (1.0 - share) * lobes.density(incident, view);
+        if density > 0.0 {
+            sum += lit.radiance * rho_hat / density;
+        }
+    }
+    sum
+}
+
+/// What rounding brought to 1 stays below it.
+fn below_1(coordinate: f32) -> f32 {
+    coordinate.min(1.0 - f32::EPSILON / 2.0)
+}

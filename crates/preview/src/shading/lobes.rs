@@ -1,0 +1,220 @@
+//! Samples of directions where a material may reflect light from, and how dense they lie.
+//!
+//! They need not follow rho_hat, only be dense where it is large: what is wrong with them costs samples, not truth. Each
+//! layer of a material gives a lobe or two, with a share each:
+//!
+//! | | lobe | density over incident directions | for |
+//! | --- | --- | --- | --- |
+//! | 1 | cosine | cos(theta_i) / pi | matte layers and what others have beside their highlight |
+//! | 2 | power | (n + 1) / (2 pi) cos^n from the axis (cx V_x, cx V_y, cz V_z) | phong, lafortune |
+//! | 3 | facets | D(h) / (2 (N.V + sqrt(a_x^2 V_x^2 + a_y^2 V_y^2 + (N.V)^2))) | all models of small facets, measured ones |
+//! | 4 | band | Cauchy's in theta_i - theta_o, angles from the tangent, over 2 pi sin(theta_i) | kajiya-kay |
+//!
+//! D is GGX of the widths (a_x, a_y); its facets are chosen as a viewer sees them (Heitz 2018, "Sampling the GGX
+//! Distribution of Visible Normals") by Dupuy and Benyoub's cap of the sphere ("Sampling Visible GGX Normals with Spherical
+//! Caps", 2023). GGX's tails are the longest, so that none of the models is ever much denser than its lobe.
+//!
+//! Words: the share of light samples (an f32), the number of lobes; per lobe its number, its share of what is left (an
+//! f32), and three f32 parameters (unused ones are 0).
+
+mod choice;
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use brdf::Material;
+use glam::{Vec2, Vec3};
+
+use super::transfer::power;
+
+/// The lobes of a material, and how samples are shared between them and the light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lobes {
+    light: f32,
+    shares: Vec<(Lobe, f32)>,
+}
+
+impl Lobes {
+    /// The lobes of a material, with equal shares; `light` is the share of samples of the light.
+    pub fn new(material: &Material, light: f32) -> Self {
+        let lobes = choice::lobes(material);
+        let share = 1.0 / lobes.len() as f32;
+        Self { light, shares: lobes.into_iter().map(|lobe| (lobe, share)).collect() }
+    }
+
+    /// The share of samples that are of the light.
+    pub fn light(&self) -> f32 {
+        self.light
+    }
+
+    /// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the horizon.
+    /// The first coordinate chooses the lobe.
+    pub fn sample(&self, point: [f32; 2], view: Vec3) -> Vec3 {
+        let [mut left, along] = point;
+        for (lobe, share) in &self.shares {
+            if left < *share {
+                return lobe.sample([left / share, along], view);
+            }
+            left -= share;
+        }
+        // Shares sum to 1 but for rounding.
+        self.shares.last().map_or(Vec3::Z, |(lobe, _)| lobe.sample([0.0, along], view))
+    }
+
+    /// The density of [`Lobes::sample`] at an incident direction, in 1/sr.
+    pub fn density(&self, incident: Vec3, view: Vec3) -> f32 {
+        self.shares.iter().map(|(lobe, share)| share * lobe.density(incident, view)).sum()
+    }
+
+    /// The words, for the buffer `lobes` of the shader.
+    pub fn words(&self) -> Vec<u32> {
+        let mut words = vec![self.light.to_bits(), self.shares.len() as u32];
+        for (lobe, share) in &self.shares {
+            let (number, parameters) = lobe.words();
+            words.extend([number, share.to_bits()]);
+            words.extend(parameters.map(f32::to_bits));
+        }
+        words
+    }
+}
+
+/// A lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lobe {
+    /// The cosine from the normal.
+    Cosine,
+    /// A power of the cosine from an axis that the view decides.
+    Power {
+        /// The factor of the view's part along the surface.
+        cx: f32,
+        /// The factor of its height.
+        cz: f32,
+        /// The power.
+        n: f32,
+    },
+    /// The mirror direction about facets.
+    Facets {
+        /// Their width along the tangent.
+        x: f32,
+        /// Their width across it.
+        y: f32,
+    },
+    /// The cone about the tangent that the view lies on.
+    Band {
+        /// Half the width of the band, in radians.
+        width: f32,
+    },
+}
+
+impl Lobe {
+    /// Its words but the share: number, three parameters.
+    fn words(self) -> (u32, [f32; 3]) {
+        match self {
+            Self::Cosine => (1, [0.0; 3]),
+            Self::Power { cx, cz, n } => (2, [cx, cz, n]),
+            Self::Facets { x, y } => (3, [x, y, 0.0]),
+            Self::Band { width } => (4, [width, 0.0, 0.0]),
+        }
+    }
+
+    /// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the horizon.
+    pub fn sample(self, point: [f32; 2], view: Vec3) -> Vec3 {
+        let turn = around(point[0]);
+        match self {
+            Self::Cosine => {
+                let level = point[1].sqrt();
+                (turn * level).extend((1.0 - point[1]).sqrt())
+            }
+            Self::Power { cx, cz, n } => {
+                let sin2 = one_less_exp(2.0 * (1.0 - point[1]).ln() / (n + 1.0));
+                let local = (turn * sin2.sqrt()).extend((1.0 - sin2).max(0.0).sqrt());
+                let axis = axis(cx, cz, view);
+                let [right, up] = beside(axis);
+                right * local.x + up * local.y + axis * local.z
+            }
+            Self::Facets { x, y } => {
+                let flat = Vec3::new(x * view.x, y * view.y, view.z.max(0.0)).normalize_or(Vec3::Z);
+                let z = (1.0 - point[1]) * (1.0 + flat.z) - flat.z;
+                let cap = (turn * (1.0 - z * z).max(0.0).sqrt()).extend(z);
+                let facet = cap + flat;
+                let facet = Vec3::new(x * facet.x, y * facet.y, facet.z).normalize_or(Vec3::Z);
+                facet * (2.0 * facet.dot(view)) - view
+            }
+            Self::Band { width } => {
+                let theta_o = angle_from_tangent(view);
+                let [low, high] = band_ends(width, theta_o);
+                let theta = theta_o + width * (low + (high - low) * point[1]).tan();
+                let (sine, cosine) = theta.clamp(0.0, PI).sin_cos();
+                Vec3::new(cosine, sine * turn.x, sine * turn.y)
+            }
+        }
+    }
+
+    /// The density of [`Lobe::sample`] at an incident direction, in 1/sr.
+    pub fn density(self, incident: Vec3, view: Vec3) -> f32 {
+        match self {
+            Self::Cosine => incident.z.max(0.0) * FRAC_1_PI,
+            Self::Power { cx, cz, n } => {
+                let axis = axis(cx, cz, view);
+                let sine = incident.cross(axis);
+                (n + 1.0) / TAU * power(incident.dot(axis), sine.dot(sine), n)
+            }
+            Self::Facets { x, y } => {
+                let sum = incident + view;
+                let length_squared = sum.dot(sum);
+                if sum.z <= 0.0 || length_squared <= 1e-20 {
+                    return 0.0;
+                }
+                let (across, along) = (sum.x / x, sum.y / y);
+                let spread = (across * across + along * along + sum.z * sum.z) / length_squared;
+                let d = 1.0 / (PI * x * y * spread * spread);
+                let height = view.z.max(0.0);
+                let flat = Vec3::new(x * view.x, y * view.y, height).length();
+                d / (2.0 * (height + flat)).max(1e-12)
+            }
+            Self::Band { width } => {
+                let theta_o = angle_from_tangent(view);
+                let [low, high] = band_ends(width, theta_o);
+                let away = (angle_from_tangent(incident) - theta_o) / width;
+                let sine = Vec2::new(incident.y, incident.z).length().max(1e-6);
+                1.0 / (width * (1.0 + away * away) * (high - low) * TAU * sine)
+            }
+        }
+    }
+}
+
+/// The unit circle, once around from 0 to 1.
+fn around(turn: f32) -> Vec2 {
+    let (sine, cosine) = (TAU * turn).sin_cos();
+    Vec2::new(cosine, sine)
+}
+
+/// The axis of a power lobe; the normal where it has none.
+fn axis(cx: f32, cz: f32, view: Vec3) -> Vec3 {
+    Vec3::new(cx * view.x, cx * view.y, cz * view.z).normalize_or(Vec3::Z)
+}
+
+/// Two directions at right angles to another and to each other (Duff et al., "Building an Orthonormal Basis, Revisited",
+/// 2017).
+fn beside(axis: Vec3) -> [Vec3; 2] {
+    let sign = if axis.z >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (sign + axis.z);
+    let b = axis.x * axis.y * a;
+    [
+        Vec3::new(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
+        Vec3::new(b, sign + axis.y * axis.y * a, -axis.y),
+    ]
+}
+
+/// 1 - e^x for x of 0 or less, without cancellation.
+fn one_less_exp(x: f32) -> f32 {
+    if x > -0.1 { -x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0)))) } else { 1.0 - x.exp() }
+}
+
+fn angle_from_tangent(direction: Vec3) -> f32 {
+    Vec2::new(direction.y, direction.z).length().atan2(direction.x)
+}
+
+/// The arc tangents of the ends of the band, where theta_i is 0 and pi.
+fn band_ends(width: f32, theta_o: f32) -> [f32; 2] {
+    [(-theta_o / width).atan(), ((PI - theta_o) / width).atan()]
+}

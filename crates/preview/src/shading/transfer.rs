@@ -1,0 +1,430 @@
+//! rho_hat of every reflection model, in f32, from a material packed into words as the shader reads it.
+//!
+//! rho_hat is the BRDF times the incident cosine, in 1/sr, RGB, in the frame of the surface: +Z the normal, +X the
+//! tangent (`brdf::Model::transfer`, whose module texts have the formulas and papers). The words are u32; a number is the
+//! bits of its f32:
+//!
+//! | words | what |
+//! | --- | --- |
+//! | 1 | the number of layers; a material that is no sum is one layer |
+//! | per layer 1 | the number of its model |
+//! | | its parameters, as below |
+//! | | the tables of measured layers |
+//!
+//! | | model | parameters |
+//! | --- | --- | --- |
+//! | 1 | lambert | albedo / pi (3) |
+//! | 2 | oren-nayar | albedo A / pi (3), albedo B / pi (3) |
+//! | 3 | phong | s, peak (3) |
+//! | 4 | blinn-phong | s / 2, peak (3) |
+//! | 5 | microfacet | sigma, peak (3) |
+//! | 6 | torrance-sparrow | m, specular / (4 pi m^2) (3), Fresnel (7) |
+//! | 7 | ggx | alpha^2, specular alpha^2 / (2 pi) (3), Fresnel (7) |
+//! | 8 | ward | a_x, a_y, specular / (pi a_x a_y) (3) |
+//! | 9 | ashikhmin-shirley | e_x / 2, e_y / 2, the factor of the lobe, specular (3), the factor of the base (3) |
+//! | 10 | lafortune | diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3) |
+//! | 11 | kajiya-kay | s, specular (3) |
+//! | 12 | measured | n_h, n_d, n_phi, the first word of the table, scale (3); the table has RGB at each node |
+//!
+//! Fresnel is 0 and three times the index of refraction and 0; or 1, n (3) and k (3).
+//!
+//! The formulas are written so that f32 does: the power of a cosine near 1 is taken from the square of its sine, an
+//! angle from an arc tangent, and what would be 0 / 0 or past the range is decided before it is divided. No value is
+//! infinite or NaN, for any two unit vectors.
+
+pub(super) mod packing;
+#[cfg(test)]
+mod tests;
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use brdf::Material;
+use glam::Vec3;
+
+use crate::RenderError;
+
+const LAMBERT: u32 = 1;
+const OREN_NAYAR: u32 = 2;
+const PHONG: u32 = 3;
+const BLINN_PHONG: u32 = 4;
+const MICROFACET: u32 = 5;
+const TORRANCE_SPARROW: u32 = 6;
+const GGX: u32 = 7;
+const WARD: u32 = 8;
+const ASHIKHMIN_SHIRLEY: u32 = 9;
+const LAFORTUNE: u32 = 10;
+const KAJIYA_KAY: u32 = 11;
+const MEASURED: u32 = 12;
+
+/// A squared slope over a squared roughness past which a Gaussian of it is 0 in f32, with room for its factors.
+const STEEP: f32 = 80.0;
+/// The least cosine in factors that have no bound at grazing: see ashikhmin-shirley and ward.
+const LEAST: f32 = 1e-3;
+/// Light nearer to the horizon than this is below it: products of two such cosines are numbers still.
+const HORIZON: f32 = 1e-12;
+/// The square of a sum of light and view that are opposite.
+const OPPOSITE: f32 = 1e-20;
+/// The square of a sine below which the cosine's logarithm is a series of it.
+const NEAR: f32 = 0.1;
+/// Less than any cosine that matters, and with a logarithm.
+const TINY: f32 = 1e-30;
+
+/// A material as the shader reads it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transfer {
+    words: Vec<u32>,
+}
+
+impl Transfer {
+    /// Packs a material.
+    ///
+    /// # Errors
+    /// [`RenderError::Maps`], with the model's name, where it has no shader.
+    pub fn new(material: &Material) -> Result<Self, RenderError> {
+        Ok(Self { words: packing::words(material)? })
+    }
+
+    /// The words, for the buffer `material` of the shader.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// rho_hat(incident, outgoing), RGB, in 1/sr: both unit vectors in the frame of the surface, away from it.
+    pub fn evaluate(&self, incident: Vec3, outgoing: Vec3) -> Vec3 {
+        let words = self.words.as_slice();
+        let mut sum = Vec3::ZERO;
+        let mut at = 1;
+        for _ in 0..words[0] {
+            let layer = Layer { words, at: at + 1 };
+            let (value, length) = match words[at] {
+                LAMBERT => (layer.lambert(incident), 3),
+                OREN_NAYAR => (layer.oren_nayar(incident, outgoing), 6),
+                PHONG => (layer.phong(incident, outgoing), 4),
+                BLINN_PHONG => (layer.blinn_phong(incident, outgoing), 4),
+                MICROFACET => (layer.microfacet(incident, outgoing), 4),
+                TORRANCE_SPARROW => (layer.torrance_sparrow(incident, outgoing), 11),
+                GGX => (layer.ggx(incident, outgoing), 11),
+                WARD => (layer.ward(incident, outgoing), 5),
+                ASHIKHMIN_SHIRLEY => (layer.ashikhmin_shirley(incident, outgoing), 9),
+                LAFORTUNE => (layer.lafortune(incident, outgoing), 4 + 6 * layer.word(3)),
+                KAJIYA_KAY => (layer.kajiya_kay(incident, outgoing), 4),
+                MEASURED => (layer.measured(incident, outgoing), 7),
+                // `packing` writes no other.
+                _ => return sum,
+            };
+            sum += value;
+            at += 1 + length;
+        }
+        sum
+    }
+}
+
+/// The parameters of a layer, from word `at` on.
+#[derive(Clone, Copy)]
+struct Layer<'w> {
+    words: &'w [u32],
+    at: usize,
+}
+
+impl Layer<'_> {
+    fn word(self, k: usize) -> usize {
+        self.words[self.at + k] as usize
+    }
+
+    fn number(self, k: usize) -> f32 {
+        f32::from_bits(self.words[self.at + k])
+    }
+
+    fn colour(self, k: usize) -> Vec3 {
+        Vec3::new(self.number(k), self.number(k + 1), self.number(k + 2))
+    }
+
+    fn lambert(self, light: Vec3) -> Vec3 {
+        self.colour(0) * light.z.max(0.0)
+    }
+
+    fn oren_nayar(self, light: Vec3, view: Vec3) -> Vec3 {
+        if light.z <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let across = (light.x * view.x + light.y * view.y).max(0.0) / light.z.max(view.z.abs());
+        (self.colour(0) + self.colour(3) * across) * light.z
+    }
+
+    fn phong(self, light: Vec3, view: Vec3) -> Vec3 {
+        let mirrored = Vec3::new(-view.x, -view.y, view.z);
+        let sine = light.cross(mirrored);
+        self.colour(1) * power(light.dot(mirrored), sine.dot(sine), self.number(0))
+    }
+
+    fn blinn_phong(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        self.colour(1) * (half.light * half.power(self.number(0)))
+    }
+
+    fn microfacet(self, light: Vec3, view: Vec3) -> Vec3 {
+        let sum = light + view;
+        if light.z <= 0.0 || sum.dot(sum) <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let theta_h = angle(sum.truncate().length(), sum.z);
+        let share = theta_h / self.number(0);
+        self.colour(1) * (-(share * share).min(STEEP)).exp()
+    }
+
+    fn torrance_sparrow(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        let m = self.number(0);
+        let across = half.across() / (m * m);
+        let z2 = half.sum.z * half.sum.z;
+        if across >= STEEP * z2 {
+            return Vec3::ZERO;
+        }
+        let cos2 = z2 / half.length_squared;
+        let d = (-across / z2).exp() / (cos2 * cos2);
+        let masked = half.light * half.view
+            + half.view * lambda_cosine(m, half.light)
+            + half.light * lambda_cosine(m, half.view);
+        self.colour(1) * self.fresnel(4, half) * (d * half.light / masked)
+    }
+
+    fn ggx(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        let alpha2 = self.number(0);
+        let across = (half.across() + alpha2 * half.sum.z * half.sum.z) / half.length_squared;
+        let masked = |cosine: f32| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
+        let visible = half.light / (half.light * masked(half.view) + half.view * masked(half.light));
+        self.colour(1) * self.fresnel(4, half) * (visible / (across * across))
+    }
+
+    fn ward(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        let (x, y, z) = (half.sum.x / self.number(0), half.sum.y / self.number(1), half.sum.z);
+        let across = x * x + y * y;
+        if across >= STEEP * z * z {
+            return Vec3::ZERO;
+        }
+        let slopes = across / (z * z);
+        let lobe = (-slopes).exp() * (half.length_squared / (z * z)) * (half.light / z / z.max(LEAST));
+        self.colour(2) * lobe
+    }
+
+    fn ashikhmin_shirley(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        let (sum, across, facet) = (half.sum, half.across(), half.facet());
+        let turned = self.number(0) * sum.x * sum.x + self.number(1) * sum.y * sum.y;
+        let exponent = if across > 0.0 { turned / across } else { 0.0 };
+        let lobe = self.number(2) * half.power(exponent) / facet.max(LEAST)
+            * (half.light / half.light.max(half.view));
+        let grazing = fifth((1.0 - facet).max(0.0));
+        let fade = |cosine: f32| 1.0 - fifth(1.0 - 0.5 * cosine);
+        let base = fade(half.light) * fade(half.view) * half.light;
+        let specular = self.colour(3);
+        (specular + (Vec3::ONE - specular) * grazing) * lobe + self.colour(6) * base
+    }
+
+    fn lafortune(self, light: Vec3, view: Vec3) -> Vec3 {
+        if light.z <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let (across, along) = (light.x * view.x + light.y * view.y, light.z * view.z);
+        let mut brdf = self.colour(0);
+        for lobe in 0..self.word(3) {
+            let k = 4 + 6 * lobe;
+            let base = self.number(k) * across + self.number(k + 1) * along;
+            brdf += self.colour(k + 3) * power_of(base, self.number(k + 2));
+        }
+        brdf * light.z
+    }
+
+    fn kajiya_kay(self, light: Vec3, view: Vec3) -> Vec3 {
+        let (sin_i, sin_o) =
+            (Vec3::new(0.0, light.y, light.z).length(), Vec3::new(0.0, view.y, view.z).length());
+        let sine = sin_i * view.x - light.x * sin_o;
+        self.colour(1) * power(light.x * view.x + sin_i * sin_o, sine * sine, self.number(0))
+    }
+
+    fn measured(self, light: Vec3, view: Vec3) -> Vec3 {
+        if light.z <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let [theta_h, theta_d, phi_d] = half_difference(light, view);
+        let (n_h, n_d, n_phi) = (self.word(0), self.word(1), self.word(2));
+        let (h, to_h) = place((theta_h / FRAC_PI_2).sqrt(), n_h);
+        let (d, to_d) = place(theta_d / FRAC_PI_2, n_d);
+        let turn = phi_d / PI * n_phi as f32;
+        let phi = turn as usize;
+        let to_phi = turn - phi as f32;
+        let low = [h * n_d + d, h * n_d + (d + 1).min(n_d - 1)];
+        let step = if h + 1 < n_h { n_d } else { 0 };
+        let row = |row: usize| {
+            let [before, after] =
+                [phi % n_phi, (phi + 1) % n_phi].map(|column| self.entry(row * n_phi + column));
+            before + (after - before) * to_phi
+        };
+        let near = row(low[0]) * (1.0 - to_d) + row(low[1]) * to_d;
+        let far = row(low[0] + step) * (1.0 - to_d) + row(low[1] + step) * to_d;
+        self.colour(4) * (near * (1.0 - to_h) + far * to_h) * light.z
+    }
+
+    /// An entry of a measured layer's table.
+    fn entry(self, entry: usize) -> Vec3 {
+        Layer { words: self.words, at: self.word(3) }.colour(3 * entry)
+    }
+
+    /// The share that a smooth facet reflects, its words from `k` on.
+    fn fresnel(self, k: usize, half: Half) -> Vec3 {
+        let (cosine, sin2) = (half.facet(), half.turn);
+        if self.word(k) == 0 {
+            return Vec3::splat(dielectric(self.number(k + 1), cosine));
+        }
+        let share = |channel: usize| {
+            conductor(self.number(k + 1 + channel), self.number(k + 4 + channel), cosine, sin2)
+        };
+        Vec3::new(share(0), share(1), share(2))
+    }
+}
+
+/// The half vector of light and view over the surface.
+#[derive(Clone, Copy)]
+struct Half {
+    /// L + V.
+    sum: Vec3,
+    /// |L + V|^2, above 0.
+    length_squared: f32,
+    /// N.L, above 0.
+    light: f32,
+    /// N.V, 0 or more.
+    view: f32,
+    /// 1 - (L.h)^2 = |L - V|^2 / 4.
+    turn: f32,
+}
+
+impl Half {
+    /// None of light below the horizon, and where light and view are opposite.
+    fn new(light: Vec3, view: Vec3) -> Option<Self> {
+        let sum = light + view;
+        let length_squared = sum.dot(sum);
+        let seen = light.z > HORIZON && sum.z > HORIZON && length_squared > OPPOSITE;
+        let difference = light - view;
+        let turn = 0.25 * difference.dot(difference);
+        seen.then_some(Self { sum, length_squared, light: light.z, view: view.z.max(0.0), turn })
+    }
+
+    /// The square of the part of L + V along the surface.
+    fn across(self) -> f32 {
+        self.sum.x * self.sum.x + self.sum.y * self.sum.y
+    }
+
+    /// L.h.
+    fn facet(self) -> f32 {
+        0.5 * self.length_squared.sqrt()
+    }
+
+    /// (N.h)^(2 s).
+    fn power(self, s: f32) -> f32 {
+        let sin2 = self.across() / self.length_squared;
+        let cos2 = self.sum.z * self.sum.z / self.length_squared;
+        let ln = if sin2 < NEAR { 2.0 * ln_cosine(sin2) } else { cos2.max(TINY).ln() };
+        bounded_exp(s * ln)
+    }
+}
+
+/// cos^s, 0 where the cosine is not above 0; `sin2` is the square of the sine.
+pub(super) fn power(cosine: f32, sin2: f32, s: f32) -> f32 {
+    if cosine <= 0.0 {
+        return 0.0;
+    }
+    let ln = if sin2 < NEAR { ln_cosine(sin2) } else { cosine.max(TINY).ln() };
+    bounded_exp(s * ln)
+}
+
+/// base^n, 0 where the base is not above 0.
+fn power_of(base: f32, n: f32) -> f32 {
+    if base <= 0.0 {
+        return 0.0;
+    }
+    let from_one = (1.0 - base) * (1.0 + base);
+    let ln = if from_one.abs() < NEAR { ln_cosine(from_one) } else { base.max(TINY).ln() };
+    bounded_exp(n * ln)
+}
+
+/// ln(sqrt(1 - x)), |x| below [`NEAR`]: the series of ln(1 - x), whose next term is below 2e-8 of it.
+fn ln_cosine(x: f32) -> f32 {
+    let series = 1.0 / 6.0 + x * (1.0 / 7.0);
+    let series = 0.25 + x * (0.2 + x * series);
+    -0.5 * x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * series)))
+}
+
+/// e^x, in the range of f32.
+fn bounded_exp(x: f32) -> f32 {
+    x.clamp(-80.0, 80.0).exp()
+}
+
+/// The fifth power.
+fn fifth(x: f32) -> f32 {
+    let x2 = x * x;
+    x2 * x2 * x
+}
+
+/// The angle from the x axis, 0 where there is none.
+fn angle(y: f32, x: f32) -> f32 {
+    if y == 0.0 && x == 0.0 { 0.0 } else { y.atan2(x) }
+}
+
+/// Smith's Lambda for Beckmann's facets, times the cosine.
+fn lambda_cosine(m: f32, cosine: f32) -> f32 {
+    let slope = m * (1.0 - cosine * cosine).max(0.0).sqrt();
+    if cosine >= 1.6 * slope {
+        return 0.0;
+    }
+    let a = cosine / slope;
+    slope * (1.0 - 1.259 * a + 0.396 * a * a).max(0.0) / (3.535 + 2.181 * a)
+}
+
+/// Fresnel's share of a dielectric.
+fn dielectric(ior: f32, c: f32) -> f32 {
+    let excess = ior * ior - 1.0;
+    let sum = (excess + c * c).sqrt() + c;
+    // g - c without cancellation.
+    let difference = excess / sum;
+    let parallel = (c * sum - 1.0) / (c * difference + 1.0);
+    let share = difference / sum;
+    0.5 * share * share * (1.0 + parallel * parallel)
+}
+
+/// Fresnel's share of a conductor.
+fn conductor(n: f32, k: f32, c: f32, sin2: f32) -> f32 {
+    let cos2 = c * c;
+    let index = n * n - k * k;
+    let real = if cos2 < 0.5 { index - 1.0 + cos2 } else { index - sin2 };
+    let imaginary = 2.0 * n * k;
+    let size = (real * real + imaginary * imaginary).sqrt();
+    // (size + real) / 2 without cancellation.
+    let part = if real >= 0.0 { 0.5 * (size + real) } else { 0.5 * imaginary * imaginary / (size - real) };
+    let twice = 2.0 * c * part.sqrt();
+    let s = (size + cos2 - twice).max(0.0) / (size + cos2 + twice);
+    let (sum, part) = (cos2 * size + sin2 * sin2, twice * sin2);
+    0.5 * s * (1.0 + (sum - part) / (sum + part))
+}
+
+/// theta_h, theta_d and phi_d, 0 to pi: see `brdf::half_difference`.
+fn half_difference(light: Vec3, view: Vec3) -> [f32; 3] {
+    let (sum, difference) = (light + view, light - view);
+    let across = sum.truncate().length();
+    let length = sum.length();
+    let (cos_phi, sin_phi) = if across > 0.0 { (sum.x / across, sum.y / across) } else { (1.0, 0.0) };
+    let (cos_theta, sin_theta) = if length > 0.0 { (sum.z / length, across / length) } else { (1.0, 0.0) };
+    let x = (difference.x * cos_phi + difference.y * sin_phi) * cos_theta - difference.z * sin_theta;
+    let y = difference.y * cos_phi - difference.x * sin_phi;
+    let turned = y < 0.0 || (y == 0.0 && x < 0.0);
+    let phi_d = if turned { angle(-y, -x) } else { angle(y, x) };
+    [angle(across, sum.z), angle(difference.length(), length), phi_d]
+}
+
+/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far it is to the next, 0 to 1.
+fn place(share: f32, n: usize) -> (usize, f32) {
+    let at = (share * n as f32).min((n - 1) as f32);
+    let node = at as usize;
+    (node, at - node as f32)
+}

@@ -1,0 +1,186 @@
+//! The packed form against the models themselves, in f64.
+
+use brdf::{
+    AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, MODELS,
+    Measured, Microfacet, OrenNayar, Phong, TorranceSparrow, Ward,
+};
+use glam::DVec3;
+use sphere::Direction;
+
+use super::*;
+
+/// Materials of every model, of a table and of layers, each with its sharpness s: its highlight is about 1 / sqrt(s) wide.
+pub(crate) fn materials() -> Vec<(Material, f64)> {
+    let glass = Fresnel::Dielectric(1.5);
+    let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
+    let lobe = |cx: f64, cz: f64, n: f64| LafortuneLobe { cx, cz, n, weight: [1.0, 0.5, 0.25] };
+    let rgb = [1.0, 0.5, 0.2];
+    let lambert = || Material::Lambert(Lambert::new([0.8, 0.4, 0.0]).unwrap());
+    let phong = |s: f64| Material::Phong(Phong::new(s, rgb).unwrap());
+    let blinn_phong = |s: f64| Material::BlinnPhong(BlinnPhong::new(s, rgb).unwrap());
+    let microfacet = |sigma: f64| Material::Microfacet(Microfacet::new(sigma, rgb).unwrap());
+    let torrance =
+        |m: f64, fresnel| Material::TorranceSparrow(TorranceSparrow::new(m, fresnel, rgb).unwrap());
+    let ggx = |roughness: f64, fresnel| Material::Ggx(Ggx::new(roughness, fresnel, rgb).unwrap());
+    let ward = |x: f64, y: f64| Material::Ward(Ward::new([x, y], rgb).unwrap());
+    let ashikhmin = |x: f64, y: f64| {
+        Material::AshikhminShirley(AshikhminShirley::new([x, y], [0.5, 0.2, 0.1], [0.04, 0.5, 1.0]).unwrap())
+    };
+    let kajiya_kay = |s: f64| Material::KajiyaKay(KajiyaKay::new(s, rgb).unwrap());
+    let mut materials = vec![
+        (lambert(), 1.0),
+        (Material::Lafortune(Lafortune::new([0.3, 0.2, 0.1], vec![]).unwrap()), 1.0),
+        (
+            Material::Lafortune(
+                Lafortune::new([0.1; 3], vec![lobe(-0.95, 0.8, 12.0), lobe(0.5, 0.5, 3.0)]).unwrap(),
+            ),
+            12.0,
+        ),
+        (
+            Material::Lafortune(Lafortune::new([0.0; 3], vec![lobe(-1.0, 0.99, 900.0)]).unwrap()),
+            900.0 * 900.0,
+        ),
+        (Material::layers(vec![lambert(), phong(300.0), ggx(0.3, glass)]).unwrap(), 300.0),
+        (Material::layers(vec![Material::layers(vec![lambert()]).unwrap(), chalk(), chalk()]).unwrap(), 1.0),
+        (chalk(), 1.0),
+    ];
+    for sigma in [0.0, 25.0, 90.0] {
+        materials.push((Material::OrenNayar(OrenNayar::new([0.8, 0.4, 0.0], sigma).unwrap()), 1.0));
+    }
+    for s in [0.0, 1.0, 2.5, 20.0, 1000.0, 1e6] {
+        materials.push((phong(s), s));
+        materials.push((blinn_phong(s), s));
+        materials.push((kajiya_kay(s), s));
+    }
+    for width in [0.01, 0.1, 0.5, 1.0] {
+        materials.push((microfacet(width), 1.0 / (width * width)));
+        materials.push((torrance(width, glass), 1.0 / (width * width)));
+        materials.push((ggx(width, gold), 1.0 / width.powi(4)));
+        materials.push((ward(width, 0.3), 1.0 / (width * width)));
+    }
+    materials.push((microfacet(50.0), 1.0));
+    for ior in [1.0, 1.01, 10.0] {
+        materials.push((ggx(0.4, Fresnel::Dielectric(ior)), 40.0));
+    }
+    for (n, k) in [(0.01, 0.0), (0.01, 50.0), (50.0, 50.0), (1.0, 0.0)] {
+        materials.push((torrance(0.3, Fresnel::Conductor { n: [n; 3], k: [k; 3] }), 11.0));
+    }
+    for (x, y) in [(0.0, 0.0), (50.0, 50.0), (5000.0, 8.0)] {
+        materials.push((ashikhmin(x, y), x));
+    }
+    materials
+}
+
+/// A table with a highlight, of a shape without symmetry.
+fn chalk() -> Material {
+    let shape = [12, 7, 9];
+    let mut values = Vec::new();
+    for entry in 0..shape.iter().product() {
+        let node = [entry / 63, entry / 9 % 7, entry % 9];
+        let [h, d, phi] = Measured::node(shape, node);
+        let value = 0.2 + 0.5 * (-4.0 * h).exp() * (1.0 + 0.3 * (2.0 * phi).cos() * d.sin());
+        values.push([value as f32, 0.5 * value as f32, 0.1]);
+    }
+    Material::Measured(Measured::new(shape, values).unwrap().scaled([1.0, 0.8, 0.5]).unwrap())
+}
+
+/// Directions over the whole sphere for light, the upper half for views: scattered ones, those near the horizon, the
+/// normal, and light near the mirror direction of each view, where highlights are.
+pub(crate) fn pairs() -> Vec<[Vec3; 2]> {
+    let scattered = |i: u32, seed: f64, reach: f64| {
+        let i = f64::from(i) + seed;
+        Direction::from_angles((1.0 - reach * (i * 0.618_034).fract()).acos(), i * 2.399_963).vector()
+    };
+    let mut pairs = Vec::new();
+    for i in 0..300 {
+        let view = match i % 10 {
+            0 => DVec3::Z,
+            1 => DVec3::new(f64::from(i).cos(), f64::from(i).sin(), 1e-3),
+            2 => DVec3::new(f64::from(i).cos(), f64::from(i).sin(), 0.0),
+            _ => scattered(i, 0.3, 1.0),
+        };
+        let mirrored = DVec3::new(-view.x, -view.y, view.z);
+        let low =
+            DVec3::new((2.0 * f64::from(i)).sin(), (2.0 * f64::from(i)).cos(), 10f64.powi(-(i as i32 % 8)));
+        for light in [
+            scattered(i, 7.1, 2.0),
+            low,
+            mirrored,
+            mirrored + 0.001 * scattered(i, 1.7, 2.0),
+            mirrored + 0.03 * scattered(i, 2.7, 2.0),
+            mirrored + 0.3 * scattered(i, 3.7, 2.0),
+            view,
+            -view,
+            DVec3::new(view.x, -view.y, view.z),
+        ] {
+            pairs.push([light, view].map(|v| v.normalize().as_vec3()));
+        }
+    }
+    pairs
+}
+
+/// What f32 leaves of rho_hat. A unit vector in f32 is 6e-8 long or short and as much aside, which moves the angle theta from
+/// the peak of a lobe e^(-s theta^2 / 2) by d = 2e-7 and its value by s theta d, at most sqrt(s) d of the peak and
+/// sqrt(2 s ln(peak / value)) d of itself; the roundings of a dozen operations add 1e-6, and a logarithm times s, where the
+/// cosine is not near 1, as much times ln(peak / value) < 80. The base of a lobe of lafortune is no cosine: its power n is as
+/// uncertain as s = n^2.
+///
+/// Of light and view nearly opposite the half vector is as many times less certain as their sum is shorter than 2.
+pub(crate) fn allowed(value: f64, s: f64, [light, view]: [Vec3; 2]) -> f64 {
+    let facet = (0.5 * (light + view).length()).max(1e-9);
+    let of_itself = 2e-5 + 2e-7 / f64::from(facet) * (2.0 * s * 40.0).sqrt();
+    of_itself * value + 1e-7
+}
+
+#[test]
+fn packed_materials_are_the_models() {
+    for (material, s) in materials() {
+        let packed = Transfer::new(&material).unwrap();
+        for [light, view] in pairs() {
+            let found = packed.evaluate(light, view);
+            let directions = [light, view].map(|v| Direction::normalised(v.as_dvec3()));
+            let expected = material.transfer(directions[0], directions[1]);
+            for channel in 0..3 {
+                let (found, expected) = (f64::from(found[channel]), expected[channel]);
+                assert!(
+                    (found - expected).abs() <= allowed(expected, s, [light, view]),
+                    "{material:?}\nlight {light} view {view} channel {channel}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_model_has_a_shader() {
+    for model in MODELS {
+        let example = materials().into_iter().find(|(material, _)| material.name() == model.name);
+        let (material, _) = example.unwrap_or_else(|| panic!("give {} an example here", model.name));
+        let packed = Transfer::new(&material);
+        assert!(packed.is_ok(), "{}: write it in transfer.rs and transfer.wgsl: {packed:?}", model.name);
+    }
+}
+
+/// Vectors at the very ends: axes, nearly opposite ones, some with the smallest numbers that there are.
+#[test]
+fn no_value_is_infinite_or_nan() {
+    let mut vectors = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+    for z in [f32::MIN_POSITIVE, 1e-30, 1e-20, 1e-13, 1e-11, 1e-7, 1e-4] {
+        for [x, y] in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.6, -0.8], [1.0, 1e-30]] {
+            vectors.push(Vec3::new(x, y, z));
+            vectors.push(Vec3::new(y * z, x * z, 1.0));
+        }
+    }
+    for (material, _) in materials() {
+        let packed = Transfer::new(&material).unwrap();
+        for light in &vectors {
+            for view in &vectors {
+                let value = packed.evaluate(*light, *view);
+                assert!(
+                    value.is_finite() && value.min_element() >= 0.0,
+                    "{material:?}: {light} {view}: {value}"
+                );
+            }
+        }
+    }
+}
