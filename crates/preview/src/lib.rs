@@ -8,6 +8,7 @@
 //! The frame is that of `sphere`: right-handed, +Z up. Radiance is linear Rec. 709; pictures are sRGB.
 
 mod camera;
+mod cpu;
 mod error;
 mod gpu;
 mod light;
@@ -22,6 +23,7 @@ mod sight;
 pub mod window;
 
 pub use camera::{Camera, Framing};
+pub use cpu::Cpu;
 pub use error::RenderError;
 pub use gpu::{Drawn, Gpu};
 pub use light::Light;

@@ -9,6 +9,8 @@ use crate::{Object, Shot};
 pub struct Sight {
     /// The size of the picture in samples: pixels times samples along each side of one.
     pub size: [u32; 2],
+    /// Samples along each side of a pixel, 1 to 4.
+    pub samples: u32,
     /// The ray through the upper left corner of the picture.
     pub corner: Vec3,
     /// From one sample to the next on the right.
@@ -48,6 +50,7 @@ impl Sight {
         let step = |to: DVec3, count: u32| ((to - corner) / f64::from(count.max(1))).as_vec3();
         Self {
             size,
+            samples,
             corner: corner.as_vec3(),
             across: step(ray([width, 0.0]), size[0]),
             down: step(ray([0.0, height]), size[1]),

@@ -1,0 +1,143 @@
+//! From meshes to triangles on the screen: placed, projected, cut, snapped to 1/256 of a sample as graphics devices do.
+
+use std::ops::RangeInclusive;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::clip::{Corner, LOST, Planes};
+use crate::{Object, Placed, Scene, Sight};
+
+/// The steps that a sample is divided into along each axis.
+pub(super) const STEPS: i32 = 256;
+
+/// A corner on the screen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    /// Steps from the left and from the top of the picture.
+    pub(super) at: [i32; 2],
+    /// z / w, 0 near to 1 far.
+    pub(super) depth: f32,
+    /// 1 / w.
+    pub(super) nearness: f32,
+    /// The normal in the light's frame, of any length.
+    pub(super) normal: Vec3,
+    /// The tangent in the light's frame, of any length.
+    pub(super) tangent: Vec3,
+}
+
+/// A triangle that may cover a sample: its corners run clockwise on the screen, whose y points down.
+#[derive(Clone, Debug)]
+pub(super) struct Triangle {
+    pub(super) corners: [u32; 3],
+    /// Which object of the scene.
+    pub(super) object: u32,
+    /// Whether its outside is seen.
+    pub(super) front: bool,
+    /// The columns and rows of the samples inside its box and inside the picture.
+    pub(super) columns: RangeInclusive<i32>,
+    pub(super) rows: RangeInclusive<i32>,
+}
+
+/// All triangles of a scene that may be seen, in the order of objects and of their meshes.
+#[derive(Debug, Default)]
+pub(super) struct Geometry {
+    pub(super) vertices: Vec<Vertex>,
+    pub(super) triangles: Vec<Triangle>,
+}
+
+impl Geometry {
+    /// Of a scene.
+    pub(super) fn new(scene: &Scene, sight: &Sight) -> Self {
+        let mut geometry = Self::default();
+        for (number, object) in scene.objects.iter().enumerate() {
+            geometry.add(number as u32, object, sight);
+        }
+        geometry
+    }
+
+    fn add(&mut self, number: u32, object: &Object, sight: &Sight) {
+        let Placed { clip, normal, tangent, mirrored } = sight.place(object);
+        let (mesh, planes) = (&object.mesh, Planes::new(sight.size));
+        let corner = |vertex: usize| {
+            let [x, y, z, _] = mesh.tangents()[vertex];
+            Corner {
+                clip: clip * Vec3::from(mesh.positions()[vertex]).extend(1.0),
+                normal: normal * Vec3::from(mesh.normals()[vertex]),
+                tangent: tangent * Vec3::new(x, y, z),
+            }
+        };
+        let first = self.vertices.len() as u32;
+        let (vertices, outside): (Vec<Vertex>, Vec<u8>) = (0..mesh.positions().len())
+            .into_par_iter()
+            .map(|vertex| {
+                let corner = corner(vertex);
+                (on_screen(&corner, sight.size), planes.outside(corner.clip))
+            })
+            .unzip();
+        self.vertices.extend(vertices);
+        for &corners in mesh.triangles() {
+            let bits = corners.map(|vertex| outside[vertex as usize]);
+            if bits.contains(&LOST) || bits[0] & bits[1] & bits[2] != 0 {
+                continue;
+            }
+            let crossed = bits[0] | bits[1] | bits[2];
+            if crossed == 0 {
+                self.push(number, corners.map(|vertex| first + vertex), mirrored, sight.size);
+                continue;
+            }
+            let polygon = planes.cut(corners.map(|vertex| corner(vertex as usize)), crossed);
+            let start = self.vertices.len() as u32;
+            self.vertices.extend(polygon.iter().map(|corner| on_screen(corner, sight.size)));
+            for k in 2..polygon.len() as u32 {
+                self.push(number, [start, start + k - 1, start + k], mirrored, sight.size);
+            }
+        }
+    }
+
+    /// Keeps a triangle where it has an area and may cover a sample.
+    fn push(&mut self, object: u32, corners: [u32; 3], mirrored: bool, size: [u32; 2]) {
+        let at = corners.map(|corner| self.vertices[corner as usize].at);
+        let area = twice_the_area(at);
+        let covered = |axis: usize| {
+            let along = at.map(|at| at[axis]);
+            let (least, most) = (along[0].min(along[1]).min(along[2]), along[0].max(along[1]).max(along[2]));
+            // Samples lie in the middle of their squares.
+            let first = (least + STEPS / 2 - 1).div_euclid(STEPS);
+            let last = (most - STEPS / 2).div_euclid(STEPS);
+            first.max(0)..=last.min(size[axis] as i32 - 1)
+        };
+        let (columns, rows) = (covered(0), covered(1));
+        if area == 0 || columns.is_empty() || rows.is_empty() {
+            return;
+        }
+        let [a, b, c] = corners;
+        // Counter-clockwise as seen with y up is counter-clockwise to the eye: a negative area with y down.
+        let corners = if area < 0 { [a, c, b] } else { corners };
+        self.triangles.push(Triangle { corners, object, front: (area < 0) != mirrored, columns, rows });
+    }
+}
+
+/// Twice the area of a triangle in square steps, positive where it runs clockwise on the screen.
+pub(super) fn twice_the_area([a, b, c]: [[i32; 2]; 3]) -> i64 {
+    let from_a = |p: [i32; 2]| [i64::from(p[0]) - i64::from(a[0]), i64::from(p[1]) - i64::from(a[1])];
+    let (b, c) = (from_a(b), from_a(c));
+    b[0] * c[1] - b[1] * c[0]
+}
+
+/// A corner inside the planes; of others the numbers mean nothing.
+fn on_screen(corner: &Corner, size: [u32; 2]) -> Vertex {
+    let [x, y, z, w] = corner.clip.to_array();
+    let nearness = 1.0 / w;
+    let step = |ndc: f32, size: u32| {
+        let half = 0.5 * size as f32;
+        ((ndc * half + half) * STEPS as f32).round_ties_even() as i32
+    };
+    Vertex {
+        at: [step(x * nearness, size[0]), step(-y * nearness, size[1])],
+        depth: z * nearness,
+        nearness,
+        normal: corner.normal,
+        tangent: corner.tangent,
+    }
+}

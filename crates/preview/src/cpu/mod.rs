@@ -1,0 +1,233 @@
+//! Pictures on the CPU: the same to the bit for any number of threads.
+//!
+//! A picture is made in bands of a few rows, each by itself: what each of its samples sees ([`rasteriser`]), the shading of that,
+//! the background, and the development. Sums over the picture go through the bands in order.
+
+mod clip;
+mod geometry;
+mod rasteriser;
+mod shader;
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::shading::background::{Behind, background};
+use crate::shading::develop::{codes, develop};
+use crate::shading::difference::{Squares, difference};
+use crate::{Background, Light, Picture, RenderError, Renderer, Scene, Shot, Show, Sight};
+use geometry::Geometry;
+use rasteriser::{Band, Seen};
+use shader::{Kept, Shader};
+
+/// Rows of pixels in a band.
+const BAND: usize = 4;
+
+/// Draws on the CPU, on the threads of the rayon pool that it is called from.
+///
+/// The maps of a look are kept in the order in which they are read, and dropped with the first scene that does not use it.
+#[derive(Debug, Default)]
+pub struct Cpu {
+    kept: Vec<Kept>,
+}
+
+impl Cpu {
+    /// A renderer that has kept nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+}
+
+impl Renderer for Cpu {
+    fn name(&self) -> String {
+        match rayon::current_num_threads() {
+            1 => "CPU, 1 thread".to_owned(),
+            threads => format!("CPU, {threads} threads"),
+        }
+    }
+
+    fn render(
+        &mut self,
+        scene: &Scene,
+        shot: &Shot,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Picture, RenderError> {
+        let stop = Stop { ask: stop, said: AtomicBool::new(false) };
+        let [width, height] = shot.size;
+        let pixels = width as usize * height as usize;
+        let mut picture = Picture {
+            size: shot.size,
+            codes: Vec::new(),
+            radiance: vec![[0.0; 4]; pixels],
+            relative_rms: None,
+        };
+        if pixels == 0 {
+            return Ok(picture);
+        }
+        Kept::renew(&mut self.kept, scene);
+        let frame = Frame::new(scene, shot, &self.kept, &stop)?;
+        let mut display = vec![[0.0; 3]; pixels];
+        let row = width as usize * BAND;
+        let bands = picture.radiance.par_chunks_mut(row).zip(display.par_chunks_mut(row)).enumerate();
+        let squares: Vec<Squares> = bands
+            .map(|(band, (radiance, display))| frame.draw(band, radiance, display, &stop))
+            .collect::<Result<_, _>>()?;
+        if let Show::Difference { .. } = shot.show {
+            let mut all = Squares::default();
+            squares.into_iter().for_each(|squares| all.join(squares));
+            picture.relative_rms = all.relative_rms();
+        }
+        picture.codes = codes(&display);
+        Ok(picture)
+    }
+}
+
+/// Whether the caller still wants the picture.
+struct Stop<'a> {
+    ask: &'a (dyn Fn() -> bool + Sync),
+    said: AtomicBool,
+}
+
+impl Stop<'_> {
+    /// Asks.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`], once it was said to any thread.
+    fn check(&self) -> Result<(), RenderError> {
+        if self.said.load(Ordering::Relaxed) || (self.ask)() {
+            self.said.store(true, Ordering::Relaxed);
+            return Err(RenderError::Cancelled);
+        }
+        Ok(())
+    }
+}
+
+/// All that the bands of a picture are made of.
+struct Frame<'a> {
+    shot: &'a Shot,
+    sight: Sight,
+    geometry: Geometry,
+    /// For each band the triangles that may reach it, in order.
+    bins: Vec<Vec<u32>>,
+    /// The shaders of each mode of [`Show::modes`], one for each look.
+    shaders: Vec<Vec<Shader<'a>>>,
+    /// The look of each object.
+    looks: Vec<usize>,
+    behind: Behind<'a>,
+}
+
+impl<'a> Frame<'a> {
+    fn new(scene: &'a Scene, shot: &'a Shot, kept: &'a [Kept], stop: &Stop<'_>) -> Result<Self, RenderError> {
+        let sight = Sight::new(shot);
+        let mut shaders = Vec::new();
+        for mode in shot.show.modes() {
+            let of_mode = kept.iter().map(|kept| {
+                stop.check()?;
+                Shader::new(mode, kept, sight.view)
+            });
+            shaders.push(of_mode.collect::<Result<_, _>>()?);
+        }
+        stop.check()?;
+        let geometry = Geometry::new(scene, &sight);
+        let rows = BAND as i32 * sight.samples as i32;
+        let mut bins = vec![Vec::new(); (shot.size[1] as usize).div_ceil(BAND)];
+        for (number, triangle) in geometry.triangles.iter().enumerate() {
+            let (first, last) = (triangle.rows.start() / rows, triangle.rows.end() / rows);
+            bins[first as usize..=last as usize].iter_mut().for_each(|bin| bin.push(number as u32));
+        }
+        let look = |object: &crate::Object| Kept::place(kept, &object.look).unwrap_or_default();
+        let looks = scene.objects.iter().map(look).collect();
+        let behind = behind(shot.background, &scene.light);
+        Ok(Self { shot, sight, geometry, bins, shaders, looks, behind })
+    }
+
+    /// The pixels of a band: mean radiance and cover, and display values.
+    fn draw(
+        &self,
+        band: usize,
+        radiance: &mut [[f32; 4]],
+        display: &mut [[f32; 3]],
+        stop: &Stop<'_>,
+    ) -> Result<Squares, RenderError> {
+        stop.check()?;
+        let (width, samples) = (self.shot.size[0] as usize, self.sight.samples);
+        let first = (band * BAND) as u32;
+        let count = (radiance.len() / width) as u32;
+        let rows = first * samples..(first + count) * samples;
+        let seen = Band::new(&self.geometry, &self.bins[band], self.sight.size, rows);
+        let mut squares = Squares::default();
+        let share = 1.0 / (samples * samples) as f32;
+        let divider = self.shot.show.divider(self.shot.size[0]);
+        for (place, (radiance, display)) in radiance.iter_mut().zip(display).enumerate() {
+            let (x, y) = ((place % width) as u32, first + (place / width) as u32);
+            let (mut mean, mut cover, mut shown) = (Vec3::ZERO, 0.0, Vec3::ZERO);
+            for row in y * samples..(y + 1) * samples {
+                for column in x * samples..(x + 1) * samples {
+                    let seen = seen.seen(&self.geometry, &self.sight, column, row);
+                    let sample = match &seen {
+                        Some(seen) => self.surface(seen, x >= divider, &mut squares),
+                        None => self.nothing(column, row),
+                    };
+                    mean += sample.radiance;
+                    shown += develop(sample.radiance * sample.amplify, sample.gain, self.shot.tone);
+                    cover += if seen.is_some() { 1.0 } else { 0.0 };
+                }
+            }
+            *radiance = (mean * share).extend(cover * share).to_array();
+            *display = (shown * share).to_array();
+        }
+        Ok(squares)
+    }
+
+    /// A sample that sees a surface.
+    fn surface(&self, seen: &Seen, right: bool, squares: &mut Squares) -> Sample {
+        let look = self.looks[seen.object];
+        let by = |mode: usize| self.shaders[mode.min(self.shaders.len() - 1)][look].radiance(&seen.surface);
+        let gain = self.sight.gain;
+        match self.shot.show {
+            Show::One(_) => Sample { radiance: by(0), amplify: 1.0, gain },
+            Show::Split { .. } => Sample { radiance: by(usize::from(right)), amplify: 1.0, gain },
+            Show::Difference { amplify, .. } => {
+                let from = by(1);
+                let radiance = difference(by(0), from);
+                squares.add(radiance, from);
+                Sample { radiance, amplify, gain }
+            }
+        }
+    }
+
+    /// A sample that sees no surface. Two modes have the same background: their difference is black there.
+    fn nothing(&self, column: u32, row: u32) -> Sample {
+        let radiance = match self.shot.show {
+            Show::Difference { .. } => Vec3::ZERO,
+            _ => background(self.behind, self.sight.ray(column, row)),
+        };
+        let gain = if let Behind::Flat(_) = self.behind { 1.0 } else { self.sight.gain };
+        Sample { radiance, amplify: 1.0, gain }
+    }
+}
+
+/// What a sample shows.
+struct Sample {
+    radiance: Vec3,
+    /// How many times stronger it is shown.
+    amplify: f32,
+    gain: f32,
+}
+
+fn behind(background: Background, light: &Light) -> Behind<'_> {
+    match background {
+        Background::Environment => {
+            let (grid, pixels) = (light.environment().grid(), light.environment().pixels());
+            Behind::LatLong { size: [grid.width as u32, grid.height as u32], pixels }
+        }
+        Background::Harmonics => {
+            let (cube, texels) = light.reconstruction();
+            Behind::Cube { edge: cube.edge as u32, texels }
+        }
+        Background::Flat(radiance) => Behind::Flat(radiance.into()),
+    }
+}

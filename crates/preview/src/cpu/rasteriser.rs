@@ -1,0 +1,151 @@
+//! Which triangle each sample sees, by whole numbers, and the surface there.
+//!
+//! A sample is covered where it lies to the right of every edge of a triangle that runs clockwise. One that lies on an
+//! edge belongs to the triangle for which that edge is its top or its left one, so that triangles that share an edge cover each
+//! sample along it once. The nearest depth wins, of equal ones the first drawn. Depth is linear over the screen; normal and tangent
+//! are linear over the triangle, which division by w makes them: sum of l_k v_k / w_k over that of l_k / w_k.
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use super::geometry::{Geometry, STEPS, Triangle, Vertex, twice_the_area};
+use crate::Sight;
+use crate::shading::surface::Surface;
+
+/// No triangle.
+const NONE: u32 = u32::MAX;
+
+/// Some rows of a picture: what each of their samples sees.
+#[derive(Debug)]
+pub(super) struct Band {
+    rows: Range<u32>,
+    width: u32,
+    /// Which triangle, and its depth.
+    seen: Vec<(u32, f32)>,
+}
+
+/// What is seen at a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen {
+    /// Which object of the scene.
+    pub(super) object: usize,
+    /// Its surface there.
+    pub(super) surface: Surface,
+}
+
+/// An edge from one corner to the next.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    from: [i64; 2],
+    along: [i64; 2],
+    /// 0 for a top or left edge, -1 for others.
+    bias: i64,
+}
+
+impl Edge {
+    fn new(from: [i32; 2], to: [i32; 2]) -> Self {
+        let from = from.map(i64::from);
+        let along = [i64::from(to[0]) - from[0], i64::from(to[1]) - from[1]];
+        let is_top_or_left = along[1] < 0 || (along[1] == 0 && along[0] > 0);
+        Self { from, along, bias: if is_top_or_left { 0 } else { -1 } }
+    }
+
+    /// Twice the area of the triangle of the edge and a sample, positive to the edge's right.
+    fn area(&self, column: i32, row: i32) -> i64 {
+        let middle = |k: i32| i64::from(k) * i64::from(STEPS) + i64::from(STEPS / 2);
+        self.along[0] * (middle(row) - self.from[1]) - self.along[1] * (middle(column) - self.from[0])
+    }
+
+    /// The first and last column of a row's samples that lie on the right side, within given ones.
+    fn within(&self, row: i32, first: i32, last: i32) -> (i32, i32) {
+        let step = -self.along[1] * i64::from(STEPS);
+        let start = self.area(first, row) + self.bias;
+        let count = i64::from(last) - i64::from(first);
+        // start + k step >= 0 for k from 0 to count.
+        let (low, high) = match step {
+            0 if start < 0 => (1, 0),
+            0 => (0, count),
+            1.. => ((-start.div_euclid(step)).max(0), count),
+            _ => (0, start.div_euclid(-step).min(count)),
+        };
+        if low > high { (1, 0) } else { (first + low as i32, first + high as i32) }
+    }
+}
+
+fn edges(at: [[i32; 2]; 3]) -> [Edge; 3] {
+    [Edge::new(at[1], at[2]), Edge::new(at[2], at[0]), Edge::new(at[0], at[1])]
+}
+
+impl Band {
+    /// What is seen in some rows of samples; `triangles` are those that may reach them, in the order of drawing.
+    pub(super) fn new(geometry: &Geometry, triangles: &[u32], size: [u32; 2], rows: Range<u32>) -> Self {
+        let samples = size[0] as usize * rows.len();
+        let mut band = Self { rows, width: size[0], seen: vec![(NONE, f32::INFINITY); samples] };
+        for &number in triangles {
+            band.draw(geometry, number);
+        }
+        band
+    }
+
+    fn draw(&mut self, geometry: &Geometry, number: u32) {
+        let triangle = &geometry.triangles[number as usize];
+        let [a, b, c] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
+        let at = [a.at, b.at, c.at];
+        let edges = edges(at);
+        let scale = 1.0 / twice_the_area(at) as f32;
+        let (toward_b, toward_c) = ((b.depth - a.depth) * scale, (c.depth - a.depth) * scale);
+        let first = (*triangle.rows.start()).max(self.rows.start as i32);
+        let last = (*triangle.rows.end()).min(self.rows.end as i32 - 1);
+        for row in first..=last {
+            let (mut left, mut right) = (*triangle.columns.start(), *triangle.columns.end());
+            for edge in &edges {
+                let (low, high) = edge.within(row, left, right);
+                (left, right) = (low, high);
+                if left > right {
+                    break;
+                }
+            }
+            if left > right {
+                continue;
+            }
+            let [_, mut of_b, mut of_c] = edges.map(|edge| edge.area(left, row));
+            let start = (row - self.rows.start as i32) as usize * self.width as usize;
+            for seen in &mut self.seen[start + left as usize..=start + right as usize] {
+                let depth = a.depth + of_b as f32 * toward_b + of_c as f32 * toward_c;
+                if depth < seen.1 {
+                    *seen = (number, depth);
+                }
+                of_b -= edges[1].along[1] * i64::from(STEPS);
+                of_c -= edges[2].along[1] * i64::from(STEPS);
+            }
+        }
+    }
+
+    /// What a sample of these rows sees, if anything.
+    pub(super) fn seen(&self, geometry: &Geometry, sight: &Sight, column: u32, row: u32) -> Option<Seen> {
+        let place = (row - self.rows.start) as usize * self.width as usize + column as usize;
+        let (number, _) = self.seen[place];
+        if number == NONE {
+            return None;
+        }
+        let triangle = &geometry.triangles[number as usize];
+        let [normal, tangent] = interpolated(geometry, triangle, column, row);
+        let surface = Surface::new(normal, tangent, sight.ray(column, row), triangle.front);
+        Some(Seen { object: triangle.object as usize, surface })
+    }
+}
+
+/// Normal and tangent at a sample, up to one factor above 0.
+fn interpolated(geometry: &Geometry, triangle: &Triangle, column: u32, row: u32) -> [Vec3; 2] {
+    let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
+    let at = corners.map(|corner| corner.at);
+    let scale = 1.0 / twice_the_area(at) as f32;
+    let (mut normal, mut tangent) = (Vec3::ZERO, Vec3::ZERO);
+    for (corner, edge) in corners.into_iter().zip(edges(at)) {
+        let share = edge.area(column as i32, row as i32) as f32 * scale * corner.nearness;
+        normal += corner.normal * share;
+        tangent += corner.tangent * share;
+    }
+    [normal, tangent]
+}

@@ -1,0 +1,1 @@
+//! The CPU's pictures against what is known of them without it.
