@@ -7,10 +7,9 @@ mod clip;
 mod geometry;
 mod rasteriser;
 mod shader;
+mod stop;
 #[cfg(test)]
 mod tests;
-
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -22,6 +21,7 @@ use crate::{Background, Light, Picture, RenderError, Renderer, Scene, Shot, Show
 use geometry::Geometry;
 use rasteriser::{Band, Seen};
 use shader::{Kept, Shader};
+use stop::{Patience, Stop};
 
 /// Rows of pixels in a band.
 const BAND: usize = 4;
@@ -55,7 +55,7 @@ impl Renderer for Cpu {
         shot: &Shot,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError> {
-        let stop = Stop { ask: stop, said: AtomicBool::new(false) };
+        let stop = Stop::new(stop);
         let [width, height] = shot.size;
         let pixels = width as usize * height as usize;
         let mut picture = Picture {
@@ -82,26 +82,6 @@ impl Renderer for Cpu {
         }
         picture.codes = codes(&display);
         Ok(picture)
-    }
-}
-
-/// Whether the caller still wants the picture.
-struct Stop<'a> {
-    ask: &'a (dyn Fn() -> bool + Sync),
-    said: AtomicBool,
-}
-
-impl Stop<'_> {
-    /// Asks.
-    ///
-    /// # Errors
-    /// [`RenderError::Cancelled`], once it was said to any thread.
-    fn check(&self) -> Result<(), RenderError> {
-        if self.said.load(Ordering::Relaxed) || (self.ask)() {
-            self.said.store(true, Ordering::Relaxed);
-            return Err(RenderError::Cancelled);
-        }
-        Ok(())
     }
 }
 
@@ -158,7 +138,7 @@ impl<'a> Frame<'a> {
         let count = (radiance.len() / width) as u32;
         let rows = first * samples..(first + count) * samples;
         let seen = Band::new(&self.geometry, &self.bins[band], self.sight.size, rows);
-        let mut squares = Squares::default();
+        let (mut squares, mut patience) = (Squares::default(), Patience::new(stop));
         let share = 1.0 / (samples * samples) as f32;
         let divider = self.shot.show.divider(self.shot.size[0]);
         for (place, (radiance, display)) in radiance.iter_mut().zip(display).enumerate() {
@@ -168,7 +148,10 @@ impl<'a> Frame<'a> {
                 for column in x * samples..(x + 1) * samples {
                     let seen = seen.seen(&self.geometry, &self.sight, column, row);
                     let sample = match &seen {
-                        Some(seen) => self.surface(seen, x >= divider, &mut squares),
+                        Some(seen) => {
+                            let by = |mode| self.by(mode, seen, [column, row], &mut patience);
+                            self.surface(by, x >= divider, &mut squares)?
+                        }
                         None => self.nothing(column, row),
                     };
                     mean += sample.radiance;
@@ -182,21 +165,39 @@ impl<'a> Frame<'a> {
         Ok(squares)
     }
 
-    /// A sample that sees a surface.
-    fn surface(&self, seen: &Seen, right: bool, squares: &mut Squares) -> Sample {
-        let look = self.looks[seen.object];
-        let by = |mode: usize| self.shaders[mode.min(self.shaders.len() - 1)][look].radiance(&seen.surface);
-        let gain = self.sight.gain;
-        match self.shot.show {
-            Show::One(_) => Sample { radiance: by(0), amplify: 1.0, gain },
-            Show::Split { .. } => Sample { radiance: by(usize::from(right)), amplify: 1.0, gain },
+    /// Radiance toward the viewer of what a sample sees, by one of the modes.
+    fn by(
+        &self,
+        mode: usize,
+        seen: &Seen,
+        [column, row]: [u32; 2],
+        patience: &mut Patience<'_>,
+    ) -> Result<Vec3, RenderError> {
+        // The same mode on both sides is there once.
+        let shaders = &self.shaders[mode.min(self.shaders.len() - 1)];
+        let number = row.wrapping_mul(self.sight.size[0]).wrapping_add(column);
+        let light_samples = self.shot.light_samples;
+        shaders[self.looks[seen.object]].radiance(&seen.surface, number, light_samples, patience)
+    }
+
+    /// A sample that sees a surface, whose radiance is known by the first mode and the second.
+    fn surface(
+        &self,
+        mut by: impl FnMut(usize) -> Result<Vec3, RenderError>,
+        right: bool,
+        squares: &mut Squares,
+    ) -> Result<Sample, RenderError> {
+        let (radiance, amplify) = match self.shot.show {
+            Show::One(_) => (by(0)?, 1.0),
+            Show::Split { .. } => (by(usize::from(right))?, 1.0),
             Show::Difference { amplify, .. } => {
-                let from = by(1);
-                let radiance = difference(by(0), from);
+                let from = by(1)?;
+                let radiance = difference(by(0)?, from);
                 squares.add(radiance, from);
-                Sample { radiance, amplify, gain }
+                (radiance, amplify)
             }
-        }
+        };
+        Ok(Sample { radiance, amplify, gain: self.sight.gain })
     }
 
     /// A sample that sees no surface. Two modes have the same background: their difference is black there.

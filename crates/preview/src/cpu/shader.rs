@@ -5,6 +5,8 @@ use std::sync::{Arc, OnceLock};
 use brdf::Centre;
 use glam::Vec3;
 
+use super::stop::Patience;
+use crate::shading::brute_force::{Prepared, brute_force};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
@@ -21,6 +23,7 @@ pub(super) struct Kept {
     look: Arc<Look>,
     local: OnceLock<LocalShrm>,
     global: OnceLock<GlobalShrm>,
+    brute: OnceLock<Prepared>,
 }
 
 impl Kept {
@@ -30,7 +33,8 @@ impl Kept {
         for object in &scene.objects {
             if Self::place(kept, &object.look).is_none() {
                 let look = Arc::clone(&object.look);
-                kept.push(Self { look, local: OnceLock::new(), global: OnceLock::new() });
+                let (local, global, brute) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+                kept.push(Self { look, local, global, brute });
             }
         }
     }
@@ -51,6 +55,7 @@ pub(super) enum Shader<'a> {
     Prefiltered(Cube<'a>),
     Irradiance(Irradiance),
     Mirror { size: [u32; 2], pixels: &'a [[f32; 3]] },
+    BruteForce(&'a Prepared),
 }
 
 /// Cube maps about a central direction.
@@ -69,16 +74,10 @@ impl<'a> Shader<'a> {
         let no_cube = || RenderError::maps("the look's map does not lie on a cube");
         Ok(match mode {
             Mode::LocalShrm => {
-                if kept.local.get().is_none() {
-                    let _ = kept.local.set(LocalShrm::new(look.local()?).ok_or_else(no_cube)?);
-                }
-                Self::Local(kept.local.get().ok_or_else(no_cube)?)
+                Self::Local(once(&kept.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?)
             }
             Mode::GlobalShrm => {
-                if kept.global.get().is_none() {
-                    let _ = kept.global.set(GlobalShrm::new(look.global()?).ok_or_else(no_cube)?);
-                }
-                let map = kept.global.get().ok_or_else(no_cube)?;
+                let map = once(&kept.global, || GlobalShrm::new(look.global()?).ok_or_else(no_cube))?;
                 let mut radiance = vec![[0.0; 3]; map.texels()];
                 global_update_into(map, view, &mut radiance);
                 Self::Global { map, radiance }
@@ -98,13 +97,22 @@ impl<'a> Shader<'a> {
                 let size = [grid.width as u32, grid.height as u32];
                 Self::Mirror { size, pixels: environment.pixels() }
             }
-            Mode::BruteForce => return Err(RenderError::maps("brute force is not there yet")),
+            Mode::BruteForce => Self::BruteForce(once(&kept.brute, || Prepared::new(look))?),
         })
     }
 
-    /// Radiance toward the viewer.
-    pub(super) fn radiance(&self, surface: &Surface) -> Vec3 {
-        match self {
+    /// Radiance toward the viewer at a sample of the picture, whose number tells it from others.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn radiance(
+        &self,
+        surface: &Surface,
+        number: u32,
+        light_samples: u32,
+        patience: &mut Patience<'_>,
+    ) -> Result<Vec3, RenderError> {
+        Ok(match self {
             Self::Local(map) => local_shrm(map, surface),
             Self::Global { map, radiance } => global_shrm(map, radiance, surface),
             Self::Cabral { icosahedron, cube } => {
@@ -116,6 +124,25 @@ impl<'a> Shader<'a> {
             Self::Prefiltered(cube) => prefiltered(cube.edge, cube.texels, cube.centre, surface),
             Self::Irradiance(light) => irradiance(light, surface),
             Self::Mirror { size, pixels } => mirror(*size, pixels, surface),
-        }
+            Self::BruteForce(prepared) => {
+                let (total, mut done, mut sum) = (light_samples.max(1), 0, Vec3::ZERO);
+                while done < total {
+                    let next = total.min(done.saturating_add(Patience::LIGHT_SAMPLES));
+                    patience.spend(next - done)?;
+                    sum += brute_force(prepared, surface, number, done..next);
+                    done = next;
+                }
+                sum / total as f32
+            }
+        })
     }
+}
+
+/// What is made once, unless it fails.
+fn once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> Result<T, RenderError>) -> Result<&T, RenderError> {
+    if let Some(made) = cell.get() {
+        return Ok(made);
+    }
+    let made = make()?;
+    Ok(cell.get_or_init(|| made))
 }
