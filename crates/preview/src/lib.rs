@@ -25,7 +25,7 @@ pub mod window;
 pub use camera::{Camera, Framing};
 pub use cpu::Cpu;
 pub use error::RenderError;
-pub use gpu::{Drawn, Gpu};
+pub use gpu::{Drawn, Gpu, Health};
 pub use light::Light;
 pub use look::{Look, MapSizes};
 pub use mode::{Background, Mode, Show};

@@ -107,6 +107,11 @@ impl Look {
         Cube { edge: self.sizes.edge }
     }
 
+    /// How large the maps are.
+    pub fn sizes(&self) -> MapSizes {
+        self.sizes
+    }
+
     /// The local SHRM on [`Look::cube`].
     ///
     /// # Errors

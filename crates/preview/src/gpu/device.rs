@@ -9,6 +9,17 @@ use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, 
 
 use crate::RenderError;
 
+/// Whether a device still works, told to any thread.
+#[derive(Clone, Debug)]
+pub struct Health(Arc<Faults>);
+
+impl Health {
+    /// Why the device does nothing any more; known once it was polled after that.
+    pub fn lost(&self) -> Option<String> {
+        self.0.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
 /// A device, its queue, and what went wrong with them.
 #[derive(Clone, Debug)]
 pub(super) struct Device {
@@ -100,6 +111,11 @@ impl Device {
         }
         let error = self.faults.error.lock().unwrap_or_else(PoisonError::into_inner).take();
         error.map_or(Ok(()), |message| Err(self.fault(&message)))
+    }
+
+    /// What tells of the loss of the device.
+    pub(super) fn health(&self) -> Health {
+        Health(Arc::clone(&self.faults))
     }
 
     fn fault(&self, message: &str) -> RenderError {

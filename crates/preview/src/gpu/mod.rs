@@ -4,6 +4,7 @@ mod device;
 
 use crate::{Picture, RenderError, Renderer, Scene, Shot};
 use device::Device;
+pub use device::Health;
 
 /// Draws through a graphics device.
 ///
@@ -59,6 +60,11 @@ impl Gpu {
     fn on(device: Device) -> Result<Self, RenderError> {
         device.sound()?;
         Ok(Self { device })
+    }
+
+    /// What tells of the loss of the device.
+    pub fn health(&self) -> Health {
+        self.device.health()
     }
 
     /// Draws a scene into a texture of [`Gpu::TARGET`] with [`wgpu::TextureUsages::RENDER_ATTACHMENT`], of the shot's

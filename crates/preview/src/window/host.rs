@@ -92,7 +92,6 @@ pub struct NewsSender {
 }
 
 impl NewsSender {
-    #[expect(dead_code, reason = "the window sends once it opens")]
     pub(crate) fn new(news: Sender<News>, window: eframe::egui::Context) -> Self {
         Self { news, window }
     }

@@ -4,9 +4,38 @@
 //! which subjects there are, the scene of the one that is wanted, what went wrong. What it wants goes to its [`Host`]. So the
 //! window knows no manifest, no watcher and no file.
 
+mod app;
+mod easel;
+mod figures;
+mod gpu_easel;
 mod host;
+mod inspector;
+mod judge;
+mod keys;
+mod lists;
+mod mailbox;
+mod notices;
+mod numbers;
+mod pace;
+mod screen;
+mod settings;
+mod state;
+mod studio;
+#[cfg(test)]
+mod testkit;
+mod theme;
+mod toolbar;
+mod view;
 
-use std::sync::mpsc;
+use std::sync::{Arc, PoisonError, mpsc};
+
+use eframe::egui::{IconData, ViewportBuilder};
+use eframe::egui_wgpu::{SurfaceConfig, WgpuConfiguration, WgpuSetupCreateNew};
+use eframe::{AppCreator, NativeOptions};
+
+use crate::Gpu;
+use app::{App, Loss};
+use state::State;
 
 pub use host::{Catalogue, Export, Facts, Host, News, NewsSender, Subject, Wish};
 
@@ -17,6 +46,8 @@ pub struct WindowSettings {
     pub state: Option<String>,
     /// What to show first; it goes before what the state names.
     pub wish: Wish,
+    /// Whether the CPU draws the pictures, also where a graphics device could.
+    pub cpu: bool,
 }
 
 /// Why there is no window, or no longer.
@@ -45,6 +76,55 @@ pub fn open(
     host: Box<dyn Host>,
     start: impl FnOnce(NewsSender),
 ) -> Result<(), WindowError> {
-    let _ = (settings, host, start, mpsc::channel::<News>);
-    Err(WindowError::NoDisplay("this build has no window yet".into()))
+    let state = State::new(settings.state.as_deref(), settings.wish);
+    let loss = Loss::default();
+    let left = Loss::clone(&loss);
+    let options = options(&state);
+    let create: AppCreator<'_> = Box::new(move |creation| {
+        let gpu = creation.wgpu_render_state.as_ref().ok_or("the window has no graphics device")?;
+        let (sender, news) = mpsc::channel();
+        let app = App::new(creation, gpu, state, host, news, left, settings.cpu)?;
+        start(NewsSender::new(sender, creation.egui_ctx.clone()));
+        Ok(Box::new(app))
+    });
+    let ended = eframe::run_native("specula-preview", options, create);
+    let lost = loss.lock().unwrap_or_else(PoisonError::into_inner).take();
+    match (lost, ended) {
+        (Some(reason), _) => Err(WindowError::Lost(reason)),
+        (None, Ok(())) => Ok(()),
+        (None, Err(error)) => Err(error.into()),
+    }
+}
+
+fn options(state: &State) -> NativeOptions {
+    let mut create = WgpuSetupCreateNew::without_display_handle();
+    create.device_descriptor = Arc::new(Gpu::device_descriptor);
+    NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_title(state.title())
+            .with_app_id("specula-preview")
+            .with_icon(IconData::default())
+            .with_inner_size(state.settings.size)
+            .with_min_inner_size([480.0, 320.0]),
+        renderer: eframe::Renderer::Wgpu,
+        wgpu_options: WgpuConfiguration {
+            wgpu_setup: create.into(),
+            ..WgpuConfiguration::default().with_surface_config(SurfaceConfig::LOW_LATENCY)
+        },
+        // The codes of a picture arrive on the screen as they are.
+        dithering: false,
+        persist_window: false,
+        ..NativeOptions::default()
+    }
+}
+
+impl From<eframe::Error> for WindowError {
+    fn from(error: eframe::Error) -> Self {
+        match error {
+            eframe::Error::Wgpu(error) => Self::NoAdapter(error.to_string()),
+            eframe::Error::AppCreation(error) => Self::NoAdapter(error.to_string()),
+            eframe::Error::Winit(error) => Self::NoDisplay(error.to_string()),
+            eframe::Error::WinitEventLoop(error) => Self::NoDisplay(error.to_string()),
+        }
+    }
 }

@@ -1,0 +1,323 @@
+//! The window itself: it takes in input and news, lets [`State`] decide, orders pictures and draws the panels.
+
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use eframe::egui::{
+    CentralPanel, Context, Event, Frame as Border, Margin, Panel, Rect, Ui, ViewportCommand, vec2,
+};
+use eframe::{CreationContext, egui_wgpu};
+
+use super::easel::{Easel, MemoryEasel, Order};
+use super::gpu_easel::GpuEasel;
+use super::host::{Host, News};
+use super::inspector::inspector;
+use super::judge::{Judge, Question};
+use super::lists::lists;
+use super::screen::Screen;
+use super::settings::Arrangement;
+use super::state::{Action, Effect, State};
+use super::studio::Studio;
+use super::toolbar::toolbar;
+use super::view::view;
+use super::{keys, notices, theme};
+use crate::{Cpu, Health, RenderError, Shot};
+
+/// The light samples of each sample of a pixel, by brute force.
+const LIGHT_SAMPLES: u32 = 1024;
+
+/// The samples along each side of a pixel of a picture that is kept.
+const KEPT_SAMPLES: u32 = 2;
+
+/// Settings are kept when they have not changed for so many seconds.
+const KEEP_AFTER: f64 = 1.0;
+
+/// Where the reason of a loss is left for who opened the window.
+pub(super) type Loss = Arc<Mutex<Option<String>>>;
+
+/// The window.
+pub(super) struct App {
+    state: State,
+    host: Box<dyn Host>,
+    news: Receiver<News>,
+    device: wgpu::Device,
+    /// None where the device cannot draw the pictures.
+    health: Option<Health>,
+    adapter: String,
+    studio: Studio,
+    judge: Judge,
+    screen: Screen,
+    /// Why there is no picture of what is ordered.
+    refused: Option<RenderError>,
+    loss: Loss,
+    title: String,
+    kept: String,
+    /// What is set and not kept, and since when.
+    unkept: Option<(String, f64)>,
+    closing: bool,
+}
+
+impl App {
+    /// A window that shows nothing yet. With `cpu` the graphics device draws the panels only.
+    pub(super) fn new(
+        creation: &CreationContext<'_>,
+        gpu: &egui_wgpu::RenderState,
+        mut state: State,
+        host: Box<dyn Host>,
+        news: Receiver<News>,
+        loss: Loss,
+        cpu: bool,
+    ) -> std::io::Result<Self> {
+        let context = &creation.egui_ctx;
+        theme::set(context);
+        let info = gpu.adapter.get_info();
+        let adapter = format!("{}, {}", info.backend, info.name);
+        let memory = || Box::new(MemoryEasel::new(Box::new(Cpu::new()))) as Box<dyn Easel>;
+        let (mut easel, mut health) = (memory(), None);
+        if !cpu {
+            match GpuEasel::new(info, gpu.device.clone(), gpu.queue.clone()) {
+                Ok(able) => {
+                    health = Some(able.health());
+                    easel = Box::new(able);
+                }
+                Err(error) => state.status = format!("pictures are drawn by the CPU: {error}"),
+            }
+        }
+        let wake = |context: Context| move || context.request_repaint();
+        let studio = Studio::new(easel, memory(), wake(context.clone()))?;
+        let judge = Judge::new(Box::new(Cpu::new()), wake(context.clone()))?;
+        let kept = state.settings.write();
+        Ok(Self {
+            title: state.title(),
+            state,
+            host,
+            news,
+            device: gpu.device.clone(),
+            health,
+            adapter,
+            studio,
+            judge,
+            screen: Screen::new(gpu),
+            refused: None,
+            loss,
+            kept,
+            unkept: None,
+            closing: false,
+        })
+    }
+
+    fn hear(&mut self, context: &Context) {
+        let now = context.input(|input| input.time);
+        while let Ok(news) = self.news.try_recv() {
+            let effect = self.state.hear(news, now);
+            self.follow(context, effect);
+        }
+        let delivery = self.studio.take();
+        if let Some(frame) = delivery.frame {
+            self.screen.put(context, frame);
+            self.refused = None;
+        }
+        if let Some(error) = delivery.refused {
+            self.refused = Some(error);
+        }
+        for picture in delivery.pictures {
+            let kept = picture.map_err(|error| error.to_string());
+            let (title, line) = match kept.and_then(|picture| self.host.screenshot(picture)) {
+                Ok(place) => ("kept the picture", place),
+                Err(reason) => ("the picture was not kept", reason),
+            };
+            self.state.toast(title.into(), vec![line], now);
+        }
+        // Callbacks of the device run within.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        let health = self.health.as_ref().and_then(Health::lost);
+        if let Some(reason) = delivery.lost.or(health) {
+            *self.loss.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
+            self.close(context);
+        }
+        if let Some(seconds) = self.state.pass(now) {
+            context.request_repaint_after(Duration::from_secs_f64(seconds.max(0.0)));
+        }
+    }
+
+    fn keys(&self, context: &Context) -> Vec<Action> {
+        if context.text_edit_focused() {
+            return Vec::new();
+        }
+        let widget = context.egui_wants_keyboard_input();
+        context.input(|input| {
+            let pressed = input.events.iter().filter_map(|event| match event {
+                Event::Key { key, physical_key, pressed: true, repeat, modifiers } => {
+                    let action = keys::action(*key, *physical_key, *modifiers)?;
+                    let taken = widget && keys::is_of_widgets(*key) || *repeat && !keys::repeats(action);
+                    (!taken).then(|| action.clone())
+                }
+                _ => None,
+            });
+            pressed.collect()
+        })
+    }
+
+    fn follow(&mut self, context: &Context, effect: Option<Effect>) {
+        match effect {
+            None => {}
+            Some(Effect::Show(subject)) => self.host.show(&subject),
+            Some(Effect::Screenshot) => {
+                let size = self.screen.seen().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
+                let size = self.studio.ordered().unwrap_or(size);
+                if let Some(mut order) = self.order(size) {
+                    order.shot.samples = KEPT_SAMPLES;
+                    self.studio.keep(order);
+                    self.state.status = "keeping the picture".into();
+                }
+            }
+            Some(Effect::Fullscreen(on)) => context.send_viewport_cmd(ViewportCommand::Fullscreen(on)),
+            Some(Effect::Close) => self.close(context),
+        }
+    }
+
+    fn close(&mut self, context: &Context) {
+        self.closing = true;
+        context.send_viewport_cmd(ViewportCommand::Close);
+    }
+
+    /// The picture that is to be seen, of this size.
+    fn order(&self, size: [u32; 2]) -> Option<Order> {
+        let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
+        let shot = Shot {
+            size,
+            samples: 1,
+            camera: settings.camera(shown.scene.framing()),
+            turn: settings.turn(),
+            show: settings.show(),
+            background: settings.background(),
+            exposure: settings.exposure,
+            tone: settings.tone_map(),
+            light_samples: LIGHT_SAMPLES,
+        };
+        Some(Order { edition: shown.edition, scene: Arc::clone(&shown.scene), shot })
+    }
+
+    fn ask(&mut self, size: [u32; 2]) {
+        let Some(Order { edition, scene, shot }) = self.order(size) else { return };
+        let settings = &self.state.settings;
+        let mut modes = vec![settings.mode];
+        if settings.arrangement != Arrangement::One {
+            modes.push(settings.second);
+        }
+        self.judge.ask(Question { edition, scene, camera: shot.camera, turn: shot.turn, size, modes });
+    }
+
+    /// Tells the host what is set, a moment after the last change.
+    fn keep(&mut self, context: &Context) {
+        let settings = self.state.settings.write();
+        if settings == self.kept {
+            return;
+        }
+        let now = context.input(|input| input.time);
+        let since = match &self.unkept {
+            Some((unkept, since)) if *unkept == settings => *since,
+            _ => now,
+        };
+        let left = since + KEEP_AFTER - now;
+        if left > 0.0 && !self.closing {
+            self.unkept = Some((settings, since));
+            context.request_repaint_after(Duration::from_secs_f64(left));
+        } else {
+            self.host.keep_state(&settings);
+            self.kept = settings;
+        }
+    }
+
+    /// Notes the size of the window, to be kept, and gives the window its title.
+    fn window(&mut self, context: &Context) {
+        let (inner, special) = context.input(|input| {
+            let viewport = input.viewport();
+            let special = [viewport.fullscreen, viewport.maximized, viewport.minimized];
+            (viewport.inner_rect, special.contains(&Some(true)))
+        });
+        if let Some(rect) = inner
+            && !special
+            && rect.is_positive()
+        {
+            self.state.settings.size = rect.size().into();
+        }
+        let title = self.state.title();
+        if title != self.title {
+            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
+    fn panels(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) -> Rect {
+        let (state, judge) = (&self.state, &self.judge);
+        let bar = Border::side_top_panel(ui.style()).inner_margin(Margin::symmetric(8, 5));
+        Panel::top("toolbar").frame(bar).show(ui, |ui| toolbar(ui, state, actions));
+        let seen = self.screen.seen().map(|(_, frame)| frame);
+        let adapter = self.adapter.as_str();
+        Panel::bottom("status").frame(bar).show(ui, |ui| notices::status(ui, state, seen, adapter, actions));
+        if state.settings.lists {
+            Panel::left("lists").default_size(176.0).show(ui, |ui| lists(ui, state, actions));
+        }
+        if state.settings.inspector {
+            Panel::right("inspector").default_size(300.0).show(ui, |ui| inspector(ui, state, judge));
+        }
+        CentralPanel::no_frame().show(ui, |ui| ui.available_rect_before_wrap()).inner
+    }
+
+    fn over(&self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) {
+        let state = &self.state;
+        notices::toasts(ui, state, picture);
+        match (&state.failure, &self.refused) {
+            (Some(lines), _) if !state.failure_aside => notices::failure(ui, picture, lines, actions),
+            (_, Some(error)) => notices::refusal(ui, picture, &error.to_string()),
+            _ => {}
+        }
+        if state.help {
+            notices::help(ui, picture);
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, context: &Context, _frame: &mut eframe::Frame) {
+        self.hear(context);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        let mut actions = self.keys(&context);
+        let area = self.panels(ui, &mut actions);
+        let (picture, size) = pixels(area, context.pixels_per_point());
+        view(ui, picture, &self.state, self.screen.seen(), &mut actions);
+        self.over(ui, picture, &mut actions);
+        if !actions.is_empty() {
+            // What was drawn above is what was before them.
+            context.request_repaint();
+        }
+        for action in actions {
+            let effect = self.state.update(action);
+            self.follow(&context, effect);
+        }
+        if let Some(order) = self.order(size) {
+            self.studio.order(order);
+            self.ask(size);
+        }
+        self.window(&context);
+        self.keep(&context);
+    }
+
+    fn on_exit(&mut self) {
+        self.host.keep_state(&self.state.settings.write());
+        self.host.closed();
+    }
+}
+
+/// The largest part of an area whose edges lie between pixels, and its size in pixels.
+fn pixels(area: Rect, pixels_per_point: f32) -> (Rect, [u32; 2]) {
+    let least = (area.min * pixels_per_point).ceil();
+    let most = (area.max * pixels_per_point).floor().max(least + vec2(1.0, 1.0));
+    let size = most - least;
+    (Rect::from_min_max(least / pixels_per_point, most / pixels_per_point), [size.x as u32, size.y as u32])
+}

@@ -1,0 +1,294 @@
+//! The thread that judges what is seen: figures of the scene, and how far each mode is from brute force in this view. It
+//! works at a small size on the CPU, when things are at rest.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use envmap::ToneMap;
+use sphere::Rotation;
+
+use super::figures::Figures;
+use super::mailbox::Mailbox;
+use crate::{Background, Camera, Mode, RenderError, Renderer, Scene, Shot, Show};
+
+/// What is to be judged.
+#[derive(Clone, Debug)]
+pub(super) struct Question {
+    /// Another for every scene.
+    pub(super) edition: u64,
+    pub(super) scene: Arc<Scene>,
+    pub(super) camera: Camera,
+    pub(super) turn: Rotation,
+    /// Of the picture that is seen.
+    pub(super) size: [u32; 2],
+    pub(super) modes: Vec<Mode>,
+}
+
+/// How far a mode is from brute force.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// [`crate::Picture::relative_rms`].
+    Rms(f64),
+    /// There is nothing to compare, and why.
+    None(String),
+}
+
+/// What is known.
+#[derive(Debug, Default)]
+pub(super) struct Findings {
+    figures: Option<(u64, Arc<Figures>)>,
+    /// Of one question, without its modes.
+    verdicts: Option<(Question, Vec<(Mode, Verdict)>)>,
+}
+
+struct Shared {
+    questions: Mailbox<Question>,
+    findings: Mutex<Findings>,
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+/// The thread and its questions.
+pub(super) struct Judge {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    last: Option<Question>,
+}
+
+/// The shorter side of the pictures that are compared.
+const SIDE: u32 = 80;
+
+/// Their light samples, of each sample of a pixel.
+pub(super) const LIGHT_SAMPLES: u32 = 256;
+
+/// A question that has stood for so long is worth an answer.
+const REST: Duration = Duration::from_millis(500);
+
+impl Question {
+    /// Whether the same scene is seen in the same way.
+    fn is_of_the_view(&self, other: &Self) -> bool {
+        self.edition == other.edition
+            && self.camera == other.camera
+            && self.turn == other.turn
+            && self.small() == other.small()
+    }
+
+    /// The size to compare at.
+    fn small(&self) -> [u32; 2] {
+        let shorter = f64::from(self.size[0].min(self.size[1]).max(1));
+        self.size.map(|side| (f64::from(side) / shorter * f64::from(SIDE)).round().clamp(1.0, 1024.0) as u32)
+    }
+}
+
+impl Judge {
+    /// Begins, with what draws. `wake` is called when something is found.
+    pub(super) fn new(
+        renderer: Box<dyn Renderer + Send>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> std::io::Result<Self> {
+        let (questions, findings) = (Mailbox::new(), Mutex::default());
+        let shared = Arc::new(Shared { questions, findings, wake: Box::new(wake) });
+        let keep = Arc::clone(&shared);
+        let thread = std::thread::Builder::new().name("judge".into()).spawn(move || shared.work(renderer))?;
+        Ok(Self { shared: keep, thread: Some(thread), last: None })
+    }
+
+    /// Asks; an earlier question is no longer asked. The same again changes nothing.
+    pub(super) fn ask(&mut self, question: Question) {
+        let same = |last: &Question| last.is_of_the_view(&question) && last.modes == question.modes;
+        if !self.last.as_ref().is_some_and(same) {
+            self.last = Some(question.clone());
+            self.shared.questions.put(question);
+        }
+    }
+
+    /// The figures of a scene, once they are known.
+    pub(super) fn figures(&self, edition: u64) -> Option<Arc<Figures>> {
+        let findings = self.shared.findings();
+        findings.figures.as_ref().filter(|(of, _)| *of == edition).map(|(_, figures)| Arc::clone(figures))
+    }
+
+    /// How far a mode is from brute force in what was asked last, once that is known.
+    pub(super) fn verdict(&self, mode: Mode) -> Option<Verdict> {
+        let asked = self.last.as_ref()?;
+        let findings = self.shared.findings();
+        let (_, verdicts) = findings.verdicts.as_ref().filter(|(of, _)| of.is_of_the_view(asked))?;
+        verdicts.iter().find(|(of, _)| *of == mode).map(|(_, verdict)| verdict.clone())
+    }
+}
+
+impl Drop for Judge {
+    fn drop(&mut self) {
+        self.shared.questions.end();
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread has been reported where it happened.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn findings(&self) -> std::sync::MutexGuard<'_, Findings> {
+        self.findings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn work(&self, mut renderer: Box<dyn Renderer + Send>) {
+        while let Some((number, question)) = self.questions.take() {
+            let edition = question.edition;
+            let known = self.findings().figures.as_ref().is_some_and(|(of, _)| *of == edition);
+            if !known {
+                let figures = Arc::new(Figures::of(&question.scene));
+                self.findings().figures = Some((edition, figures));
+                (self.wake)();
+            }
+            if self.questions.becomes_stale(number, REST) {
+                continue;
+            }
+            for &mode in &question.modes {
+                if self.knows(&question, mode) {
+                    continue;
+                }
+                let stop = || self.questions.is_stale(number);
+                let verdict = match judge(renderer.as_mut(), &question, mode, &stop) {
+                    Ok(verdict) => verdict,
+                    Err(RenderError::Cancelled) => break,
+                    Err(error) => Verdict::None(error.to_string()),
+                };
+                self.note(&question, mode, verdict);
+                (self.wake)();
+            }
+        }
+    }
+
+    fn knows(&self, question: &Question, mode: Mode) -> bool {
+        let findings = self.findings();
+        let known = findings.verdicts.as_ref().filter(|(of, _)| of.is_of_the_view(question));
+        known.is_some_and(|(_, verdicts)| verdicts.iter().any(|(of, _)| *of == mode))
+    }
+
+    fn note(&self, question: &Question, mode: Mode, verdict: Verdict) {
+        let mut findings = self.findings();
+        match &mut findings.verdicts {
+            Some((of, verdicts)) if of.is_of_the_view(question) => verdicts.push((mode, verdict)),
+            other => *other = Some((question.clone(), vec![(mode, verdict)])),
+        }
+    }
+}
+
+fn judge(
+    renderer: &mut dyn Renderer,
+    question: &Question,
+    mode: Mode,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Verdict, RenderError> {
+    match mode {
+        Mode::BruteForce => return Ok(Verdict::None("it is the reference".into())),
+        Mode::Mirror | Mode::Irradiance => return Ok(Verdict::None("it shows another material".into())),
+        _ => {}
+    }
+    let shot = Shot {
+        size: question.small(),
+        samples: 1,
+        camera: question.camera,
+        turn: question.turn,
+        show: Show::Difference { of: mode, from: Mode::BruteForce, amplify: 1.0 },
+        background: Background::Flat([0.0; 3]),
+        exposure: 0.0,
+        tone: ToneMap::Plain,
+        light_samples: LIGHT_SAMPLES,
+    };
+    let picture = renderer.render(&question.scene, &shot, stop)?;
+    Ok(picture.relative_rms.map_or_else(|| Verdict::None("nothing is seen".into()), Verdict::Rms))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+    use crate::Picture;
+    use crate::window::testkit;
+
+    /// Longer than any of it takes on a busy machine.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// Says that a mode is as far from brute force as its name is long, and what it was asked for.
+    struct Pretence(Arc<Mutex<Vec<Shot>>>);
+
+    impl Renderer for Pretence {
+        fn name(&self) -> String {
+            "pretence".into()
+        }
+
+        fn render(
+            &mut self,
+            _scene: &Scene,
+            shot: &Shot,
+            _stop: &(dyn Fn() -> bool + Sync),
+        ) -> Result<Picture, RenderError> {
+            self.0.lock().unwrap().push(shot.clone());
+            let Show::Difference { of, from: Mode::BruteForce, .. } = shot.show else {
+                return Err(RenderError::maps("not a difference from brute force"));
+            };
+            if of == Mode::Cabral {
+                return Err(RenderError::Missing { what: "brute force", missing: "the material" });
+            }
+            let relative_rms = Some(of.name().len() as f64);
+            Ok(Picture { size: shot.size, codes: Vec::new(), radiance: Vec::new(), relative_rms })
+        }
+    }
+
+    fn question(edition: u64, modes: &[Mode]) -> Question {
+        let scene = Arc::new(testkit::scene());
+        Question {
+            edition,
+            camera: Camera::new(scene.framing()),
+            scene,
+            turn: Rotation::from_yaw_pitch_roll(0.0, 0.0, 0.0),
+            size: [1280, 800],
+            modes: modes.to_vec(),
+        }
+    }
+
+    fn wait<T>(mut look: impl FnMut() -> Option<T>) -> T {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            if let Some(found) = look() {
+                return found;
+            }
+            assert!(Instant::now() < until, "nothing was found");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn modes_are_judged_at_a_small_size_and_known_until_the_view_changes() {
+        let asked = Arc::new(Mutex::new(Vec::new()));
+        let mut judge = Judge::new(Box::new(Pretence(Arc::clone(&asked))), || ()).unwrap();
+        let first = question(1, &[Mode::LocalShrm, Mode::BruteForce, Mode::Cabral]);
+        judge.ask(first.clone());
+        assert_eq!(wait(|| judge.figures(1)).f, Some(7));
+        assert_eq!(wait(|| judge.verdict(Mode::LocalShrm)), Verdict::Rms(10.0));
+        assert_eq!(wait(|| judge.verdict(Mode::BruteForce)), Verdict::None("it is the reference".into()));
+        let Verdict::None(why) = wait(|| judge.verdict(Mode::Cabral)) else {
+            panic!("Cabral has no material")
+        };
+        assert_eq!(why, "brute force: the material is not there");
+        assert_eq!(asked.lock().unwrap()[0].size, [128, 80]);
+
+        judge.ask(Question { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() });
+        assert_eq!(judge.verdict(Mode::LocalShrm), Some(Verdict::Rms(10.0)), "it is known already");
+        assert_eq!(wait(|| judge.verdict(Mode::Prefiltered)), Verdict::Rms(11.0));
+        assert_eq!(asked.lock().unwrap().len(), 3, "what is known is not judged again");
+
+        let mut turned = first.clone();
+        turned.camera.yaw += 0.1;
+        judge.ask(turned);
+        assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another view");
+        assert!(judge.figures(1).is_some() && judge.figures(2).is_none());
+        assert_eq!(wait(|| judge.verdict(Mode::LocalShrm)), Verdict::Rms(10.0));
+        judge.ask(question(2, &[Mode::LocalShrm]));
+        assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another scene");
+        wait(|| judge.figures(2));
+    }
+}

@@ -1,0 +1,29 @@
+//! The panel on the left: what can be shown.
+
+use eframe::egui::{Button, RichText, ScrollArea, Ui};
+
+use super::state::{Action, List, State};
+use super::theme;
+
+pub(super) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for (list, heading) in
+            [(List::Environments, "Environment"), (List::Materials, "Material"), (List::Meshes, "Mesh")]
+        {
+            ui.add_space(6.0);
+            ui.label(RichText::new(heading).small().color(theme::WEAK));
+            let (names, chosen) = list.of(&state.catalogue, &state.settings.subject);
+            if names.is_empty() {
+                ui.label(RichText::new("none yet").color(theme::WEAK));
+            }
+            ui.spacing_mut().item_spacing.y = 1.0;
+            for name in names {
+                let row = Button::selectable(name == chosen, name.as_str()).truncate();
+                let row = ui.add_sized([ui.available_width(), 20.0], row);
+                if row.clicked() {
+                    actions.push(Action::Choose(list, name.clone()));
+                }
+            }
+        }
+    });
+}

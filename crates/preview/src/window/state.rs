@@ -1,0 +1,325 @@
+//! What the window knows and what becomes of it: [`State::update`] for what the designer does, [`State::hear`] for what
+//! the program tells. Neither draws nor waits, so that all of it is tested without a window.
+
+use std::sync::Arc;
+
+use super::settings::{Aim, Arrangement, Backdrop, Settings, Tone};
+use super::{Catalogue, Facts, News, Subject, Wish};
+use crate::{Mode, Scene};
+
+/// One of the lists of a [`Catalogue`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum List {
+    Environments,
+    Materials,
+    Meshes,
+}
+
+impl List {
+    pub(super) const ALL: [Self; 3] = [Self::Environments, Self::Materials, Self::Meshes];
+
+    /// Its names, and which of them is chosen.
+    pub(super) fn of<'a>(self, catalogue: &'a Catalogue, subject: &'a Subject) -> (&'a [String], &'a str) {
+        match self {
+            Self::Environments => (&catalogue.environments, &subject.environment),
+            Self::Materials => (&catalogue.materials, &subject.material),
+            Self::Meshes => (&catalogue.meshes, &subject.mesh),
+        }
+    }
+
+    fn chosen(self, subject: &mut Subject) -> &mut String {
+        match self {
+            Self::Environments => &mut subject.environment,
+            Self::Materials => &mut subject.material,
+            Self::Meshes => &mut subject.mesh,
+        }
+    }
+}
+
+/// What the designer does. Angles in radians, and by how much.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Action {
+    Choose(List, String),
+    /// To the next (+1) or the one before (-1), around the ends.
+    Step(List, isize),
+    Mode(Mode),
+    Second(Mode),
+    Swap,
+    Arrange(Arrangement),
+    /// To that arrangement, or from it to one mode.
+    Toggle(Arrangement),
+    Divider(f32),
+    MoveDivider(f32),
+    Amplify(f32),
+    /// Twice as strong for every one.
+    AmplifyBy(i32),
+    Background(Backdrop),
+    StepBackground(isize),
+    Expose(f64),
+    ExposeBy(f64),
+    Tone(Tone),
+    NextTone,
+    TurnLight(Aim),
+    ResetLight,
+    Orbit(Aim),
+    /// This many times larger.
+    ZoomBy(f64),
+    ResetCamera,
+    ToggleLists,
+    ToggleInspector,
+    /// Both panels away, or both back.
+    TogglePanels,
+    ToggleHelp,
+    ToggleFullscreen,
+    /// What is over the picture: the help first, then toasts, then the failure.
+    Dismiss,
+    /// The failure again, after it was dismissed.
+    ShowFailure,
+    Screenshot,
+    Close,
+}
+
+/// What the window does after an action or news.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Effect {
+    /// Asks the host for a subject.
+    Show(Subject),
+    Screenshot,
+    Fullscreen(bool),
+    Close,
+}
+
+/// A message that goes by itself.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Toast {
+    pub(super) title: String,
+    pub(super) lines: Vec<String>,
+    /// When it goes, in seconds of the window's clock.
+    pub(super) until: f64,
+}
+
+/// The scene that is seen.
+#[derive(Clone, Debug)]
+pub(super) struct Shown {
+    pub(super) subject: Subject,
+    pub(super) scene: Arc<Scene>,
+    pub(super) facts: Facts,
+    /// Another for every scene that came.
+    pub(super) edition: u64,
+}
+
+/// What the window knows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct State {
+    pub(super) settings: Settings,
+    pub(super) catalogue: Catalogue,
+    pub(super) shown: Option<Shown>,
+    pub(super) status: String,
+    pub(super) toasts: Vec<Toast>,
+    pub(super) failure: Option<Vec<String>>,
+    /// Whether the failure was put aside; it stays in the status line.
+    pub(super) failure_aside: bool,
+    pub(super) help: bool,
+    pub(super) fullscreen: bool,
+    editions: u64,
+}
+
+/// How long a toast stays, in seconds, and more for every line.
+const TOAST: f64 = 5.0;
+const TOAST_LINE: f64 = 1.0;
+/// More toasts than this at once are no news.
+const TOASTS: usize = 4;
+
+impl State {
+    /// What a window begins with.
+    pub(super) fn new(kept: Option<&str>, wish: Wish) -> Self {
+        let (mut settings, note) = Settings::read(kept);
+        let Wish { environment, material, mesh } = wish;
+        let subject = &mut settings.subject;
+        for (name, wished) in List::ALL.into_iter().zip([environment, material, mesh]) {
+            if let Some(wished) = wished {
+                *name.chosen(subject) = wished;
+            }
+        }
+        Self { settings, status: note.unwrap_or_default(), ..Self::default() }
+    }
+
+    /// Does what the designer did.
+    pub(super) fn update(&mut self, action: Action) -> Option<Effect> {
+        let settings = &mut self.settings;
+        match action {
+            Action::Choose(list, name) => return self.choose(list, name),
+            Action::Step(list, by) => {
+                let (names, chosen) = list.of(&self.catalogue, &settings.subject);
+                let name = stepped(names, &chosen.to_owned(), by)?.clone();
+                return self.choose(list, name);
+            }
+            Action::Mode(mode) => settings.mode = mode,
+            Action::Second(mode) => {
+                settings.second = mode;
+                if settings.arrangement == Arrangement::One {
+                    settings.arrangement = Arrangement::Split;
+                }
+            }
+            Action::Swap => std::mem::swap(&mut settings.mode, &mut settings.second),
+            Action::Arrange(arrangement) => settings.arrangement = arrangement,
+            Action::Toggle(arrangement) => {
+                let already = settings.arrangement == arrangement;
+                settings.arrangement = if already { Arrangement::One } else { arrangement };
+            }
+            Action::Divider(at) => settings.divider = at,
+            Action::MoveDivider(by) => settings.divider += by,
+            Action::Amplify(amplify) => settings.amplify = amplify,
+            Action::AmplifyBy(by) => settings.amplify *= (by as f32).exp2(),
+            Action::Background(backdrop) => settings.backdrop = backdrop,
+            Action::StepBackground(by) => {
+                settings.backdrop = *stepped(&Backdrop::ALL, &settings.backdrop, by)?;
+            }
+            Action::Expose(exposure) => settings.exposure = exposure,
+            Action::ExposeBy(by) => settings.exposure = thirds(settings.exposure + by),
+            Action::Tone(tone) => settings.tone = tone,
+            Action::NextTone => settings.tone = *stepped(&Tone::ALL, &settings.tone, 1)?,
+            Action::TurnLight(by) => settings.light = turned(settings.light, by),
+            Action::ResetLight => settings.light = Settings::default().light,
+            Action::Orbit(by) => settings.camera = turned(settings.camera, by),
+            Action::ZoomBy(factor) => settings.zoom *= factor,
+            Action::ResetCamera => {
+                let first = Settings::default();
+                (settings.camera, settings.zoom) = (first.camera, first.zoom);
+            }
+            Action::ToggleLists => settings.lists = !settings.lists,
+            Action::ToggleInspector => settings.inspector = !settings.inspector,
+            Action::TogglePanels => {
+                let any = settings.lists || settings.inspector;
+                (settings.lists, settings.inspector) = (!any, !any);
+            }
+            Action::ToggleHelp => self.help = !self.help,
+            Action::ToggleFullscreen => {
+                self.fullscreen = !self.fullscreen;
+                return Some(Effect::Fullscreen(self.fullscreen));
+            }
+            Action::Dismiss => {
+                if self.help {
+                    self.help = false;
+                } else if !self.toasts.is_empty() {
+                    self.toasts.clear();
+                } else {
+                    self.failure_aside = true;
+                }
+            }
+            Action::ShowFailure => self.failure_aside = false,
+            Action::Screenshot => return self.shown.is_some().then_some(Effect::Screenshot),
+            Action::Close => return Some(Effect::Close),
+        }
+        self.settings = std::mem::take(&mut self.settings).within_bounds();
+        None
+    }
+
+    /// Takes in what the program tells. `now` is in seconds of the window's clock.
+    pub(super) fn hear(&mut self, news: News, now: f64) -> Option<Effect> {
+        match news {
+            News::Catalogue(catalogue) => return self.catalogued(catalogue),
+            News::Scene { subject, scene, facts } => {
+                if subject == self.settings.subject {
+                    self.editions += 1;
+                    let edition = self.editions;
+                    self.shown = Some(Shown { subject, scene: Arc::new(scene), facts, edition });
+                }
+            }
+            News::Status(line) => self.status = line,
+            News::Toast { title, lines } => self.toast(title, lines, now),
+            News::Failure(failure) => {
+                // The same failure again stays aside.
+                self.failure_aside &= failure == self.failure;
+                self.failure = failure;
+            }
+            News::Close => return Some(Effect::Close),
+        }
+        None
+    }
+
+    /// Shows a message for a while.
+    pub(super) fn toast(&mut self, title: String, lines: Vec<String>, now: f64) {
+        let until = now + TOAST + TOAST_LINE * lines.len() as f64;
+        self.toasts.push(Toast { title, lines, until });
+        let extra = self.toasts.len().saturating_sub(TOASTS);
+        self.toasts.drain(..extra);
+    }
+
+    /// Takes away what has stayed long enough; says in how many seconds the next goes.
+    pub(super) fn pass(&mut self, now: f64) -> Option<f64> {
+        self.toasts.retain(|toast| now < toast.until);
+        self.toasts.iter().map(|toast| toast.until - now).reduce(f64::min)
+    }
+
+    /// Whether the wanted subject is not yet the one that is seen.
+    pub(super) fn waits(&self) -> bool {
+        let wanted = &self.settings.subject;
+        !wanted.environment.is_empty()
+            && self.failure.is_none()
+            && self.shown.as_ref().is_none_or(|shown| shown.subject != *wanted)
+    }
+
+    pub(super) fn title(&self) -> String {
+        let Subject { environment, material, .. } = &self.settings.subject;
+        let named = [environment, material].into_iter().filter(|name| !name.is_empty());
+        let names: Vec<&str> = named.map(String::as_str).collect();
+        if names.is_empty() {
+            "Specula preview".into()
+        } else {
+            format!("Specula preview: {}", names.join(", "))
+        }
+    }
+
+    fn choose(&mut self, list: List, name: String) -> Option<Effect> {
+        let chosen = list.chosen(&mut self.settings.subject);
+        if *chosen == name {
+            return None;
+        }
+        *chosen = name;
+        Some(Effect::Show(self.settings.subject.clone()))
+    }
+
+    fn catalogued(&mut self, catalogue: Catalogue) -> Option<Effect> {
+        let mut subject = self.settings.subject.clone();
+        let mut missing = Vec::new();
+        for list in List::ALL {
+            let (names, chosen) = list.of(&catalogue, &self.settings.subject);
+            if !names.iter().any(|name| name == chosen) {
+                if !chosen.is_empty() {
+                    missing.push(chosen.to_owned());
+                }
+                *list.chosen(&mut subject) = names.first().cloned().unwrap_or_default();
+            }
+        }
+        if !missing.is_empty() {
+            self.status = format!("{} is not in this pipeline", missing.join(", "));
+        }
+        self.catalogue = catalogue;
+        let there = !subject.environment.is_empty();
+        let another = subject != self.settings.subject || self.shown.is_none();
+        self.settings.subject = subject;
+        (there && another).then(|| Effect::Show(self.settings.subject.clone()))
+    }
+}
+
+/// The entry that many steps on, around the ends; the first where `from` is not in the list.
+fn stepped<'a, T: PartialEq>(list: &'a [T], from: &T, by: isize) -> Option<&'a T> {
+    let count = list.len().try_into().ok().filter(|count: &isize| *count > 0)?;
+    match list.iter().position(|entry| entry == from) {
+        Some(at) => list.get((isize::try_from(at).ok()? + by).rem_euclid(count) as usize),
+        None => list.first(),
+    }
+}
+
+fn turned(aim: Aim, by: Aim) -> Aim {
+    Aim { yaw: aim.yaw + by.yaw, pitch: aim.pitch + by.pitch }
+}
+
+/// The nearest third of a stop, so that as many steps back as forth lead to 0.
+fn thirds(exposure: f64) -> f64 {
+    (exposure * 3.0).round() / 3.0
+}
+
+#[cfg(test)]
+mod tests;

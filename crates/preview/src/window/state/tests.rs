@@ -1,0 +1,232 @@
+//! What the designer and the program do to the window, without a window.
+
+use super::*;
+use crate::window::testkit;
+
+fn catalogue() -> Catalogue {
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+    Catalogue {
+        environments: names(&["beach", "studio"]),
+        materials: names(&["chrome", "gold", "lacquer"]),
+        meshes: names(&["sphere", "torus-knot", "plane"]),
+    }
+}
+
+fn subject(environment: &str, material: &str, mesh: &str) -> Subject {
+    Subject { environment: environment.into(), material: material.into(), mesh: mesh.into() }
+}
+
+/// A state that has a catalogue and shows its first subject.
+fn state() -> State {
+    let mut state = State::new(None, Wish::default());
+    let first = subject("beach", "chrome", "sphere");
+    assert_eq!(state.hear(News::Catalogue(catalogue()), 0.0), Some(Effect::Show(first.clone())));
+    assert!(state.waits());
+    assert_eq!(state.hear(scene(&first), 0.0), None);
+    assert!(!state.waits());
+    state
+}
+
+fn scene(subject: &Subject) -> News {
+    News::Scene { subject: subject.clone(), scene: testkit::scene(), facts: Facts::default() }
+}
+
+#[test]
+fn the_first_subject_is_what_was_wished_then_what_was_kept_then_the_first_of_each_list() {
+    let kept = Settings { subject: subject("studio", "gold", "gone"), ..Settings::default() }.write();
+    let wish = Wish { material: Some("lacquer".into()), ..Wish::default() };
+    let mut state = State::new(Some(&kept), wish);
+    let asked = state.hear(News::Catalogue(catalogue()), 0.0);
+    assert_eq!(asked, Some(Effect::Show(subject("studio", "lacquer", "sphere"))));
+    assert_eq!(state.status, "gone is not in this pipeline");
+    assert_eq!(state.title(), "Specula preview: studio, lacquer");
+}
+
+#[test]
+fn a_choice_asks_for_the_subject_and_the_old_picture_stays_until_it_comes() {
+    let mut state = state();
+    let wanted = subject("beach", "gold", "sphere");
+    let asked = state.update(Action::Choose(List::Materials, "gold".into()));
+    assert_eq!(asked, Some(Effect::Show(wanted.clone())));
+    assert!(state.waits());
+    assert_eq!(state.shown.as_ref().unwrap().subject.material, "chrome");
+    state.hear(scene(&subject("beach", "lacquer", "sphere")), 0.0);
+    assert_eq!(state.shown.as_ref().unwrap().subject.material, "chrome", "nobody asked for lacquer");
+    state.hear(scene(&wanted), 0.0);
+    assert_eq!(state.shown.as_ref().unwrap().subject, wanted);
+    assert_eq!(state.update(Action::Choose(List::Materials, "gold".into())), None, "it is there");
+}
+
+#[test]
+fn steps_go_around_the_ends_of_a_list() {
+    let mut state = state();
+    let mut seen = Vec::new();
+    for by in [1, 1, 1, -1, -1] {
+        state.update(Action::Step(List::Materials, by));
+        seen.push(state.settings.subject.material.clone());
+    }
+    assert_eq!(seen, ["gold", "lacquer", "chrome", "lacquer", "gold"]);
+    let mut empty = State::default();
+    assert_eq!(empty.update(Action::Step(List::Meshes, 1)), None);
+}
+
+#[test]
+fn the_same_subject_made_anew_is_another_edition_and_the_view_stays() {
+    let mut state = state();
+    state.update(Action::Orbit(Aim { yaw: 1.0, pitch: 0.1 }));
+    state.update(Action::Mode(Mode::Cabral));
+    let (settings, edition) = (state.settings.clone(), state.shown.as_ref().unwrap().edition);
+    state.hear(scene(&settings.subject), 3.0);
+    assert_eq!(state.settings, settings);
+    assert_ne!(state.shown.as_ref().unwrap().edition, edition);
+}
+
+#[test]
+fn a_catalogue_without_the_subject_leads_to_another_and_one_with_it_to_nothing() {
+    let mut state = state();
+    assert_eq!(state.hear(News::Catalogue(catalogue()), 0.0), None);
+    let mut less = catalogue();
+    less.materials.remove(0);
+    let asked = state.hear(News::Catalogue(less), 0.0);
+    assert_eq!(asked, Some(Effect::Show(subject("beach", "gold", "sphere"))));
+    assert_eq!(state.hear(News::Catalogue(Catalogue::default()), 0.0), None, "there is nothing to ask for");
+    assert_eq!(state.title(), "Specula preview");
+}
+
+#[test]
+fn a_failure_stays_over_the_last_picture_until_it_is_taken_away_or_put_aside() {
+    let mut state = state();
+    let failure = Some(vec!["gold.toml:3: unknown key".to_string()]);
+    state.hear(News::Failure(failure.clone()), 0.0);
+    assert!(state.failure.is_some() && !state.failure_aside && state.shown.is_some());
+    state.update(Action::Dismiss);
+    assert!(state.failure.is_some() && state.failure_aside);
+    state.hear(News::Failure(failure.clone()), 1.0);
+    assert!(state.failure_aside, "it is the same");
+    state.hear(News::Failure(Some(vec!["another".into()])), 1.0);
+    assert!(!state.failure_aside, "it is another");
+    state.update(Action::Dismiss);
+    state.update(Action::ShowFailure);
+    assert!(!state.failure_aside);
+    state.hear(News::Failure(None), 2.0);
+    assert_eq!(state.failure, None);
+}
+
+#[test]
+fn a_failure_ends_the_wait_for_a_scene() {
+    let mut state = state();
+    state.update(Action::Step(List::Environments, 1));
+    assert!(state.waits());
+    state.hear(News::Failure(Some(vec!["no".into()])), 0.0);
+    assert!(!state.waits());
+}
+
+#[test]
+fn toasts_go_by_themselves_the_longer_ones_later() {
+    let mut state = state();
+    assert_eq!(state.pass(0.0), None);
+    state.hear(News::Toast { title: "short".into(), lines: Vec::new() }, 10.0);
+    state.hear(News::Toast { title: "long".into(), lines: vec![String::new(); 3] }, 10.0);
+    assert_eq!(state.pass(10.0), Some(TOAST));
+    assert_eq!(state.pass(10.0 + TOAST), Some(3.0 * TOAST_LINE));
+    assert_eq!(state.toasts.len(), 1);
+    assert_eq!(state.pass(100.0), None);
+    for count in 0..20 {
+        state.toast(format!("{count}"), Vec::new(), 0.0);
+    }
+    assert_eq!(state.toasts.len(), TOASTS);
+    assert_eq!(state.toasts[0].title, "16", "the oldest go first");
+}
+
+#[test]
+fn escape_takes_away_help_then_toasts_then_the_failure() {
+    let mut state = state();
+    state.update(Action::ToggleHelp);
+    state.toast("rebuilt".into(), Vec::new(), 0.0);
+    state.hear(News::Failure(Some(vec!["no".into()])), 0.0);
+    state.update(Action::Dismiss);
+    assert!(!state.help && !state.toasts.is_empty() && !state.failure_aside);
+    state.update(Action::Dismiss);
+    assert!(state.toasts.is_empty() && !state.failure_aside);
+    state.update(Action::Dismiss);
+    assert!(state.failure_aside);
+}
+
+#[test]
+fn a_second_mode_splits_the_picture_and_keys_toggle_between_one_and_two() {
+    use crate::Show;
+    let mut state = state();
+    state.update(Action::Mode(Mode::Cabral));
+    assert_eq!(state.settings.show(), Show::One(Mode::Cabral));
+    state.update(Action::Second(Mode::Mirror));
+    assert_eq!(state.settings.show(), Show::Split { left: Mode::Cabral, right: Mode::Mirror, at: 0.5 });
+    state.update(Action::Toggle(Arrangement::Difference));
+    state.update(Action::Second(Mode::BruteForce));
+    let amplify = state.settings.amplify;
+    assert_eq!(state.settings.show(), Show::Difference { of: Mode::Cabral, from: Mode::BruteForce, amplify });
+    state.update(Action::AmplifyBy(1));
+    assert_eq!(state.settings.amplify, 2.0 * amplify);
+    state.update(Action::Swap);
+    assert_eq!((state.settings.mode, state.settings.second), (Mode::BruteForce, Mode::Cabral));
+    state.update(Action::Toggle(Arrangement::Difference));
+    assert_eq!(state.settings.show(), Show::One(Mode::BruteForce));
+}
+
+#[test]
+fn whatever_is_done_stays_within_bounds() {
+    let mut state = state();
+    for _ in 0..500 {
+        for action in [
+            Action::ExposeBy(1.0 / 3.0),
+            Action::ZoomBy(1.25),
+            Action::MoveDivider(0.05),
+            Action::AmplifyBy(1),
+            Action::Orbit(Aim { yaw: 0.3, pitch: 0.3 }),
+            Action::TurnLight(Aim { yaw: -0.3, pitch: 0.3 }),
+        ] {
+            state.update(action);
+        }
+    }
+    let settings = &state.settings;
+    assert_eq!((settings.exposure, settings.zoom, settings.divider), (12.0, 16.0, 1.0));
+    assert_eq!(settings.amplify, 256.0);
+    assert!(settings.camera.pitch < std::f64::consts::FRAC_PI_2);
+    assert!(settings.light.yaw.abs() <= std::f64::consts::PI);
+    assert_eq!(settings.clone().within_bounds(), *settings);
+    state.update(Action::ResetCamera);
+    state.update(Action::ResetLight);
+    assert_eq!(state.settings.camera, Settings::default().camera);
+    assert_eq!(state.settings.light, Aim::default());
+}
+
+#[test]
+fn thirds_of_a_stop_lead_back_to_nought() {
+    let mut state = state();
+    for by in [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0] {
+        state.update(Action::ExposeBy(by / 3.0));
+    }
+    assert_eq!(state.settings.exposure, 0.0);
+}
+
+#[test]
+fn panels_go_together_and_come_back_together() {
+    let mut state = state();
+    state.update(Action::ToggleLists);
+    assert!(!state.settings.lists && state.settings.inspector);
+    state.update(Action::TogglePanels);
+    assert!(!state.settings.lists && !state.settings.inspector);
+    state.update(Action::TogglePanels);
+    assert!(state.settings.lists && state.settings.inspector);
+}
+
+#[test]
+fn there_is_no_picture_to_keep_before_there_is_one() {
+    assert_eq!(State::default().update(Action::Screenshot), None);
+    assert_eq!(state().update(Action::Screenshot), Some(Effect::Screenshot));
+}
+
+#[test]
+fn a_kept_state_that_cannot_be_read_is_told_in_the_status_line() {
+    let state = State::new(Some("{}"), Wish::default());
+    assert_eq!(state.status, "the window's kept state is left out: it has no version");
+}

@@ -1,0 +1,266 @@
+//! The thread that makes the pictures of the window, so that the window itself never waits.
+//!
+//! It draws the latest order: coarse as long as another comes at once, then full, then with smoother outlines, and brute
+//! force for as long as it gains. What the graphics device cannot do, the CPU does. Every picture is delivered; the window
+//! shows the last.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::easel::{Canvas, Easel, Order, Stroke};
+use super::mailbox::Mailbox;
+use super::pace::{Fineness, Pace};
+use crate::{Mode, Picture, RenderError, Shot, Show};
+
+/// A picture for the window.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub(super) canvas: Canvas,
+    pub(super) size: [u32; 2],
+    /// What it shows, and of which scene.
+    pub(super) show: Show,
+    pub(super) edition: u64,
+    /// Whether each pixel of the window has its own.
+    pub(super) full: bool,
+    /// How long it took.
+    pub(super) seconds: f64,
+    /// What drew it.
+    pub(super) by: String,
+    /// Why not by the graphics device.
+    pub(super) instead: Option<String>,
+    pub(super) light_samples: u32,
+    pub(super) unfinished: bool,
+    pub(super) relative_rms: Option<f64>,
+}
+
+/// What has come of orders since it was asked last.
+#[derive(Debug, Default)]
+pub(super) struct Delivery {
+    /// The latest picture.
+    pub(super) frame: Option<Frame>,
+    /// Why there is no picture of the latest order.
+    pub(super) refused: Option<RenderError>,
+    pub(super) pictures: Vec<Result<Picture, RenderError>>,
+    /// Why there will be no more pictures.
+    pub(super) lost: Option<String>,
+}
+
+enum Wish {
+    Show(Order),
+    /// A picture to keep, and then the order that was last.
+    Keep(Order, Option<Order>),
+}
+
+struct Shared {
+    wishes: Mailbox<Wish>,
+    delivery: Mutex<Delivery>,
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+/// The thread and its orders.
+pub(super) struct Studio {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    last: Option<Order>,
+}
+
+/// When no other order has come for so long, things are at rest.
+const REST: Duration = Duration::from_millis(150);
+
+impl Studio {
+    /// Begins. `spare` draws what `easel` cannot. `wake` is called when there is something to [`Studio::take`].
+    pub(super) fn new(
+        easel: Box<dyn Easel>,
+        spare: Box<dyn Easel>,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> std::io::Result<Self> {
+        let (wishes, delivery) = (Mailbox::new(), Mutex::default());
+        let shared = Arc::new(Shared { wishes, delivery, wake: Box::new(wake) });
+        let (keep, wishes) = (Arc::clone(&shared), Arc::clone(&shared));
+        let hand = Hand { easel, spare, refused: None, pace: Pace::default() };
+        let thread = std::thread::Builder::new().name("studio".into()).spawn(move || {
+            hand.work(&wishes);
+        })?;
+        Ok(Self { shared: keep, thread: Some(thread), last: None })
+    }
+
+    /// Orders a picture; an earlier order is no longer wanted. The same order again changes nothing.
+    pub(super) fn order(&mut self, order: Order) {
+        let same =
+            self.last.as_ref().is_some_and(|last| last.edition == order.edition && last.shot == order.shot);
+        if !same {
+            self.last = Some(order.clone());
+            self.shared.wishes.put(Wish::Show(order));
+        }
+    }
+
+    /// The size of the picture that was ordered last.
+    pub(super) fn ordered(&self) -> Option<[u32; 2]> {
+        self.last.as_ref().map(|order| order.shot.size)
+    }
+
+    /// Orders a whole picture to keep.
+    pub(super) fn keep(&mut self, order: Order) {
+        self.shared.wishes.put(Wish::Keep(order, self.last.clone()));
+    }
+
+    pub(super) fn take(&self) -> Delivery {
+        std::mem::take(&mut *self.shared.delivery.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Drop for Studio {
+    fn drop(&mut self) {
+        self.shared.wishes.end();
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread has been reported where it happened.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn deliver(&self, fill: impl FnOnce(&mut Delivery)) {
+        fill(&mut self.delivery.lock().unwrap_or_else(PoisonError::into_inner));
+        (self.wake)();
+    }
+}
+
+/// What the thread works with.
+struct Hand {
+    easel: Box<dyn Easel>,
+    /// Draws what the easel cannot.
+    spare: Box<dyn Easel>,
+    /// What the easel could not draw, and why: it is not asked again for that.
+    refused: Option<(u64, Vec<Mode>, RenderError)>,
+    pace: Pace,
+}
+
+/// Why nothing more is drawn of an order.
+enum Stop {
+    Stale,
+    Refused(RenderError),
+    Lost(String),
+}
+
+impl Hand {
+    fn work(mut self, shared: &Shared) {
+        while let Some((number, wish)) = shared.wishes.take() {
+            let result = match wish {
+                Wish::Show(order) => self.show(shared, number, &order),
+                Wish::Keep(order, then) => {
+                    let kept = self.keep(shared, &order);
+                    then.map_or(kept, |order| self.show(shared, number, &order))
+                }
+            };
+            match result {
+                Ok(()) | Err(Stop::Stale) => {}
+                Err(Stop::Refused(error)) => {
+                    shared.deliver(|delivery| delivery.refused = Some(error));
+                }
+                Err(Stop::Lost(reason)) => {
+                    shared.deliver(|delivery| delivery.lost = Some(reason));
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Draws an order until it is stale or as good as it gets.
+    fn show(&mut self, shared: &Shared, number: u64, order: &Order) -> Result<(), Stop> {
+        let (show, size) = (order.shot.show, order.shot.size);
+        let moving = self.pace.moving(show, size);
+        let unfinished = self.draw(shared, number, order, moving)?;
+        if shared.wishes.becomes_stale(number, REST) {
+            return Err(Stop::Stale);
+        }
+        let mut rest = self.pace.resting(show, size, moving);
+        if rest.is_empty() && unfinished {
+            rest.push(moving);
+        }
+        for (at, fineness) in rest.iter().enumerate() {
+            // The last one is drawn to its end, those before it only begin.
+            while self.draw(shared, number, order, *fineness)? && at + 1 == rest.len() {}
+        }
+        Ok(())
+    }
+
+    /// Draws once and delivers; says whether the same again would show more.
+    fn draw(
+        &mut self,
+        shared: &Shared,
+        number: u64,
+        order: &Order,
+        fineness: Fineness,
+    ) -> Result<bool, Stop> {
+        let whole = order.shot.size;
+        let size = fineness.size(whole);
+        let shot = Shot { size, samples: fineness.samples, ..order.shot.clone() };
+        let stop = || shared.wishes.is_stale(number);
+        let begin = Instant::now();
+        let drawn = self.with_easel(order, |easel| easel.draw(order, &shot, &stop));
+        let (by, instead, stroke) = match drawn {
+            Ok(drawn) => drawn,
+            Err(RenderError::Cancelled) => return Err(Stop::Stale),
+            Err(error) => return Err(self.easel.lost().map_or(Stop::Refused(error), Stop::Lost)),
+        };
+        let Stroke { canvas, light_samples, unfinished, relative_rms } = stroke;
+        let seconds = begin.elapsed().as_secs_f64();
+        self.pace.learn(shot.show, whole, fineness, seconds);
+        let frame = Frame {
+            canvas,
+            size,
+            show: shot.show,
+            edition: order.edition,
+            full: fineness.coarse == 1,
+            seconds,
+            by,
+            instead,
+            light_samples,
+            unfinished,
+            relative_rms,
+        };
+        shared.deliver(|delivery| (delivery.frame, delivery.refused) = (Some(frame), None));
+        if shared.wishes.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
+    }
+
+    fn keep(&mut self, shared: &Shared, order: &Order) -> Result<(), Stop> {
+        // A picture that was asked for is made, whatever is asked for after it; only the end stops it.
+        let stop = || shared.wishes.has_ended();
+        let made = self.with_easel(order, |easel| easel.picture(order, &stop));
+        if made.is_err()
+            && let Some(reason) = self.easel.lost()
+        {
+            return Err(Stop::Lost(reason));
+        }
+        shared.deliver(|delivery| delivery.pictures.push(made.map(|(_, _, picture)| picture)));
+        Ok(())
+    }
+
+    /// Does something with the easel, or with the spare one where the easel cannot. With the result come the name of
+    /// what did it, and why it was the spare one.
+    fn with_easel<T>(
+        &mut self,
+        order: &Order,
+        mut work: impl FnMut(&mut dyn Easel) -> Result<T, RenderError>,
+    ) -> Result<(String, Option<String>, T), RenderError> {
+        let wanted: Vec<Mode> = order.shot.show.modes().collect();
+        let before =
+            self.refused.take().filter(|(edition, modes, _)| *edition == order.edition && *modes == wanted);
+        let error = match before {
+            Some((_, _, error)) => error,
+            None => match work(self.easel.as_mut()) {
+                Err(error) if error.is_of_the_device() && self.easel.lost().is_none() => error,
+                result => return result.map(|made| (self.easel.name(), None, made)),
+            },
+        };
+        let reason = error.to_string();
+        self.refused = Some((order.edition, wanted, error));
+        let made = work(self.spare.as_mut())?;
+        Ok((self.spare.name(), Some(reason), made))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,204 @@
+//! The studio with easels that only pretend to draw.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use envmap::ToneMap;
+use sphere::Rotation;
+
+use super::*;
+use crate::window::testkit;
+use crate::{Background, Camera};
+
+/// Longer than any of it takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// An easel that notes what it is asked for.
+#[derive(Clone, Default)]
+struct Pretence {
+    name: &'static str,
+    asked: Arc<Mutex<Vec<Shot>>>,
+    error: Arc<Mutex<Option<RenderError>>>,
+    lost: Arc<AtomicBool>,
+    /// How many calls show more of brute force.
+    bits: Arc<AtomicU32>,
+}
+
+impl Pretence {
+    fn asked(&self) -> Vec<Shot> {
+        self.asked.lock().unwrap().clone()
+    }
+
+    fn note(&self, shot: &Shot) -> Result<(), RenderError> {
+        self.asked.lock().unwrap().push(shot.clone());
+        self.error.lock().unwrap().clone().map_or(Ok(()), Err)
+    }
+}
+
+impl Easel for Pretence {
+    fn name(&self) -> String {
+        self.name.into()
+    }
+
+    fn draw(
+        &mut self,
+        _order: &Order,
+        shot: &Shot,
+        _stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Stroke, RenderError> {
+        self.note(shot)?;
+        let left = self.bits.load(Ordering::SeqCst);
+        self.bits.store(left.saturating_sub(1), Ordering::SeqCst);
+        Ok(Stroke {
+            canvas: Canvas::Codes(Arc::new(picture(shot.size))),
+            light_samples: 0,
+            unfinished: left > 0,
+            relative_rms: None,
+        })
+    }
+
+    fn picture(&mut self, order: &Order, _stop: &(dyn Fn() -> bool + Sync)) -> Result<Picture, RenderError> {
+        self.note(&order.shot)?;
+        Ok(picture(order.shot.size))
+    }
+
+    fn lost(&self) -> Option<String> {
+        self.lost.load(Ordering::SeqCst).then(|| "unplugged".into())
+    }
+}
+
+fn picture(size: [u32; 2]) -> Picture {
+    let pixels = (size[0] * size[1]) as usize;
+    Picture { size, codes: vec![[0; 3]; pixels], radiance: vec![[0.0; 4]; pixels], relative_rms: None }
+}
+
+fn order(mode: Mode) -> Order {
+    let scene = Arc::new(testkit::scene());
+    let shot = Shot {
+        size: [64, 40],
+        samples: 1,
+        camera: Camera::new(scene.framing()),
+        turn: Rotation::from_yaw_pitch_roll(0.0, 0.0, 0.0),
+        show: Show::One(mode),
+        background: Background::Environment,
+        exposure: 0.0,
+        tone: ToneMap::Filmic,
+        light_samples: 64,
+    };
+    Order { edition: 1, scene, shot }
+}
+
+/// Gathers what is delivered until there is what is looked for.
+fn wait<T>(studio: &Studio, mut look: impl FnMut(&Delivery) -> Option<T>) -> T {
+    let until = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = look(&studio.take()) {
+            return found;
+        }
+        assert!(Instant::now() < until, "nothing came");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn studio(easel: &Pretence, spare: &Pretence) -> Studio {
+    Studio::new(Box::new(easel.clone()), Box::new(spare.clone()), || ()).unwrap()
+}
+
+fn pretences() -> [Pretence; 2] {
+    ["device", "CPU"].map(|name| Pretence { name, ..Pretence::default() })
+}
+
+#[test]
+fn a_picture_begins_coarse_and_ends_full_without_being_asked_again() {
+    let [easel, spare] = pretences();
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::Mirror));
+    let frame = wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full));
+    assert_eq!((frame.size, frame.by.as_str(), frame.instead), ([64, 40], "device", None));
+    let sizes: Vec<[u32; 2]> = easel.asked().iter().map(|shot| shot.size).collect();
+    assert_eq!(sizes[..2], [[16, 10], [64, 40]]);
+    assert!(spare.asked().is_empty());
+}
+
+#[test]
+fn the_same_order_again_is_no_order() {
+    let [easel, spare] = pretences();
+    let mut studio = studio(&easel, &spare);
+    let same = order(Mode::Mirror);
+    studio.order(same.clone());
+    studio.order(same.clone());
+    assert!(!studio.shared.wishes.is_stale(1));
+    studio.order(Order { edition: 2, ..same });
+    assert!(studio.shared.wishes.is_stale(1));
+}
+
+#[test]
+fn brute_force_goes_on_until_it_gains_no_more() {
+    let [easel, spare] = pretences();
+    easel.bits.store(9, Ordering::SeqCst);
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::BruteForce));
+    wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full && !frame.unfinished));
+    assert!(easel.asked().len() >= 10);
+}
+
+#[test]
+fn what_the_device_cannot_do_the_cpu_does_and_says_why() {
+    let [easel, spare] = pretences();
+    let limit = RenderError::Limit { what: "the local SHRM".into(), asked: 4096, limit: 2048 };
+    *easel.error.lock().unwrap() = Some(limit.clone());
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::LocalShrm));
+    let frame = wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full));
+    assert_eq!((frame.by.as_str(), frame.instead), ("CPU", Some(limit.to_string())));
+    assert_eq!(easel.asked().len(), 1, "it is not asked again for the same modes");
+    studio.keep(order(Mode::LocalShrm));
+    let kept = wait(&studio, |delivery| delivery.pictures.first().map(Result::is_ok));
+    assert!(kept);
+    *easel.error.lock().unwrap() = None;
+    studio.order(order(Mode::Mirror));
+    wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.by == "device"));
+}
+
+#[test]
+fn what_no_easel_can_draw_is_refused_and_the_next_order_is_drawn() {
+    let [easel, spare] = pretences();
+    let missing = RenderError::Missing { what: "brute force", missing: "the material" };
+    *easel.error.lock().unwrap() = Some(missing.clone());
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::BruteForce));
+    assert_eq!(wait(&studio, |delivery| delivery.refused.clone()), missing);
+    assert!(spare.asked().is_empty(), "the CPU lacks it as well");
+    *easel.error.lock().unwrap() = None;
+    studio.order(order(Mode::Mirror));
+    wait(&studio, |delivery| delivery.frame.clone());
+}
+
+#[test]
+fn a_lost_device_ends_the_work_with_its_reason() {
+    let [easel, spare] = pretences();
+    *easel.error.lock().unwrap() = Some(RenderError::Device("gone".into()));
+    easel.lost.store(true, Ordering::SeqCst);
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::Mirror));
+    assert_eq!(wait(&studio, |delivery| delivery.lost.clone()), "unplugged");
+    assert!(spare.asked().is_empty());
+}
+
+#[test]
+fn a_picture_to_keep_is_whole_and_what_was_seen_goes_on() {
+    let [easel, spare] = pretences();
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::Mirror));
+    let whole = order(Mode::Mirror);
+    studio.keep(Order { shot: Shot { samples: 3, ..whole.shot }, ..whole });
+    let mut full = false;
+    let picture = wait(&studio, |delivery| {
+        full |= delivery.frame.as_ref().is_some_and(|frame| frame.full);
+        delivery.pictures.first().map(|picture| picture.clone().unwrap())
+    });
+    assert_eq!(picture.size, [64, 40]);
+    wait(&studio, |delivery| {
+        full |= delivery.frame.as_ref().is_some_and(|frame| frame.full);
+        full.then_some(())
+    });
+}

@@ -1,0 +1,92 @@
+//! The row above the picture: what it shows, and how.
+
+use eframe::egui::{Align, Button, ComboBox, Layout, Slider, Ui};
+
+use super::keys::label;
+use super::numbers;
+use super::settings::{Arrangement, Backdrop, Settings, Tone};
+use super::state::{Action, State};
+use crate::Mode;
+
+pub(super) fn toolbar(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let settings = &state.settings;
+        modes(ui, settings, actions);
+        ui.separator();
+        picture(ui, settings, actions);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| panels(ui, state, actions));
+    });
+}
+
+fn modes(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
+    actions.extend(choose(ui, "mode", &Mode::ALL, settings.mode, label).map(Action::Mode));
+    for (arrangement, name, explained) in [
+        (Arrangement::One, "one", "One mode"),
+        (Arrangement::Split, "split", "Two modes side by side (S)"),
+        (Arrangement::Difference, "difference", "The absolute difference of two modes (D)"),
+    ] {
+        let button = Button::selectable(settings.arrangement == arrangement, name);
+        if ui.add(button).on_hover_text(explained).clicked() {
+            actions.push(Action::Arrange(arrangement));
+        }
+    }
+    if settings.arrangement == Arrangement::One {
+        return;
+    }
+    actions.extend(choose(ui, "second mode", &Mode::ALL, settings.second, label).map(Action::Second));
+    if settings.arrangement == Arrangement::Difference {
+        let mut amplify = settings.amplify;
+        let slider = Slider::new(&mut amplify, Settings::AMPLIFICATIONS).logarithmic(true).max_decimals(0);
+        if ui.add(slider.prefix("x ")).on_hover_text("How many times stronger (A)").changed() {
+            actions.push(Action::Amplify(amplify));
+        }
+    }
+}
+
+fn picture(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
+    let backdrop = choose(ui, "background", &Backdrop::ALL, settings.backdrop, Backdrop::label);
+    actions.extend(backdrop.map(Action::Background));
+    let mut exposure = settings.exposure;
+    let slider = Slider::new(&mut exposure, Settings::EXPOSURES)
+        .custom_formatter(|value, _| numbers::stops(value))
+        .custom_parser(|text| text.trim_end_matches("stops").trim().parse().ok());
+    let slider = ui.add(slider).on_hover_text("Exposure (E, Shift E, 0)");
+    if slider.changed() {
+        actions.push(Action::Expose(exposure));
+    }
+    actions.extend(choose(ui, "tone curve", &Tone::ALL, settings.tone, Tone::label).map(Action::Tone));
+}
+
+fn panels(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+    let settings = &state.settings;
+    for (on, name, explained, action) in [
+        (state.help, "?", "All keys (?)", Action::ToggleHelp),
+        (settings.inspector, "inspector", "Figures of what is seen (I)", Action::ToggleInspector),
+        (settings.lists, "lists", "Environments, materials, meshes (L)", Action::ToggleLists),
+        (false, "keep", "Keep the picture as a file (P)", Action::Screenshot),
+    ] {
+        if ui.add(Button::selectable(on, name)).on_hover_text(explained).clicked() {
+            actions.push(action);
+        }
+    }
+}
+
+/// A list that drops down; what is chosen there, where it is another.
+fn choose<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    name: &str,
+    all: &[T],
+    now: T,
+    label: impl Fn(T) -> &'static str,
+) -> Option<T> {
+    let mut chosen = now;
+    let list = ComboBox::from_id_salt(name).width(104.0).selected_text(label(now));
+    let shown = list.show_ui(ui, |ui| {
+        for &one in all {
+            ui.selectable_value(&mut chosen, one, label(one));
+        }
+    });
+    let capital = name[..1].to_uppercase() + &name[1..];
+    shown.response.on_hover_text(capital);
+    (chosen != now).then_some(chosen)
+}
