@@ -23,5 +23,5 @@ pub mod prefiltered;
 pub mod sequence;
 pub mod surface;
 #[cfg(test)]
-mod testkit;
+pub(crate) mod testkit;
 pub mod transfer;

@@ -1,1 +1,0 @@
-//! The CPU's pictures against what is known of them without it.

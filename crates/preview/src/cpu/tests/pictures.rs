@@ -1,0 +1,282 @@
+//! Whole pictures.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::*;
+
+/// Every pair of radiance, and whether it is of a surface.
+fn largest_difference(one: &Picture, other: &Picture) -> f32 {
+    let pairs = one.radiance.as_flattened().iter().zip(other.radiance.as_flattened());
+    pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
+}
+
+/// Under one radiance from everywhere a white surface shows the same, by whatever it is shaded, and so does what lies behind.
+/// Coefficients come of an image with the weights of Fejér's rule, exact for a constant; maps and the rest round. Of the sums of
+/// samples those of the light have the noise of 1 / sqrt(16 64), which nearly white materials and the cosine keep below.
+#[test]
+fn a_constant_light_is_reflected_as_it_is_by_every_mode() {
+    let constant = light(16, |_| [0.5, 1.0, 2.0]);
+    let phong = Material::Phong(brdf::Phong::new(8.0, [1.0; 3]).unwrap());
+    for (material, f) in [(lambert(1.0), 6), (phong, 12)] {
+        let scene = Scene::of(sphere(), look(&constant, &material, [f, 0]));
+        for background in [Background::Environment, Background::Harmonics] {
+            for mode in Mode::ALL {
+                let brute = mode == Mode::BruteForce;
+                if brute && matches!(material, Material::Phong(_)) {
+                    continue;
+                }
+                let light_samples = if brute { 256 } else { 1 };
+                let shot = Shot { background, light_samples, ..shot([40, 30], Show::One(mode)) };
+                let allowed = if brute { 0.1 } else { 2e-5 };
+                for pixel in &render(&scene, &shot).radiance {
+                    for (channel, expected) in [0.5, 1.0, 2.0].into_iter().enumerate() {
+                        let off = (pixel[channel] / expected - 1.0).abs();
+                        assert!(off < allowed, "{mode:?} {background:?}: {pixel:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A material that depends on the view: what the maps show is the field in f64 but for bilinear interpolation, (h l)^2 / 8 of
+/// waves of degree l = 6 at texels of h = pi / 64, at the most 1.1 % of what is not constant.
+#[test]
+fn the_shrm_modes_show_the_reflected_field() {
+    let light = light(32, uneven);
+    let look = look(&light, &microfacet(0.4), [6, 4]);
+    let scene = Scene::of(sphere(), Arc::clone(&look));
+    let shot = shot([50, 50], Show::One(Mode::LocalShrm));
+    let local = render(&scene, &shot);
+    let global = render(&scene, &Shot { show: Show::One(Mode::GlobalShrm), ..shot.clone() });
+    let field = look.reflection().unwrap();
+    let mut count = 0;
+    for (place, seen) in seen(&scene, &shot).into_iter().enumerate().step_by(7) {
+        let Some(Seen { surface, .. }) = seen else { continue };
+        let exact = |v: glam::Vec3| sphere::Direction::normalised(v.as_dvec3());
+        let central = exact(surface.central(look.centre()));
+        for (picture, view) in [(&local, exact(surface.view)), (&global, shot.camera.view())] {
+            let expected = field.evaluate(central, view);
+            for channel in 0..3 {
+                let found = f64::from(picture.radiance[place][channel]);
+                assert!((found - expected[channel]).abs() < 0.011, "{found} {expected:?}");
+            }
+        }
+        count += 1;
+    }
+    assert!(count > 200);
+}
+
+/// A turn of the light is a light that is turned. Coefficients turn exactly; their maps differ in where the texels lie, as
+/// above. Cabral's views turn with the light, and are the same views after a fifth of a turn about the pole.
+#[test]
+fn a_turned_light_is_a_light_that_shines_from_elsewhere() {
+    let still = light(32, uneven);
+    let scene = |light: &Arc<Light>| Scene::of(sphere(), look(light, &microfacet(0.4), [6, 4]));
+    let any = Rotation::from_yaw_pitch_roll(0.7, -0.4, 1.9);
+    let fifth = Rotation::from_yaw_pitch_roll(std::f64::consts::TAU / 5.0, 0.0, 0.0);
+    for (mode, turn, allowed) in [
+        (Mode::LocalShrm, any, 0.011),
+        (Mode::GlobalShrm, any, 0.011),
+        (Mode::Cabral, fifth, 0.011),
+        (Mode::KautzMcCool, any, 0.011),
+        (Mode::Prefiltered, any, 0.011),
+        (Mode::Irradiance, any, 1e-5),
+    ] {
+        let lighting = sh::rotate(still.lighting(), turn);
+        let turned = Arc::new(Light::new(still.environment().clone(), Some(lighting)));
+        let shot = Shot { background: Background::Harmonics, ..shot([40, 40], Show::One(mode)) };
+        let by_turn = render(&scene(&still), &Shot { turn, ..shot.clone() });
+        let by_light = render(&scene(&turned), &shot);
+        let unturned = render(&scene(&still), &shot);
+        for (by_turn, by_light) in by_turn.radiance.iter().zip(&by_light.radiance) {
+            let allowed = if by_turn[3] > 0.0 { allowed } else { 0.011 };
+            for channel in 0..3 {
+                let apart = (by_turn[channel] - by_light[channel]).abs();
+                assert!(apart < allowed, "{mode:?}: {by_turn:?} {by_light:?}");
+            }
+        }
+        assert!(largest_difference(&by_turn, &unturned) > 0.2, "{mode:?}");
+    }
+}
+
+/// The environment turns exactly by whole columns, here by 5 of 64.
+#[test]
+fn a_turned_environment_is_seen_in_mirrors_and_behind() {
+    let still = light(32, uneven);
+    let turn = Rotation::from_yaw_pitch_roll(5.0 / 64.0 * std::f64::consts::TAU, 0.0, 0.0);
+    let turned = Arc::new(Light::new(still.environment().rotated(turn), None));
+    let scene = |light: &Arc<Light>| Scene::of(sphere(), look(light, &lambert(1.0), [0, 0]));
+    let shot = shot([40, 40], Show::One(Mode::Mirror));
+    let by_turn = render(&scene(&still), &Shot { turn, ..shot.clone() });
+    assert!(largest_difference(&by_turn, &render(&scene(&turned), &shot)) < 1e-4);
+    assert!(largest_difference(&by_turn, &render(&scene(&still), &shot)) > 0.2);
+}
+
+#[test]
+fn a_split_is_a_half_of_each() {
+    let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
+    let shot = shot([50, 30], Show::One(Mode::Mirror));
+    let of = |show| render(&scene, &Shot { samples: 2, show, ..shot.clone() });
+    let (left, right) = (of(Show::One(Mode::LocalShrm)), of(Show::One(Mode::Mirror)));
+    for (at, divider) in [(0.0, 0), (0.37, 19), (1.0, 50), (7.0, 50), (-1.0, 0)] {
+        let split = of(Show::Split { left: Mode::LocalShrm, right: Mode::Mirror, at });
+        for place in 0..50 * 30 {
+            let whole = if place % 50 < divider { &left } else { &right };
+            assert_eq!(split.radiance[place], whole.radiance[place]);
+            assert_eq!(split.codes[place], whole.codes[place]);
+        }
+        let same = of(Show::Split { left: Mode::Mirror, right: Mode::Mirror, at });
+        assert_eq!(same, right);
+    }
+}
+
+#[test]
+fn a_difference_is_that_of_both_pictures_and_tells_its_rms() {
+    let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
+    let shot = shot([50, 30], Show::One(Mode::Mirror));
+    let of = |show| render(&scene, &Shot { show, exposure: -1.0, ..shot.clone() });
+    let (one, other) = (of(Show::One(Mode::LocalShrm)), of(Show::One(Mode::Mirror)));
+    let difference = of(Show::Difference { of: Mode::LocalShrm, from: Mode::Mirror, amplify: 3.0 });
+    let (mut squares, mut from) = (0.0, 0.0);
+    for place in 0..50 * 30 {
+        let seen = one.radiance[place][3];
+        let mut shown = [0.0; 3];
+        for channel in 0..3 {
+            let apart = (one.radiance[place][channel] - other.radiance[place][channel]).abs() * seen;
+            assert_eq!(difference.radiance[place][channel], apart);
+            squares += f64::from(apart).powi(2);
+            from += f64::from(other.radiance[place][channel] * seen).powi(2);
+            shown[channel] = 3.0 * apart;
+        }
+        assert_eq!(difference.radiance[place][3], seen);
+        assert_eq!(difference.codes[place], envmap::to_srgb8(&[shown], -1.0, ToneMap::Plain)[0]);
+    }
+    let rms = difference.relative_rms.unwrap();
+    assert!(rms > 0.01 && (rms / (squares / from).sqrt() - 1.0).abs() < 1e-6, "{rms}");
+    assert_eq!((one.relative_rms, other.relative_rms), (None, None));
+}
+
+#[test]
+fn a_mode_does_not_differ_from_itself() {
+    let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
+    for mode in Mode::ALL {
+        let picture =
+            render(&scene, &shot([30, 30], Show::Difference { of: mode, from: mode, amplify: 1e6 }));
+        assert_eq!(picture.relative_rms, Some(0.0), "{mode:?}");
+        assert!(picture.codes.iter().all(|code| *code == [0; 3]));
+    }
+}
+
+/// Two looks in one scene, and what each shows alone.
+#[test]
+fn each_object_has_its_own_look() {
+    let (first, second) = (light(16, uneven), light(16, |w| [1.0 + 0.5 * w.z, 1.0, 1.0]));
+    let looks = [look(&first, &lambert(0.5), [4, 0]), look(&second, &microfacet(0.4), [6, 2])];
+    let place = |x: f64| {
+        let shift = DVec3::new(-0.3 * x, 0.5 * x, 0.0);
+        DAffine3::from_scale_rotation_translation(DVec3::splat(0.5), glam::DQuat::IDENTITY, shift)
+    };
+    let object = |k: usize| placed(&sphere(), place([-1.0, 1.0][k]), &looks[k]);
+    let scene = |objects| Scene { light: Arc::clone(&first), objects };
+    let mut cpu = super::super::Cpu::new();
+    for mode in Mode::ALL {
+        let shot = shot([60, 40], Show::One(mode));
+        let mut of = |objects| cpu.render(&scene(objects), &shot, &|| false).unwrap();
+        let both = of(vec![object(0), object(1)]);
+        let alone = [of(vec![object(0)]), of(vec![object(1)])];
+        let mut seen = [0, 0];
+        for place in 0..60 * 40 {
+            let expected = alone.iter().position(|alone| alone.radiance[place][3] > 0.0);
+            expected.iter().for_each(|&k| seen[k] += 1);
+            assert_eq!(both.radiance[place], alone[expected.unwrap_or(0)].radiance[place], "{mode:?}");
+        }
+        assert!(seen[0] > 200 && seen[1] > 200, "{seen:?}");
+    }
+}
+
+#[test]
+fn any_number_of_threads_makes_the_same_picture() {
+    let scene = Scene::of(
+        Arc::new(transfer::shape("torus-knot").unwrap()),
+        look(&light(16, uneven), &microfacet(0.4), [6, 2]),
+    );
+    let on = |threads: usize, show: Show| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render(&scene, &Shot { samples: 3, light_samples: 4, ..shot([33, 21], show) }))
+    };
+    let differences = [Show::Difference { of: Mode::BruteForce, from: Mode::Cabral, amplify: 2.0 }];
+    for show in Mode::ALL.map(Show::One).into_iter().chain(differences) {
+        assert_eq!(on(1, show), on(3, show), "{show:?}");
+    }
+}
+
+/// Samples are developed and then averaged: a pixel half white, half far past white is white, not half of far past.
+#[test]
+fn each_sample_is_developed_by_itself() {
+    let bright = light(8, |w| [if w.z > 0.0 { 1000.0 } else { 0.0 }; 3]);
+    let scene = Scene { light: bright, objects: Vec::new() };
+    for tone in [ToneMap::Plain, ToneMap::Filmic] {
+        let fine = Shot { tone, ..shot([20, 40], Show::One(Mode::Mirror)) };
+        let coarse = Shot { size: [10, 20], samples: 2, ..fine.clone() };
+        let (fine, coarse) = (render(&scene, &fine), render(&scene, &coarse));
+        for (place, code) in coarse.codes.iter().enumerate() {
+            let (x, y) = (place % 10, place / 10);
+            let four = [0, 1, 20, 21].map(|k| 2 * y * 20 + 2 * x + k);
+            let display = four.map(|k| tone.apply(fine.radiance[k][..3].try_into().unwrap())[0]);
+            let mean = display.iter().sum::<f32>() / 4.0;
+            let expected = envmap::to_srgb8(&[[mean; 3]], 0.0, ToneMap::Plain)[0];
+            // Rays of both pictures differ by a rounding.
+            assert!(code[0].abs_diff(expected[0]) <= 1, "{code:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn exposure_leaves_a_flat_background_alone() {
+    let scene = Scene::of(sphere(), look(&light(16, uneven), &lambert(0.5), [4, 0]));
+    let flat = Shot {
+        background: Background::Flat([0.2, 0.3, 0.4]),
+        camera: Camera { zoom: 0.5, ..shot([1, 1], Show::One(Mode::Mirror)).camera },
+        ..shot([40, 40], Show::One(Mode::LocalShrm))
+    };
+    let [dark, bright] = [-2.0, 2.0].map(|exposure| render(&scene, &Shot { exposure, ..flat.clone() }));
+    let code = envmap::to_srgb8(&[[0.2, 0.3, 0.4]], 0.0, ToneMap::Plain)[0];
+    let mut seen = [0, 0];
+    for place in 0..1600 {
+        let covered = dark.radiance[place][3] > 0.0;
+        seen[usize::from(covered)] += 1;
+        if covered {
+            assert!(bright.codes[place][0] > dark.codes[place][0]);
+        } else {
+            assert_eq!([dark.codes[place], bright.codes[place]], [code; 2]);
+            assert_eq!(dark.radiance[place], [0.2, 0.3, 0.4, 0.0]);
+        }
+    }
+    assert!(seen[0] > 100 && seen[1] > 100);
+}
+
+#[test]
+fn whoever_waits_may_stop_it_within_a_million_samples_of_light() {
+    let scene = Scene::of(sphere(), look(&light(16, uneven), &lambert(0.5), [4, 0]));
+    let shot = Shot { light_samples: 3_000_000, ..shot([2, 2], Show::One(Mode::BruteForce)) };
+    let asked = AtomicU32::new(0);
+    let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 20;
+    let stopped = super::super::Cpu::new().render(&scene, &shot, &stop);
+    assert_eq!(stopped, Err(RenderError::Cancelled));
+    // Twelve million samples would be 183 questions; those of the preparation are few.
+    assert!(asked.into_inner() < 40);
+    let at_once = super::super::Cpu::new().render(&scene, &shot, &|| true);
+    assert_eq!(at_once, Err(RenderError::Cancelled));
+}
+
+#[test]
+fn brute_force_needs_a_material() {
+    let light = light(16, uneven);
+    let known = look(&light, &lambert(0.5), [4, 0]);
+    let reflection = known.reflection().unwrap().clone();
+    let unknown = Look::new(light, reflection, None, MapSizes { edge: 8, slices: 4 });
+    let scene = Scene::of(sphere(), Arc::new(unknown));
+    let made = super::super::Cpu::new().render(&scene, &shot([4, 4], Show::One(Mode::BruteForce)), &|| false);
+    assert!(matches!(made, Err(RenderError::Missing { .. })), "{made:?}");
+}
