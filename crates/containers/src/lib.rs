@@ -5,6 +5,7 @@
 //! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
+//! | glTF, binary or not | [`transfer::Mesh`] | [`read_gltf`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
@@ -20,6 +21,7 @@ mod chromaticity;
 mod dds;
 mod error;
 mod format;
+mod gltf;
 mod image;
 mod jpeg;
 mod ktx2;
@@ -38,6 +40,7 @@ mod web_page;
 pub use dds::{read_dds, write_dds};
 pub use error::{Error, ErrorKind};
 pub use format::Format;
+pub use gltf::{MAX_TRIANGLES, Model, ReadBeside, read_gltf};
 pub use image::{Decoded, Encoded, OpenExrEnvmap, ReadOptions, read_image};
 pub use ktx2::{read_ktx2, write_ktx2};
 pub use limits::MAX_PIXELS;
