@@ -1,6 +1,7 @@
 //! `specula inspect`: what a file is: format, shape, frame, range, and the recipe that made it.
 
 mod material;
+mod mesh;
 mod texture;
 
 use std::fs;
@@ -30,12 +31,12 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
             return Exit::Usage;
         }
     };
-    let material = material::of_file(file, &bytes);
-    if let Some(Err(failure)) = &material {
+    let named = material::of_file(file, &bytes).or_else(|| mesh::of_file(file, &bytes));
+    if let Some(Err(failure)) = &named {
         print::error(&failure.chain, failure.help.as_deref());
         return Exit::Usage;
     }
-    let found = material.and_then(Result::ok).map_or_else(|| facts(&bytes), Ok);
+    let found = named.and_then(Result::ok).map_or_else(|| facts(&bytes), Ok);
     match found {
         Ok(facts) if as_json => {
             let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
@@ -48,7 +49,7 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
         Err(error) => {
             say!("error: {}: {error}", file.display());
             say!(
-                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors, the JSON of lighting, material files and measured BRDFs"
+                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors, glTF, the JSON of lighting, material files and measured BRDFs"
             );
             Exit::Usage
         }
@@ -242,6 +243,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.push(("frame", ENVIRONMENT_FRAME.into()));
             facts.extend(range("radiance", environment.pixels().iter().map(|pixel| pixel.map(f64::from))));
         }
+        "mesh" => facts.extend(mesh::measured(&tensors::decode_mesh(bytes)?)),
         "shrm" => facts.extend(texture::reflection_map(bytes)?),
         _ => {}
     }

@@ -2,7 +2,7 @@
 //!
 //! | bytes | value | module |
 //! | --- | --- | --- |
-//! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`] |
+//! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
 //! | glTF, binary or not | [`transfer::Mesh`] | [`read_gltf`] |
@@ -45,7 +45,7 @@ pub use image::{Decoded, Encoded, OpenExrEnvmap, ReadOptions, read_image};
 pub use ktx2::{read_ktx2, write_ktx2};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, Precision, read_exr_layers, write_exr, write_exr_layers};
-pub use png::write_png;
+pub use png::{write_apng, write_png};
 pub use radiance::write_rgbe;
 pub use recipe::{read_recipe, texture_sidecar};
 pub use shrm_metadata::{entries as shrm_metadata, row_names};

@@ -8,6 +8,7 @@
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... where it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q | `layout`, `view`, `centre`, `terms` |
+//! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
 //! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) where a BRDF had a part, and
 //! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` where those with q other
@@ -28,9 +29,11 @@ use sh::{Degree, Expansion};
 use sphere::LatLong;
 
 mod material;
+mod mesh;
 mod reflection_map;
 
 pub use material::{decode_material, encode_material};
+pub use mesh::{decode_mesh, encode_mesh};
 pub use reflection_map::{decode_shrm, encode_shrm};
 
 use crate::error::{Error, ErrorKind};

@@ -17,6 +17,7 @@ mod export_shrm;
 mod export_view_maps;
 mod import_environment;
 mod import_material;
+mod import_mesh;
 mod import_reflection_maps;
 mod map_index;
 mod map_input;
@@ -43,6 +44,7 @@ pub fn kinds() -> engine::Kinds {
     engine::Kinds::new()
         .with(import_environment::ImportEnvironment)
         .with(import_material::ImportMaterial)
+        .with(import_mesh::ImportMesh)
         .with(project_sh::ProjectSh)
         .with(rotate::Rotate)
         .with(project_brdf::ProjectBrdf)

@@ -13,6 +13,7 @@ mod export_shrm;
 mod fixture;
 mod import_environment;
 mod import_material;
+mod import_mesh;
 mod list;
 mod pipeline;
 mod project_sh;

@@ -7,7 +7,7 @@
 
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
-use stages::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
+use stages::artifacts::{Brdf, Environment, Lighting, Material, Mesh, Reflection, Shrm};
 
 use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, reflection, sky, sky_lighting};
 
@@ -15,6 +15,7 @@ use crate::fixture::{Case, case, environment, exr, lambert, phong, pixels, refle
 const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("import-environment", 1, [96.00000000, 294.15642142, 294.15642142, 1.42842033, -16.81971523]),
     ("import-material", 3, [4.00000000, 9.00000000, 9.00000000, 8.75279504, 0.48240101]),
+    ("import-mesh", 1, [78.00000000, 51.00000000, 57.00000000, -13.89180303, 15.17483524]),
     ("project-sh", 1, [147.00000000, 31.35296443, 32.22187693, 4.72306370, 1.13808098]),
     ("rotate", 1, [27.00000000, 9.81585951, 15.94363884, 7.85013800, -0.04349477]),
     ("project-brdf", 1, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
@@ -44,6 +45,7 @@ fn fixture(kind: &str) -> Case {
         "import-material" => case("import-material", "")
             .file("a.toml", "model = \"phong\"\nexponent = 7.5\nspecular = [0.9, 0.5, 0.1]")
             .source("a.toml"),
+        "import-mesh" => crate::import_mesh::square(),
         "project-sh" => case("project-sh", "degree = 6\nwindow = \"lanczos\"")
             .input("environment", environment(16, |w| sky(w).map(|value| value.powi(3)))),
         "rotate" => case("rotate", "yaw = 20\npitch = -35\nroll = 110").input("lighting", sky_lighting()),
@@ -117,6 +119,14 @@ fn numbers(case: &Case) -> Vec<f64> {
             Material::TYPE => {
                 let models = &containers::tensors::describe(&bytes).unwrap().metadata["material"];
                 json_numbers(&serde_json::from_str(models).unwrap())
+            }
+            Mesh::TYPE => {
+                let mesh = Mesh::decode(&bytes).unwrap().0;
+                let corners = mesh.triangles().as_flattened().iter().map(|&corner| f64::from(corner));
+                let vectors = [mesh.positions().as_flattened(), mesh.normals().as_flattened()];
+                let more = [mesh.tangents().as_flattened(), mesh.coordinates().unwrap().as_flattened()];
+                let numbers = vectors.into_iter().chain(more).flatten().map(|&number| f64::from(number));
+                numbers.chain(corners).collect()
             }
             other => panic!("read the numbers of {other} here"),
         },

@@ -1,0 +1,47 @@
+//! What `specula inspect` says of meshes: glTF files and mesh artifacts.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use engine::Failure;
+use serde_json::json;
+use transfer::Mesh;
+
+use super::Facts;
+
+/// A mesh by its file's name; `None` where the name is of no such file.
+pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure>> {
+    let ending = file.extension()?;
+    let named = ["gltf", "glb"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+    named.then(|| {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let mut read = |path: &str| {
+            let path = folder.join(path);
+            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
+            fs::read(&path).map(Arc::new).map_err(cannot)
+        };
+        let model = containers::read_gltf(bytes, &mut read)
+            .map_err(|failure: Failure| failure.context(file.display().to_string()))?;
+        let mut facts: Facts = vec![("what", "mesh".into()), ("format", "glTF 2.0".into())];
+        facts.extend(measured(&model.mesh));
+        if !model.notes.is_empty() {
+            facts.push(("notes", json!(model.notes)));
+        }
+        facts.push(("bytes", bytes.len().into()));
+        Ok(facts)
+    })
+}
+
+/// How much there is of a mesh, and where it is.
+pub(super) fn measured(mesh: &Mesh) -> Facts {
+    let (centre, radius) = mesh.bounds();
+    let [x, y, z] = centre;
+    vec![
+        ("triangles", mesh.triangles().len().into()),
+        ("vertices", mesh.positions().len().into()),
+        ("coordinates", if mesh.coordinates().is_some() { "one set" } else { "none" }.into()),
+        ("frame", "right-handed, +Z up; the front looks along +X".into()),
+        ("around", format!("[{x:.6}, {y:.6}, {z:.6}], radius {radius:.6}").into()),
+    ]
+}

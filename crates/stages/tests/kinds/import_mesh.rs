@@ -1,0 +1,99 @@
+//! Meshes from glTF files, through the engine's own door.
+
+use std::path::Path;
+
+use engine::Artifact;
+use stages::artifacts::Mesh;
+
+use crate::fixture::{Case, case};
+
+/// A square of side 2 that faces the file's front, its numbers beside it.
+pub(crate) fn square() -> Case {
+    let numbers: Vec<f32> = vec![
+        -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0, 0.0, // positions
+        0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, // coordinates
+    ];
+    let mut bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    bytes.extend([0, 1, 2, 0, 2, 3]);
+    let text = r#"{
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0, "translation": [0, 2, 0] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "indices": 2 }] }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" },
+            { "bufferView": 0, "byteOffset": 48, "componentType": 5126, "count": 4, "type": "VEC2" },
+            { "bufferView": 0, "byteOffset": 80, "componentType": 5121, "count": 6, "type": "SCALAR" }
+        ],
+        "bufferViews": [{ "buffer": 0, "byteLength": 86 }],
+        "buffers": [{ "uri": "square.bin", "byteLength": 86 }]
+    }"#;
+    case("import-mesh", "")
+        .file("meshes/square.gltf", text)
+        .file("meshes/square.bin", bytes)
+        .source("meshes/square.gltf")
+}
+
+#[test]
+fn a_mesh_is_read_with_the_files_beside_it() {
+    let ran = square().run().unwrap();
+    let mesh = ran.artifact::<Mesh>();
+    assert_eq!(mesh.0.triangles(), [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(mesh.0.positions()[..2], [[0.0, -1.0, 1.0], [0.0, 1.0, 1.0]]);
+    assert!(mesh.0.normals().iter().all(|normal| *normal == [1.0, 0.0, 0.0]));
+    assert!(mesh.0.tangents().iter().all(|tangent| *tangent == [0.0, 1.0, 0.0, 1.0]));
+    let read: Vec<_> = ran.reads.iter().filter_map(|read| read.path.file_name()).collect();
+    assert_eq!(read, ["square.gltf", "square.bin"]);
+    assert_eq!(
+        ran.notes,
+        [
+            "1 of 1 primitives is without normals: every triangle is flat",
+            "1 of 1 primitives is without tangents: they are made"
+        ]
+    );
+    assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
+}
+
+#[test]
+fn failures_name_the_file() {
+    let bare = case("import-mesh", "").file("a.glb", "glTF").source("a.glb");
+    assert_eq!(bare.failure(), "cannot import a.glb: the file ends at byte 4, within a header");
+    let text = r#"{ "asset": { "version": "2.0" }, "extensionsRequired": ["KHR_draco_mesh_compression"] }"#;
+    let packed = case("import-mesh", "").file("a.gltf", text).source("a.gltf");
+    assert!(packed.failure().starts_with("cannot import a.gltf: the file needs KHR_draco_mesh_compression"));
+    let outside = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "uri": "URI", "byteLength": 36 }] }"#;
+    let case = |uri| case("import-mesh", "").file("a.gltf", outside.replace("URI", uri)).source("a.gltf");
+    let message = "cannot import a.gltf: buffers[0]: the uri \"../a.bin\" leaves the folder of the file";
+    assert_eq!(case("../a.bin").failure(), message);
+    assert!(case("a.bin").failure().starts_with("cannot import a.gltf: cannot read"));
+}
+
+#[test]
+fn an_empty_scene_is_a_mesh_with_a_warning() {
+    let case =
+        case("import-mesh", "").file("a.gltf", r#"{ "asset": { "version": "2.0" } }"#).source("a.gltf");
+    let ran = case.run().unwrap();
+    assert_eq!(ran.artifact::<Mesh>().0.positions().len(), 0);
+    assert_eq!(ran.warnings, ["the mesh has no triangles"]);
+}
+
+/// Real files pass through the artifact's bytes, which a run of a case compares with the value.
+#[test]
+fn files_of_the_corpus_are_imported() {
+    let Some(corpus) = oracles::folder("files_of_the_corpus_are_imported", "SPECULA_CORPUS") else { return };
+    let read = |name: &str| std::fs::read(corpus.join("mesh").join(Path::new(name))).unwrap();
+    let helmet = case("import-mesh", "")
+        .file("FlightHelmet.gltf", read("FlightHelmet/FlightHelmet.gltf"))
+        .file("FlightHelmet.bin", read("FlightHelmet/FlightHelmet.bin"))
+        .source("FlightHelmet.gltf");
+    let mesh = helmet.artifact::<Mesh>();
+    assert_eq!(mesh.0.positions().len(), 55_392);
+    assert_eq!(Mesh::decode(&mesh.encode().unwrap()).unwrap(), *mesh);
+    // It stands on the ground and looks along +X: its goggles are in front.
+    let (centre, radius) = mesh.0.bounds();
+    assert!(centre[2] > 0.0 && radius < 1.0, "{centre:?} {radius}");
+}
