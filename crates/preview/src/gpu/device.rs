@@ -39,12 +39,8 @@ struct Faults {
 impl Device {
     /// The best adapter of this machine: a GPU before a software one, and `WGPU_BACKEND` chooses among backends.
     pub(super) fn best() -> Result<Self, RenderError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        let backends = wgpu::Backends::all().with_env();
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
-        adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
         let mut reasons = Vec::new();
-        for adapter in adapters {
+        for adapter in adapters() {
             let info = adapter.get_info();
             if let Err(reason) = suits(&adapter) {
                 reasons.push(format!("{}: {reason}", name(&info)));
@@ -95,6 +91,11 @@ impl Device {
         }
     }
 
+    /// Where commands are gathered.
+    pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
+    }
+
     /// Waits until all that was submitted is done.
     pub(super) fn wait(&self) -> Result<(), RenderError> {
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
@@ -118,9 +119,19 @@ impl Device {
         Health(Arc::clone(&self.faults))
     }
 
-    fn fault(&self, message: &str) -> RenderError {
+    /// An error of this device.
+    pub(super) fn fault(&self, message: &str) -> RenderError {
         RenderError::Device(format!("{}: {}", self.name(), message.trim()))
     }
+}
+
+/// The adapters of this machine, the best first.
+pub(super) fn adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let backends = wgpu::Backends::all().with_env();
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
+    adapters
 }
 
 /// What a device needs for [`super::Gpu`]: all that the adapter allows, since maps may be large.
@@ -161,7 +172,7 @@ fn rank(info: &AdapterInfo) -> (u8, u8) {
     (kind, u8::from(info.backend == wgpu::Backend::Gl))
 }
 
-fn name(info: &AdapterInfo) -> String {
+pub(super) fn name(info: &AdapterInfo) -> String {
     let backend = match info.backend {
         wgpu::Backend::Vulkan => "Vulkan",
         wgpu::Backend::Metal => "Metal",

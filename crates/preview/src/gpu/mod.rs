@@ -1,10 +1,37 @@
 //! Pictures through wgpu, on Vulkan, Metal, Direct3D 12 or OpenGL.
+//!
+//! Shading is deferred. For each sample of a pixel, `raster.wgsl` draws all meshes into a surface buffer: normal, tangent and the
+//! object's number. `shade.wgsl` runs a mode over the samples that see an object, into a buffer of radiance; brute force
+//! adds to what is there. `develop.wgsl` adds background or radiance, developed, to the pixel's sums, and after the last sample
+//! makes codes. These files hold bindings and entry points; what they compute is in `shading/`, where each shader has its twin.
+//!
+//! Samples of a pixel come one after the other, so that memory does not grow with their number. Texels are loaded
+//! and blended by the shaders: samplers have eight bits of weight and their own rules at a cube's corners.
 
+mod canvas;
 mod device;
+mod frame;
+mod kept;
+mod layouts;
+mod maps;
+mod memory;
+mod mesh;
+mod pace;
+mod readback;
+mod resources;
+#[cfg(test)]
+mod tests;
 
-use crate::{Picture, RenderError, Renderer, Scene, Shot};
+use glam::DAffine3;
+
+use crate::{Camera, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
+use canvas::Canvas;
 use device::Device;
 pub use device::Health;
+use frame::Frame;
+use pace::{Batches, Pace};
+use readback::{Readback, squares};
+use resources::Resources;
 
 /// Draws through a graphics device.
 ///
@@ -12,23 +39,51 @@ pub use device::Health;
 /// `Arc`s, and dropped with the first scene that does not.
 #[derive(Debug)]
 pub struct Gpu {
-    device: Device,
+    resources: Resources,
+    /// What [`Gpu::draw`] goes on with.
+    canvas: Option<Canvas>,
+    gathered: Option<Gathered>,
+    pace: Pace,
+    figure: Figure,
 }
 
 /// How far a picture has come that is drawn again and again.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drawn {
     /// The light samples that are in it, of each sample of a pixel: 0 where no brute force is shown.
     pub light_samples: u32,
-    /// Whether the same call again would show more.
+    /// Whether the same call again would show or tell more.
     pub unfinished: bool,
     /// Of a difference: [`Picture::relative_rms`] as it was lately.
     pub relative_rms: Option<f64>,
 }
 
+/// What light samples were gathered for, and how many.
+#[derive(Clone, Debug, PartialEq)]
+struct Gathered {
+    objects: Vec<(usize, usize, DAffine3)>,
+    camera: Camera,
+    turn: sphere::Rotation,
+    modes: [Option<Mode>; 2],
+    light_samples: u32,
+}
+
+/// How large a difference is, as far as it was told.
+#[derive(Debug, Default)]
+struct Figure {
+    modes: [Option<Mode>; 2],
+    coming: Option<Readback>,
+    relative_rms: Option<f64>,
+}
+
 impl Gpu {
     /// The format of [`Gpu::draw`]'s target: sRGB codes, as egui wants its textures.
     pub const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+    /// The names of this machine's graphics adapters, the best first, usable or not.
+    pub fn adapters() -> Vec<String> {
+        device::adapters().iter().map(|adapter| device::name(&adapter.get_info())).collect()
+    }
 
     /// The best graphics device of this machine, a software one where there is no other. `WGPU_BACKEND` (`vulkan`,
     /// `dx12`, `metal`, `gl`) says which backends are looked at.
@@ -58,63 +113,248 @@ impl Gpu {
     }
 
     fn on(device: Device) -> Result<Self, RenderError> {
-        device.sound()?;
-        Ok(Self { device })
+        let resources = device.guarded(|| Resources::new(device.clone(), Self::TARGET))?;
+        let (pace, figure) = (Pace::default(), Figure::default());
+        Ok(Self { resources, canvas: None, gathered: None, pace, figure })
     }
 
     /// What tells of the loss of the device.
     pub fn health(&self) -> Health {
-        self.device.health()
+        self.resources.device.health()
     }
 
     /// Draws a scene into a texture of [`Gpu::TARGET`] with [`wgpu::TextureUsages::RENDER_ATTACHMENT`], of the shot's
     /// size, without waiting for the device.
     ///
-    /// Brute force comes bit by bit: each call adds some light samples, as many as a frame has time for, while scene,
-    /// size, samples, camera, turn, modes and [`Shot::light_samples`] stay the same; exposure, tone and background may change.
+    /// Brute force comes bit by bit: each call adds some light samples, as many as a frame has time for, up to
+    /// [`Shot::light_samples`], while objects, size, samples, camera, turn and modes stay the same; exposure, tone,
+    /// background and divider may change.
     ///
     /// # Errors
     /// As [`Renderer::render`].
     pub fn draw(
         &mut self,
-        _scene: &Scene,
-        _shot: &Shot,
+        scene: &Scene,
+        shot: &Shot,
         target: &wgpu::TextureView,
     ) -> Result<Drawn, RenderError> {
-        let Device { device, queue, .. } = &self.device;
-        self.device.guarded(|| {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let attachment = wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
-            };
-            drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                color_attachments: &[Some(attachment)],
-                ..wgpu::RenderPassDescriptor::default()
-            }));
-            queue.submit([encoder.finish()]);
-            Ok(Drawn { light_samples: 0, unfinished: false, relative_rms: None })
+        if shot.size.contains(&0) {
+            return Ok(Drawn::default());
+        }
+        let device = self.resources.device.clone();
+        let texture = target.texture();
+        if ([texture.width(), texture.height()], texture.format()) != (shot.size, Self::TARGET) {
+            return Err(RenderError::Device(format!(
+                "the texture to draw into is {} x {}, {:?}; expected {} x {}, {:?}",
+                texture.width(),
+                texture.height(),
+                texture.format(),
+                shot.size[0],
+                shot.size[1],
+                Self::TARGET
+            )));
+        }
+        device.guarded(|| self.draw_some(scene, shot, target))
+    }
+
+    fn draw_some(
+        &mut self,
+        scene: &Scene,
+        shot: &Shot,
+        target: &wgpu::TextureView,
+    ) -> Result<Drawn, RenderError> {
+        self.resources.prepare(scene, shot)?;
+        let Resources { device, layouts, .. } = &self.resources;
+        let samples = shot.samples.clamp(1, 4);
+        if self.canvas.as_ref().is_some_and(|old| (old.size, old.samples) != (shot.size, samples)) {
+            self.canvas = None;
+            self.gathered = None;
+        }
+        let mut canvas = match self.canvas.take() {
+            Some(canvas) => canvas,
+            None => Canvas::new(device, layouts, shot.size, samples)?,
+        };
+        let modes = sides(shot.show);
+        let mut gathered = Gathered::new(scene, shot);
+        if let Some(before) = self.gathered.take() {
+            let light_samples = before.light_samples;
+            if light_samples <= shot.light_samples && (Gathered { light_samples: 0, ..before }) == gathered {
+                gathered.light_samples = light_samples;
+            }
+        }
+        let gathers = |mode: Option<Mode>| mode == Some(Mode::BruteForce);
+        for side in 0..2 {
+            let count = if gathers(modes[side]) { samples * samples } else { 1 };
+            canvas.reserve(device, side, if modes[side].is_some() { count as usize } else { 0 })?;
+        }
+        let before = gathered.light_samples;
+        let missing = shot.light_samples.max(1) - before;
+        let add = match modes.into_iter().any(gathers) {
+            true => self.pace.next(before == 0).min(missing),
+            false => 0,
+        };
+        gathered.light_samples += add;
+        let frame = Frame::new(scene, shot, &self.resources, &canvas)?;
+        let mut encoder = device.encoder();
+        frame.update(&mut encoder);
+        for sample in 0..(samples * samples) as usize {
+            frame.raster(&mut encoder, sample);
+            let mut counts = [1; 2];
+            for (side, mode) in modes.into_iter().enumerate() {
+                let Some(mode) = mode else { continue };
+                if gathers(Some(mode)) {
+                    if before == 0 {
+                        frame.clear(&mut encoder, side, sample);
+                    }
+                    let lights = before..gathered.light_samples;
+                    frame.shade(&mut encoder, (side, mode), sample, 0..shot.size[0], lights)?;
+                    counts[side] = gathered.light_samples;
+                } else {
+                    frame.shade(&mut encoder, (side, mode), sample, frame.columns(side), 0..1)?;
+                }
+            }
+            frame.develop(&mut encoder, sample, counts)?;
+        }
+        frame.present(&mut encoder, target);
+        device.queue.submit([encoder.finish()]);
+        self.pace.sent(&device.queue);
+        self.figure.follow(device, &canvas, shot.show)?;
+        let drawn = Drawn {
+            light_samples: gathered.light_samples,
+            unfinished: add < missing && modes.into_iter().any(gathers) || self.figure.coming.is_some(),
+            relative_rms: self.figure.relative_rms,
+        };
+        (self.canvas, self.gathered) = (Some(canvas), Some(gathered));
+        Ok(drawn)
+    }
+
+    fn render_whole(
+        &mut self,
+        scene: &Scene,
+        shot: &Shot,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Picture, RenderError> {
+        let go_on = || if stop() { Err(RenderError::Cancelled) } else { Ok(()) };
+        go_on()?;
+        self.resources.prepare(scene, shot)?;
+        let Resources { device, layouts, .. } = &self.resources;
+        let samples = shot.samples.clamp(1, 4);
+        let mut canvas = Canvas::new(device, layouts, shot.size, samples)?;
+        let modes = sides(shot.show);
+        for side in 0..2 {
+            canvas.reserve(device, side, usize::from(modes[side].is_some()))?;
+        }
+        let frame = Frame::new(scene, shot, &self.resources, &canvas)?;
+        let mut encoder = device.encoder();
+        frame.update(&mut encoder);
+        for sample in 0..(samples * samples) as usize {
+            frame.raster(&mut encoder, sample);
+            let mut counts = [1; 2];
+            for (side, mode) in modes.into_iter().enumerate() {
+                let Some(mode) = mode else { continue };
+                if mode != Mode::BruteForce {
+                    frame.shade(&mut encoder, (side, mode), sample, frame.columns(side), 0..1)?;
+                    continue;
+                }
+                counts[side] = shot.light_samples.max(1);
+                frame.clear(&mut encoder, side, sample);
+                let mut batches = Batches::new(shot.size, counts[side]);
+                while let Some(batch) = batches.next() {
+                    for lights in batch {
+                        frame.shade(&mut encoder, (side, mode), sample, frame.columns(side), lights)?;
+                    }
+                    device.queue.submit([std::mem::replace(&mut encoder, device.encoder()).finish()]);
+                    device.wait()?;
+                    batches.done();
+                    go_on()?;
+                }
+            }
+            frame.develop(&mut encoder, sample, counts)?;
+            go_on()?;
+        }
+        device.queue.submit([encoder.finish()]);
+        let difference = matches!(shot.show, Show::Difference { .. });
+        let radiances = Readback::begin(device, &canvas.radiances)?;
+        let codes = Readback::begin(device, &canvas.codes)?;
+        let parts = if difference { Some(Readback::begin(device, &canvas.squares)?) } else { None };
+        device.wait()?;
+        let pixels = shot.size[0] as usize * shot.size[1] as usize;
+        let share = 1.0 / (samples * samples) as f32;
+        let radiance = radiances.take::<[f32; 4]>(device)?;
+        let codes = codes.take::<[u8; 4]>(device)?;
+        Ok(Picture {
+            size: shot.size,
+            codes: codes.into_iter().take(pixels).map(|[r, g, b, _]| [r, g, b]).collect(),
+            radiance: radiance.into_iter().take(pixels).map(|sum| sum.map(|value| value * share)).collect(),
+            relative_rms: match parts {
+                Some(parts) => squares(&parts.take(device)?).relative_rms(),
+                None => None,
+            },
         })
     }
 }
 
 impl Renderer for Gpu {
     fn name(&self) -> String {
-        self.device.name()
+        self.resources.device.name()
     }
 
     fn render(
         &mut self,
-        _scene: &Scene,
-        _shot: &Shot,
-        _stop: &(dyn Fn() -> bool + Sync),
+        scene: &Scene,
+        shot: &Shot,
+        stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError> {
-        self.device.guarded(|| self.device.wait())?;
-        Err(RenderError::Device(format!("{}: there are no pictures yet", self.device.name())))
+        if shot.size.contains(&0) {
+            return Ok(Picture { size: shot.size, codes: vec![], radiance: vec![], relative_rms: None });
+        }
+        let device = self.resources.device.clone();
+        device.guarded(|| self.render_whole(scene, shot, stop))
+    }
+}
+
+impl Gathered {
+    /// Nothing yet, of a scene in a shot.
+    fn new(scene: &Scene, shot: &Shot) -> Self {
+        let objects = scene.objects.iter();
+        Self {
+            objects: objects
+                .map(|object| (kept::address(&object.mesh), kept::address(&object.look), object.place))
+                .collect(),
+            camera: shot.camera,
+            turn: shot.turn,
+            modes: sides(shot.show),
+            light_samples: 0,
+        }
+    }
+}
+
+impl Figure {
+    /// Takes what has come, and asks for the figure of what was drawn just now where nothing is on its way.
+    fn follow(&mut self, device: &Device, canvas: &Canvas, show: Show) -> Result<(), RenderError> {
+        let modes = match show {
+            Show::Difference { .. } => sides(show),
+            _ => [None; 2],
+        };
+        if modes != self.modes {
+            *self = Self { modes, ..Self::default() };
+        }
+        if let Some(coming) = self.coming.take_if(|coming| coming.is_done()) {
+            self.relative_rms = squares(&coming.take(device)?).relative_rms();
+            return Ok(());
+        }
+        if modes[0].is_some() && self.coming.is_none() {
+            self.coming = Some(Readback::begin(device, &canvas.squares)?);
+        }
+        Ok(())
+    }
+}
+
+/// The modes of the first and the second side of a picture; a difference of a mode from itself has both.
+fn sides(show: Show) -> [Option<Mode>; 2] {
+    match show {
+        Show::One(mode) => [Some(mode), None],
+        Show::Split { left, right, .. } => [Some(left), Some(right)],
+        Show::Difference { of, from, .. } => [Some(of), Some(from)],
     }
 }

@@ -55,6 +55,15 @@ impl Harmonics {
         self.degree
     }
 
+    /// The constants as shaders read them: [a_pq, b_pq] at p (p + 1) / 2 + q for q < p, and [k_p, 0] at q = p.
+    pub fn constants(&self) -> Vec<[f32; 2]> {
+        let pair = |p: usize, q: usize| match p.checked_sub(q + 1) {
+            None => [self.columns[q].start, 0.0],
+            Some(k) => self.columns[q].climb[k],
+        };
+        (0..=self.degree).flat_map(|p| (0..=p).map(move |q| pair(p, q))).collect()
+    }
+
     /// Calls `f(p, q, Y_pq, Y_p,-q)` for every p and q >= 0, column after column of q; the last is 0 for q = 0.
     ///
     /// `T` is f32, or a vector of as many directions as it has lanes; `one` is 1 in each lane.

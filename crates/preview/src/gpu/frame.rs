@@ -1,0 +1,415 @@
+//! One picture's commands: meshes into the surface buffer, modes over it, and the sums that are developed.
+
+use envmap::ToneMap;
+use glam::{Mat3, Mat4, Vec4};
+use wgpu::{BindGroupEntry, BindingResource, BufferUsages};
+
+use super::Resources;
+use super::canvas::{Canvas, GROUP};
+use super::mesh::Rectangle;
+use crate::{Background, Mode, RenderError, Scene, Shot, Show, Sight};
+
+/// `Frame` of frame.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct FrameFacts {
+    corner: [f32; 3],
+    samples: u32,
+    across: [f32; 4],
+    down: [f32; 4],
+    size: [u32; 2],
+    chosen: [u32; 2],
+}
+
+/// `Placed` of raster.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct PlacedFacts {
+    clip: [[f32; 4]; 4],
+    normal: [[f32; 4]; 3],
+    tangent: [[f32; 4]; 3],
+    number: f32,
+    mirrored: u32,
+    unused: [u32; 2],
+}
+
+/// `Part` of shade.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Part {
+    origin: [u32; 2],
+    extent: [u32; 2],
+    number: u32,
+    first: u32,
+    count: u32,
+    unused: u32,
+}
+
+/// `Develop` of develop.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct DevelopFacts {
+    flat_radiance: [f32; 3],
+    background: u32,
+    gain: f32,
+    tone: u32,
+    show: u32,
+    divider: u32,
+    amplify: f32,
+    counts: [f32; 2],
+    begins: u32,
+    ends: u32,
+    first_square: u32,
+    unused: [u32; 2],
+}
+
+/// An object that is in the picture.
+#[derive(Clone, Copy, Debug)]
+struct Visible {
+    object: usize,
+    pixels: Rectangle,
+}
+
+/// What all passes of one picture share.
+pub(super) struct Frame<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) shot: &'a Shot,
+    resources: &'a Resources,
+    canvas: &'a Canvas,
+    visible: Vec<Visible>,
+    placed: wgpu::BindGroup,
+    stride: u64,
+    samples: Vec<wgpu::BindGroup>,
+    behind: &'a wgpu::BindGroup,
+}
+
+impl<'a> Frame<'a> {
+    /// Of a scene whose resources are there.
+    pub(super) fn new(
+        scene: &'a Scene,
+        shot: &'a Shot,
+        resources: &'a Resources,
+        canvas: &'a Canvas,
+    ) -> Result<Self, RenderError> {
+        let device = &resources.device;
+        let sight = Sight::new(shot);
+        let count = canvas.samples;
+        let alignment = device.device.limits().min_uniform_buffer_offset_alignment.max(16) as usize;
+        let stride = size_of::<PlacedFacts>().next_multiple_of(alignment);
+        let mut visible = Vec::new();
+        let mut placed = Vec::new();
+        let chosen = || (0..count * count).map(|sample| [sample % count, sample / count]);
+        for (object, thing) in scene.objects.iter().enumerate() {
+            let Some(Some(shape)) = resources.meshes.get(&thing.mesh) else { continue };
+            let at = sight.place(thing);
+            let Some(pixels) = shape.pixels(at.clip, canvas.size) else { continue };
+            visible.push(Visible { object, pixels });
+            for chosen in chosen() {
+                let facts = PlacedFacts {
+                    clip: (shift(canvas.size, count, chosen) * at.clip).to_cols_array_2d(),
+                    normal: columns(at.normal),
+                    tangent: columns(at.tangent),
+                    number: (object + 1) as f32,
+                    mirrored: u32::from(at.mirrored),
+                    unused: [0; 2],
+                };
+                placed.extend_from_slice(bytemuck::bytes_of(&facts));
+                placed.resize(placed.len().next_multiple_of(stride), 0);
+            }
+        }
+        placed.resize(placed.len().max(stride), 0);
+        let placed = device.filled("where objects are", BufferUsages::UNIFORM, &placed)?;
+        let placed = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("an object"),
+            layout: &resources.layouts.placed,
+            entries: &[BindGroupEntry {
+                binding: 0,
+                resource: BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &placed,
+                    offset: 0,
+                    size: wgpu::BufferSize::new(size_of::<PlacedFacts>() as u64),
+                }),
+            }],
+        });
+        let mut samples = Vec::new();
+        for chosen in chosen() {
+            let facts = FrameFacts {
+                corner: sight.corner.into(),
+                samples: count,
+                across: sight.across.extend(0.0).into(),
+                down: sight.down.extend(0.0).into(),
+                size: canvas.size,
+                chosen,
+            };
+            let facts = device.filled("a sample of each pixel", BufferUsages::UNIFORM, &[facts])?;
+            samples.push(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("a sample of each pixel"),
+                layout: &resources.layouts.frame,
+                entries: &[
+                    BindGroupEntry { binding: 0, resource: facts.as_entire_binding() },
+                    BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&canvas.normals) },
+                    BindGroupEntry { binding: 2, resource: BindingResource::TextureView(&canvas.tangents) },
+                    BindGroupEntry { binding: 3, resource: resources.harmonics.as_entire_binding() },
+                ],
+            }));
+        }
+        let light = resources.lights.get(&scene.light);
+        let behind = match shot.background {
+            Background::Environment => light.and_then(|light| light.environment()),
+            Background::Harmonics => light.and_then(|light| light.reconstruction()),
+            Background::Flat(_) => None,
+        };
+        let behind = behind.unwrap_or(&resources.nothing);
+        if shot.show.modes().any(|mode| mode == Mode::GlobalShrm) {
+            for thing in visible.iter().map(|seen| &scene.objects[seen.object]) {
+                if let Some(update) = resources.looks.get(&thing.look).and_then(|maps| maps.update()) {
+                    update.look(device, sight.view);
+                }
+            }
+        }
+        Ok(Self {
+            scene,
+            shot,
+            resources,
+            canvas,
+            visible,
+            placed,
+            stride: stride as u64,
+            samples,
+            behind: &behind.bound,
+        })
+    }
+
+    /// Equation 12 for every look that is seen.
+    pub(super) fn update(&self, encoder: &mut wgpu::CommandEncoder) {
+        let mut done = std::collections::HashSet::new();
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.resources.pipelines.update);
+        for seen in &self.visible {
+            let look = &self.scene.objects[seen.object].look;
+            let Some(update) = self.resources.looks.get(look).and_then(|maps| maps.update()) else {
+                continue;
+            };
+            if done.insert(super::kept::address(look)) {
+                pass.set_bind_group(1, &update.coefficients.bound, &[]);
+                pass.set_bind_group(2, &update.bound, &[]);
+                let groups = update.edge.div_ceil(GROUP);
+                pass.dispatch_workgroups(groups, groups, 6);
+            }
+        }
+    }
+
+    /// Meshes into the surface buffer, seen at one sample of each pixel.
+    pub(super) fn raster(&self, encoder: &mut wgpu::CommandEncoder, sample: usize) {
+        let clear = |view| {
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("raster"),
+            color_attachments: &[clear(&self.canvas.normals), clear(&self.canvas.tangents)],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.canvas.depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(&self.resources.pipelines.raster);
+        for (k, seen) in self.visible.iter().enumerate() {
+            let mesh = &self.scene.objects[seen.object].mesh;
+            let Some(Some(shape)) = self.resources.meshes.get(mesh) else { continue };
+            let offset = self.stride * (k * self.samples.len() + sample) as u64;
+            pass.set_bind_group(0, &self.placed, &[offset as u32]);
+            pass.set_vertex_buffer(0, shape.vertices.slice(..));
+            pass.set_index_buffer(shape.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..shape.count, 0, 0..1);
+        }
+    }
+
+    /// The columns of pixels in which a side's mode is seen.
+    pub(super) fn columns(&self, side: usize) -> std::ops::Range<u32> {
+        let (width, divider) = (self.canvas.size[0], self.shot.show.divider(self.canvas.size[0]));
+        match (self.shot.show, side) {
+            (Show::Split { .. }, 0) => 0..divider,
+            (Show::Split { .. }, _) => divider..width,
+            _ => 0..width,
+        }
+    }
+
+    /// Begins the light of a side's mode at a sample of pixels with darkness.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, side: usize, sample: usize) {
+        if let Some(light) = self.canvas.light(side, sample) {
+            encoder.clear_buffer(light, 0, None);
+        }
+    }
+
+    /// A mode over all surfaces in some columns of pixels. Of brute force, adds some light samples, of which `first` is the
+    /// first.
+    pub(super) fn shade(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (side, mode): (usize, Mode),
+        sample: usize,
+        columns: std::ops::Range<u32>,
+        lights: std::ops::Range<u32>,
+    ) -> Result<(), RenderError> {
+        let Resources { device, layouts, pipelines, .. } = self.resources;
+        let (Some(light), Some(pipeline)) = (self.canvas.light(side, sample), pipelines.mode(mode)) else {
+            return Ok(());
+        };
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &self.samples[sample], &[]);
+        for seen in &self.visible {
+            let Some(pixels) = seen.pixels.columns(columns.clone()) else { continue };
+            let part = Part {
+                origin: pixels.origin,
+                extent: pixels.extent,
+                number: seen.object as u32 + 1,
+                first: lights.start,
+                count: lights.end - lights.start,
+                unused: 0,
+            };
+            let part = device.filled("a part of the picture", BufferUsages::UNIFORM, &[part])?;
+            let part = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("a part of the picture"),
+                layout: &layouts.shade,
+                entries: &[
+                    BindGroupEntry { binding: 0, resource: part.as_entire_binding() },
+                    BindGroupEntry { binding: 1, resource: light.as_entire_binding() },
+                ],
+            });
+            let look = &self.scene.objects[seen.object].look;
+            let maps = self.resources.lights.get(look.light());
+            match mode {
+                Mode::BruteForce => continue,
+                _ => {
+                    let map = match mode {
+                        Mode::Mirror => maps.and_then(|maps| maps.environment()),
+                        Mode::Irradiance => maps.and_then(|maps| maps.irradiance()),
+                        _ => self.resources.looks.get(look).and_then(|maps| maps.mode(mode)),
+                    };
+                    let Some(map) = map else { continue };
+                    pass.set_bind_group(1, &map.bound, &[]);
+                }
+            }
+            pass.set_bind_group(2, &part, &[]);
+            let [across, down] = pixels.extent.map(|side| side.div_ceil(GROUP));
+            pass.dispatch_workgroups(across, down, 1);
+        }
+        Ok(())
+    }
+
+    /// Adds one sample of each pixel to the sums, and after the last makes codes of them. `counts` are the light samples
+    /// that are in the light of each side, 1 where its mode takes none.
+    pub(super) fn develop(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        sample: usize,
+        counts: [u32; 2],
+    ) -> Result<(), RenderError> {
+        let Resources { device, layouts, pipelines, .. } = self.resources;
+        let (Some(first), Some(second)) = (self.canvas.light(0, sample), self.canvas.light(1, sample)) else {
+            return Ok(());
+        };
+        let (background, flat_radiance) = match self.shot.background {
+            Background::Environment => (0, [0.0; 3]),
+            Background::Harmonics => (1, [0.0; 3]),
+            Background::Flat(radiance) => (2, radiance),
+        };
+        let (show, amplify) = match self.shot.show {
+            Show::One(_) => (0, 1.0),
+            Show::Split { .. } => (1, 1.0),
+            Show::Difference { amplify, .. } => (2, amplify),
+        };
+        let [across, down] = self.canvas.groups();
+        let facts = DevelopFacts {
+            flat_radiance,
+            background,
+            gain: self.shot.exposure.exp2() as f32,
+            tone: match self.shot.tone {
+                ToneMap::Plain => 0,
+                ToneMap::Filmic => 1,
+            },
+            show,
+            divider: self.shot.show.divider(self.canvas.size[0]),
+            amplify,
+            counts: counts.map(|count| count as f32),
+            begins: u32::from(sample == 0),
+            ends: u32::from(sample + 1 == self.samples.len()),
+            first_square: sample as u32 * across * down,
+            unused: [0; 2],
+        };
+        let facts = device.filled("developing", BufferUsages::UNIFORM, &[facts])?;
+        let buffers = [
+            &facts,
+            first,
+            second,
+            &self.canvas.radiances,
+            &self.canvas.displays,
+            &self.canvas.squares,
+            &self.canvas.codes,
+        ];
+        let entries: Vec<BindGroupEntry<'_>> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("developing"),
+            layout: &layouts.develop,
+            entries: &entries,
+        });
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipelines.develop);
+        pass.set_bind_group(0, &self.samples[sample], &[]);
+        pass.set_bind_group(1, self.behind, &[]);
+        pass.set_bind_group(2, &bound, &[]);
+        pass.dispatch_workgroups(across, down, 1);
+        Ok(())
+    }
+
+    /// Codes into a texture.
+    pub(super) fn present(&self, encoder: &mut wgpu::CommandEncoder, target: &wgpu::TextureView) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("present"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(&self.resources.pipelines.present);
+        pass.set_bind_group(0, &self.canvas.presented, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// In clip coordinates, from the middle of each pixel to one of its samples, so that this is seen in the middle.
+fn shift(size: [u32; 2], samples: u32, chosen: [u32; 2]) -> Mat4 {
+    let aside = |axis: usize| {
+        let place = (chosen[axis] as f32 + 0.5) / samples as f32 - 0.5;
+        -2.0 * place / size[axis] as f32
+    };
+    Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::Z, Vec4::new(aside(0), -aside(1), 0.0, 1.0))
+}
+
+/// A matrix as WGSL has it: each column fills four numbers.
+fn columns(matrix: Mat3) -> [[f32; 4]; 3] {
+    matrix.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0])
+}

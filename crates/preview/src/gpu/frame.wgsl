@@ -1,0 +1,36 @@
+// What every pass over the samples of a picture knows: one sample of each pixel, the same one in all.
+
+struct Frame {
+    // The ray through the upper left corner of the picture, and the steps from sample to sample: `Sight`.
+    corner: vec3f,
+    // Samples along each side of a pixel.
+    samples: u32,
+    across: vec3f,
+    // Which of them: its column and row in the pixel are `chosen.x` and `chosen.y`.
+    pad_across: u32,
+    down: vec3f,
+    pad_down: u32,
+    // In pixels.
+    size: vec2u,
+    chosen: vec2u,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+// The normal, of any length, and the object's number from 1, negative where its inside is seen; 0 where nothing is.
+@group(0) @binding(1) var normals: texture_2d<f32>;
+// The tangent, of any length.
+@group(0) @binding(2) var tangents: texture_2d<f32>;
+
+// The sample's place among all samples of the picture.
+fn frame_sample(pixel: vec2u) -> vec2u {
+    return pixel * frame.samples + frame.chosen;
+}
+
+fn frame_ray(pixel: vec2u) -> vec3f {
+    let at = vec2f(frame_sample(pixel)) + 0.5;
+    return frame.corner + frame.across * at.x + frame.down * at.y;
+}
+
+fn frame_index(pixel: vec2u) -> u32 {
+    return pixel.y * frame.size.x + pixel.x;
+}

@@ -1,0 +1,310 @@
+//! What the shaders are given, and the shaders themselves.
+//!
+//! Group 0 is one sample of each pixel (frame.wgsl), group 1 a map (map.wgsl), group 2 what a pass reads and writes, group
+//! 3 what brute force samples. The files of `shading/` come after these; nothing is rewritten but for one line that says which mode
+//! is shaded.
+
+use std::collections::HashMap;
+
+use wgpu::{
+    BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages, StorageTextureAccess,
+    TextureSampleType, TextureViewDimension,
+};
+
+use super::memory::TEXELS;
+use super::mesh::Shape;
+use crate::Mode;
+
+const FRAME: &str = include_str!("frame.wgsl");
+const MAP: &str = include_str!("map.wgsl");
+const RASTER: &str = include_str!("raster.wgsl");
+const SHADE: &str = include_str!("shade.wgsl");
+const UPDATE: &str = include_str!("update.wgsl");
+const DEVELOP_PASS: &str = include_str!("develop.wgsl");
+const PRESENT: &str = include_str!("present.wgsl");
+const SURFACE: &str = include_str!("../shading/surface.wgsl");
+const CUBE: &str = include_str!("../shading/cube.wgsl");
+const LAT_LONG: &str = include_str!("../shading/lat_long.wgsl");
+const HARMONICS: &str = include_str!("../shading/harmonics.wgsl");
+const BACKGROUND: &str = include_str!("../shading/background.wgsl");
+const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
+const DEVELOP: &str = include_str!("../shading/develop.wgsl");
+const GLOBAL_SHRM: &str = include_str!("../shading/global_shrm.wgsl");
+
+/// What surfaces and normals lie in while a sample of each pixel is drawn.
+pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// The layouts of groups.
+#[derive(Debug)]
+pub(super) struct Layouts {
+    pub(super) placed: wgpu::BindGroupLayout,
+    pub(super) frame: wgpu::BindGroupLayout,
+    pub(super) map: wgpu::BindGroupLayout,
+    pub(super) shade: wgpu::BindGroupLayout,
+    pub(super) update: wgpu::BindGroupLayout,
+    pub(super) develop: wgpu::BindGroupLayout,
+    pub(super) present: wgpu::BindGroupLayout,
+    pub(super) light: wgpu::BindGroupLayout,
+}
+
+/// The pipelines; that of a mode is made when it is first shown.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    device: wgpu::Device,
+    pub(super) raster: wgpu::RenderPipeline,
+    pub(super) update: wgpu::ComputePipeline,
+    pub(super) develop: wgpu::ComputePipeline,
+    pub(super) present: wgpu::RenderPipeline,
+    modes: HashMap<Mode, wgpu::ComputePipeline>,
+}
+
+impl Layouts {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        let vertex = ShaderStages::VERTEX_FRAGMENT;
+        let compute = ShaderStages::COMPUTE;
+        let layout = |label: &str, entries: &[BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        Self {
+            placed: layout("an object", &[entry(0, vertex, buffer(BufferBindingType::Uniform, true))]),
+            frame: layout(
+                "a sample of each pixel",
+                &[
+                    entry(0, compute, uniform()),
+                    entry(1, compute, texture(TextureViewDimension::D2)),
+                    entry(2, compute, texture(TextureViewDimension::D2)),
+                    entry(3, compute, read()),
+                ],
+            ),
+            map: layout(
+                "a map",
+                &[entry(0, compute, uniform()), entry(1, compute, texture(TextureViewDimension::D2Array))],
+            ),
+            shade: layout("a mode", &[entry(0, compute, uniform()), entry(1, compute, write())]),
+            update: layout(
+                "equation 12",
+                &[
+                    entry(
+                        0,
+                        compute,
+                        BindingType::StorageTexture {
+                            access: StorageTextureAccess::WriteOnly,
+                            format: TEXELS,
+                            view_dimension: TextureViewDimension::D2Array,
+                        },
+                    ),
+                    entry(2, compute, read()),
+                ],
+            ),
+            develop: layout(
+                "developing",
+                &[
+                    entry(0, compute, uniform()),
+                    entry(1, compute, read()),
+                    entry(2, compute, read()),
+                    entry(3, compute, write()),
+                    entry(4, compute, write()),
+                    entry(5, compute, write()),
+                    entry(6, compute, write()),
+                ],
+            ),
+            present: layout(
+                "codes",
+                &[entry(0, ShaderStages::FRAGMENT, uniform()), entry(1, ShaderStages::FRAGMENT, read())],
+            ),
+            light: layout("light and material", &[0, 1, 2].map(|binding| entry(binding, compute, read()))),
+        }
+    }
+}
+
+impl Pipelines {
+    pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
+        Self {
+            raster: raster(device, layouts),
+            update: compute(
+                device,
+                "update",
+                &[None, Some(&layouts.map), Some(&layouts.update)],
+                &update_source(),
+            ),
+            develop: compute(
+                device,
+                "develop_samples",
+                &[Some(&layouts.frame), Some(&layouts.map), Some(&layouts.develop)],
+                &develop_source(),
+            ),
+            present: present(device, layouts, target),
+            modes: HashMap::new(),
+            device: device.clone(),
+        }
+    }
+
+    /// The pipeline of a mode, where it is there.
+    pub(super) fn mode(&self, mode: Mode) -> Option<&wgpu::ComputePipeline> {
+        self.modes.get(&mode)
+    }
+
+    /// Sees to it that the pipeline of a mode is there.
+    pub(super) fn prepare(&mut self, layouts: &Layouts, mode: Mode) {
+        let device = &self.device;
+        self.modes.entry(mode).or_insert_with(|| {
+            let Layouts { frame, map, shade, light, .. } = layouts;
+            let groups = match mode {
+                Mode::BruteForce => &[Some(frame), None, Some(shade), Some(light)][..],
+                _ => &[Some(frame), Some(map), Some(shade)],
+            };
+            compute(device, "shade", groups, &mode_source(mode))
+        });
+    }
+}
+
+/// Every shader, with a name.
+#[cfg(test)]
+pub(super) fn sources() -> Vec<(String, String)> {
+    let mut sources = vec![
+        ("raster".to_owned(), RASTER.to_owned()),
+        ("update".to_owned(), update_source()),
+        ("develop".to_owned(), develop_source()),
+        ("present".to_owned(), PRESENT.to_owned()),
+    ];
+    sources.extend(Mode::ALL.map(|mode| (mode.name().to_owned(), mode_source(mode))));
+    sources
+}
+
+fn update_source() -> String {
+    [MAP, SURFACE, CUBE, HARMONICS, GLOBAL_SHRM, UPDATE].concat()
+}
+
+fn develop_source() -> String {
+    [FRAME, MAP, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS].concat()
+}
+
+/// All of a mode's shader.
+fn mode_source(mode: Mode) -> String {
+    let (files, value): (&[&str], _) = match mode {
+        Mode::LocalShrm => (&[include_str!("../shading/local_shrm.wgsl")], "local_shrm(surface)"),
+        Mode::GlobalShrm => (&[GLOBAL_SHRM], "global_shrm(surface)"),
+        Mode::Cabral => (&[include_str!("../shading/cabral.wgsl")], "cabral(surface)"),
+        Mode::KautzMcCool => (&[include_str!("../shading/kautz_mccool.wgsl")], "kautz_mccool(surface)"),
+        Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
+        Mode::Prefiltered => (&[include_str!("../shading/prefiltered.wgsl")], "prefiltered(surface)"),
+        Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),
+        Mode::BruteForce => (&[], "vec3f(0.0)"),
+    };
+    let one = format!(
+        "fn shade_mode(surface: Surface, pixel: vec2u, before: vec3f) -> vec3f {{ return {value}; }}\n"
+    );
+    [&[FRAME, MAP, SURFACE, CUBE, LAT_LONG, HARMONICS], files, &[&one, SHADE]].concat().concat()
+}
+
+fn compute(
+    device: &wgpu::Device,
+    entry_point: &str,
+    groups: &[Option<&wgpu::BindGroupLayout>],
+    source: &str,
+) -> wgpu::ComputePipeline {
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry_point),
+        layout: Some(&pipeline_layout(device, groups)),
+        module: &module(device, entry_point, source),
+        entry_point: Some(entry_point),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    })
+}
+
+fn raster(device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipeline {
+    let module = module(device, "raster", RASTER);
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("raster"),
+        layout: Some(&pipeline_layout(device, &[Some(&layouts.placed)])),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[Some(Shape::LAYOUT)],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(TEXELS.into()), Some(TEXELS.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn present(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> wgpu::RenderPipeline {
+    let module = module(device, "present", PRESENT);
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("present"),
+        layout: Some(&pipeline_layout(device, &[Some(&layouts.present)])),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(target.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::ShaderModule {
+    device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    })
+}
+
+fn pipeline_layout(device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: groups,
+        immediate_size: 0,
+    })
+}
+
+fn entry(binding: u32, visibility: ShaderStages, ty: BindingType) -> BindGroupLayoutEntry {
+    BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+fn buffer(ty: BufferBindingType, has_dynamic_offset: bool) -> BindingType {
+    BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None }
+}
+
+fn uniform() -> BindingType {
+    buffer(BufferBindingType::Uniform, false)
+}
+
+fn read() -> BindingType {
+    buffer(BufferBindingType::Storage { read_only: true }, false)
+}
+
+fn write() -> BindingType {
+    buffer(BufferBindingType::Storage { read_only: false }, false)
+}
+
+fn texture(view_dimension: TextureViewDimension) -> BindingType {
+    let sample_type = TextureSampleType::Float { filterable: false };
+    BindingType::Texture { sample_type, view_dimension, multisampled: false }
+}

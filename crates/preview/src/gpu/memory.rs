@@ -1,0 +1,107 @@
+//! Buffers and textures. Each is asked of the device's limits before it is made.
+
+use wgpu::{BufferUsages, Extent3d, TextureDimension, TextureFormat, TextureUsages};
+
+use super::device::Device;
+use crate::RenderError;
+
+/// All colour textures: what a device with 32 bits reads without a filter.
+pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
+
+impl Device {
+    /// A buffer of some bytes, at least 16.
+    pub(super) fn buffer(
+        &self,
+        what: &str,
+        usage: BufferUsages,
+        bytes: u64,
+    ) -> Result<wgpu::Buffer, RenderError> {
+        let limits = self.device.limits();
+        let bound = if usage.contains(BufferUsages::STORAGE) {
+            limits.max_storage_buffer_binding_size
+        } else {
+            u64::MAX
+        };
+        within(format!("{what}: a buffer in bytes"), bytes, limits.max_buffer_size.min(bound))?;
+        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: bytes.max(16).next_multiple_of(16),
+            usage,
+            mapped_at_creation: false,
+        }))
+    }
+
+    /// A buffer that holds these values.
+    pub(super) fn filled<T: bytemuck::NoUninit>(
+        &self,
+        what: &str,
+        usage: BufferUsages,
+        values: &[T],
+    ) -> Result<wgpu::Buffer, RenderError> {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        let buffer = self.buffer(what, usage | BufferUsages::COPY_DST, bytes.len() as u64)?;
+        // Copies are of whole fours of bytes.
+        match bytes.len() % 4 {
+            0 => self.queue.write_buffer(&buffer, 0, bytes),
+            _ => {
+                let mut whole = bytes.to_vec();
+                whole.resize(bytes.len().next_multiple_of(4), 0);
+                self.queue.write_buffer(&buffer, 0, &whole);
+            }
+        }
+        Ok(buffer)
+    }
+
+    /// A texture of layers.
+    pub(super) fn texture(
+        &self,
+        what: &str,
+        format: TextureFormat,
+        usage: TextureUsages,
+        [width, height, layers]: [u64; 3],
+    ) -> Result<wgpu::Texture, RenderError> {
+        let limits = self.device.limits();
+        let side = u64::from(limits.max_texture_dimension_2d);
+        within(format!("{what}: a texture's width"), width, side)?;
+        within(format!("{what}: a texture's height"), height, side)?;
+        within(format!("{what}: a texture's layers"), layers, u64::from(limits.max_texture_array_layers))?;
+        Ok(self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(what),
+            size: Extent3d {
+                width: width as u32,
+                height: height as u32,
+                depth_or_array_layers: layers as u32,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        }))
+    }
+
+    /// Writes some layers of a texture of [`TEXELS`], rows from the top.
+    pub(super) fn write_layers(&self, texture: &wgpu::Texture, first: u32, texels: &[[f32; 4]]) {
+        let Extent3d { width, height, .. } = texture.size();
+        let layers = texels.len() as u32 / (width * height).max(1);
+        self.queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z: first },
+                ..texture.as_image_copy()
+            },
+            bytemuck::cast_slice(texels),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(16 * width),
+                rows_per_image: Some(height),
+            },
+            Extent3d { width, height, depth_or_array_layers: layers },
+        );
+    }
+}
+
+/// Whether what is asked for is allowed.
+pub(super) fn within(what: String, asked: u64, limit: u64) -> Result<(), RenderError> {
+    if asked <= limit { Ok(()) } else { Err(RenderError::Limit { what, asked, limit }) }
+}

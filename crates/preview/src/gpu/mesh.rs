@@ -1,0 +1,102 @@
+//! A mesh on the device.
+
+use std::array;
+
+use glam::{Mat4, Vec3};
+use transfer::Mesh;
+use wgpu::BufferUsages;
+
+use super::device::Device;
+use super::memory::within;
+use crate::RenderError;
+
+/// Position, normal and tangent of a vertex.
+type Vertex = [[f32; 3]; 3];
+
+/// A mesh that has triangles.
+#[derive(Debug)]
+pub(super) struct Shape {
+    pub(super) vertices: wgpu::Buffer,
+    pub(super) indices: wgpu::Buffer,
+    pub(super) count: u32,
+    corners: [Vec3; 8],
+}
+
+/// A rectangle of pixels: its upper left corner, its width and height.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Rectangle {
+    pub(super) origin: [u32; 2],
+    pub(super) extent: [u32; 2],
+}
+
+impl Shape {
+    pub(super) const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+        wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x3];
+    pub(super) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &Self::ATTRIBUTES,
+    };
+
+    /// Of a mesh; `None` where it has no triangle.
+    pub(super) fn new(device: &Device, mesh: &Mesh) -> Result<Option<Self>, RenderError> {
+        if mesh.triangles().is_empty() {
+            return Ok(None);
+        }
+        within(
+            "a mesh: corners of triangles".to_owned(),
+            3 * mesh.triangles().len() as u64,
+            u32::MAX.into(),
+        )?;
+        let vertices: Vec<Vertex> = (0..mesh.positions().len())
+            .map(|k| {
+                let [x, y, z, _] = mesh.tangents()[k];
+                [mesh.positions()[k], mesh.normals()[k], [x, y, z]]
+            })
+            .collect();
+        let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for &position in mesh.triangles().iter().flatten().map(|&vertex| &mesh.positions()[vertex as usize]) {
+            (least, most) = (least.min(position.into()), most.max(position.into()));
+        }
+        Ok(Some(Self {
+            vertices: device.filled("the vertices of a mesh", BufferUsages::VERTEX, &vertices)?,
+            indices: device.filled("the triangles of a mesh", BufferUsages::INDEX, mesh.triangles())?,
+            count: 3 * mesh.triangles().len() as u32,
+            corners: array::from_fn(|corner| {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { least[axis] } else { most[axis] };
+                Vec3::new(pick(0), pick(1), pick(2))
+            }),
+        }))
+    }
+
+    /// The pixels that may see the mesh; `None` where none does.
+    pub(super) fn pixels(&self, clip: Mat4, size: [u32; 2]) -> Option<Rectangle> {
+        let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for corner in self.corners {
+            let at = clip * corner.extend(1.0);
+            if at.w <= 0.0 {
+                // Behind the eye nothing is known of where it is seen.
+                return Some(Rectangle { origin: [0, 0], extent: size });
+            }
+            for (axis, place) in [at.x / at.w, -at.y / at.w].into_iter().enumerate() {
+                let pixel = (place + 1.0) / 2.0 * size[axis] as f32;
+                (least[axis], most[axis]) = (least[axis].min(pixel), most[axis].max(pixel));
+            }
+        }
+        // One pixel for the place of samples in it, one for rounding.
+        let origin = [0, 1].map(|axis| (least[axis] - 2.0).clamp(0.0, size[axis] as f32) as u32);
+        let end = [0, 1].map(|axis| (most[axis] + 3.0).clamp(0.0, size[axis] as f32) as u32);
+        let extent = [0, 1].map(|axis| end[axis].saturating_sub(origin[axis]));
+        (extent[0] > 0 && extent[1] > 0).then_some(Rectangle { origin, extent })
+    }
+}
+
+impl Rectangle {
+    /// The part of it in some columns.
+    pub(super) fn columns(self, columns: std::ops::Range<u32>) -> Option<Self> {
+        let start = self.origin[0].max(columns.start);
+        let end = (self.origin[0] + self.extent[0]).min(columns.end);
+        (start < end)
+            .then_some(Self { origin: [start, self.origin[1]], extent: [end - start, self.extent[1]] })
+    }
+}

@@ -1,0 +1,38 @@
+// Meshes into the surface buffer: of each sample the nearest object, its normal and its tangent.
+
+struct Placed {
+    clip: mat4x4f,
+    normal: mat3x3f,
+    tangent: mat3x3f,
+    // From 1.
+    number: f32,
+    mirrored: u32,
+}
+
+@group(0) @binding(0) var<uniform> placed: Placed;
+
+struct Vertex {
+    @builtin(position) position: vec4f,
+    @location(0) normal: vec3f,
+    @location(1) tangent: vec3f,
+}
+
+struct Seen {
+    @location(0) normal: vec4f,
+    @location(1) tangent: vec4f,
+}
+
+@vertex
+fn vertex(
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) tangent: vec3f,
+) -> Vertex {
+    return Vertex(placed.clip * vec4f(position, 1.0), placed.normal * normal, placed.tangent * tangent);
+}
+
+@fragment
+fn fragment(@builtin(front_facing) front: bool, at: Vertex) -> Seen {
+    let outside = front != (placed.mirrored == 1u);
+    return Seen(vec4f(at.normal, select(-placed.number, placed.number, outside)), vec4f(at.tangent, 0.0));
+}

@@ -1,0 +1,93 @@
+//! All that is on the device for scenes, whatever the picture's size.
+
+use std::iter::once;
+
+use wgpu::BufferUsages;
+
+use super::device::Device;
+use super::kept::Kept;
+use super::layouts::{Layouts, Pipelines};
+use super::maps::{LightMaps, LookMaps, Map};
+use super::mesh::Shape;
+use crate::shading::harmonics::Harmonics;
+use crate::{Background, Light, Look, Mode, RenderError, Scene, Shot};
+
+/// What scenes need on the device.
+#[derive(Debug)]
+pub(super) struct Resources {
+    pub(super) device: Device,
+    pub(super) layouts: Layouts,
+    pub(super) pipelines: Pipelines,
+    /// `None` for a mesh without triangles.
+    pub(super) meshes: Kept<transfer::Mesh, Option<Shape>>,
+    pub(super) looks: Kept<Look, LookMaps>,
+    pub(super) lights: Kept<Light, LightMaps>,
+    /// The constants of the harmonics, up to a degree.
+    pub(super) harmonics: wgpu::Buffer,
+    degree: usize,
+    /// Where no map is read.
+    pub(super) nothing: Map,
+}
+
+/// As many as most maps need.
+const DEGREE: usize = 16;
+
+impl Resources {
+    pub(super) fn new(device: Device, target: wgpu::TextureFormat) -> Result<Self, RenderError> {
+        let layouts = Layouts::new(&device.device);
+        let pipelines = Pipelines::new(&device.device, &layouts, target);
+        let nothing = Map::nothing(&device, &layouts)?;
+        let harmonics = constants(&device, DEGREE)?;
+        Ok(Self {
+            device,
+            layouts,
+            pipelines,
+            meshes: Kept::default(),
+            looks: Kept::default(),
+            lights: Kept::default(),
+            harmonics,
+            degree: DEGREE,
+            nothing,
+        })
+    }
+
+    /// Sees to it that all is there that a shot of a scene needs, and that nothing is there for what the scene lacks.
+    pub(super) fn prepare(&mut self, scene: &Scene, shot: &Shot) -> Result<(), RenderError> {
+        let objects = || scene.objects.iter();
+        self.meshes.retain(objects().map(|object| &object.mesh));
+        self.looks.retain(objects().map(|object| &object.look));
+        self.lights.retain(objects().map(|object| object.look.light()).chain(once(&scene.light)));
+        let Self { device, layouts, .. } = self;
+        let behind = self.lights.get_or_make(&scene.light, || Ok(LightMaps::default()))?;
+        match shot.background {
+            Background::Environment => behind.prepare_environment(device, layouts, &scene.light)?,
+            Background::Harmonics => behind.prepare_reconstruction(device, layouts, &scene.light)?,
+            Background::Flat(_) => {}
+        }
+        for object in objects() {
+            self.meshes.get_or_make(&object.mesh, || Shape::new(device, &object.mesh))?;
+            for mode in shot.show.modes() {
+                self.pipelines.prepare(layouts, mode);
+                let light = object.look.light();
+                let lights = self.lights.get_or_make(light, || Ok(LightMaps::default()))?;
+                match mode {
+                    Mode::Mirror => lights.prepare_environment(device, layouts, light)?,
+                    Mode::Irradiance => lights.prepare_irradiance(device, layouts, light)?,
+                    _ => {
+                        let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
+                        maps.prepare(device, layouts, &object.look, mode)?;
+                        if maps.degree() > self.degree {
+                            self.degree = maps.degree().next_power_of_two();
+                            self.harmonics = constants(device, self.degree)?;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn constants(device: &Device, degree: usize) -> Result<wgpu::Buffer, RenderError> {
+    device.filled("the harmonics", BufferUsages::STORAGE, &Harmonics::new(degree).constants())
+}

@@ -1,0 +1,255 @@
+use std::sync::Arc;
+
+use brdf::{Choice, Lambert, Material, project};
+use envmap::{Environment, ToneMap};
+use sh::{Degree, Transform};
+use shrm::Reflection;
+use sphere::{LatLong, Rotation};
+
+use super::*;
+use crate::{Background, Light, Look, MapSizes};
+
+/// A device, or a reason that is told aloud.
+fn gpu(test: &str) -> Option<Gpu> {
+    if Gpu::adapters().is_empty() {
+        oracles::skip(test, "there is no graphics adapter here");
+        return None;
+    }
+    Some(Gpu::new().unwrap())
+}
+
+fn light() -> Arc<Light> {
+    let grid = LatLong::with_rows(16);
+    let pixel = |k: usize| [0.2 + (k % 7) as f32 / 7.0, 0.5, 0.1 * (k / grid.width) as f32];
+    let pixels = (0..grid.len()).map(pixel).collect();
+    Arc::new(Light::new(Environment::new(grid, pixels).unwrap(), None))
+}
+
+fn look(light: &Arc<Light>, sizes: MapSizes) -> Arc<Look> {
+    let grey = Material::Lambert(Lambert::new([0.5; 3]).unwrap());
+    let degree = Degree::new(3).unwrap();
+    let coefficients = project(&grey, Choice::Degree { f: degree, p: Degree::ZERO }).unwrap().coefficients;
+    let transform = Transform::new(light.environment().grid(), degree).unwrap();
+    let reflection = Reflection::convolve(&transform.analyse(light.environment().pixels()), &coefficients);
+    Arc::new(Look::new(Arc::clone(light), reflection, Some(grey), sizes))
+}
+
+fn scene() -> Scene {
+    let mesh = Arc::new(transfer::shape("torus-knot").unwrap());
+    Scene::of(mesh, look(&light(), MapSizes { edge: 8, slices: 4 }))
+}
+
+fn shot(scene: &Scene, mode: Mode) -> Shot {
+    Shot {
+        size: [60, 44],
+        samples: 1,
+        camera: Camera::new(scene.framing()),
+        turn: Rotation::IDENTITY,
+        show: Show::One(mode),
+        background: Background::Environment,
+        exposure: 0.0,
+        tone: ToneMap::Filmic,
+        light_samples: 40,
+    }
+}
+
+fn target(gpu: &Gpu, size: [u32; 2]) -> wgpu::TextureView {
+    let [width, height] = size.map(u64::from);
+    let device = &gpu.resources.device;
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+    let texture = device.texture("a target", Gpu::TARGET, usage, [width, height, 1]).unwrap();
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+#[test]
+fn a_destroyed_device_is_an_error_of_every_call() {
+    let Some(mut gpu) = gpu("a_destroyed_device_is_an_error_of_every_call") else { return };
+    let scene = scene();
+    let shot = shot(&scene, Mode::LocalShrm);
+    let target = target(&gpu, shot.size);
+    assert!(gpu.render(&scene, &shot, &|| false).is_ok());
+    assert!(gpu.draw(&scene, &shot, &target).is_ok());
+    gpu.resources.device.device.destroy();
+    for _ in 0..2 {
+        let of_the_device =
+            |error: RenderError| matches!(error, RenderError::Device(message) if message.contains("lost"));
+        assert!(of_the_device(gpu.render(&scene, &shot, &|| false).unwrap_err()));
+        assert!(of_the_device(gpu.draw(&scene, &shot, &target).unwrap_err()));
+    }
+}
+
+#[test]
+fn what_passes_the_limits_is_said_before_it_is_made() {
+    let Some(mut gpu) = gpu("what_passes_the_limits_is_said_before_it_is_made") else { return };
+    let scene = scene();
+    let limits = gpu.resources.device.device.limits();
+    let wide = limits.max_texture_dimension_2d + 1;
+    let shot = Shot { size: [wide, 1], ..shot(&scene, Mode::Mirror) };
+    let limit = u64::from(limits.max_texture_dimension_2d);
+    match gpu.render(&scene, &shot, &|| false).unwrap_err() {
+        RenderError::Limit { what, asked, limit: allowed } => {
+            assert_eq!((asked, allowed), (limit + 1, limit), "{what}");
+        }
+        other => panic!("{other}"),
+    }
+    // And the device goes on.
+    assert!(gpu.render(&scene, &Shot { size: [8, 8], ..shot }, &|| false).is_ok());
+}
+
+/// A map's rows are layers, six each: more of them than any device has.
+#[test]
+fn a_map_of_too_many_rows_passes_the_limits() {
+    let Some(mut gpu) = gpu("a_map_of_too_many_rows_passes_the_limits") else { return };
+    let p = Degree::new(20).unwrap();
+    let layers = 6 * p.rows() as u64;
+    let most = u64::from(gpu.resources.device.device.limits().max_texture_array_layers);
+    if layers <= most {
+        return oracles::skip("a_map_of_too_many_rows_passes_the_limits", "this device has that many layers");
+    }
+    let grid = shrm::MapGrid::Cube(sphere::Cube { edge: 2 });
+    let values = vec![[0.0; 3]; grid.len() * p.rows()];
+    let (view, centre, terms) = (shrm::View::Local, brdf::Centre::Reflection, shrm::Terms::All);
+    let map = shrm::Shrm::new(grid, view, centre, p, terms, values).unwrap();
+    let light = light();
+    let look = Arc::new(Look::from_map(Arc::clone(&light), map, None, MapSizes { edge: 2, slices: 2 }));
+    let scene = Scene::of(Arc::new(transfer::shape("plane").unwrap()), look);
+    let error = gpu.render(&scene, &shot(&scene, Mode::LocalShrm), &|| false).unwrap_err();
+    assert!(
+        matches!(&error, RenderError::Limit { asked, limit, .. } if (*asked, *limit) == (layers, most)),
+        "{error}"
+    );
+}
+
+#[test]
+fn nothing_to_draw_is_drawn() {
+    let Some(mut gpu) = gpu("nothing_to_draw_is_drawn") else { return };
+    let empty = Arc::new(transfer::Mesh::new(vec![], vec![], vec![], None, vec![]).unwrap());
+    let alone =
+        transfer::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
+    let full = scene();
+    let none = Scene { light: Arc::clone(&full.light), objects: vec![] };
+    let look = &full.objects[0].look;
+    for scene in
+        [Scene::of(empty, Arc::clone(look)), Scene::of(Arc::new(alone.unwrap()), Arc::clone(look)), none]
+    {
+        for mode in [Mode::LocalShrm, Mode::GlobalShrm, Mode::BruteForce] {
+            let shot = shot(&scene, mode);
+            let picture = gpu.render(&scene, &shot, &|| false).unwrap();
+            assert!(picture.radiance.iter().all(|pixel| pixel[3] == 0.0 && pixel[0] > 0.0));
+        }
+    }
+    for size in [[0, 0], [0, 7], [7, 0]] {
+        let shot = Shot { size, ..shot(&full, Mode::Mirror) };
+        let picture = gpu.render(&full, &shot, &|| false).unwrap();
+        assert!(picture.size == size && picture.codes.is_empty() && picture.radiance.is_empty());
+        assert_eq!(gpu.draw(&full, &shot, &target(&gpu, [1, 1])).unwrap(), Drawn::default());
+    }
+}
+
+#[test]
+fn what_scenes_no_longer_use_is_dropped() {
+    let Some(mut gpu) = gpu("what_scenes_no_longer_use_is_dropped") else { return };
+    let counts = |gpu: &Gpu| {
+        let Resources { meshes, looks, lights, .. } = &gpu.resources;
+        [meshes.len(), looks.len(), lights.len()]
+    };
+    let first = scene();
+    let mut both = first.clone();
+    both.objects.extend(scene().objects);
+    let render =
+        |gpu: &mut Gpu, scene: &Scene| gpu.render(scene, &shot(scene, Mode::LocalShrm), &|| false).unwrap();
+    render(&mut gpu, &both);
+    assert_eq!(counts(&gpu), [2, 2, 2]);
+    let again = render(&mut gpu, &first);
+    assert_eq!(counts(&gpu), [1, 1, 1]);
+    assert_eq!(again, render(&mut gpu, &first));
+    let other = scene();
+    render(&mut gpu, &other);
+    assert_eq!(counts(&gpu), [1, 1, 1]);
+    assert!(gpu.resources.meshes.get(&first.objects[0].mesh).is_none());
+}
+
+#[test]
+fn a_picture_that_nobody_wants_is_cancelled() {
+    let Some(mut gpu) = gpu("a_picture_that_nobody_wants_is_cancelled") else { return };
+    let scene = scene();
+    let asked = std::sync::atomic::AtomicU32::new(0);
+    let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 2;
+    let shot = Shot { light_samples: u32::MAX, ..shot(&scene, Mode::BruteForce) };
+    assert_eq!(gpu.render(&scene, &shot, &stop), Err(RenderError::Cancelled));
+}
+
+/// What a window has drawn bit by bit is what is drawn whole.
+#[test]
+fn brute_force_gathers_while_the_view_stays() {
+    let Some(mut gpu) = gpu("brute_force_gathers_while_the_view_stays") else { return };
+    let scene = scene();
+    let show = Show::Difference { of: Mode::LocalShrm, from: Mode::BruteForce, amplify: 1.0 };
+    let shot = Shot { show, samples: 2, ..shot(&scene, Mode::BruteForce) };
+    let target = target(&gpu, shot.size);
+    let begun = std::time::Instant::now();
+    let mut last = Drawn::default();
+    loop {
+        let drawn = gpu.draw(&scene, &shot, &target).unwrap();
+        assert!(
+            drawn.light_samples >= last.light_samples.max(1) && drawn.light_samples <= shot.light_samples
+        );
+        last = drawn;
+        if !drawn.unfinished {
+            break;
+        }
+        assert!(begun.elapsed().as_secs() < 60, "it never ends: {drawn:?}");
+    }
+    assert_eq!(last.light_samples, shot.light_samples);
+    let whole = gpu.render(&scene, &shot, &|| false).unwrap();
+    let (found, expected) = (last.relative_rms.unwrap(), whole.relative_rms.unwrap());
+    // Partial sums of other lengths: rounding of f32.
+    assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
+    // Another exposure keeps them, another view does not.
+    let brighter = Shot { exposure: 1.0, ..shot.clone() };
+    assert_eq!(gpu.draw(&scene, &brighter, &target).unwrap().light_samples, shot.light_samples);
+    let mut turned = shot.clone();
+    turned.camera.yaw += 0.1;
+    assert!(gpu.draw(&scene, &turned, &target).unwrap().light_samples < shot.light_samples);
+}
+
+#[test]
+fn the_target_has_the_size_and_format_of_the_picture() {
+    let Some(mut gpu) = gpu("the_target_has_the_size_and_format_of_the_picture") else { return };
+    let scene = scene();
+    let wrong = target(&gpu, [61, 44]);
+    let error = gpu.draw(&scene, &shot(&scene, Mode::Mirror), &wrong).unwrap_err();
+    assert!(error.to_string().contains("61 x 44") && error.to_string().contains("60 x 44"), "{error}");
+}
+
+#[test]
+fn every_shader_is_valid() {
+    for (name, source) in layouts::sources() {
+        let module = wgpu::naga::front::wgsl::parse_str(&source)
+            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+        use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
+        validator
+            .validate(&module)
+            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+    }
+}
+
+/// And every shader of `shading` is part of some shader of the device.
+#[test]
+fn every_shader_has_its_twin() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shading");
+    let sources = layouts::sources();
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "wgsl") {
+            continue;
+        }
+        count += 1;
+        assert!(path.with_extension("rs").exists(), "{} has no twin", path.display());
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(sources.iter().any(|(_, source)| source.contains(&text)), "{} is not used", path.display());
+    }
+    assert!(count >= 14, "{count} shaders");
+}

@@ -1,0 +1,12 @@
+// Equation 12 at every texel of a cube: coefficients into a reflection map.
+
+@group(2) @binding(0) var reflection: texture_storage_2d_array<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn update(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= vec2u(facts.edge)) {
+        return;
+    }
+    let radiance = global_update(Texel(id.z, id.x, id.y));
+    textureStore(reflection, id.xy, id.z, vec4f(radiance, 1.0));
+}

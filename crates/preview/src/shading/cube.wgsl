@@ -1,0 +1,111 @@
+// Look-ups on a cube: four texels around a direction, over edges and corners.
+// The twin of cube.rs, which says how the texel over an edge is found; faces as in `sphere::Cube`.
+
+struct Texel {
+    // 0 to 5: +X -X +Y -Y +Z -Z of the cube coordinates.
+    face: u32,
+    column: u32,
+    row: u32,
+}
+
+struct Taps {
+    texel: array<Texel, 4>,
+    weight: vec4f,
+}
+
+// A point of a face's plane: (s, t), t downward, times the plane's distance.
+struct OnFace {
+    face: u32,
+    at: vec2f,
+    distance: f32,
+}
+
+fn cube_on_face(c: vec3f) -> OnFace {
+    let a = abs(c);
+    if a.x >= a.y && a.x >= a.z {
+        let positive = c.x > 0.0;
+        return OnFace(select(1u, 0u, positive), vec2f(select(c.z, -c.z, positive), -c.y), a.x);
+    }
+    if a.y >= a.z {
+        let positive = c.y > 0.0;
+        return OnFace(select(3u, 2u, positive), vec2f(c.x, select(-c.z, c.z, positive)), a.y);
+    }
+    let positive = c.z > 0.0;
+    return OnFace(select(5u, 4u, positive), vec2f(select(-c.x, c.x, positive), -c.y), a.z);
+}
+
+fn cube_point(face: u32, at: vec2f, distance: f32) -> vec3f {
+    switch face {
+        case 0u: { return vec3f(distance, -at.y, -at.x); }
+        case 1u: { return vec3f(-distance, -at.y, at.x); }
+        case 2u: { return vec3f(at.x, distance, at.y); }
+        case 3u: { return vec3f(at.x, -distance, -at.y); }
+        case 4u: { return vec3f(at.x, -at.y, distance); }
+        default: { return vec3f(-at.x, -at.y, -distance); }
+    }
+}
+
+// The direction of a texel's centre, of length 1, in the light's frame.
+fn cube_direction(edge: u32, texel: Texel) -> vec3f {
+    let at = vec2f(vec2u(2u * texel.column + 1u, 2u * texel.row + 1u)) - f32(edge);
+    let c = cube_point(texel.face, at, f32(edge));
+    return normalize(vec3f(c.z, -c.x, c.y));
+}
+
+// The texel at a column and row, one of which may lie one step outside of the face.
+fn cube_continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
+    let last = i32(edge) - 1;
+    if column >= 0 && column <= last && row >= 0 && row <= last {
+        return Texel(face, u32(column), u32(row));
+    }
+    let at = vec2f(vec2i(2 * column - last, 2 * row - last));
+    let beside = cube_on_face(cube_point(face, at, f32(edge)));
+    let whole = clamp((vec2i(beside.at) + last) / 2, vec2i(0), vec2i(last));
+    return Texel(beside.face, u32(whole.x), u32(whole.y));
+}
+
+// The four texels around a direction of the light's frame, of any length.
+fn cube_taps(edge: u32, direction: vec3f) -> Taps {
+    let on = cube_on_face(vec3f(-direction.y, direction.z, direction.x));
+    let position = (on.at / on.distance + 1.0) * (0.5 * f32(edge)) - 0.5;
+    let corner = floor(position);
+    let left = i32(corner.x);
+    let top = i32(corner.y);
+    let share = position - corner;
+    let rest = 1.0 - share;
+    let last = i32(edge) - 1;
+    var taps: Taps;
+    taps.weight = vec4f(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y);
+    var missing = 4u;
+    for (var k = 0u; k < 4u; k++) {
+        let column = left + i32(k & 1u);
+        let row = top + i32(k >> 1u);
+        if (column < 0 || column > last) && (row < 0 || row > last) {
+            missing = k;
+        } else {
+            taps.texel[k] = cube_continued(edge, on.face, column, row);
+        }
+    }
+    // Three faces meet at a corner: the fourth texel is the mean of the other three.
+    if missing < 4u {
+        let third = taps.weight[missing] / 3.0;
+        taps.weight += third;
+        taps.weight[missing] = 0.0;
+        taps.texel[missing] = taps.texel[3u - missing];
+    }
+    return taps;
+}
+
+// The texel of a map whose layers are faces, `first` being the layer of the first.
+fn cube_load(map: texture_2d_array<f32>, texel: Texel, first: u32) -> vec3f {
+    return textureLoad(map, vec2u(texel.column, texel.row), first + texel.face, 0).rgb;
+}
+
+// The bilinear value of a cube map.
+fn cube_blend(map: texture_2d_array<f32>, taps: Taps, first: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    for (var k = 0u; k < 4u; k++) {
+        sum += cube_load(map, taps.texel[k], first) * taps.weight[k];
+    }
+    return sum;
+}

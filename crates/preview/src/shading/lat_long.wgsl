@@ -1,0 +1,36 @@
+// Look-ups on a lat-long image: four texels around a direction, over the seam and the poles.
+// The twin of lat_long.rs; the grid is that of `sphere::LatLong`.
+
+const LAT_LONG_PI = 3.14159265;
+const LAT_LONG_TAU = 6.28318531;
+
+// The bilinear value of a lat-long image, in layer 0, in a direction of any length.
+fn lat_long_sample(map: texture_2d_array<f32>, direction: vec3f) -> vec3f {
+    let size = vec2i(textureDimensions(map));
+    let level = length(direction.xy);
+    var phi = 0.0;
+    if level > 0.0 {
+        phi = atan2(direction.y, direction.x);
+    }
+    let theta = atan2(level, direction.z);
+    let x = (0.5 - phi / LAT_LONG_TAU) * f32(size.x) - 0.5;
+    let y = theta / LAT_LONG_PI * f32(size.y) - 0.5;
+    let top = floor(y);
+    let lower = y - top;
+    var sum = vec3f(0.0);
+    for (var k = 0; k < 2; k++) {
+        let row = i32(top) + k;
+        // A row past a pole is the first row seen from the other side, half a turn away.
+        let past = row < 0 || row >= size.y;
+        let across = select(x, x + 0.5 * f32(size.x), past);
+        let left = floor(across);
+        let share = across - left;
+        let column = (i32(left) + size.x) % size.x;
+        let next = (column + 1) % size.x;
+        let inside = clamp(row, 0, size.y - 1);
+        let weight = select(lower, 1.0 - lower, k == 0);
+        sum += textureLoad(map, vec2i(column, inside), 0, 0).rgb * ((1.0 - share) * weight);
+        sum += textureLoad(map, vec2i(next, inside), 0, 0).rgb * (share * weight);
+    }
+    return sum;
+}
