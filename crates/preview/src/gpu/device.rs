@@ -3,7 +3,9 @@
 //! wgpu panics on an error that nobody waits for. Here none stays unheard: [`Device::guarded`] catches those of its own
 //! thread, handlers keep those that come later and the loss of the device, and each becomes a [`RenderError::Device`].
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, TextureUsages};
 
@@ -28,6 +30,9 @@ pub(super) struct Device {
     info: AdapterInfo,
     faults: Arc<Faults>,
 }
+
+/// How long to sleep between looks at the device.
+const LOOK: Duration = Duration::from_micros(100);
 
 /// What went wrong outside of any call.
 #[derive(Debug, Default)]
@@ -96,11 +101,18 @@ impl Device {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// Waits until all that was submitted is done.
+    /// Returns when all that was submitted is done.
+    ///
+    /// It looks now and then: while one thread waits in a poll, no other may submit, and a window's must.
     pub(super) fn wait(&self) -> Result<(), RenderError> {
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        self.sound()?;
-        waited.map(drop).map_err(|error| self.fault(&error.to_string()))
+        let done = Arc::new(AtomicBool::new(false));
+        let tell = Arc::clone(&done);
+        self.queue.on_submitted_work_done(move || tell.store(true, Ordering::Release));
+        while !done.load(Ordering::Acquire) {
+            self.sound()?;
+            std::thread::sleep(LOOK);
+        }
+        self.sound()
     }
 
     /// Lets the device tell what has happened; an error where it was lost, or where something failed since it was asked last.
