@@ -4,6 +4,7 @@
 //! the background, and the development. Sums over the picture go through the bands in order.
 
 mod clip;
+mod frame;
 mod geometry;
 mod rasteriser;
 mod shader;
@@ -11,20 +12,18 @@ mod stop;
 #[cfg(test)]
 mod tests;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::shading::background::{Behind, background};
-use crate::shading::develop::{codes, develop};
-use crate::shading::difference::{Squares, difference};
-use crate::{Background, Light, Picture, RenderError, Renderer, Scene, Shot, Show, Sight};
-use geometry::Geometry;
-use rasteriser::{Band, Seen};
-use shader::{Kept, Shader};
-use stop::{Patience, Stop};
+use crate::shading::develop::codes;
+use crate::shading::difference::Squares;
+use crate::{Picture, RenderError, Renderer, Scene, Shot, Show};
+use frame::{BAND, Frame};
+use shader::Kept;
+use stop::Stop;
 
-/// Rows of pixels in a band.
-const BAND: usize = 4;
+/// The most pixels of a picture, and the most samples along a side: what is drawn counts them in 32 bits.
+const MOST_PIXELS: u64 = 1 << 28;
+const LONGEST_SIDE: u64 = 1 << 20;
 
 /// Draws on the CPU, on the threads of the rayon pool that it is called from.
 ///
@@ -56,6 +55,7 @@ impl Renderer for Cpu {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError> {
         let stop = Stop::new(stop);
+        within_limits(shot)?;
         let [width, height] = shot.size;
         let pixels = width as usize * height as usize;
         let mut picture = Picture {
@@ -85,150 +85,19 @@ impl Renderer for Cpu {
     }
 }
 
-/// All that the bands of a picture are made of.
-struct Frame<'a> {
-    shot: &'a Shot,
-    sight: Sight,
-    geometry: Geometry,
-    /// For each band the triangles that may reach it, in order.
-    bins: Vec<Vec<u32>>,
-    /// The shaders of each mode of [`Show::modes`], one for each look.
-    shaders: Vec<Vec<Shader<'a>>>,
-    /// The look of each object.
-    looks: Vec<usize>,
-    behind: Behind<'a>,
-}
-
-impl<'a> Frame<'a> {
-    fn new(scene: &'a Scene, shot: &'a Shot, kept: &'a [Kept], stop: &Stop<'_>) -> Result<Self, RenderError> {
-        let sight = Sight::new(shot);
-        let mut shaders = Vec::new();
-        for mode in shot.show.modes() {
-            let of_mode = kept.iter().map(|kept| {
-                stop.check()?;
-                Shader::new(mode, kept, sight.view)
-            });
-            shaders.push(of_mode.collect::<Result<_, _>>()?);
-        }
-        stop.check()?;
-        let geometry = Geometry::new(scene, &sight);
-        let rows = BAND as i32 * sight.samples as i32;
-        let mut bins = vec![Vec::new(); (shot.size[1] as usize).div_ceil(BAND)];
-        for (number, triangle) in geometry.triangles.iter().enumerate() {
-            let (first, last) = (triangle.rows.start() / rows, triangle.rows.end() / rows);
-            bins[first as usize..=last as usize].iter_mut().for_each(|bin| bin.push(number as u32));
-        }
-        let look = |object: &crate::Object| Kept::place(kept, &object.look).unwrap_or_default();
-        let looks = scene.objects.iter().map(look).collect();
-        let behind = behind(shot.background, &scene.light);
-        Ok(Self { shot, sight, geometry, bins, shaders, looks, behind })
-    }
-
-    /// The pixels of a band: mean radiance and cover, and display values.
-    fn draw(
-        &self,
-        band: usize,
-        radiance: &mut [[f32; 4]],
-        display: &mut [[f32; 3]],
-        stop: &Stop<'_>,
-    ) -> Result<Squares, RenderError> {
-        stop.check()?;
-        let (width, samples) = (self.shot.size[0] as usize, self.sight.samples);
-        let first = (band * BAND) as u32;
-        let count = (radiance.len() / width) as u32;
-        let rows = first * samples..(first + count) * samples;
-        let seen = Band::new(&self.geometry, &self.bins[band], self.sight.size, rows);
-        let (mut squares, mut patience) = (Squares::default(), Patience::new(stop));
-        let share = 1.0 / (samples * samples) as f32;
-        let divider = self.shot.show.divider(self.shot.size[0]);
-        for (place, (radiance, display)) in radiance.iter_mut().zip(display).enumerate() {
-            let (x, y) = ((place % width) as u32, first + (place / width) as u32);
-            let (mut mean, mut cover, mut shown) = (Vec3::ZERO, 0.0, Vec3::ZERO);
-            for row in y * samples..(y + 1) * samples {
-                for column in x * samples..(x + 1) * samples {
-                    let seen = seen.seen(&self.geometry, &self.sight, column, row);
-                    let sample = match &seen {
-                        Some(seen) => {
-                            let by = |mode| self.by(mode, seen, [column, row], &mut patience);
-                            self.surface(by, x >= divider, &mut squares)?
-                        }
-                        None => self.nothing(column, row),
-                    };
-                    mean += sample.radiance;
-                    shown += develop(sample.radiance * sample.amplify, sample.gain, self.shot.tone);
-                    cover += if seen.is_some() { 1.0 } else { 0.0 };
-                }
-            }
-            *radiance = (mean * share).extend(cover * share).to_array();
-            *display = (shown * share).to_array();
-        }
-        Ok(squares)
-    }
-
-    /// Radiance toward the viewer of what a sample sees, by one of the modes.
-    fn by(
-        &self,
-        mode: usize,
-        seen: &Seen,
-        [column, row]: [u32; 2],
-        patience: &mut Patience<'_>,
-    ) -> Result<Vec3, RenderError> {
-        // The same mode on both sides is there once.
-        let shaders = &self.shaders[mode.min(self.shaders.len() - 1)];
-        let number = row.wrapping_mul(self.sight.size[0]).wrapping_add(column);
-        let light_samples = self.shot.light_samples;
-        shaders[self.looks[seen.object]].radiance(&seen.surface, number, light_samples, patience)
-    }
-
-    /// A sample that sees a surface, whose radiance is known by the first mode and the second.
-    fn surface(
-        &self,
-        mut by: impl FnMut(usize) -> Result<Vec3, RenderError>,
-        right: bool,
-        squares: &mut Squares,
-    ) -> Result<Sample, RenderError> {
-        let (radiance, amplify) = match self.shot.show {
-            Show::One(_) => (by(0)?, 1.0),
-            Show::Split { .. } => (by(usize::from(right))?, 1.0),
-            Show::Difference { amplify, .. } => {
-                let from = by(1)?;
-                let radiance = difference(by(0)?, from);
-                squares.add(radiance, from);
-                (radiance, amplify)
-            }
-        };
-        Ok(Sample { radiance, amplify, gain: self.sight.gain })
-    }
-
-    /// A sample that sees no surface. Two modes have the same background: their difference is black there.
-    fn nothing(&self, column: u32, row: u32) -> Sample {
-        let radiance = match self.shot.show {
-            Show::Difference { .. } => Vec3::ZERO,
-            _ => background(self.behind, self.sight.ray(column, row)),
-        };
-        let gain = if let Behind::Flat(_) = self.behind { 1.0 } else { self.sight.gain };
-        Sample { radiance, amplify: 1.0, gain }
-    }
-}
-
-/// What a sample shows.
-struct Sample {
-    radiance: Vec3,
-    /// How many times stronger it is shown.
-    amplify: f32,
-    gain: f32,
-}
-
-fn behind(background: Background, light: &Light) -> Behind<'_> {
-    match background {
-        Background::Environment => {
-            let (grid, pixels) = (light.environment().grid(), light.environment().pixels());
-            Behind::LatLong { size: [grid.width as u32, grid.height as u32], pixels }
-        }
-        Background::Harmonics => {
-            let (cube, texels) = light.reconstruction();
-            Behind::Cube { edge: cube.edge as u32, texels }
-        }
-        Background::Flat(radiance) => Behind::Flat(radiance.into()),
-    }
+/// # Errors
+/// [`RenderError::Limit`] where a picture is too large.
+fn within_limits(shot: &Shot) -> Result<(), RenderError> {
+    let [width, height] = shot.size.map(u64::from);
+    let side = width.max(height) * u64::from(shot.samples.clamp(1, 4));
+    let limit = |what: &str, asked: u64, limit: u64| match asked > limit {
+        true => Err(RenderError::Limit {
+            what: format!("a picture of {width} x {height}, in {what},"),
+            asked,
+            limit,
+        }),
+        false => Ok(()),
+    };
+    limit("pixels", width * height, MOST_PIXELS)?;
+    limit("samples along a side", side, LONGEST_SIDE)
 }

@@ -173,3 +173,12 @@ fn a_ball_of_no_size_or_a_picture_without_pixels_makes_a_picture() {
     // The light is 1 everywhere.
     assert!(render(&scene, &shot).radiance.iter().all(|pixel| (pixel[0] - 1.0).abs() < 1e-6));
 }
+
+#[test]
+fn a_picture_too_large_is_an_error_that_another_renderer_may_not_have() {
+    let scene = Scene::of(sphere(), plain());
+    for size in [[u32::MAX, u32::MAX], [1 << 15, 1 << 15], [1 << 21, 1]] {
+        let made = super::super::Cpu::new().render(&scene, &shot(size, Show::One(Mode::Mirror)), &|| false);
+        assert!(made.is_err_and(|error| error.is_of_the_device()), "{size:?}");
+    }
+}
