@@ -22,6 +22,8 @@ use std::f32::consts::{PI, TAU};
 use envmap::Environment;
 use glam::Vec3;
 
+use super::angles::{angle, circle};
+
 /// An environment that can be sampled.
 #[derive(Debug)]
 pub struct LightSamples {
@@ -97,11 +99,11 @@ impl LightSamples {
         let [top, fall, per_solid_angle, _] = self.elements[1 + row];
         let z = top - (point[1] - above) / (below - above) * fall;
         let across = (point[0] - left) / (right - left);
-        let phi = TAU * (0.5 - (column as f32 + across) / width as f32);
+        let [cosine, sine] = circle(0.5 - (column as f32 + across) / width as f32).to_array();
         let level = (1.0 - z * z).max(0.0).sqrt();
         let [r, g, b, _] = self.elements[first + column];
         Lit {
-            direction: Vec3::new(level * phi.cos(), level * phi.sin(), z),
+            direction: Vec3::new(level * cosine, level * sine, z),
             radiance: Vec3::new(r, g, b),
             density: (below - above) * (right - left) * per_solid_angle,
         }
@@ -111,8 +113,8 @@ impl LightSamples {
     pub fn at(&self, direction: Vec3) -> Lit {
         let [width, height] = self.size;
         let level = direction.truncate().length();
-        let phi = if level > 0.0 { direction.y.atan2(direction.x) } else { 0.0 };
-        let row = (level.atan2(direction.z) / PI * height as f32) as usize;
+        let phi = angle(direction.y, direction.x);
+        let row = (angle(level, direction.z) / PI * height as f32) as usize;
         let row = row.min(height - 1);
         let column = ((0.5 - phi / TAU) * width as f32) as usize;
         let column = column.min(width - 1);

@@ -24,6 +24,8 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use brdf::Material;
 use glam::{Vec2, Vec3};
 
+use super::angles::{angle, circle};
+use super::surface::unit_or;
 use super::transfer::power;
 
 /// The lobes of a material, and how samples are shared between them and the light.
@@ -118,7 +120,7 @@ impl Lobe {
 
     /// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the horizon.
     pub fn sample(self, point: [f32; 2], view: Vec3) -> Vec3 {
-        let turn = around(point[0]);
+        let turn = circle(point[0]);
         match self {
             Self::Cosine => {
                 let level = point[1].sqrt();
@@ -132,19 +134,20 @@ impl Lobe {
                 right * local.x + up * local.y + axis * local.z
             }
             Self::Facets { x, y } => {
-                let flat = Vec3::new(x * view.x, y * view.y, view.z.max(0.0)).normalize_or(Vec3::Z);
+                let flat = unit_or(Vec3::new(x * view.x, y * view.y, view.z.max(0.0)), Vec3::Z);
                 let z = (1.0 - point[1]) * (1.0 + flat.z) - flat.z;
                 let cap = (turn * (1.0 - z * z).max(0.0).sqrt()).extend(z);
                 let facet = cap + flat;
-                let facet = Vec3::new(x * facet.x, y * facet.y, facet.z).normalize_or(Vec3::Z);
+                let facet = unit_or(Vec3::new(x * facet.x, y * facet.y, facet.z), Vec3::Z);
                 facet * (2.0 * facet.dot(view)) - view
             }
             Self::Band { width } => {
                 let theta_o = angle_from_tangent(view);
                 let [low, high] = band_ends(width, theta_o);
-                let theta = theta_o + width * (low + (high - low) * point[1]).tan();
-                let (sine, cosine) = theta.clamp(0.0, PI).sin_cos();
-                Vec3::new(cosine, sine * turn.x, sine * turn.y)
+                let away = circle((low + (high - low) * point[1]) / TAU);
+                let theta = (theta_o + width * (away.y / away.x.max(1e-6))).clamp(0.0, PI);
+                let around = circle(theta / TAU);
+                Vec3::new(around.x, around.y * turn.x, around.y * turn.y)
             }
         }
     }
@@ -182,15 +185,9 @@ impl Lobe {
     }
 }
 
-/// The unit circle, once around from 0 to 1.
-fn around(turn: f32) -> Vec2 {
-    let (sine, cosine) = (TAU * turn).sin_cos();
-    Vec2::new(cosine, sine)
-}
-
 /// The axis of a power lobe; the normal where it has none.
 fn axis(cx: f32, cz: f32, view: Vec3) -> Vec3 {
-    Vec3::new(cx * view.x, cx * view.y, cz * view.z).normalize_or(Vec3::Z)
+    unit_or(Vec3::new(cx * view.x, cx * view.y, cz * view.z), Vec3::Z)
 }
 
 /// Two directions at right angles to another and to each other (Duff et al., "Building an Orthonormal Basis, Revisited",
@@ -211,10 +208,10 @@ fn one_less_exp(x: f32) -> f32 {
 }
 
 fn angle_from_tangent(direction: Vec3) -> f32 {
-    Vec2::new(direction.y, direction.z).length().atan2(direction.x)
+    angle(Vec2::new(direction.y, direction.z).length(), direction.x)
 }
 
 /// The arc tangents of the ends of the band, where theta_i is 0 and pi.
 fn band_ends(width: f32, theta_o: f32) -> [f32; 2] {
-    [(-theta_o / width).atan(), ((PI - theta_o) / width).atan()]
+    [-angle(theta_o, width), angle(PI - theta_o, width)]
 }

@@ -4,6 +4,7 @@
 //! back ([`crate::Sight`]), so that no mode knows of the turn. Twins do the same operations in the same order. The kernels
 //! of `shrm`, `envmap` and `sh`, in f64, are what the tests hold them against.
 
+pub mod angles;
 pub mod background;
 pub mod brute_force;
 pub mod cabral;
@@ -19,6 +20,8 @@ pub mod light_samples;
 pub mod lobes;
 pub mod local_shrm;
 pub mod mirror;
+#[cfg(test)]
+mod on_device;
 pub mod prefiltered;
 pub mod sequence;
 pub mod surface;

@@ -62,7 +62,7 @@ impl Surface {
 }
 
 /// The direction of `v`, or another where `v` is next to nothing.
-fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
+pub(super) fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
     let square = v.dot(v);
     if square > NOTHING { v / square.sqrt() } else { other }
 }

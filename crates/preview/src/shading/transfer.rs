@@ -41,6 +41,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use brdf::Material;
 use glam::Vec3;
 
+use super::angles::angle;
 use crate::RenderError;
 
 const LAMBERT: u32 = 1;
@@ -365,11 +366,6 @@ fn bounded_exp(x: f32) -> f32 {
 fn fifth(x: f32) -> f32 {
     let x2 = x * x;
     x2 * x2 * x
-}
-
-/// The angle from the x axis, 0 where there is none.
-fn angle(y: f32, x: f32) -> f32 {
-    if y == 0.0 && x == 0.0 { 0.0 } else { y.atan2(x) }
 }
 
 /// Smith's Lambda for Beckmann's facets, times the cosine.

@@ -7,6 +7,7 @@ use shrm::reference::{Cull, Reference};
 use sphere::{Direction, LatLong};
 
 use super::*;
+use crate::shading::on_device;
 
 fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
     let grid = LatLong::with_rows(rows);
@@ -99,6 +100,70 @@ fn it_converges_to_the_sum_over_texels() {
                         "{name} {material:?} {surface:?}\n{few} {many} {expected}"
                     );
                 }
+            }
+        }
+    }
+}
+
+/// All that brute force needs, in the order of a renderer.
+const SHADERS: [&str; 7] = [
+    include_str!("../surface.wgsl"),
+    include_str!("../angles.wgsl"),
+    include_str!("../sequence.wgsl"),
+    include_str!("../light_samples.wgsl"),
+    include_str!("../transfer.wgsl"),
+    include_str!("../lobes.wgsl"),
+    include_str!("../brute_force.wgsl"),
+];
+
+#[test]
+fn the_shaders_are_sound() {
+    use wgpu::naga::front::wgsl::parse_str;
+    use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+    let source = SHADERS.concat();
+    let module = parse_str(&source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+    let sound = validator.validate(&module);
+    assert!(sound.is_ok(), "{}", sound.unwrap_err().emit_to_string(&source));
+}
+
+/// Both take the same samples. A few of them fall beside the edge of a texel on one side only, or count otherwise by the
+/// rounding of a highlight: 2 parts in a thousand of a sum of 64.
+#[test]
+fn the_shader_is_its_twin() {
+    let Some(device) = on_device::device("the_shader_is_its_twin") else { return };
+    let answer = "
+        fn answer(k: u32) -> vec3f {
+            let surface = Surface(asked[3u * k].xyz, asked[3u * k + 1u].xyz, asked[3u * k + 2u].xyz);
+            return brute_force(surface, k, 5u, 64u);
+        }";
+    let source = [SHADERS.concat().as_str(), answer].concat();
+    let surfaces = surfaces();
+    let surfaces: Vec<&Surface> = surfaces.iter().cycle().take(100).collect();
+    let asked: Vec<[f32; 4]> = surfaces
+        .iter()
+        .flat_map(|surface| [surface.normal, surface.tangent, surface.view])
+        .map(|v| v.extend(0.0).to_array())
+        .collect();
+    for (name, environment) in environments() {
+        let light = Arc::new(LightSamples::new(&environment));
+        for material in materials() {
+            let prepared = Prepared::of(Arc::clone(&light), &material).unwrap();
+            let lobes = prepared.lobes.words();
+            let buffers: [&[u8]; 3] = [
+                bytemuck::cast_slice(light.elements()),
+                bytemuck::cast_slice(prepared.material.words()),
+                bytemuck::cast_slice(&lobes),
+            ];
+            let answers = on_device::answers(&device, &source, &asked, surfaces.len(), &buffers);
+            for (k, (surface, found)) in surfaces.iter().zip(answers).enumerate() {
+                let expected = brute_force(&prepared, surface, k as u32, 5..69);
+                let error = (Vec3::from(found) - expected).abs();
+                let allowed = 2e-3 * expected + 1e-6;
+                assert!(
+                    error.cmple(allowed).all(),
+                    "{name} {material:?} {k} {surface:?}: {found:?} {expected}"
+                );
             }
         }
     }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use sphere::Direction;
 
 use super::*;
+use crate::shading::on_device;
 
 /// Materials of every model, of a table and of layers, each with its sharpness s: its highlight is about 1 / sqrt(s) wide.
 pub(crate) fn materials() -> Vec<(Material, f64)> {
@@ -135,18 +136,55 @@ pub(crate) fn allowed(value: f64, s: f64, [light, view]: [Vec3; 2]) -> f64 {
 #[test]
 fn packed_materials_are_the_models() {
     for (material, s) in materials() {
-        let packed = Transfer::new(&material).unwrap();
-        for [light, view] in pairs() {
-            let found = packed.evaluate(light, view);
-            let directions = [light, view].map(|v| Direction::normalised(v.as_dvec3()));
-            let expected = material.transfer(directions[0], directions[1]);
-            for channel in 0..3 {
-                let (found, expected) = (f64::from(found[channel]), expected[channel]);
-                assert!(
-                    (found - expected).abs() <= allowed(expected, s, [light, view]),
-                    "{material:?}\nlight {light} view {view} channel {channel}: {found} {expected}"
-                );
-            }
+        compare(&material, s);
+    }
+}
+
+/// Garnet red as it was measured; a highlight so sharp that its table has it in the first few nodes, where the square root of
+/// theta_h is as uncertain as a power of 1e6 makes the cosine.
+#[test]
+fn a_measured_material_of_the_corpus_is_what_its_table_says() {
+    let Some(corpus) = oracles::folder("a_measured_material_of_the_corpus", "SPECULA_CORPUS") else { return };
+    let file = "garnet_red.brdf";
+    let bytes = std::fs::read(corpus.join("brdf/measured").join(file)).unwrap();
+    let measured = containers::measured::read_with_notes(file, &bytes, None).unwrap().measured;
+    compare(&Material::Measured(measured), 1e6);
+}
+
+/// Ngan's fits of Ward's model to 86 measured materials: a matte layer and a highlight each.
+#[test]
+fn fits_of_the_corpus_are_what_the_models_say() {
+    let Some(corpus) = oracles::folder("fits_of_the_corpus", "SPECULA_CORPUS") else { return };
+    let text = std::fs::read_to_string(corpus.join("brdf/fits/ngan_ward.fit")).unwrap();
+    let mut fits = 0;
+    for line in text.lines().filter(|line| line.contains("NganWard")) {
+        let numbers: Vec<f64> = line
+            .split(|c: char| !c.is_ascii_digit() && c != '.' && c != 'e' && c != '-')
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        let [.., r, g, b, r_s, g_s, b_s, roughness] = numbers[..] else { panic!("{line}") };
+        // Ours begin at 0.01.
+        let roughness = roughness.clamp(0.01, 1.0);
+        let matte = Material::Lambert(Lambert::new([r, g, b]).unwrap());
+        let highlight = Material::Ward(Ward::new([roughness; 2], [r_s, g_s, b_s]).unwrap());
+        compare(&Material::layers(vec![matte, highlight]).unwrap(), roughness.powi(-2));
+        fits += 1;
+    }
+    assert_eq!(fits, 86);
+}
+
+fn compare(material: &Material, s: f64) {
+    let packed = Transfer::new(material).unwrap();
+    for [light, view] in pairs() {
+        let found = packed.evaluate(light, view);
+        let directions = [light, view].map(|v| Direction::normalised(v.as_dvec3()));
+        let expected = material.transfer(directions[0], directions[1]);
+        for channel in 0..3 {
+            let (found, expected) = (f64::from(found[channel]), expected[channel]);
+            assert!(
+                (found - expected).abs() <= allowed(expected, s, [light, view]),
+                "{material:?}\nlight {light} view {view} channel {channel}: {found} {expected}"
+            );
         }
     }
 }
@@ -158,6 +196,21 @@ fn every_model_has_a_shader() {
         let (material, _) = example.unwrap_or_else(|| panic!("give {} an example here", model.name));
         let packed = Transfer::new(&material);
         assert!(packed.is_ok(), "{}: write it in transfer.rs and transfer.wgsl: {packed:?}", model.name);
+    }
+}
+
+/// The shader's constants are those of its twin, and it has a case for each.
+#[test]
+fn the_shader_numbers_models_as_its_twin() {
+    let source = include_str!("../transfer.wgsl");
+    for material in materials().iter().map(|(material, _)| material) {
+        let Material::Layers(_) = material else {
+            let number = Transfer::new(material).unwrap().words()[1];
+            let name = format!("TRANSFER_{}", material.name().to_uppercase().replace('-', "_"));
+            assert!(source.contains(&format!("const {name} = {number}u;")), "{name} {number}");
+            assert!(source.contains(&format!("case {name}: {{")), "{name}");
+            continue;
+        };
     }
 }
 
@@ -179,6 +232,35 @@ fn no_value_is_infinite_or_nan() {
                 assert!(
                     value.is_finite() && value.min_element() >= 0.0,
                     "{material:?}: {light} {view}: {value}"
+                );
+            }
+        }
+    }
+}
+
+/// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm (WGSL allows
+/// 2^-21 of the latter, times s as in [`allowed`]).
+#[test]
+fn the_shader_is_its_twin() {
+    let Some(device) = on_device::device("the_shader_is_its_twin") else { return };
+    let pairs = pairs();
+    let asked: Vec<[f32; 4]> = pairs.iter().flatten().map(|v| v.extend(0.0).to_array()).collect();
+    let source = [
+        include_str!("../angles.wgsl"),
+        include_str!("../transfer.wgsl"),
+        "fn answer(k: u32) -> vec3f { return transfer(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
+    ];
+    for (material, s) in materials() {
+        let packed = Transfer::new(&material).unwrap();
+        let words = bytemuck::cast_slice(packed.words());
+        let answers = on_device::answers(&device, &source.concat(), &asked, pairs.len(), &[&[], words]);
+        for (pair, found) in pairs.iter().zip(answers) {
+            let expected = packed.evaluate(pair[0], pair[1]);
+            for channel in 0..3 {
+                let (found, expected) = (f64::from(found[channel]), f64::from(expected[channel]));
+                assert!(
+                    (found - expected).abs() <= allowed(expected, s, *pair),
+                    "{material:?}\nlight and view {pair:?} channel {channel}: {found} {expected}"
                 );
             }
         }
