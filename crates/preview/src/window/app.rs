@@ -15,6 +15,7 @@ use super::host::{Host, News};
 use super::inspector::inspector;
 use super::judge::{Judge, Question};
 use super::lists::lists;
+use super::pointer::Pointer;
 use super::screen::Screen;
 use super::settings::Arrangement;
 use super::state::{Action, Effect, State};
@@ -48,6 +49,7 @@ pub(super) struct App {
     studio: Studio,
     judge: Judge,
     screen: Screen,
+    pointer: Pointer,
     /// Why there is no picture of what is ordered.
     refused: Option<RenderError>,
     loss: Loss,
@@ -99,6 +101,7 @@ impl App {
             studio,
             judge,
             screen: Screen::new(gpu),
+            pointer: Pointer::default(),
             refused: None,
             loss,
             kept,
@@ -188,7 +191,7 @@ impl App {
         let shot = Shot {
             size,
             samples: 1,
-            camera: settings.camera(shown.scene.framing()),
+            camera: settings.camera(shown.framing),
             turn: settings.turn(),
             show: settings.show(),
             background: settings.background(),
@@ -290,7 +293,7 @@ impl eframe::App for App {
         let mut actions = self.keys(&context);
         let area = self.panels(ui, &mut actions);
         let (picture, size) = pixels(area, context.pixels_per_point());
-        view(ui, picture, &self.state, self.screen.seen(), &mut actions);
+        view(ui, picture, &self.state, self.screen.seen(), &mut self.pointer, &mut actions);
         self.over(ui, picture, &mut actions);
         if !actions.is_empty() {
             // What was drawn above is what was before them.

@@ -1,10 +1,10 @@
 //! The panel on the right: figures of what is seen.
 
-use eframe::egui::{Grid, RichText, ScrollArea, Ui, Vec2b};
-use egui_plot::{HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
+use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
+use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
 
 use super::figures::Figures;
-use super::judge::{Judge, LIGHT_SAMPLES, Verdict};
+use super::judge::{Judge, Verdict};
 use super::keys::label;
 use super::numbers;
 use super::settings::{Arrangement, Backdrop};
@@ -64,22 +64,25 @@ fn errors(ui: &mut Ui, state: &State, judge: &Judge) {
     if settings.arrangement != Arrangement::One && settings.second != settings.mode {
         modes.push(settings.second);
     }
+    let mut samples = 0;
     let rows: Vec<(&str, String)> = modes
         .into_iter()
         .map(|mode| {
             let verdict = match judge.verdict(mode) {
                 None => SOON.to_owned(),
-                Some(Verdict::Rms(relative)) => numbers::error(relative),
+                Some(Verdict::Rms { relative, by }) => {
+                    samples = samples.max(by);
+                    numbers::error(relative)
+                }
                 Some(Verdict::None(why)) => why,
             };
             (label(mode), verdict)
         })
         .collect();
     section(ui, "RMS against brute force", &rows);
-    explain(
-        ui,
-        &format!("this view, small, {LIGHT_SAMPLES} samples of light a pixel; relative to brute force"),
-    );
+    if samples > 0 {
+        explain(ui, &format!("of this view, small, by {samples} samples of light a pixel"));
+    }
 }
 
 fn energies(ui: &mut Ui, figures: Option<&Figures>) {
@@ -88,9 +91,9 @@ fn energies(ui: &mut Ui, figures: Option<&Figures>) {
         ui,
         "Energy",
         &[
-            ("captured of the light", known(&|figures| numbers::percent(figures.captured()))),
+            ("captured of the light, to F", known(&|figures| numbers::percent(figures.captured()))),
             (
-                "the same from all sides",
+                "the same from every view",
                 known(&|figures| {
                     figures.plain.map_or_else(|| "not known of a map".to_owned(), numbers::percent)
                 }),
@@ -116,6 +119,9 @@ fn energies(ui: &mut Ui, figures: Option<&Figures>) {
         .allow_double_click_reset(false)
         .include_x(0.0)
         .include_x(most)
+        .grid_color(theme::GRID)
+        .y_grid_spacer(decades)
+        .x_axis_formatter(|mark, _| format!("{}", mark.value))
         .y_axis_formatter(|mark, _| power(mark.value))
         .y_axis_min_width(34.0)
         .label_formatter(|at| {
@@ -190,6 +196,15 @@ fn power(exponent: f64) -> String {
     }
 }
 
+/// A line for each power of ten, or for each second or third where there are many.
+fn decades(input: GridInput) -> Vec<GridMark> {
+    let (least, most) = input.bounds;
+    let step = ((most - least) / 5.0).ceil().max(1.0);
+    // Marks far apart are drawn at full strength.
+    let mark = |count: i32| GridMark { value: step * f64::from(count), step_size: 1e6 };
+    ((least / step).ceil() as i32..=(most / step).floor() as i32).map(mark).collect()
+}
+
 fn heading(ui: &mut Ui, name: &str) {
     ui.add_space(8.0);
     ui.label(RichText::new(name).small().color(theme::WEAK));
@@ -199,13 +214,18 @@ fn explain(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).small().color(theme::WEAK));
 }
 
+/// Names on the left, values on the right.
 fn section(ui: &mut Ui, name: &str, rows: &[(&str, String)]) {
     heading(ui, name);
-    Grid::new(name).num_columns(2).spacing([8.0, 3.0]).min_col_width(126.0).show(ui, |ui| {
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 2.0;
         for (name, value) in rows {
-            ui.label(*name);
-            ui.label(RichText::new(value).color(theme::STRONG));
-            ui.end_row();
+            ui.horizontal(|ui| {
+                ui.label(*name);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    ui.add(Label::new(RichText::new(value).color(theme::STRONG)).truncate());
+                });
+            });
         }
     });
 }

@@ -28,8 +28,13 @@ pub(super) struct Question {
 /// How far a mode is from brute force.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Verdict {
-    /// [`crate::Picture::relative_rms`].
-    Rms(f64),
+    /// [`crate::Picture::relative_rms`], by so many samples of light a pixel.
+    Rms {
+        /// The RMS.
+        relative: f64,
+        /// The samples.
+        by: u32,
+    },
     /// There is nothing to compare, and why.
     None(String),
 }
@@ -58,8 +63,12 @@ pub(super) struct Judge {
 /// The shorter side of the pictures that are compared.
 const SIDE: u32 = 80;
 
-/// Their light samples, of each sample of a pixel.
-pub(super) const LIGHT_SAMPLES: u32 = 256;
+/// Their samples of light, of each pixel, one round after the other. The noise of brute force adds to the RMS: another
+/// round is worth it while that makes the RMS another.
+const ROUNDS: [u32; 4] = [64, 256, 1024, 4096];
+
+/// By what share an RMS must fall for another round.
+const ANOTHER: f64 = 0.02;
 
 /// A question that has stood for so long is worth an answer.
 const REST: Duration = Duration::from_millis(500);
@@ -149,15 +158,43 @@ impl Shared {
                     continue;
                 }
                 let stop = || self.questions.is_stale(number);
-                let verdict = match judge(renderer.as_mut(), &question, mode, &stop) {
-                    Ok(verdict) => verdict,
-                    Err(RenderError::Cancelled) => break,
-                    Err(error) => Verdict::None(error.to_string()),
-                };
-                self.note(&question, mode, verdict);
-                (self.wake)();
+                if let Err(RenderError::Cancelled) = self.judge(renderer.as_mut(), &question, mode, &stop) {
+                    break;
+                }
             }
         }
+    }
+
+    /// Judges a mode, round by round.
+    fn judge(
+        &self,
+        renderer: &mut dyn Renderer,
+        question: &Question,
+        mode: Mode,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), RenderError> {
+        let mut before = f64::INFINITY;
+        for by in ROUNDS {
+            let verdict = match judge(renderer, question, mode, by, stop) {
+                Err(RenderError::Cancelled) => {
+                    self.forget(question, mode);
+                    return Err(RenderError::Cancelled);
+                }
+                Err(error) => Verdict::None(error.to_string()),
+                Ok(verdict) => verdict,
+            };
+            let another =
+                matches!(verdict, Verdict::Rms { relative, .. } if relative < (1.0 - ANOTHER) * before);
+            if let Verdict::Rms { relative, .. } = verdict {
+                before = relative;
+            }
+            self.note(question, mode, verdict);
+            (self.wake)();
+            if !another {
+                break;
+            }
+        }
+        Ok(())
     }
 
     fn knows(&self, question: &Question, mode: Mode) -> bool {
@@ -169,8 +206,20 @@ impl Shared {
     fn note(&self, question: &Question, mode: Mode, verdict: Verdict) {
         let mut findings = self.findings();
         match &mut findings.verdicts {
-            Some((of, verdicts)) if of.is_of_the_view(question) => verdicts.push((mode, verdict)),
+            Some((of, verdicts)) if of.is_of_the_view(question) => {
+                verdicts.retain(|(of, _)| *of != mode);
+                verdicts.push((mode, verdict));
+            }
             other => *other = Some((question.clone(), vec![(mode, verdict)])),
+        }
+    }
+
+    /// Forgets what was found in rounds that were not the last.
+    fn forget(&self, question: &Question, mode: Mode) {
+        if let Some((of, verdicts)) = &mut self.findings().verdicts
+            && of.is_of_the_view(question)
+        {
+            verdicts.retain(|(of, _)| *of != mode);
         }
     }
 }
@@ -179,6 +228,7 @@ fn judge(
     renderer: &mut dyn Renderer,
     question: &Question,
     mode: Mode,
+    by: u32,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Verdict, RenderError> {
     match mode {
@@ -195,10 +245,11 @@ fn judge(
         background: Background::Flat([0.0; 3]),
         exposure: 0.0,
         tone: ToneMap::Plain,
-        light_samples: LIGHT_SAMPLES,
+        light_samples: by,
     };
     let picture = renderer.render(&question.scene, &shot, stop)?;
-    Ok(picture.relative_rms.map_or_else(|| Verdict::None("nothing is seen".into()), Verdict::Rms))
+    let nothing = || Verdict::None("nothing is seen".into());
+    Ok(picture.relative_rms.map_or_else(nothing, |relative| Verdict::Rms { relative, by }))
 }
 
 #[cfg(test)]
@@ -212,7 +263,8 @@ mod tests {
     /// Longer than any of it takes on a busy machine.
     const PATIENCE: Duration = Duration::from_secs(60);
 
-    /// Says that a mode is as far from brute force as its name is long, and what it was asked for.
+    /// Says that a mode is as far from brute force as its name is long, with noise by the first 256 samples of light; notes
+    /// what it was asked for.
     struct Pretence(Arc<Mutex<Vec<Shot>>>);
 
     impl Renderer for Pretence {
@@ -233,7 +285,8 @@ mod tests {
             if of == Mode::Cabral {
                 return Err(RenderError::Missing { what: "brute force", missing: "the material" });
             }
-            let relative_rms = Some(of.name().len() as f64);
+            let noise = if shot.light_samples < 256 { 1.0 } else { 0.0 };
+            let relative_rms = Some(of.name().len() as f64 + noise);
             Ok(Picture { size: shot.size, codes: Vec::new(), radiance: Vec::new(), relative_rms })
         }
     }
@@ -268,7 +321,8 @@ mod tests {
         let first = question(1, &[Mode::LocalShrm, Mode::BruteForce, Mode::Cabral]);
         judge.ask(first.clone());
         assert_eq!(wait(|| judge.figures(1)).f, Some(7));
-        assert_eq!(wait(|| judge.verdict(Mode::LocalShrm)), Verdict::Rms(10.0));
+        let local = Verdict::Rms { relative: 10.0, by: 1024 };
+        wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| *verdict == local));
         assert_eq!(wait(|| judge.verdict(Mode::BruteForce)), Verdict::None("it is the reference".into()));
         let Verdict::None(why) = wait(|| judge.verdict(Mode::Cabral)) else {
             panic!("Cabral has no material")
@@ -277,16 +331,17 @@ mod tests {
         assert_eq!(asked.lock().unwrap()[0].size, [128, 80]);
 
         judge.ask(Question { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() });
-        assert_eq!(judge.verdict(Mode::LocalShrm), Some(Verdict::Rms(10.0)), "it is known already");
-        assert_eq!(wait(|| judge.verdict(Mode::Prefiltered)), Verdict::Rms(11.0));
-        assert_eq!(asked.lock().unwrap().len(), 3, "what is known is not judged again");
+        assert_eq!(judge.verdict(Mode::LocalShrm), Some(local.clone()), "it is known already");
+        let plain = Verdict::Rms { relative: 11.0, by: 1024 };
+        wait(|| judge.verdict(Mode::Prefiltered).filter(|verdict| *verdict == plain));
+        assert_eq!(asked.lock().unwrap().len(), 7, "what is known is not judged again");
 
         let mut turned = first.clone();
         turned.camera.yaw += 0.1;
         judge.ask(turned);
         assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another view");
         assert!(judge.figures(1).is_some() && judge.figures(2).is_none());
-        assert_eq!(wait(|| judge.verdict(Mode::LocalShrm)), Verdict::Rms(10.0));
+        wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| *verdict == local));
         judge.ask(question(2, &[Mode::LocalShrm]));
         assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another scene");
         wait(|| judge.figures(2));

@@ -30,7 +30,7 @@ pub(super) struct Binding {
 /// What the pointer does, for the help.
 pub(super) const POINTER: [(&str, &str); 5] = [
     ("left drag", "turn the camera"),
-    ("right drag", "turn the light"),
+    ("right drag, or with Shift", "turn the light"),
     ("wheel", "zoom"),
     ("drag the divider", "move the split"),
     ("double click", "camera as at first"),
@@ -56,8 +56,8 @@ impl Chord {
             Key::ArrowRight => "right",
             Key::ArrowUp => "up",
             Key::ArrowDown => "down",
-            Key::Comma => ",",
-            Key::Period => ".",
+            Key::Comma => "comma",
+            Key::Period => "period",
             Key::Questionmark => "?",
             key => key.name(),
         };

@@ -1,6 +1,6 @@
 //! The panel on the left: what can be shown.
 
-use eframe::egui::{Button, RichText, ScrollArea, Ui};
+use eframe::egui::{Atom, Button, RichText, ScrollArea, Ui, vec2};
 
 use super::state::{Action, List, State};
 use super::theme;
@@ -18,9 +18,9 @@ pub(super) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
             }
             ui.spacing_mut().item_spacing.y = 1.0;
             for name in names {
-                let row = Button::selectable(name == chosen, name.as_str()).truncate();
-                let row = ui.add_sized([ui.available_width(), 20.0], row);
-                if row.clicked() {
+                let width = ui.available_width();
+                let row = Button::selectable(name == chosen, (name.as_str(), Atom::grow()));
+                if ui.add(row.truncate().min_size(vec2(width, 20.0))).clicked() {
                     actions.push(Action::Choose(list, name.clone()));
                 }
             }

@@ -17,6 +17,7 @@ mod mailbox;
 mod notices;
 mod numbers;
 mod pace;
+mod pointer;
 mod screen;
 mod settings;
 mod state;

@@ -5,10 +5,10 @@ use eframe::egui::{
     ScrollArea, Sense, Stroke, Ui, vec2,
 };
 
-use super::keys::{POINTER, bindings};
+use super::keys::{POINTER, bindings, label};
 use super::state::{Action, State};
 use super::studio::Frame as Seen;
-use super::{numbers, theme};
+use super::{Subject, numbers, theme};
 
 /// The line below the picture: what goes on, and how the picture was made.
 pub(super) fn status(
@@ -30,19 +30,26 @@ pub(super) fn status(
                     }
                 }
                 _ => {
-                    ui.add(Label::new(said(state)).truncate());
+                    ui.add(Label::new(said(state, seen)).truncate());
                 }
             });
         });
     });
 }
 
-fn said(state: &State) -> String {
-    if !state.waits() {
-        return state.status.clone();
+fn said(state: &State, seen: Option<&Seen>) -> String {
+    let Subject { environment, material, mesh } = &state.settings.subject;
+    if state.waits() {
+        return format!("loading {environment}, {material}, {mesh}");
     }
-    let subject = &state.settings.subject;
-    format!("loading {}, {}, {}", subject.environment, subject.material, subject.mesh)
+    let Some(shown) = &state.shown else { return state.status.clone() };
+    let show = state.settings.show();
+    let is_wanted = |seen: &&Seen| seen.edition == shown.edition && seen.show.modes().eq(show.modes());
+    if seen.filter(is_wanted).is_none() {
+        let modes: Vec<&str> = show.modes().map(label).collect();
+        return format!("drawing {environment}, {material}, {mesh}: {}", modes.join(", "));
+    }
+    state.status.clone()
 }
 
 /// By what the picture was made, how large it is and how long it took.
@@ -169,6 +176,7 @@ fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, stroke: Stroke, show: im
         Frame::new().fill(theme::VEIL).stroke(stroke).corner_radius(4.0).inner_margin(Margin::same(12));
     Area::new(Id::unique(name))
         .order(Order::Foreground)
+        .default_size(inside.size())
         .pivot(at)
         .fixed_pos(at.pos_in_rect(&inside))
         .constrain_to(inside)

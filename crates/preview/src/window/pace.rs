@@ -48,26 +48,42 @@ const RESTING: f64 = 1.5;
 /// What is known of how long pictures take.
 #[derive(Debug, Default)]
 pub(super) struct Pace {
-    /// Seconds for a sample, of each pair of modes.
-    seconds: HashMap<(Mode, Option<Mode>), f64>,
+    known: HashMap<(Mode, Option<Mode>), Known>,
+}
+
+/// How long pictures of a kind took: samples and seconds of one of the smallest and of one of the largest.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    small: [f64; 2],
+    large: [f64; 2],
 }
 
 impl Pace {
     /// Learns from a picture.
     pub(super) fn learn(&mut self, show: Show, size: [u32; 2], fineness: Fineness, seconds: f64) {
-        let now = seconds / fineness.of(size);
-        let known = self.seconds.entry(modes(show)).or_insert(now);
-        // One slow picture, as the first one with new maps, is soon forgotten; a slower one is believed at once.
-        *known = if now > *known { now } else { 0.5 * (*known + now) };
+        let samples = fineness.of(size);
+        let now = [samples, seconds];
+        let known = self.known.entry(modes(show)).or_insert(Known { small: now, large: now });
+        // A slow picture, as the first one with new maps, is soon forgotten; a slower one is believed at once.
+        let eased = |[of, before]: [f64; 2]| {
+            let same = (of - samples).abs() < 0.1 * samples;
+            [samples, if same && before > seconds { 0.5 * (before + seconds) } else { seconds }]
+        };
+        if samples <= 1.1 * known.small[0] {
+            known.small = eased(known.small);
+        }
+        if samples >= 0.9 * known.large[0] {
+            known.large = eased(known.large);
+        }
     }
 
     /// How fine a picture is while things move: the finest that follows the hand. The first one of its kind is coarse.
     pub(super) fn moving(&self, show: Show, size: [u32; 2]) -> Fineness {
         let [.., coarsest] = Fineness::LADDER;
-        let Some(&seconds) = self.seconds.get(&modes(show)) else {
-            return Fineness { coarse: 4, samples: 1 };
-        };
-        let fits = |fineness: &Fineness| fineness.of(size) * seconds <= MOVING;
+        let Some(known) = self.known.get(&modes(show)) else { return Fineness { coarse: 4, samples: 1 } };
+        // Where even an empty picture is late, one that takes twice as long is a good one.
+        let most = MOVING.max(2.0 * known.seconds(0.0));
+        let fits = |fineness: &Fineness| known.seconds(fineness.of(size)) <= most;
         Fineness::LADDER.into_iter().find(fits).unwrap_or(coarsest)
     }
 
@@ -77,8 +93,8 @@ impl Pace {
     pub(super) fn resting(&self, show: Show, size: [u32; 2], after: Fineness) -> Vec<Fineness> {
         let smooth = Fineness { samples: 2, ..Fineness::FULL };
         let most = if show.modes().any(|mode| mode == Mode::BruteForce) { MOVING } else { RESTING };
-        let known = self.seconds.get(&modes(show)).copied();
-        let smooth_fits = known.is_some_and(|seconds| smooth.of(size) * seconds <= most);
+        let known = self.known.get(&modes(show));
+        let smooth_fits = known.is_some_and(|known| known.seconds(smooth.of(size)) <= most);
         let mut rest = Vec::new();
         if after.coarse > 1 {
             rest.push(Fineness::FULL);
@@ -87,6 +103,18 @@ impl Pace {
             rest.push(smooth);
         }
         rest
+    }
+}
+
+impl Known {
+    /// How long a picture will take: so much for any, and so much for a sample.
+    fn seconds(self, samples: f64) -> f64 {
+        let [[few, quick], [many, slow]] = [self.small, self.large];
+        if many < 1.5 * few {
+            return samples * slow / many;
+        }
+        let each = ((slow - quick) / (many - few)).max(0.0);
+        (slow + each * (samples - many)).max(0.0)
     }
 }
 
@@ -127,6 +155,17 @@ mod tests {
         }
         assert_eq!(pace(0.2).resting(SHOW, SIZE, Fineness::FULL).len(), 1, "0.8 s are worth it");
         assert_eq!(pace(1.0).resting(SHOW, SIZE, Fineness::FULL), [], "4 s are not");
+    }
+
+    /// A mesh of many triangles takes as long in a small picture as in a large one.
+    #[test]
+    fn what_every_picture_costs_is_known_after_two() {
+        let mut pace = pace(0.5);
+        let coarse = Fineness { coarse: 8, samples: 1 };
+        pace.learn(SHOW, SIZE, coarse, 0.08);
+        let moving = pace.moving(SHOW, SIZE);
+        assert_eq!(moving, Fineness { coarse: 3, samples: 1 }, "0.073 s for any and 0.427 s for all pixels");
+        assert_eq!(pace.resting(SHOW, SIZE, moving).len(), 1, "1.8 s are too long for smooth outlines");
     }
 
     #[test]

@@ -117,7 +117,7 @@ impl Default for Settings {
             tone: Tone::Filmic,
             light: Aim::default(),
             camera: Aim { yaw: 0.0, pitch: 0.2 },
-            zoom: 1.0,
+            zoom: 0.85,
             lists: true,
             inspector: true,
             size: [1280.0, 800.0],

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::settings::{Aim, Arrangement, Backdrop, Settings, Tone};
 use super::{Catalogue, Facts, News, Subject, Wish};
-use crate::{Mode, Scene};
+use crate::{Framing, Mode, Scene};
 
 /// One of the lists of a [`Catalogue`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -103,6 +103,7 @@ pub(super) struct Toast {
 pub(super) struct Shown {
     pub(super) subject: Subject,
     pub(super) scene: Arc<Scene>,
+    pub(super) framing: Framing,
     pub(super) facts: Facts,
     /// Another for every scene that came.
     pub(super) edition: u64,
@@ -223,7 +224,8 @@ impl State {
                 if subject == self.settings.subject {
                     self.editions += 1;
                     let edition = self.editions;
-                    self.shown = Some(Shown { subject, scene: Arc::new(scene), facts, edition });
+                    let (framing, scene) = (scene.framing(), Arc::new(scene));
+                    self.shown = Some(Shown { subject, scene, framing, facts, edition });
                 }
             }
             News::Status(line) => self.status = line,

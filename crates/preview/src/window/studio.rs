@@ -4,7 +4,7 @@
 //! force for as long as it gains. What the graphics device cannot do, the CPU does. Every picture is delivered; the window
 //! shows the last.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -46,14 +46,10 @@ pub(super) struct Delivery {
     pub(super) lost: Option<String>,
 }
 
-enum Wish {
-    Show(Order),
-    /// A picture to keep, and then the order that was last.
-    Keep(Order, Option<Order>),
-}
-
 struct Shared {
-    wishes: Mailbox<Wish>,
+    orders: Mailbox<Order>,
+    /// Pictures to keep, which are made before the order.
+    keeps: Mutex<Vec<Order>>,
     delivery: Mutex<Delivery>,
     wake: Box<dyn Fn() + Send + Sync>,
 }
@@ -75,14 +71,12 @@ impl Studio {
         spare: Box<dyn Easel>,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
-        let (wishes, delivery) = (Mailbox::new(), Mutex::default());
-        let shared = Arc::new(Shared { wishes, delivery, wake: Box::new(wake) });
-        let (keep, wishes) = (Arc::clone(&shared), Arc::clone(&shared));
-        let hand = Hand { easel, spare, refused: None, pace: Pace::default() };
-        let thread = std::thread::Builder::new().name("studio".into()).spawn(move || {
-            hand.work(&wishes);
-        })?;
-        Ok(Self { shared: keep, thread: Some(thread), last: None })
+        let (orders, keeps, delivery) = (Mailbox::new(), Mutex::default(), Mutex::default());
+        let shared = Arc::new(Shared { orders, keeps, delivery, wake: Box::new(wake) });
+        let theirs = Arc::clone(&shared);
+        let hand = Hand { easel, spare, refused: None, reached: None, pace: Pace::default() };
+        let thread = std::thread::Builder::new().name("studio".into()).spawn(move || hand.work(&theirs))?;
+        Ok(Self { shared, thread: Some(thread), last: None })
     }
 
     /// Orders a picture; an earlier order is no longer wanted. The same order again changes nothing.
@@ -91,7 +85,7 @@ impl Studio {
             self.last.as_ref().is_some_and(|last| last.edition == order.edition && last.shot == order.shot);
         if !same {
             self.last = Some(order.clone());
-            self.shared.wishes.put(Wish::Show(order));
+            self.shared.orders.put(order);
         }
     }
 
@@ -102,7 +96,9 @@ impl Studio {
 
     /// Orders a whole picture to keep.
     pub(super) fn keep(&mut self, order: Order) {
-        self.shared.wishes.put(Wish::Keep(order, self.last.clone()));
+        let then = self.last.get_or_insert_with(|| order.clone()).clone();
+        self.shared.keeps().push(order);
+        self.shared.orders.put(then);
     }
 
     pub(super) fn take(&self) -> Delivery {
@@ -112,7 +108,7 @@ impl Studio {
 
 impl Drop for Studio {
     fn drop(&mut self) {
-        self.shared.wishes.end();
+        self.shared.orders.end();
         if let Some(thread) = self.thread.take() {
             // A panic of the thread has been reported where it happened.
             let _ = thread.join();
@@ -121,6 +117,10 @@ impl Drop for Studio {
 }
 
 impl Shared {
+    fn keeps(&self) -> MutexGuard<'_, Vec<Order>> {
+        self.keeps.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn deliver(&self, fill: impl FnOnce(&mut Delivery)) {
         fill(&mut self.delivery.lock().unwrap_or_else(PoisonError::into_inner));
         (self.wake)();
@@ -134,6 +134,8 @@ struct Hand {
     spare: Box<dyn Easel>,
     /// What the easel could not draw, and why: it is not asked again for that.
     refused: Option<(u64, Vec<Mode>, RenderError)>,
+    /// How far the last order has come: how fine it was drawn, and whether that is unfinished.
+    reached: Option<(u64, Shot, Fineness, bool)>,
     pace: Pace,
 }
 
@@ -146,14 +148,10 @@ enum Stop {
 
 impl Hand {
     fn work(mut self, shared: &Shared) {
-        while let Some((number, wish)) = shared.wishes.take() {
-            let result = match wish {
-                Wish::Show(order) => self.show(shared, number, &order),
-                Wish::Keep(order, then) => {
-                    let kept = self.keep(shared, &order);
-                    then.map_or(kept, |order| self.show(shared, number, &order))
-                }
-            };
+        while let Some((number, order)) = shared.orders.take() {
+            let keeps = std::mem::take(&mut *shared.keeps());
+            let kept = keeps.iter().try_for_each(|keep| self.keep(shared, keep));
+            let result = kept.and_then(|()| self.show(shared, number, &order));
             match result {
                 Ok(()) | Err(Stop::Stale) => {}
                 Err(Stop::Refused(error)) => {
@@ -170,9 +168,18 @@ impl Hand {
     /// Draws an order until it is stale or as good as it gets.
     fn show(&mut self, shared: &Shared, number: u64, order: &Order) -> Result<(), Stop> {
         let (show, size) = (order.shot.show, order.shot.size);
-        let moving = self.pace.moving(show, size);
-        let unfinished = self.draw(shared, number, order, moving)?;
-        if shared.wishes.becomes_stale(number, REST) {
+        let reached = self
+            .reached
+            .take()
+            .filter(|(edition, shot, ..)| *edition == order.edition && *shot == order.shot);
+        let (moving, unfinished) = match reached {
+            Some((_, _, fineness, unfinished)) => (fineness, unfinished),
+            None => {
+                let moving = self.pace.moving(show, size);
+                (moving, self.draw(shared, number, order, moving)?)
+            }
+        };
+        if shared.orders.becomes_stale(number, REST) {
             return Err(Stop::Stale);
         }
         let mut rest = self.pace.resting(show, size, moving);
@@ -197,7 +204,7 @@ impl Hand {
         let whole = order.shot.size;
         let size = fineness.size(whole);
         let shot = Shot { size, samples: fineness.samples, ..order.shot.clone() };
-        let stop = || shared.wishes.is_stale(number);
+        let stop = || shared.orders.is_stale(number);
         let begin = Instant::now();
         let drawn = self.with_easel(order, |easel| easel.draw(order, &shot, &stop));
         let (by, instead, stroke) = match drawn {
@@ -222,12 +229,13 @@ impl Hand {
             relative_rms,
         };
         shared.deliver(|delivery| (delivery.frame, delivery.refused) = (Some(frame), None));
-        if shared.wishes.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
+        self.reached = Some((order.edition, order.shot.clone(), fineness, unfinished));
+        if shared.orders.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
     }
 
     fn keep(&mut self, shared: &Shared, order: &Order) -> Result<(), Stop> {
         // A picture that was asked for is made, whatever is asked for after it; only the end stops it.
-        let stop = || shared.wishes.has_ended();
+        let stop = || shared.orders.has_ended();
         let made = self.with_easel(order, |easel| easel.picture(order, &stop));
         if made.is_err()
             && let Some(reason) = self.easel.lost()

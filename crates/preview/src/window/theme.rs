@@ -11,6 +11,7 @@ const TEXT: Color32 = Color32::from_gray(190);
 pub(super) const STRONG: Color32 = Color32::from_gray(236);
 /// What only explains.
 pub(super) const WEAK: Color32 = Color32::from_gray(128);
+pub(super) const GRID: Color32 = Color32::from_gray(58);
 /// The two curves of the plot, and what failed: the only hues, and muted ones.
 pub(super) const LIGHTING: Color32 = Color32::from_gray(210);
 pub(super) const REFLECTED: Color32 = Color32::from_rgb(206, 152, 92);

@@ -63,7 +63,7 @@ fn panels(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
         (state.help, "?", "All keys (?)", Action::ToggleHelp),
         (settings.inspector, "inspector", "Figures of what is seen (I)", Action::ToggleInspector),
         (settings.lists, "lists", "Environments, materials, meshes (L)", Action::ToggleLists),
-        (false, "keep", "Keep the picture as a file (P)", Action::Screenshot),
+        (false, "screenshot", "Keep the picture as a file (P)", Action::Screenshot),
     ] {
         if ui.add(Button::selectable(on, name)).on_hover_text(explained).clicked() {
             actions.push(action);

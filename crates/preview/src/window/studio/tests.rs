@@ -126,9 +126,9 @@ fn the_same_order_again_is_no_order() {
     let same = order(Mode::Mirror);
     studio.order(same.clone());
     studio.order(same.clone());
-    assert!(!studio.shared.wishes.is_stale(1));
+    assert!(!studio.shared.orders.is_stale(1));
     studio.order(Order { edition: 2, ..same });
-    assert!(studio.shared.wishes.is_stale(1));
+    assert!(studio.shared.orders.is_stale(1));
 }
 
 #[test]
@@ -201,4 +201,32 @@ fn a_picture_to_keep_is_whole_and_what_was_seen_goes_on() {
         full |= delivery.frame.as_ref().is_some_and(|frame| frame.full);
         full.then_some(())
     });
+}
+
+#[test]
+fn a_picture_to_keep_is_made_although_another_order_comes_at_once() {
+    let [easel, spare] = pretences();
+    let mut studio = studio(&easel, &spare);
+    for _ in 0..3 {
+        studio.keep(order(Mode::Mirror));
+        studio.order(order(Mode::Irradiance));
+    }
+    let mut kept = 0;
+    wait(&studio, |delivery| {
+        kept += delivery.pictures.len();
+        (kept == 3).then_some(())
+    });
+}
+
+#[test]
+fn a_picture_that_is_kept_does_not_make_the_seen_one_coarse() {
+    let [easel, spare] = pretences();
+    let mut studio = studio(&easel, &spare);
+    studio.order(order(Mode::Mirror));
+    wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full));
+    studio.keep(order(Mode::Mirror));
+    wait(&studio, |delivery| (!delivery.pictures.is_empty()).then_some(()));
+    drop(studio);
+    let coarse = easel.asked().iter().filter(|shot| shot.size != [64, 40]).count();
+    assert_eq!(coarse, 1, "only the first one");
 }
