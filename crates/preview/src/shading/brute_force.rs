@@ -94,6 +94,9 @@ pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, sa
             (incident, light.at(frame * incident))
         };
         let rho_hat = material.evaluate(incident, view);
+        if rho_hat == Vec3::ZERO {
+            continue;
+        }
         let density = share * lit.density + (1.0 - share) * lobes.density(incident, view);
         if density > 0.0 {
             sum += lit.radiance * rho_hat / density;

@@ -25,6 +25,9 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
             lit = light_samples_at(frame * incident);
         }
         let rho_hat = transfer(incident, view);
+        if all(rho_hat == vec3f(0.0)) {
+            continue;
+        }
         let density = share * lit.density + (1.0 - share) * lobes_density(incident, view);
         if density > 0.0 {
             sum += lit.radiance * rho_hat / density;

@@ -9,13 +9,19 @@
 //! that is told is made of the same f32 steps of the distributions that choose, so that rounding makes no bias; a
 //! texel whose step rounds to nothing is left to the samples of the lobes.
 //!
-//! The buffer is an array of vec4, RGB in x to z:
+//! The buffer is an array of vec4:
 //!
 //! | elements | what |
 //! | --- | --- |
-//! | 1 | columns W, rows H, whether there is light (1) or none (0), 0 |
-//! | H | per row: cos(theta) at its upper edge, how far that falls to its lower edge, 1 / solid angle of a texel, the distribution at its upper edge |
-//! | W H | per texel, rows from the top: radiance RGB, the row's distribution at its left edge |
+//! | 1 | columns W, rows H, the lengths G and G' of the guides of rows and columns |
+//! | H + 1 | per row: cos(theta) at its upper edge, how far that falls to its lower edge, 1 / solid angle of a texel, the distribution at its upper edge; 0, 0, 0, 1 |
+//! | ceil((G + 1) / 4) | the guide of the rows, four entries in each |
+//! | H (W + 1) | per row: per texel radiance RGB and the row's distribution at its left edge; 0, 0, 0, 1 |
+//! | H ceil((G' + 1) / 4) | per row: the guide of its texels |
+//!
+//! Entry k of a guide of length G is the last place whose distribution is k / G or less, so that a search looks at a few
+//! neighbours instead of all (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). G is
+//! a power of two, which makes u G exact. Without light, the distributions are 0 up to their last place.
 
 use std::f32::consts::{PI, TAU};
 
@@ -28,7 +34,10 @@ use super::angles::{angle, circle};
 #[derive(Debug)]
 pub struct LightSamples {
     size: [usize; 2],
+    /// The lengths of the guides of columns and rows.
+    guides: [usize; 2],
     elements: Vec<[f32; 4]>,
+    is_lit: bool,
 }
 
 /// A direction, what comes from there, and the density of [`LightSamples::sample`] there, in 1/sr.
@@ -46,36 +55,37 @@ impl LightSamples {
     /// Prepares the distributions of an environment.
     pub fn new(environment: &Environment) -> Self {
         let grid = environment.grid();
+        let (width, height) = (grid.width, grid.height);
+        let guides = [width, height].map(guide_length);
+        let pixels = || environment.pixels().chunks_exact(width);
         let weight = |pixel: &[f32; 3]| pixel.iter().map(|value| f64::from(value.abs())).sum::<f64>();
-        let rows: Vec<f64> = environment
-            .pixels()
-            .chunks_exact(grid.width)
-            .enumerate()
-            .map(|(row, pixels)| pixels.iter().map(weight).sum::<f64>() * grid.solid_angle(row))
-            .collect();
-        let total: f64 = rows.iter().sum();
-        let lit = if total > 0.0 { 1.0 } else { 0.0 };
-        let mut elements = Vec::with_capacity(1 + grid.height + grid.len());
-        elements.push([grid.width as f32, grid.height as f32, lit, 0.0]);
-        let mut above = 0.0;
-        for (row, weight) in rows.iter().enumerate() {
-            let edge = |row: usize| (std::f64::consts::PI * row as f64 / grid.height as f64).cos();
-            let share = if total > 0.0 { above / total } else { 0.0 };
+        let of_row = |(row, pixels): (usize, &[[f32; 3]])| {
+            pixels.iter().map(weight).sum::<f64>() * grid.solid_angle(row)
+        };
+        let rows: Vec<f64> = pixels().enumerate().map(of_row).collect();
+        let geometry = (0..height).map(|row| {
+            let top = (std::f64::consts::PI * row as f64 / height as f64).cos();
             let solid_angle = grid.solid_angle(row);
-            let fall = solid_angle * grid.width as f64 / std::f64::consts::TAU;
-            elements.push([edge(row) as f32, fall as f32, (1.0 / solid_angle) as f32, share as f32]);
-            above += weight;
+            let fall = solid_angle * width as f64 / std::f64::consts::TAU;
+            [top, fall, 1.0 / solid_angle].map(|number| number as f32)
+        });
+        let mut elements = vec![[width, height, guides[1], guides[0]].map(|number| number as f32)];
+        let mut of_rows = Vec::new();
+        distribute(geometry, &rows, &mut elements);
+        guide(&elements[1..], guides[1], &mut of_rows);
+        elements.append(&mut of_rows);
+        let first = elements.len();
+        for pixels in pixels() {
+            let weights: Vec<f64> = pixels.iter().map(weight).collect();
+            distribute(pixels.iter().copied(), &weights, &mut elements);
         }
-        for pixels in environment.pixels().chunks_exact(grid.width) {
-            let total: f64 = pixels.iter().map(weight).sum();
-            let mut left = 0.0;
-            for pixel in pixels {
-                let share = if total > 0.0 { left / total } else { 0.0 };
-                elements.push([pixel[0], pixel[1], pixel[2], share as f32]);
-                left += weight(pixel);
-            }
+        for row in 0..height {
+            let texels = &elements[first + row * (width + 1)..][..width + 1];
+            guide(texels, guides[0], &mut of_rows);
         }
-        Self { size: [grid.width, grid.height], elements }
+        elements.append(&mut of_rows);
+        let is_lit = rows.iter().any(|weight| *weight > 0.0);
+        Self { size: [width, height], guides, elements, is_lit }
     }
 
     /// The elements, for the buffer `light_samples` of the shader.
@@ -85,60 +95,96 @@ impl LightSamples {
 
     /// Whether any light comes from anywhere.
     pub fn is_lit(&self) -> bool {
-        self.elements[0][2] > 0.0
+        self.is_lit
     }
 
     /// The direction for a point of the unit square, where [`LightSamples::is_lit`].
     pub fn sample(&self, point: [f32; 2]) -> Lit {
         let [width, height] = self.size;
-        let row = self.last(1, height, point[1]);
-        let first = 1 + height + row * width;
-        let column = self.last(first, width, point[0]);
-        let (above, below) = self.step(1, height, row);
-        let (left, right) = self.step(first, width, column);
-        let [top, fall, per_solid_angle, _] = self.elements[1 + row];
-        let z = top - (point[1] - above) / (below - above) * fall;
-        let across = (point[0] - left) / (right - left);
-        let [cosine, sine] = circle(0.5 - (column as f32 + across) / width as f32).to_array();
+        let row = self.place(1, 2 + height, self.guides[1], point[1]);
+        let guide = self.texels(height) + row * (self.guides[0] / 4 + 1);
+        let column = self.place(self.texels(row), guide, self.guides[0], point[0]);
+        let [top, fall, _, above] = self.elements[1 + row];
+        let left = self.elements[self.texels(row) + column][3];
+        let (rows, columns) = self.steps(row, column);
+        let z = top - (point[1] - above) / rows * fall;
+        let across = (point[0] - left) / columns;
         let level = (1.0 - z * z).max(0.0).sqrt();
-        let [r, g, b, _] = self.elements[first + column];
-        Lit {
-            direction: Vec3::new(level * cosine, level * sine, z),
-            radiance: Vec3::new(r, g, b),
-            density: (below - above) * (right - left) * per_solid_angle,
-        }
+        let turn = circle(0.5 - (column as f32 + across) / width as f32);
+        self.lit((turn * level).extend(z), row, column)
     }
 
     /// What comes from a direction, a unit vector.
     pub fn at(&self, direction: Vec3) -> Lit {
         let [width, height] = self.size;
         let level = direction.truncate().length();
-        let phi = angle(direction.y, direction.x);
         let row = (angle(level, direction.z) / PI * height as f32) as usize;
-        let row = row.min(height - 1);
-        let column = ((0.5 - phi / TAU) * width as f32) as usize;
-        let column = column.min(width - 1);
-        let first = 1 + height + row * width;
-        let (above, below) = self.step(1, height, row);
-        let (left, right) = self.step(first, width, column);
-        let [r, g, b, _] = self.elements[first + column];
-        let density = (below - above) * (right - left) * self.elements[1 + row][2];
-        Lit { direction, radiance: Vec3::new(r, g, b), density }
+        let column = ((0.5 - angle(direction.y, direction.x) / TAU) * width as f32) as usize;
+        self.lit(direction, row.min(height - 1), column.min(width - 1))
     }
 
-    /// The last of `count` elements from `first` on whose distribution is at most `share`, which is below 1.
-    fn last(&self, first: usize, count: usize, share: f32) -> usize {
-        let (mut low, mut high) = (0, count);
-        while high - low > 1 {
-            let middle = (low + high) / 2;
-            if self.elements[first + middle][3] <= share { low = middle } else { high = middle }
+    /// What comes from a direction within a texel.
+    fn lit(&self, direction: Vec3, row: usize, column: usize) -> Lit {
+        let (rows, columns) = self.steps(row, column);
+        let [_, _, per_solid_angle, _] = self.elements[1 + row];
+        let [r, g, b, _] = self.elements[self.texels(row) + column];
+        Lit { direction, radiance: Vec3::new(r, g, b), density: rows * columns * per_solid_angle }
+    }
+
+    /// The steps of the distributions of rows and columns over a texel.
+    fn steps(&self, row: usize, column: usize) -> (f32, f32) {
+        let step = |at: usize| self.elements[at + 1][3] - self.elements[at][3];
+        (step(1 + row), step(self.texels(row) + column))
+    }
+
+    /// Where the texels of a row begin; past the last row, where the guides do.
+    fn texels(&self, row: usize) -> usize {
+        let [width, height] = self.size;
+        2 + height + self.guides[1] / 4 + 1 + row * (width + 1)
+    }
+
+    /// The last place whose distribution, from `first` on, is at most `share`, which is below 1; `guide` is where its guide
+    /// begins, of length `length`.
+    fn place(&self, first: usize, guide: usize, length: usize, share: f32) -> usize {
+        let hint = 4 * guide + (share * length as f32) as usize;
+        let hints = self.elements.as_flattened();
+        let mut place = hints[hint] as usize;
+        let mut left = hints[hint + 1] as usize - place + 1;
+        while left > 1 {
+            let middle = place + left / 2;
+            place = if self.elements[first + middle][3] <= share { middle } else { place };
+            left -= left / 2;
         }
-        low
+        place
     }
+}
 
-    /// The distribution at both edges of one of `count` elements from `first` on.
-    fn step(&self, first: usize, count: usize, at: usize) -> (f32, f32) {
-        let after = if at + 1 < count { self.elements[first + at + 1][3] } else { 1.0 };
-        (self.elements[first + at][3], after)
+/// An entry for four places: what is between two entries then mostly shares a line of the cache.
+fn guide_length(places: usize) -> usize {
+    places.div_ceil(4).next_power_of_two()
+}
+
+/// Appends values with the distribution of their weights before each, and its end.
+fn distribute(values: impl Iterator<Item = [f32; 3]>, weights: &[f64], elements: &mut Vec<[f32; 4]>) {
+    let total: f64 = weights.iter().sum();
+    let mut before = 0.0;
+    for ([x, y, z], weight) in values.zip(weights) {
+        elements.push([x, y, z, if total > 0.0 { (before / total) as f32 } else { 0.0 }]);
+        before += weight;
     }
+    elements.push([0.0, 0.0, 0.0, 1.0]);
+}
+
+/// Appends the guide of a distribution and its end.
+fn guide(distribution: &[[f32; 4]], length: usize, elements: &mut Vec<[f32; 4]>) {
+    let mut place = 0;
+    let mut entry = |k: usize| {
+        // The last is for shares just below 1.
+        let share = (k as f32 / length as f32).min(1.0 - f32::EPSILON / 2.0);
+        while distribution[place + 1][3] <= share {
+            place += 1;
+        }
+        place as f32
+    };
+    elements.extend((0..=length / 4).map(|k| [0, 1, 2, 3].map(|part| entry((4 * k + part).min(length)))));
 }

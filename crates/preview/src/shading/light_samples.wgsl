@@ -1,9 +1,8 @@
 // Samples of an environment by its radiance, and how dense they lie in a direction. The twin of light_samples.rs. It
 // needs angles.wgsl.
 
-// `LightSamples::elements`, whose file says what is in it: columns, rows and whether there is light; per row cos(theta) at
-// its upper edge, how far that falls, 1 / solid angle of a texel, the distribution at its upper edge; per texel RGB and
-// the row's distribution at its left edge.
+// `LightSamples::elements`, whose file says what is in it: the size; rows with their distribution, and its guide; texels
+// with their rows' distributions; the guides of these.
 @group(3) @binding(0) var<storage, read> light_samples: array<vec4f>;
 
 // A direction, what comes from there, and the density of `light_samples_draw` there, in 1/sr.
@@ -13,59 +12,77 @@ struct Lit {
     density: f32,
 }
 
+struct LightGrid {
+    // Columns and rows.
+    size: vec2u,
+    // The lengths of their guides.
+    guides: vec2u,
+}
+
+fn light_samples_grid() -> LightGrid {
+    let header = vec4u(light_samples[0]);
+    return LightGrid(header.xy, header.wz);
+}
+
 // The direction for a point of the unit square, where there is light.
 fn light_samples_draw(point: vec2f) -> Lit {
-    let size = vec2u(light_samples[0].xy);
-    let row = light_samples_last(1u, size.y, point.y);
-    let first = 1u + size.y + row * size.x;
-    let column = light_samples_last(first, size.x, point.x);
-    let rows = light_samples_step(1u, size.y, row);
-    let columns = light_samples_step(first, size.x, column);
+    let grid = light_samples_grid();
+    let row = light_samples_place(1u, 2u + grid.size.y, grid.guides.y, point.y);
+    let guide = light_samples_texels(grid, grid.size.y) + row * (grid.guides.x / 4u + 1u);
+    let texels = light_samples_texels(grid, row);
+    let column = light_samples_place(texels, guide, grid.guides.x, point.x);
     let of_row = light_samples[1u + row];
-    let z = of_row.x - (point.y - rows.x) / (rows.y - rows.x) * of_row.y;
-    let across = (point.x - columns.x) / (columns.y - columns.x);
-    let circle = angles_circle(0.5 - (f32(column) + across) / f32(size.x));
+    let left = light_samples[texels + column].w;
+    let steps = light_samples_steps(grid, row, column);
+    let z = of_row.x - (point.y - of_row.w) / steps.y * of_row.y;
+    let across = (point.x - left) / steps.x;
     let level = sqrt(max(1.0 - z * z, 0.0));
-    let direction = vec3f(level * circle, z);
-    let density = (rows.y - rows.x) * (columns.y - columns.x) * of_row.z;
-    return Lit(direction, light_samples[first + column].rgb, density);
+    let turn = angles_circle(0.5 - (f32(column) + across) / f32(grid.size.x));
+    return light_samples_lit(grid, vec3f(turn * level, z), row, column);
 }
 
 // What comes from a direction, a unit vector.
 fn light_samples_at(direction: vec3f) -> Lit {
-    let size = vec2u(light_samples[0].xy);
-    let level = length(direction.xy);
+    let grid = light_samples_grid();
+    let theta = angles_angle(length(direction.xy), direction.z);
     let phi = angles_angle(direction.y, direction.x);
-    let theta = angles_angle(level, direction.z);
-    let row = min(u32(theta / ANGLES_PI * f32(size.y)), size.y - 1u);
-    let column = min(u32((0.5 - phi / (2.0 * ANGLES_PI)) * f32(size.x)), size.x - 1u);
-    let first = 1u + size.y + row * size.x;
-    let rows = light_samples_step(1u, size.y, row);
-    let columns = light_samples_step(first, size.x, column);
-    let density = (rows.y - rows.x) * (columns.y - columns.x) * light_samples[1u + row].z;
-    return Lit(direction, light_samples[first + column].rgb, density);
+    let row = u32(theta / ANGLES_PI * f32(grid.size.y));
+    let column = u32((0.5 - phi / (2.0 * ANGLES_PI)) * f32(grid.size.x));
+    return light_samples_lit(grid, direction, min(row, grid.size.y - 1u), min(column, grid.size.x - 1u));
 }
 
-// The last of `count` elements from `first` on whose distribution is at most `share`, which is below 1.
-fn light_samples_last(first: u32, count: u32, share: f32) -> u32 {
-    var low = 0u;
-    var high = count;
-    while high - low > 1u {
-        let middle = (low + high) / 2u;
-        if light_samples[first + middle].w <= share {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+// What comes from a direction within a texel.
+fn light_samples_lit(grid: LightGrid, direction: vec3f, row: u32, column: u32) -> Lit {
+    let steps = light_samples_steps(grid, row, column);
+    let per_solid_angle = light_samples[1u + row].z;
+    let radiance = light_samples[light_samples_texels(grid, row) + column].rgb;
+    return Lit(direction, radiance, steps.y * steps.x * per_solid_angle);
 }
 
-// The distribution at both edges of one of `count` elements from `first` on.
-fn light_samples_step(first: u32, count: u32, at: u32) -> vec2f {
-    var after = 1.0;
-    if at + 1u < count {
-        after = light_samples[first + at + 1u].w;
+// The steps of the distributions of columns and rows over a texel.
+fn light_samples_steps(grid: LightGrid, row: u32, column: u32) -> vec2f {
+    let texel = light_samples_texels(grid, row) + column;
+    return vec2f(
+        light_samples[texel + 1u].w - light_samples[texel].w,
+        light_samples[row + 2u].w - light_samples[row + 1u].w,
+    );
+}
+
+// Where the texels of a row begin; past the last row, where the guides do.
+fn light_samples_texels(grid: LightGrid, row: u32) -> u32 {
+    return 2u + grid.size.y + grid.guides.y / 4u + 1u + row * (grid.size.x + 1u);
+}
+
+// The last place whose distribution, from `first` on, is at most `share`, which is below 1; `guide` is where its guide
+// begins, of this length.
+fn light_samples_place(first: u32, guide: u32, length: u32, share: f32) -> u32 {
+    let hint = u32(share * f32(length));
+    var place = u32(light_samples[guide + hint / 4u][hint % 4u]);
+    var left = u32(light_samples[guide + (hint + 1u) / 4u][(hint + 1u) % 4u]) - place + 1u;
+    while left > 1u {
+        let middle = place + left / 2u;
+        place = select(place, middle, light_samples[first + middle].w <= share);
+        left -= left / 2u;
     }
-    return vec2f(light_samples[first + at].w, after);
+    return place;
 }
