@@ -10,13 +10,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use engine::{ItemIndex, ItemKey, Plan, Product, Stage, StageIndex};
+use engine::{Artifact, ItemIndex, ItemKey, Plan, Product, Stage, StageIndex};
 use preview::MapSizes;
 use sphere::Rotation;
 
 pub use gallery::Gallery;
 
-use crate::rotate;
+use crate::{artifacts, rotate};
 
 mod gallery;
 
@@ -54,6 +54,8 @@ pub struct Exhibit {
 /// Where a mesh comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
+    /// An item makes it.
+    Item(ItemIndex),
     /// A shape of [`transfer::SHAPES`].
     BuiltIn(&'static str),
 }
@@ -82,11 +84,7 @@ impl Showcase {
         found = without_steps(&plan, &graph, found);
         let lights = found.iter().map(|exhibit| exhibit.environment).collect::<BTreeSet<_>>();
         let lights = lights.into_iter().collect::<Vec<_>>();
-        let named = lights.iter().map(|item| {
-            let (stage, key) = (stage_name(&plan, *item), &plan.items[*item].key);
-            let name = if key.0.is_empty() { stage.to_owned() } else { key.to_string() };
-            Named { name, stages: vec![stage] }
-        });
+        let named = lights.iter().map(|item| Named::of(&plan, *item));
         let environments = told_apart(&named.collect::<Vec<_>>());
         // What is left of a key tells the materials of a stage apart.
         let coats = found.iter().map(|exhibit| Coat::of(&plan, exhibit)).collect::<Vec<_>>();
@@ -98,7 +96,7 @@ impl Showcase {
         };
         let places = found.iter().zip(&coats).map(|(exhibit, coat)| place(exhibit, coat));
         let exhibits = places.collect::<Vec<_>>().into_iter().zip(found).collect();
-        let meshes = transfer::SHAPES.map(|name| (name.to_owned(), Shape::BuiltIn(name))).to_vec();
+        let meshes = meshes(&plan);
         Self { plan, environments, materials, exhibits, meshes }
     }
 
@@ -167,7 +165,11 @@ impl Showcase {
 
     /// The stages that make what can be shown, and those that they need.
     pub fn stages(&self) -> BTreeSet<&str> {
-        let items = self.exhibits.values().flat_map(|exhibit| &exhibit.ancestry);
+        let meshes = self.meshes.iter().filter_map(|(_, shape)| match shape {
+            Shape::Item(item) => Some(item),
+            Shape::BuiltIn(_) => None,
+        });
+        let items = self.exhibits.values().flat_map(|exhibit| &exhibit.ancestry).chain(meshes);
         items.map(|item| stage_name(&self.plan, *item)).collect()
     }
 }
@@ -210,7 +212,14 @@ struct Named<'p> {
     stages: Vec<&'p str>,
 }
 
-impl Named<'_> {
+impl<'p> Named<'p> {
+    /// An item, by its key.
+    fn of(plan: &'p Plan, item: ItemIndex) -> Self {
+        let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
+        let name = if key.0.is_empty() { stage.to_owned() } else { key.to_string() };
+        Self { name, stages: vec![stage] }
+    }
+
     /// Longer and longer: the name alone, with one stage, with all.
     fn labels(&self) -> Vec<String> {
         let Self { name, stages } = self;
@@ -220,6 +229,16 @@ impl Named<'_> {
         labels.push(with(&stages.join(", ")));
         labels
     }
+}
+
+/// The meshes of the graph, then the built-in ones.
+fn meshes(plan: &Plan) -> Vec<(String, Shape)> {
+    let items = (0..plan.items.len()).filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
+    let made = items.map(|item| (Named::of(plan, item), Shape::Item(item)));
+    let built_in = |name: &'static str| Named { name: name.into(), stages: vec!["built-in"] };
+    let built_in = transfer::SHAPES.into_iter().map(|name| (built_in(name), Shape::BuiltIn(name)));
+    let (named, shapes): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
+    told_apart(&named).into_iter().zip(shapes).collect()
 }
 
 /// For each its first label that no other has in the same place.
@@ -280,7 +299,7 @@ impl Connections {
 
     /// The exhibit of an item that reflects an environment.
     fn exhibit(&self, plan: &Plan, item: ItemIndex) -> Option<Exhibit> {
-        if !["reflection", "shrm"].contains(&artifact(plan, item)?) {
+        if ![artifacts::Reflection::TYPE, artifacts::Shrm::TYPE].contains(&artifact(plan, item)?) {
             return None;
         }
         let mut origin = Origin::default();
@@ -344,9 +363,11 @@ impl Origin {
         }
         self.ancestry.push(item);
         match artifact(plan, item) {
-            Some("environment") if self.environment.is_none() => self.environment = Some((item, turn)),
-            Some("material") if self.material.is_none() => self.material = Some(item),
-            Some("lighting") => {
+            Some(artifacts::Environment::TYPE) if self.environment.is_none() => {
+                self.environment = Some((item, turn))
+            }
+            Some(artifacts::Material::TYPE) if self.material.is_none() => self.material = Some(item),
+            Some(artifacts::Lighting::TYPE) => {
                 self.lighting = self.lighting.or(Some(item));
                 let stage = &plan.stages[plan.items[item].stage];
                 turn = turn.after(rotate::turn_of(stage));

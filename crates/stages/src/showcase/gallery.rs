@@ -23,7 +23,14 @@ const MESHES: usize = 4;
 pub struct Gallery {
     looks: Recent<LookKey, Look>,
     lights: Recent<LightKey, Light>,
-    meshes: Recent<Shape, Mesh>,
+    meshes: Recent<MeshKey, Mesh>,
+}
+
+/// What a mesh is.
+#[derive(PartialEq)]
+enum MeshKey {
+    Made(Digest),
+    BuiltIn(&'static str),
 }
 
 /// What a light is made of: environment, lighting, turn.
@@ -44,7 +51,7 @@ impl Gallery {
         mesh: &str,
     ) -> Result<Scene, Failure> {
         let look = self.look(showcase.plan(), shelf, exhibit)?;
-        Ok(Scene::of(self.mesh(showcase, mesh)?, look))
+        Ok(Scene::of(self.mesh(showcase, shelf, mesh)?, look))
     }
 
     /// The look of an exhibit: the same value for as long as nothing that it is made of has changed.
@@ -79,15 +86,21 @@ impl Gallery {
     /// A mesh by its name in [`Showcase::meshes`].
     ///
     /// # Errors
-    /// Where there is none of that name, or it cannot be read.
-    pub fn mesh(&mut self, showcase: &Showcase, name: &str) -> Result<Arc<Mesh>, Failure> {
-        let found = showcase.meshes.iter().find(|(known, _)| known == name);
-        let (_, shape) = found.ok_or_else(|| Failure::new(format!("there is no mesh {name:?}")))?;
-        self.meshes.get(MESHES, *shape, || match shape {
-            Shape::BuiltIn(name) => {
-                transfer::shape(name).ok_or_else(|| Failure::new(format!("there is no shape {name:?}")))
+    /// Where there is none of that name, it is not on the shelf or cannot be read.
+    pub fn mesh(&mut self, showcase: &Showcase, shelf: &Shelf, name: &str) -> Result<Arc<Mesh>, Failure> {
+        let missing = || Failure::new(format!("there is no mesh {name:?}"));
+        let (_, shape) = showcase.meshes.iter().find(|(known, _)| known == name).ok_or_else(missing)?;
+        match *shape {
+            Shape::Item(item) => {
+                let mesh = handle(showcase.plan(), shelf, item)?;
+                self.meshes.get(MESHES, MeshKey::Made(mesh.digest()), || {
+                    Ok(mesh.get::<artifacts::Mesh>()?.0.clone())
+                })
             }
-        })
+            Shape::BuiltIn(name) => {
+                self.meshes.get(MESHES, MeshKey::BuiltIn(name), || transfer::shape(name).ok_or_else(missing))
+            }
+        }
     }
 }
 

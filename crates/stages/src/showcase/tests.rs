@@ -158,6 +158,29 @@ inputs = { lighting = "lighting", brdf = "fine" }
 }
 
 #[test]
+fn meshes_of_the_graph_come_before_the_built_in_ones() {
+    let mesh = "[stage.mesh]\nkind = \"import-mesh\"\nsource = \"shapes/*.glb\"\n";
+    let (folder, plan) = project(REFLECTION);
+    assert_eq!(Showcase::of(plan).meshes(), ["sphere", "torus-knot", "plane"]);
+    for name in ["helmet", "sphere"] {
+        fs::create_dir_all(folder.path().join("shapes")).unwrap();
+        fs::write(folder.path().join(format!("shapes/{name}.glb")), "").unwrap();
+    }
+    fs::write(folder.path().join("pipeline.toml"), format!("{SOURCES}{REFLECTION}{mesh}")).unwrap();
+    let showcase = Showcase::of(load(folder.path()));
+    let names = ["helmet", "sphere (mesh)", "sphere (built-in)", "torus-knot", "plane"];
+    assert_eq!(showcase.meshes(), names);
+    assert!(showcase.stages().contains("mesh"));
+    let shelf = Shelf::open(showcase.plan()).unwrap();
+    let mesh = |name: &str| Gallery::default().mesh(&showcase, &shelf, name);
+    assert!(mesh("plane").is_ok());
+    assert_eq!(
+        mesh("helmet").unwrap_err().chain[0],
+        "mesh [helmet] has not been made yet, or its result is gone"
+    );
+}
+
+#[test]
 fn the_sizes_of_maps_are_those_that_exports_fix() {
     let sizes = |stages: &str| {
         let showcase = Showcase::of(project(&format!("{REFLECTION}{stages}")).1);
