@@ -22,14 +22,8 @@ use super::state::{Action, Effect, State};
 use super::studio::Studio;
 use super::toolbar::toolbar;
 use super::view::view;
-use super::{keys, notices, theme};
-use crate::{Cpu, Health, RenderError, Shot};
-
-/// The light samples of each sample of a pixel, by brute force.
-const LIGHT_SAMPLES: u32 = 1024;
-
-/// The samples along each side of a pixel of a picture that is kept.
-const KEPT_SAMPLES: u32 = 2;
+use super::{KEPT_SAMPLES, keys, notices, theme};
+use crate::{Cpu, Health, RenderError};
 
 /// Settings are kept when they have not changed for so many seconds.
 const KEEP_AFTER: f64 = 1.0;
@@ -188,17 +182,7 @@ impl App {
     /// The picture that is to be seen, of this size.
     fn order(&self, size: [u32; 2]) -> Option<Order> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
-        let shot = Shot {
-            size,
-            samples: 1,
-            camera: settings.camera(shown.framing),
-            turn: settings.turn(),
-            show: settings.show(),
-            background: settings.background(),
-            exposure: settings.exposure,
-            tone: settings.tone_map(),
-            light_samples: LIGHT_SAMPLES,
-        };
+        let shot = settings.shot(shown.framing, size);
         Some(Order { edition: shown.edition, scene: Arc::clone(&shown.scene), shot })
     }
 

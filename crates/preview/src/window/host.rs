@@ -2,7 +2,7 @@
 
 use std::sync::mpsc::Sender;
 
-use crate::{Picture, Scene};
+use crate::{Mode, Picture, Scene};
 
 /// What can be shown, by name. Meshes are those of the manifest and those that Specula has by itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub struct Subject {
     pub mesh: String,
 }
 
-/// What of a subject is asked for; the rest is as it was, or the first of its list.
+/// What is asked for at first; the rest is as it was, or the first of its list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Wish {
     /// The environment.
@@ -35,6 +35,8 @@ pub struct Wish {
     pub material: Option<String>,
     /// The mesh.
     pub mesh: Option<String>,
+    /// The map that shades it, alone.
+    pub mode: Option<Mode>,
 }
 
 /// An export of a subject.

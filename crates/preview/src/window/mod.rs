@@ -34,7 +34,7 @@ use eframe::egui::{IconData, ViewportBuilder};
 use eframe::egui_wgpu::{SurfaceConfig, WgpuConfiguration, WgpuSetupCreateNew};
 use eframe::{AppCreator, NativeOptions};
 
-use crate::Gpu;
+use crate::{Framing, Gpu, Shot};
 use app::{App, Loss};
 use state::State;
 
@@ -50,6 +50,24 @@ pub struct WindowSettings {
     /// Whether the CPU draws the pictures, also where a graphics device could.
     pub cpu: bool,
 }
+
+impl WindowSettings {
+    /// What a window shows first of a catalogue. Where that has nothing, a name is empty, or what was wished for.
+    pub fn subject(&self, catalogue: Catalogue) -> Subject {
+        let mut state = State::new(self.state.as_deref(), self.wish.clone());
+        state.hear(News::Catalogue(catalogue), 0.0);
+        state.settings.subject
+    }
+
+    /// How it shows that: for a picture that stands in for the window.
+    pub fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
+        let state = State::new(self.state.as_deref(), self.wish.clone());
+        Shot { samples: KEPT_SAMPLES, ..state.settings.shot(framing, size) }
+    }
+}
+
+/// The samples along each side of a pixel of a picture that is kept.
+const KEPT_SAMPLES: u32 = 2;
 
 /// Why there is no window, or no longer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

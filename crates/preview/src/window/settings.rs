@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use sphere::Rotation;
 
 use super::Subject;
-use crate::{Background, Camera, Framing, Mode, Show};
+use crate::{Background, Camera, Framing, Mode, Shot, Show};
 
 /// What lies behind, without its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -125,6 +125,9 @@ impl Default for Settings {
     }
 }
 
+/// The light samples of each sample of a pixel, by brute force.
+const LIGHT_SAMPLES: u32 = 1024;
+
 /// The radiance of a flat background: a mid grey, before which highlights and shadows are judged alike.
 const GREY: f32 = 0.18;
 
@@ -219,6 +222,21 @@ impl Settings {
     pub(super) fn camera(&self, framing: Framing) -> Camera {
         let Aim { yaw, pitch } = self.camera;
         Camera { yaw, pitch, zoom: self.zoom, ..Camera::new(framing) }
+    }
+
+    /// How a scene with this framing is seen, with one sample a pixel.
+    pub(super) fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
+        Shot {
+            size,
+            samples: 1,
+            camera: self.camera(framing),
+            turn: self.turn(),
+            show: self.show(),
+            background: self.background(),
+            exposure: self.exposure,
+            tone: self.tone_map(),
+            light_samples: LIGHT_SAMPLES,
+        }
     }
 }
 

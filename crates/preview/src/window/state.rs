@@ -135,12 +135,15 @@ impl State {
     /// What a window begins with.
     pub(super) fn new(kept: Option<&str>, wish: Wish) -> Self {
         let (mut settings, note) = Settings::read(kept);
-        let Wish { environment, material, mesh } = wish;
+        let Wish { environment, material, mesh, mode } = wish;
         let subject = &mut settings.subject;
         for (name, wished) in List::ALL.into_iter().zip([environment, material, mesh]) {
             if let Some(wished) = wished {
                 *name.chosen(subject) = wished;
             }
+        }
+        if let Some(mode) = mode {
+            (settings.mode, settings.arrangement) = (mode, Arrangement::One);
         }
         Self { settings, status: note.unwrap_or_default(), ..Self::default() }
     }

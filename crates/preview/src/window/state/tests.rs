@@ -1,7 +1,8 @@
 //! What the designer and the program do to the window, without a window.
 
 use super::*;
-use crate::window::testkit;
+use crate::window::{WindowSettings, testkit};
+use crate::{Framing, Show};
 
 fn catalogue() -> Catalogue {
     let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
@@ -229,4 +230,16 @@ fn there_is_no_picture_to_keep_before_there_is_one() {
 fn a_kept_state_that_cannot_be_read_is_told_in_the_status_line() {
     let state = State::new(Some("{}"), Wish::default());
     assert_eq!(state.status, "the window's kept state is left out: it has no version");
+}
+
+#[test]
+fn a_mode_that_is_wished_for_is_shown_alone() {
+    let split = Settings { arrangement: Arrangement::Split, mode: Mode::Cabral, ..Settings::default() };
+    let kept = Some(split.write());
+    let settings =
+        |mode| WindowSettings { state: kept.clone(), wish: Wish { mode, ..Wish::default() }, cpu: false };
+    let framing = Framing { centre: glam::DVec3::ZERO, radius: 1.0 };
+    let show = |mode| settings(mode).shot(framing, [8, 8]).show;
+    assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
+    assert!(matches!(show(None), Show::Split { left: Mode::Cabral, .. }));
 }
