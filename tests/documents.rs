@@ -72,6 +72,7 @@ fn links_in_documents_lead_somewhere() {
         "CONVENTIONS.md",
         "docs/manifest.md",
         "docs/plugins.md",
+        "docs/preview.md",
         "docs/watch.md",
         "examples/custom-kind/README.md",
     ];
@@ -95,16 +96,44 @@ fn help_lists_the_exit_codes() {
     }
 }
 
-#[test]
-fn the_manual_of_watching_names_every_option() {
-    let output = Command::new(env!("CARGO_BIN_EXE_specula")).args(["watch", "--help"]).output().unwrap();
-    let (help, manual) = (String::from_utf8(output.stdout).unwrap(), read("docs/watch.md"));
+/// The manual of a command names every option that its help has, at least so many.
+fn assert_named(command: &str, manual: &str, least: usize) {
+    let output = Command::new(env!("CARGO_BIN_EXE_specula")).args([command, "--help"]).output().unwrap();
+    let (help, text) = (String::from_utf8(output.stdout).unwrap(), read(manual));
     let options = help.split_whitespace().filter(|word| word.starts_with("--") && word.len() > 2);
     let options = options.map(|word| word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric()));
     let mut named = 0;
     for option in options.filter(|option| *option != "--help") {
-        assert!(manual.contains(&format!("`{option}")), "docs/watch.md names {option}");
+        assert!(text.contains(&format!("`{option}")), "{manual} names {option}");
         named += 1;
     }
-    assert!(named >= 9, "{named} options were found in\n{help}");
+    assert!(named >= least, "{named} options were found in\n{help}");
+}
+
+#[test]
+fn the_manuals_of_watching_and_of_the_preview_name_every_option() {
+    assert_named("watch", "docs/watch.md", 10);
+    assert_named("preview", "docs/preview.md", 12);
+}
+
+#[test]
+fn the_manual_of_the_preview_names_every_mode_and_shape() {
+    let manual = read("docs/preview.md");
+    for name in preview::Mode::ALL.map(preview::Mode::name).iter().chain(&transfer::SHAPES) {
+        assert!(manual.contains(&format!("`{name}`")), "docs/preview.md names {name}");
+    }
+}
+
+#[test]
+fn the_readme_lists_every_command() {
+    let output = Command::new(env!("CARGO_BIN_EXE_specula")).arg("--help").output().unwrap();
+    let (help, readme) = (String::from_utf8(output.stdout).unwrap(), read("README.md"));
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let commands = listed.take_while(|line| !line.is_empty());
+    let commands = commands.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help");
+    let commands = commands.collect::<Vec<_>>();
+    assert!(commands.len() >= 12, "{commands:?}");
+    for command in commands {
+        assert!(readme.contains(&format!("| `specula {command}")), "README.md lists {command}");
+    }
 }

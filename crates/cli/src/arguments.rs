@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use ::preview::Mode;
+use ::preview::window::Wish;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::{Exit, quantity};
+use crate::{Exit, preview, quantity};
 
 /// Turns light and materials into reflection maps, and keeps them up to date.
 #[derive(Debug, Parser)]
@@ -20,6 +22,8 @@ pub(crate) enum Command {
     Build(BuildArguments),
     /// Build, then build again whenever a file changes that the graph reads, until Ctrl-C
     Watch(WatchArguments),
+    /// Show materials under environments on meshes, in a window that follows every change
+    Preview(PreviewArguments),
     /// Say why a stage or an exported file would run, or why it did
     Explain(ExplainArguments),
     /// Say what the cache holds, make it smaller, or check it
@@ -141,21 +145,31 @@ pub(crate) struct WatchArguments {
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
-    /// How many threads work [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) jobs: Option<u16>,
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+    /// Return after the first rebuild that a change caused, with its exit code
+    #[arg(long)]
+    pub(crate) once: bool,
+    /// Show what is made in a window, as `specula preview` does
+    #[arg(long, conflicts_with = "once")]
+    pub(crate) preview: bool,
+    #[command(flatten)]
+    pub(crate) way: WayOfWatching,
+}
+
+/// How changes are noticed and worked off.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct WayOfWatching {
+    /// How many threads work [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
     /// The quiet time after a change before it is acted on, so that a file is written to its end
     #[arg(long, value_name = "MS", default_value_t = 20, value_parser = clap::value_parser!(u64).range(..=60_000))]
     pub(crate) debounce: u64,
     /// Look at the files this often rather than listen for events [default, where no time is given: 500]
     #[arg(long, value_name = "MS", num_args = 0..=1, default_missing_value = "500", value_parser = clap::value_parser!(u64).range(10..=3_600_000))]
     pub(crate) poll: Option<u64>,
-    /// Return after the first rebuild that a change caused, with its exit code
-    #[arg(long)]
-    pub(crate) once: bool,
     /// Name every item and every file
     #[arg(long, short)]
     pub(crate) verbose: bool,
@@ -165,6 +179,41 @@ pub(crate) struct WatchArguments {
     /// Trim the cache to this size when nothing is to be done, such as 20GiB [default: it grows]
     #[arg(long, value_name = "SIZE", value_parser = quantity::parse_size)]
     pub(crate) max_cache: Option<u64>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct PreviewArguments {
+    /// The manifest
+    #[arg(value_name = "MANIFEST", default_value = "pipeline.toml")]
+    pub(crate) manifest: PathBuf,
+    /// What to show first, such as environment=sky,material=gold,mesh=sphere; what is left out is as it was
+    #[arg(long, value_name = "PART=NAME,...", value_parser = preview::parse_item)]
+    pub(crate) item: Option<Wish>,
+    /// The map that shades it first: local-shrm, global-shrm, cabral, kautz-mccool, prefiltered, irradiance, mirror or brute-force
+    #[arg(long, value_parser = preview::parse_mode)]
+    pub(crate) mode: Option<Mode>,
+    /// Write one picture to this file, a PNG, and open no window
+    #[arg(long, value_name = "FILE", value_parser = preview::parse_still)]
+    pub(crate) still: Option<PathBuf>,
+    /// With --still: width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", requires = "still", value_parser = preview::parse_size)]
+    pub(crate) size: [u32; 2],
+    /// What draws [default: cpu for a still, which is the same to the bit everywhere, gpu for the window]
+    #[arg(long, value_enum)]
+    pub(crate) backend: Option<Backend>,
+    /// With --still: how many stops brighter, such as -1.5
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, requires = "still", allow_negative_numbers = true, value_parser = preview::parse_exposure)]
+    pub(crate) exposure: f64,
+    #[command(flatten)]
+    pub(crate) way: WayOfWatching,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Backend {
+    /// The processor
+    Cpu,
+    /// The graphics device; where there is none, the processor, with a warning
+    Gpu,
 }
 
 #[derive(Args, Debug)]

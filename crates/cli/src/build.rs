@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         ..BuildOptions::default()
     };
     let cancel = Cancel::default();
-    stop_on_interrupt(&cancel);
+    stop_on_interrupt(&cancel, || {});
     let progress = Progress::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
     let stream = EventStream::default();
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
@@ -95,14 +95,15 @@ pub(crate) fn exit_of(summary: &Summary) -> Exit {
     }
 }
 
-/// The first Ctrl-C stops the build at its next step, the second the process.
-pub(crate) fn stop_on_interrupt(cancel: &Cancel) {
+/// The first Ctrl-C stops the build at its next step, and whatever `also` does; the second the process.
+pub(crate) fn stop_on_interrupt(cancel: &Cancel, also: impl Fn() + Send + 'static) {
     let cancel = cancel.clone();
     let handler = move || {
         if cancel.is_cancelled() {
             std::process::exit(Exit::Interrupted as i32);
         }
         cancel.cancel();
+        also();
     };
     if let Err(error) = ctrlc::set_handler(handler) {
         say!("warning: Ctrl-C will stop the process at once: {error}");

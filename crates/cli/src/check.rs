@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
         arguments.threads.iter().copied().map(usize::from).collect()
     };
     let cancel = Cancel::default();
-    build::stop_on_interrupt(&cancel);
+    build::stop_on_interrupt(&cancel, || {});
     let told = |threads: usize, event: Event| match event {
         Event::Planned { items, .. } => {
             say!("{}: {} from nothing", count(threads, "thread"), count(items, "item"))

@@ -18,9 +18,10 @@ pub enum Exit {
     Usage = 2,
     /// 3: the manifest has faults or is not there; nothing ran.
     Manifest = 3,
-    /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there.
+    /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there, no
+    /// display for a window.
     Machine = 4,
-    /// 130: stopped by Ctrl-C. For `watch` that is the usual end, and 0.
+    /// 130: stopped by Ctrl-C. For `watch` and `preview` that is the usual end, and 0.
     Interrupted = 130,
 }
 
@@ -32,8 +33,9 @@ impl Exit {
        altered file, or outputs that differ
   2    the command line cannot be understood, or names something that is not there
   3    the manifest has faults or is not there; nothing ran
-  4    the machine is in the way: unwritable folder, full disk, another process at work
-  130  stopped by Ctrl-C; watch ends so with 0";
+  4    the machine is in the way: unwritable folder, full disk, another process at work, no
+       display
+  130  stopped by Ctrl-C; watch and preview end so with 0";
 }
 
 impl From<Exit> for ExitCode {

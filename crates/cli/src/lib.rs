@@ -20,6 +20,7 @@ mod inspect;
 mod manifest;
 mod manual;
 mod panics;
+mod preview;
 mod print;
 mod progress;
 mod quantity;
@@ -51,6 +52,7 @@ fn run(command: Command, kinds: &Kinds) -> Exit {
     match command {
         Command::Build(arguments) => build::run(&arguments, kinds),
         Command::Watch(arguments) => watch::run(&arguments, kinds),
+        Command::Preview(arguments) => preview::run(&arguments, kinds),
         Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),

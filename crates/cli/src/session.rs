@@ -365,7 +365,7 @@ impl Group {
 }
 
 /// As many names as fit, and how many more there are.
-fn fitting(names: &[String], columns: usize) -> String {
+pub(crate) fn fitting(names: &[String], columns: usize) -> String {
     let mut text = names.first().cloned().unwrap_or_default();
     for (index, name) in names.iter().enumerate().skip(1) {
         if text.chars().count() + name.chars().count() + " and 100 more".len() > columns {
@@ -410,7 +410,7 @@ fn in_words(change: &Change) -> String {
 }
 
 /// How the watcher learns of changes.
-fn way(folders: usize, poll_milliseconds: Option<f64>, because: Option<&str>) -> String {
+pub(crate) fn way(folders: usize, poll_milliseconds: Option<f64>, because: Option<&str>) -> String {
     let because = because.map(|because| format!(": {because}")).unwrap_or_default();
     match poll_milliseconds {
         None => format!("listening to {}{because}", count(folders, "folder")),

@@ -10,26 +10,40 @@ use crate::build::{exit_of, stop_on_interrupt};
 use crate::print::EventStream;
 use crate::screen::{Screen, locked};
 use crate::session::{Moment, Session};
-use crate::{Exit, exit, terminal};
+use crate::{Exit, exit, preview, terminal};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
+    if arguments.preview {
+        return preview::beside_watch(arguments, kinds);
+    }
+    let cancel = Cancel::default();
+    stop_on_interrupt(&cancel, || {});
+    keep_fresh(arguments, kinds, &cancel, &|_| {})
+}
+
+/// Watches until it is cancelled, and tells people or programs what happens; `also` hears it before them.
+pub(crate) fn keep_fresh(
+    arguments: &WatchArguments,
+    kinds: &Kinds,
+    cancel: &Cancel,
+    also: &(dyn Fn(&Event) + Sync),
+) -> Exit {
+    let way = &arguments.way;
     let options = WatchOptions {
         build: BuildOptions {
             stages: arguments.stages.clone(),
-            jobs: arguments.jobs.map(usize::from),
+            jobs: way.jobs.map(usize::from),
             keep_going: true,
             ..BuildOptions::default()
         },
-        debounce: Duration::from_millis(arguments.debounce),
-        poll: arguments.poll.map(Duration::from_millis),
+        debounce: Duration::from_millis(way.debounce),
+        poll: way.poll.map(Duration::from_millis),
         once: arguments.once,
-        memory: arguments.memory,
-        cache_limit: arguments.max_cache,
+        memory: way.memory,
+        cache_limit: way.max_cache,
     };
-    let cancel = Cancel::default();
-    stop_on_interrupt(&cancel);
     let start = Instant::now();
-    let session = Session::new(arguments.verbose, Screen::new(!arguments.json), move || Moment {
+    let session = Session::new(way.verbose, Screen::new(!arguments.json), move || Moment {
         milliseconds: start.elapsed().as_secs_f64() * 1e3,
         time: terminal::time_of_day(),
     });
@@ -37,6 +51,7 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     // How the last build ended, and whether the manifest is sound.
     let last = Mutex::new((Exit::Success, true));
     let events = |event: Event| {
+        also(&event);
         match &event {
             Event::Ended(summary) => locked(&last).0 = exit_of(summary),
             Event::Hindered { .. } => locked(&last).0 = Exit::Machine,
@@ -55,7 +70,7 @@ pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
             session.tell(&event);
         }
     };
-    let watched = engine::watch(&arguments.manifest.manifest, kinds, &options, &cancel, &events);
+    let watched = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
     session.close();
     match watched {
         Err(error) => exit::of_error(&error),

@@ -1,0 +1,75 @@
+//! `specula preview`: materials under environments on meshes, in a window that follows every change, or as one picture.
+//!
+//! The window has the main thread, as systems want it. A watcher builds on another, and on a third a [`Curator`] turns what
+//! it hears into what the window shows. Where no window can be opened, the curator draws stills instead.
+
+mod curator;
+mod gazette;
+mod keepsakes;
+mod still;
+mod subject;
+mod window;
+
+use ::preview::window::Wish;
+use engine::Kinds;
+use stages::Showcase;
+
+use crate::arguments::{Backend, ManifestArgument, PreviewArguments, WatchArguments};
+use crate::{Exit, manifest, print, watch};
+
+pub(crate) use still::{parse_exposure, parse_file as parse_still, parse_size};
+pub(crate) use subject::{parse_item, parse_mode};
+
+pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
+    let manifest = ManifestArgument { manifest: arguments.manifest.clone() };
+    let plan = match manifest::load(&manifest, kinds) {
+        Ok(plan) => plan,
+        Err(exit) => return exit,
+    };
+    let showcase = Showcase::of(plan);
+    if showcase.is_empty() {
+        let file = arguments.manifest.display();
+        let message = format!("{file} has nothing to preview: no stage of it reflects an environment");
+        print::error(&[message], Some(NOTHING));
+        return Exit::Manifest;
+    }
+    let wish = Wish { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
+    if let Err(unknown) = subject::check(&showcase, &wish) {
+        print::error(&[unknown.message], Some(&unknown.help));
+        return Exit::Usage;
+    }
+    if let Some(file) = &arguments.still {
+        return still::run(arguments, file, showcase, &wish);
+    }
+    let watching = WatchArguments {
+        stages: Vec::new(),
+        manifest,
+        json: false,
+        once: false,
+        preview: true,
+        way: arguments.way.clone(),
+    };
+    let opening = window::Opening {
+        manifest: &watching.manifest.manifest,
+        kinds,
+        wish,
+        cpu: arguments.backend == Some(Backend::Cpu),
+        goes_on_without: false,
+    };
+    window::run(&opening, |cancel, also| watch::keep_fresh(&watching, kinds, cancel, also))
+}
+
+/// What a manifest needs to have something to show.
+const NOTHING: &str = "a stage of the kind convolve makes a reflection of lighting and a material; `specula init` writes a manifest with one";
+
+/// `specula watch --preview`.
+pub(crate) fn beside_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
+    let opening = window::Opening {
+        manifest: &arguments.manifest.manifest,
+        kinds,
+        wish: Wish::default(),
+        cpu: false,
+        goes_on_without: true,
+    };
+    window::run(&opening, |cancel, also| watch::keep_fresh(arguments, kinds, cancel, also))
+}

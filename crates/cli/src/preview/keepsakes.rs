@@ -1,0 +1,139 @@
+//! What the preview keeps on the disk: pictures, and the window's state. Each file appears whole or not at all.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use ::preview::Picture;
+use ::preview::window::Subject;
+
+/// The folder beside the manifest for what nobody edits; it ignores itself in git, and no watcher attends to it.
+const FOLDER: &str = ".specula";
+
+/// A state of a window is some hundred bytes.
+const LARGEST_STATE: u64 = 1 << 20;
+
+/// Where things are kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Keepsakes {
+    folder: PathBuf,
+}
+
+impl Keepsakes {
+    /// Those of a manifest.
+    pub(crate) fn beside(manifest: &Path) -> Self {
+        Self { folder: manifest.with_file_name(FOLDER) }
+    }
+
+    /// What the last window left; `None` where there was none.
+    ///
+    /// # Errors
+    /// Why what is there cannot be read.
+    pub(crate) fn state(&self) -> Result<Option<String>, String> {
+        let file = self.state_file();
+        let told = |reason: String| format!("{} is left out: {reason}", file.display());
+        match fs::metadata(&file) {
+            Ok(metadata) if metadata.len() > LARGEST_STATE => return Err(told("it is too large".into())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            _ => {}
+        }
+        fs::read_to_string(&file).map(Some).map_err(|error| told(error.to_string()))
+    }
+
+    /// Keeps the state of a window.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub(crate) fn keep_state(&self, json: &str) -> io::Result<()> {
+        replace(&self.state_file(), json.as_bytes())
+    }
+
+    fn state_file(&self) -> PathBuf {
+        self.folder.join("preview.json")
+    }
+
+    /// Where the picture goes that stands in for a window.
+    pub(crate) fn still(&self) -> PathBuf {
+        self.folder.join("preview.png")
+    }
+
+    /// A file that is not there yet, for a picture of a subject: `gold-sky-sphere-2.png`.
+    pub(crate) fn screenshot(&self, subject: &Subject) -> PathBuf {
+        let name = format!("{}-{}-{}", subject.material, subject.environment, subject.mesh);
+        let plain = |letter: char| if letter.is_alphanumeric() || letter == '.' { letter } else { '-' };
+        let name = name.chars().map(plain).collect::<String>();
+        let folder = self.folder.join("screenshots");
+        let numbered = |number: u32| folder.join(format!("{name}-{number}.png"));
+        (1..).map(numbered).find(|file| !file.exists()).unwrap_or_else(|| numbered(0))
+    }
+}
+
+/// Writes a picture as a PNG.
+///
+/// # Errors
+/// Where the file cannot be written.
+pub(crate) fn write_picture(file: &Path, picture: &Picture) -> io::Result<()> {
+    let [width, height] = picture.size.map(|side| side as usize);
+    let bytes = containers::write_png(width, height, &picture.codes, None).map_err(io::Error::other)?;
+    replace(file, &bytes)
+}
+
+/// Writes a file beside its place and renames it; its folder is made where it is not there.
+fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        fs::create_dir_all(folder)?;
+    }
+    let mut name = file.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}", std::process::id()));
+    let temporary = file.with_file_name(name);
+    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, file));
+    if written.is_err() {
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_is_read_back_and_nothing_else_is_left_beside_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
+        assert_eq!(kept.state(), Ok(None));
+        kept.keep_state("{}").unwrap();
+        kept.keep_state("{\"version\":1}").unwrap();
+        assert_eq!(kept.state(), Ok(Some("{\"version\":1}".into())));
+        assert_eq!(fs::read_dir(folder.path().join(FOLDER)).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_state_that_cannot_be_read_is_told_and_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
+        kept.keep_state("").unwrap();
+        fs::write(kept.state_file(), [0xff, 0xfe]).unwrap();
+        assert!(kept.state().unwrap_err().contains("preview.json is left out: "));
+        fs::write(kept.state_file(), vec![b' '; (LARGEST_STATE + 1) as usize]).unwrap();
+        assert!(kept.state().unwrap_err().ends_with("it is too large"));
+    }
+
+    #[test]
+    fn screenshots_have_names_of_their_own_that_every_disk_takes() {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
+        let subject =
+            Subject { environment: "a/b".into(), material: "gold (fine)".into(), mesh: "torus-knot".into() };
+        let first = kept.screenshot(&subject);
+        assert!(
+            first.ends_with(".specula/screenshots/gold--fine--a-b-torus-knot-1.png"),
+            "{}",
+            first.display()
+        );
+        let picture =
+            Picture { size: [1, 1], codes: vec![[1, 2, 3]], radiance: vec![[0.0; 4]], relative_rms: None };
+        write_picture(&first, &picture).unwrap();
+        assert!(kept.screenshot(&subject).ends_with("gold--fine--a-b-torus-knot-2.png"));
+    }
+}

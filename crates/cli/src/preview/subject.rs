@@ -1,0 +1,165 @@
+//! What is shown, by the names that people type.
+
+use ::preview::Mode;
+use ::preview::window::{Subject, Wish};
+use engine::nearest;
+use stages::{Exhibit, Showcase, Unknown};
+
+/// The parts of a subject.
+const PARTS: [&str; 3] = ["environment", "material", "mesh"];
+
+/// `environment=sky,material=gold,mesh=sphere`, any of them in any order. A name may hold commas.
+pub(crate) fn parse_item(text: &str) -> Result<Wish, String> {
+    let mut parts = Vec::<(&str, String)>::new();
+    for piece in text.split(',') {
+        match (piece.split_once('='), parts.last_mut()) {
+            (Some((part, name)), _) if PARTS.contains(&part.trim()) => {
+                parts.push((part.trim(), name.trim().to_owned()));
+            }
+            (Some((part, _)), _) => {
+                return Err(match nearest(part.trim(), PARTS) {
+                    Some(near) => format!("there is no part {:?}; did you mean {near:?}?", part.trim()),
+                    None => format!("there is no part {:?}, only {}", part.trim(), PARTS.join(", ")),
+                });
+            }
+            (None, Some((_, name))) => *name = format!("{name},{piece}"),
+            (None, None) => return Err("expected environment=NAME, material=NAME or mesh=NAME".into()),
+        }
+    }
+    let mut wish = Wish::default();
+    for (part, name) in parts {
+        if name.is_empty() {
+            return Err(format!("{part} has no name"));
+        }
+        let place = match part {
+            "environment" => &mut wish.environment,
+            "material" => &mut wish.material,
+            _ => &mut wish.mesh,
+        };
+        if place.replace(name).is_some() {
+            return Err(format!("{part} is named twice"));
+        }
+    }
+    Ok(wish)
+}
+
+/// A mode by its name.
+pub(crate) fn parse_mode(text: &str) -> Result<Mode, String> {
+    let names = || Mode::ALL.iter().map(|mode| mode.name());
+    Mode::from_name(text).ok_or_else(|| match nearest(text, names()) {
+        Some(near) => format!("there is no such mode; did you mean {near:?}?"),
+        None => format!("there is no such mode, only {}", names().collect::<Vec<_>>().join(", ")),
+    })
+}
+
+/// Why something cannot be shown, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Amiss {
+    pub(crate) message: String,
+    pub(crate) help: String,
+}
+
+impl From<Unknown> for Amiss {
+    fn from(Unknown { what, name, known }: Unknown) -> Self {
+        let help = match nearest(&name, known.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean {near:?}?"),
+            None => format!("there is {}", listed(&known)),
+        };
+        Self { message: format!("there is no {what} {name:?} to preview"), help }
+    }
+}
+
+/// So many names are told.
+const TOLD: usize = 12;
+
+fn listed(names: &[String]) -> String {
+    let more = names.len().saturating_sub(TOLD);
+    let told = names.iter().take(TOLD).map(String::as_str).collect::<Vec<_>>().join(", ");
+    if more > 0 { format!("{told} and {more} more") } else { told }
+}
+
+/// Whether everything that is wished for is there, and goes together.
+pub(crate) fn check(showcase: &Showcase, wish: &Wish) -> Result<(), Amiss> {
+    if let Some(mesh) = &wish.mesh {
+        showcase.check_mesh(mesh)?;
+    }
+    match (&wish.environment, &wish.material) {
+        (Some(environment), Some(material)) => exhibit(showcase, environment, material).map(|_| ()),
+        (Some(environment), None) => Ok(showcase.first_material(environment).map(|_| ())?),
+        (None, Some(material)) => Ok(showcase.first_environment(material).map(|_| ())?),
+        (None, None) => Ok(()),
+    }
+}
+
+/// A material under an environment.
+pub(crate) fn exhibit<'s>(
+    showcase: &'s Showcase,
+    environment: &str,
+    material: &str,
+) -> Result<&'s Exhibit, Amiss> {
+    showcase.exhibit(environment, material)?.ok_or_else(|| {
+        let others = showcase.materials().iter();
+        let others = others.filter(|other| matches!(showcase.exhibit(environment, other), Ok(Some(_))));
+        let others = others.cloned().collect::<Vec<_>>();
+        Amiss {
+            message: format!("no stage reflects {environment} off {material}"),
+            help: format!("{environment} is reflected off {}", listed(&others)),
+        }
+    })
+}
+
+/// What is wished for; the rest is the first that goes with it. `None` where nothing can be shown.
+pub(crate) fn first(showcase: &Showcase, wish: &Wish) -> Option<Subject> {
+    let environment = match (&wish.environment, &wish.material) {
+        (Some(environment), _) => environment.as_str(),
+        (None, Some(material)) => showcase.first_environment(material).ok()??,
+        (None, None) => showcase.environments().first()?,
+    };
+    let material = match &wish.material {
+        Some(material) => material.as_str(),
+        None => showcase.first_material(environment).ok()??,
+    };
+    let mesh = wish.mesh.clone().or_else(|| showcase.meshes().into_iter().next())?;
+    Some(Subject { environment: environment.into(), material: material.into(), mesh })
+}
+
+/// `gold under sky on sphere`
+pub(crate) fn told(subject: &Subject) -> String {
+    let Subject { environment, material, mesh } = subject;
+    format!("{material} under {environment} on {mesh}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_item_is_parts_with_names_that_may_hold_commas() {
+        let some = |name: &str| Some(name.to_owned());
+        let wish = parse_item("material=gold, warm (shine),environment=sky").unwrap();
+        let expected =
+            Wish { environment: some("sky"), material: some("gold, warm (shine)"), ..Wish::default() };
+        assert_eq!(wish, expected);
+        assert_eq!(parse_item("mesh=sphere").unwrap(), Wish { mesh: some("sphere"), ..Wish::default() });
+        for (text, word) in [
+            ("", "expected environment=NAME"),
+            ("sky", "expected environment=NAME"),
+            ("enviroment=sky", "did you mean \"environment\"?"),
+            ("mesh=a,colour=b", "only environment, material, mesh"),
+            ("mesh=", "mesh has no name"),
+            ("mesh=a,mesh=b", "mesh is named twice"),
+        ] {
+            let message = parse_item(text).unwrap_err();
+            assert!(message.contains(word), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn every_mode_is_known_by_its_name_and_a_near_one_is_offered() {
+        for mode in Mode::ALL {
+            assert_eq!(parse_mode(mode.name()), Ok(mode));
+        }
+        assert_eq!(parse_mode("cabrel").unwrap_err(), "there is no such mode; did you mean \"cabral\"?");
+        assert!(parse_mode("x-ray-vision").unwrap_err().contains("only local-shrm, global-shrm"));
+    }
+}

@@ -1,0 +1,138 @@
+//! The window's side: opening it, again where its device was lost, and without it.
+
+use std::path::Path;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Instant;
+
+use ::preview::Picture;
+use ::preview::window::{self, Host, Subject, WindowError, WindowSettings, Wish};
+use engine::{Cancel, Event, Kinds};
+
+use super::curator::{Curator, Letter};
+use super::keepsakes::Keepsakes;
+use crate::Exit;
+use crate::build::stop_on_interrupt;
+use crate::print::{self, say};
+use crate::screen::locked;
+
+/// What a window is opened for.
+pub(crate) struct Opening<'a> {
+    pub(crate) manifest: &'a Path,
+    pub(crate) kinds: &'a Kinds,
+    /// What to show first.
+    pub(crate) wish: Wish,
+    /// Whether the CPU draws, also where a graphics device could.
+    pub(crate) cpu: bool,
+    /// Whether the watcher goes on where no window can be opened.
+    pub(crate) goes_on_without: bool,
+}
+
+/// Opens a window beside a watcher, and returns when both have ended.
+pub(crate) fn run(
+    opening: &Opening<'_>,
+    watch: impl FnOnce(&Cancel, &(dyn Fn(&Event) + Sync)) -> Exit + Send,
+) -> Exit {
+    let (letters, desk) = channel();
+    let cancel = Cancel::default();
+    let closing = letters.clone();
+    stop_on_interrupt(&cancel, move || _ = closing.send(Letter::Close));
+    let Opening { manifest, kinds, goes_on_without, .. } = *opening;
+    let curator = Curator::new(manifest, kinds, &cancel, goes_on_without);
+    thread::scope(|scope| {
+        let curator = scope.spawn(move || curator.run(&desk));
+        let watcher = scope.spawn(|| {
+            let heard = Mutex::new(letters.clone());
+            let also = |event: &Event| _ = locked(&heard).send(Letter::Event(event.clone(), Instant::now()));
+            let exit = watch(&cancel, &also);
+            let _ = letters.send(Letter::Close);
+            exit
+        });
+        let shown = show(opening, &letters);
+        let is_shown = shown.is_ok();
+        match shown {
+            Ok(()) => cancel.cancel(),
+            Err(settings) => _ = letters.send(Letter::NoWindow(settings)),
+        }
+        let watched = watcher.join();
+        let _ = letters.send(Letter::End);
+        let ended = curator.join();
+        match (watched, ended) {
+            (Err(panic), _) | (_, Err(panic)) => std::panic::resume_unwind(panic),
+            // Who asked for a window has none.
+            (Ok(Exit::Success), _) if !is_shown && !goes_on_without => Exit::Machine,
+            (Ok(exit), _) => exit,
+        }
+    })
+}
+
+/// Shows the window until it is closed; where its device is lost, once more. Where there is none, what it would have been.
+fn show(opening: &Opening<'_>, letters: &Sender<Letter>) -> Result<(), Box<WindowSettings>> {
+    let keepsakes = Keepsakes::beside(opening.manifest);
+    let kept = keepsakes.state().unwrap_or_else(|reason| {
+        say!("warning: {reason}");
+        None
+    });
+    let state = Arc::new(Mutex::new(kept));
+    let mut wish = opening.wish.clone();
+    let mut again = true;
+    loop {
+        let settings = WindowSettings { state: locked(&state).clone(), wish: wish.clone(), cpu: opening.cpu };
+        let host = Attendant {
+            letters: letters.clone(),
+            state: Arc::clone(&state),
+            keepsakes: keepsakes.clone(),
+            subject: Subject::default(),
+        };
+        let sender = letters.clone();
+        let shown =
+            window::open(settings.clone(), Box::new(host), move |news| _ = sender.send(Letter::Opened(news)));
+        match shown {
+            Err(WindowError::Lost(reason)) if again => {
+                say!("warning: the graphics device is lost ({reason}); the window is opened once more");
+                // It comes back as it was left.
+                (again, wish) = (false, Wish::default());
+            }
+            Ok(()) => return Ok(()),
+            Err(error) => {
+                let file = keepsakes.still();
+                let next = if opening.goes_on_without { "; watching goes on" } else { "" };
+                let help = format!("a picture is drawn to {} instead{next}", file.display());
+                print::error(&[format!("there is no window: {error}")], Some(&help));
+                return Err(Box::new(settings));
+            }
+        }
+    }
+}
+
+/// Writes letters for the window; it never waits.
+struct Attendant {
+    letters: Sender<Letter>,
+    /// The window's state as it was last.
+    state: Arc<Mutex<Option<String>>>,
+    keepsakes: Keepsakes,
+    /// What the window asked for last.
+    subject: Subject,
+}
+
+impl Host for Attendant {
+    fn show(&mut self, subject: &Subject) {
+        self.subject = subject.clone();
+        let _ = self.letters.send(Letter::Wanted(subject.clone()));
+    }
+
+    fn keep_state(&mut self, json: &str) {
+        *locked(&self.state) = Some(json.to_owned());
+        let _ = self.letters.send(Letter::Keep(json.to_owned()));
+    }
+
+    fn screenshot(&mut self, picture: Picture) -> Result<String, String> {
+        let file = self.keepsakes.screenshot(&self.subject);
+        let told = file.display().to_string();
+        let sent = self.letters.send(Letter::Keepsake(picture, file));
+        sent.map(|()| told).map_err(|_| "the program is ending".into())
+    }
+
+    fn closed(&mut self) {}
+}

@@ -1,0 +1,251 @@
+//! `specula preview` without a window: stills, what is said where something is not there, and what stands in for a window
+//! where there is no display.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use std::{fs, thread};
+
+use support::{PATIENCE, Project, Run};
+
+/// Two materials under one environment, small enough to be built and drawn in a moment.
+const LITTLE: &str = r#"
+schema = 1
+out = "out"
+
+[stage.environment]
+kind = "import-environment"
+source = "assets/environments/studio.exr"
+resolution = 32
+
+[stage.material]
+kind = "import-material"
+source = "assets/materials/{gold,satin}.toml"
+
+[stage.lighting]
+kind = "project-sh"
+input = "environment"
+degree = 8
+
+[stage.coefficients]
+kind = "project-brdf"
+input = "material"
+degree = [8, 0]
+
+[stage.reflection]
+kind = "convolve"
+inputs = { lighting = "lighting", brdf = "coefficients" }
+
+[stage.map]
+kind = "export-shrm"
+input = "reflection"
+resolution = 16
+"#;
+
+const GOLD: &str = "assets/materials/gold.toml";
+
+/// Runs the binary without a display, as on a server.
+fn headless(project: &Project, arguments: &[&str]) -> Command {
+    let mut command = project.command(arguments);
+    for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(name);
+    }
+    command
+}
+
+fn run(project: &Project, arguments: &[&str]) -> Run {
+    let output = headless(project, arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
+}
+
+/// A PNG's width and rows.
+fn pixels(file: &Path) -> (usize, Vec<[f32; 3]>) {
+    let bytes = fs::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
+    (image.width(), image.pixels().to_vec())
+}
+
+fn still(project: &Project, name: &str, arguments: &[&str]) -> Vec<[f32; 3]> {
+    let size = ["preview", "--still", name, "--size", "48x32"];
+    let done = run(project, &[&size, arguments].concat());
+    assert_eq!(done.code, Some(0), "{arguments:?}: {}", done.stderr);
+    assert!(done.stdout.is_empty(), "{}", done.stdout);
+    assert!(done.stderr.contains(&format!("{name}: ")), "{}", done.stderr);
+    let (width, pixels) = pixels(&project.path(name));
+    assert_eq!((width, pixels.len()), (48, 48 * 32));
+    pixels
+}
+
+#[test]
+fn a_still_is_built_from_nothing_and_is_of_what_was_asked_for() {
+    let project = Project::new(LITTLE);
+    let gold = still(&project, "gold.png", &["--item", "material=gold,mesh=sphere"]);
+    // Gold in the middle, and another picture for each thing that is asked for.
+    let [red, _, blue] = gold[16 * 48 + 24];
+    assert!(red > 1.2 * blue, "{red} {blue}");
+    let others: [&[&str]; 5] = [
+        &["--item", "material=satin"],
+        &["--item", "material=gold,mesh=torus-knot"],
+        &["--item", "material=gold", "--mode", "mirror"],
+        &["--item", "material=gold", "--exposure", "-2"],
+        &["--item", "material=gold", "--mode", "irradiance", "--backend", "cpu"],
+    ];
+    for (number, arguments) in others.iter().enumerate() {
+        let other = still(&project, &format!("{number}.png"), arguments);
+        assert!(other != gold, "{arguments:?} is another picture");
+    }
+    still(&project, "again.png", &["--item", "material=gold,environment=studio"]);
+    let bytes = |name: &str| fs::read(project.path(name)).unwrap();
+    assert!(bytes("again.png") == bytes("gold.png"), "the same to the bit");
+    assert!(!project.path("out").exists(), "only what the picture needs was built");
+    assert!(!project.path(".specula/preview.json").exists(), "no window, no state");
+}
+
+#[test]
+fn a_still_shows_the_last_good_result_of_what_fails_and_says_so() {
+    let project = Project::new(LITTLE);
+    let gold = still(&project, "gold.png", &["--item", "material=gold"]);
+    project.write(GOLD, "model = \"phong\"\nexponent = -1\n");
+    let arguments = ["preview", "--still", "again.png", "--size", "48x32", "--item", "material=gold"];
+    let broken = run(&project, &arguments);
+    assert_eq!(broken.code, Some(1), "{}", broken.stderr);
+    assert!(broken.stderr.contains("error: material [gold] failed"), "{}", broken.stderr);
+    assert!(pixels(&project.path("again.png")).1 == gold, "the last good picture");
+
+    let fresh = Project::new(LITTLE);
+    fresh.write(GOLD, "model = \"phong\"\nexponent = -1\n");
+    let nothing = run(&fresh, &arguments);
+    assert_eq!(nothing.code, Some(1), "{}", nothing.stderr);
+    assert!(nothing.stderr.contains("gold under studio on sphere cannot be shown"), "{}", nothing.stderr);
+    assert!(!fresh.path("again.png").exists());
+}
+
+#[test]
+fn the_graphics_device_draws_a_still_or_the_cpu_does_with_a_warning() {
+    let project = Project::new(LITTLE);
+    let by_cpu = still(&project, "cpu.png", &[]);
+    let by_gpu = still(&project, "gpu.png", &["--backend", "gpu"]);
+    let far = by_cpu
+        .iter()
+        .zip(&by_gpu)
+        .filter(|(one, other)| one.iter().zip(other.iter()).any(|(one, other)| (one - other).abs() > 0.05));
+    assert!(far.count() <= 8, "both draw the same picture");
+    // No Vulkan, no OpenGL: whatever the machine has, nothing may be found.
+    let mut command =
+        headless(&project, &["preview", "--still", "none.png", "--size", "48x32", "--backend", "gpu"]);
+    let output = command.env("WGPU_BACKEND", "noop-there-is-no-such-backend").output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    if told.contains("warning: the graphics device cannot draw this") {
+        assert!(told.contains("drawn by CPU"), "{told}");
+    }
+}
+
+#[test]
+fn what_is_not_there_is_told_with_the_nearest_name() {
+    let project = Project::new(LITTLE);
+    let cases: [(&[&str], i32, &str, &str); 9] = [
+        (&["--item", "material=gould"], 2, "there is no material \"gould\"", "did you mean \"gold\"?"),
+        (&["--item", "environment=forest"], 2, "there is no environment \"forest\"", "there is studio"),
+        (&["--item", "mesh=sfere"], 2, "there is no mesh \"sfere\"", "did you mean \"sphere\"?"),
+        (&["--item", "materials=gold"], 2, "there is no part \"materials\"", "did you mean \"material\"?"),
+        (&["--mode", "brute-farce"], 2, "there is no such mode", "did you mean \"brute-force\"?"),
+        (&["--still", "gold.jpg"], 2, "a still is a PNG", "gold.jpg"),
+        (&["--still", "gold.png", "--size", "0x10"], 2, "expected two numbers from 1 to", "0x10"),
+        (&["--size", "64x64"], 2, "--still", "required"),
+        (&["pipelin.toml"], 3, "cannot read the manifest", "did you mean \"pipeline.toml\"?"),
+    ];
+    for (arguments, code, message, help) in cases {
+        let told = run(&project, &[&["preview"], arguments].concat());
+        assert_eq!(told.code, Some(code), "{arguments:?}: {}", told.stderr);
+        assert!(
+            told.stderr.contains(message) && told.stderr.contains(help),
+            "{arguments:?}: {}",
+            told.stderr
+        );
+        assert!(told.stdout.is_empty());
+    }
+    assert!(!project.path(".specula").exists(), "nothing was built");
+}
+
+#[test]
+fn a_manifest_without_a_reflection_has_nothing_to_show() {
+    let project = Project::new(&LITTLE[..LITTLE.find("[stage.reflection]").unwrap()]);
+    let told = run(&project, &["preview"]);
+    assert_eq!(told.code, Some(3), "{}", told.stderr);
+    assert!(told.stderr.contains("pipeline.toml has nothing to preview"), "{}", told.stderr);
+    assert!(told.stderr.contains("convolve"), "{}", told.stderr);
+    let broken = Project::new("schema = 1\n[stage.a]\nkind = \"convolv\"\n");
+    assert_eq!(run(&broken, &["preview"]).code, Some(3));
+}
+
+#[test]
+fn a_still_that_cannot_be_written_is_the_machines_fault() {
+    let project = Project::new(LITTLE);
+    project.write("taken", "a file");
+    let told = run(&project, &["preview", "--still", "taken/gold.png", "--size", "8x8"]);
+    assert_eq!(told.code, Some(4), "{}", told.stderr);
+    assert!(told.stderr.contains("cannot write taken/gold.png"), "{}", told.stderr);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_display_a_still_stands_in_for_the_window() {
+    let project = Project::new(LITTLE);
+    let told = run(&project, &["preview", "--item", "material=satin"]);
+    assert_eq!(told.code, Some(4), "{}", told.stderr);
+    assert!(told.stderr.contains("error: there is no window: no display"), "{}", told.stderr);
+    assert!(told.stderr.contains("a picture is drawn to .specula/preview.png instead"), "{}", told.stderr);
+    assert!(told.stderr.contains("preview.png: satin under studio on sphere"), "{}", told.stderr);
+    let (width, pixels) = pixels(&project.path(".specula/preview.png"));
+    assert_eq!((width, pixels.len()), (1280, 1280 * 720));
+    assert!(project.path("out").exists(), "it built as a watcher does");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
+    let project = Project::new(LITTLE);
+    let mut command = headless(&project, &["watch", "--preview"]);
+    let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let lines = BufReader::new(watcher.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let (sender, told) = std::sync::mpsc::channel();
+    thread::spawn(move || lines.for_each(|line| _ = sender.send(line)));
+    let mut heard = String::new();
+    let mut wait = |word: &str, times: usize| {
+        let deadline = Instant::now() + PATIENCE;
+        while heard.matches(word).count() < times {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let Ok(line) = told.recv_timeout(left) else { panic!("no {word:?} but\n{heard}") };
+            heard += &(line + "\n");
+        }
+    };
+    let drawn = "preview.png: gold under studio on sphere";
+    wait("there is no window", 1);
+    wait(drawn, 1);
+    wait("listening to", 1);
+    let before = fs::read(project.path(".specula/preview.png")).unwrap();
+    project.write(GOLD, "model = \"phong\"\nexponent = 4\nspecular = [0.1, 0.1, 1.0]\n");
+    wait(drawn, 2);
+    assert!(fs::read(project.path(".specula/preview.png")).unwrap() != before, "it is another picture");
+    let ended = Command::new("kill").args(["-INT", &watcher.id().to_string()]).status().unwrap();
+    assert!(ended.success());
+    let deadline = Instant::now() + PATIENCE;
+    let code = loop {
+        if let Some(status) = watcher.try_wait().unwrap() {
+            break status.code();
+        }
+        if Instant::now() > deadline {
+            watcher.kill().unwrap();
+            panic!("it did not end");
+        }
+        thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(code, Some(0), "Ctrl-C is how watching ends");
+}
