@@ -3,7 +3,7 @@
 //! A [`Scene`] holds meshes, each with a [`Look`]: a material under a light, and the maps made of the pair. A [`Shot`]
 //! says how it is seen: camera, size, which map shades it, exposure. A [`Renderer`] makes a [`Picture`] of both. There are
 //! two: one on the CPU, the same to the bit for any number of threads, and one through wgpu. Every shader `x.wgsl` in `shading/`
-//! has its twin `x.rs` beside it, which the CPU runs; both make the same picture within [`SAME_PICTURE`].
+//! has its twin `x.rs` beside it, which the CPU runs; both make the same picture within [`Sameness::of`].
 //!
 //! The frame is that of `sphere`: right-handed, +Z up. Radiance is linear Rec. 709; pictures are sRGB.
 
@@ -29,7 +29,7 @@ pub use gpu::{Drawn, Gpu, Health};
 pub use light::Light;
 pub use look::{Look, MapSizes};
 pub use mode::{Background, Mode, Show};
-pub use picture::{Picture, SAME_PICTURE, Sameness};
+pub use picture::{Picture, SAME_LIGHT, SAME_PICTURE, Sameness};
 pub use renderer::Renderer;
 pub use scene::{Object, Scene};
 pub use shot::Shot;

@@ -293,7 +293,12 @@ impl<'a> Frame<'a> {
             let look = &self.scene.objects[seen.object].look;
             let maps = self.resources.lights.get(look.light());
             match mode {
-                Mode::BruteForce => continue,
+                Mode::BruteForce => {
+                    let Some(samples) = self.resources.looks.get(look).and_then(|maps| maps.samples()) else {
+                        continue;
+                    };
+                    pass.set_bind_group(3, samples, &[]);
+                }
                 _ => {
                     let map = match mode {
                         Mode::Mirror => maps.and_then(|maps| maps.environment()),

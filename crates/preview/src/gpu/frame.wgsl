@@ -26,6 +26,12 @@ fn frame_sample(pixel: vec2u) -> vec2u {
     return pixel * frame.samples + frame.chosen;
 }
 
+// Its number among them.
+fn frame_number(pixel: vec2u) -> u32 {
+    let at = frame_sample(pixel);
+    return at.y * (frame.size.x * frame.samples) + at.x;
+}
+
 fn frame_ray(pixel: vec2u) -> vec3f {
     let at = vec2f(frame_sample(pixel)) + 0.5;
     return frame.corner + frame.across * at.x + frame.down * at.y;

@@ -23,6 +23,7 @@ const UPDATE: &str = include_str!("update.wgsl");
 const DEVELOP_PASS: &str = include_str!("develop.wgsl");
 const PRESENT: &str = include_str!("present.wgsl");
 const SURFACE: &str = include_str!("../shading/surface.wgsl");
+const ANGLES: &str = include_str!("../shading/angles.wgsl");
 const CUBE: &str = include_str!("../shading/cube.wgsl");
 const LAT_LONG: &str = include_str!("../shading/lat_long.wgsl");
 const HARMONICS: &str = include_str!("../shading/harmonics.wgsl");
@@ -176,7 +177,7 @@ fn update_source() -> String {
 }
 
 fn develop_source() -> String {
-    [FRAME, MAP, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS].concat()
+    [FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS].concat()
 }
 
 /// All of a mode's shader.
@@ -189,12 +190,21 @@ fn mode_source(mode: Mode) -> String {
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
         Mode::Prefiltered => (&[include_str!("../shading/prefiltered.wgsl")], "prefiltered(surface)"),
         Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),
-        Mode::BruteForce => (&[], "vec3f(0.0)"),
+        Mode::BruteForce => (
+            &[
+                include_str!("../shading/sequence.wgsl"),
+                include_str!("../shading/light_samples.wgsl"),
+                include_str!("../shading/transfer.wgsl"),
+                include_str!("../shading/lobes.wgsl"),
+                include_str!("../shading/brute_force.wgsl"),
+            ],
+            "before + brute_force(surface, frame_number(pixel), part.first, part.count)",
+        ),
     };
     let one = format!(
         "fn shade_mode(surface: Surface, pixel: vec2u, before: vec3f) -> vec3f {{ return {value}; }}\n"
     );
-    [&[FRAME, MAP, SURFACE, CUBE, LAT_LONG, HARMONICS], files, &[&one, SHADE]].concat().concat()
+    [&[FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, HARMONICS], files, &[&one, SHADE]].concat().concat()
 }
 
 fn compute(

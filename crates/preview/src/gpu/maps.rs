@@ -9,6 +9,7 @@ use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor, TextureViewDimens
 use super::device::Device;
 use super::layouts::Layouts;
 use super::memory::TEXELS;
+use crate::shading::brute_force::Prepared;
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::{Light, Look, Mode, RenderError};
@@ -37,6 +38,7 @@ pub(super) struct LightMaps {
     environment: Option<Map>,
     reconstruction: Option<Map>,
     irradiance: Option<Map>,
+    samples: Option<wgpu::Buffer>,
 }
 
 /// The maps of a look.
@@ -44,6 +46,8 @@ pub(super) struct LightMaps {
 pub(super) struct LookMaps {
     modes: HashMap<Mode, Map>,
     degree: usize,
+    /// Of [`Mode::BruteForce`], which has no map: light, material and lobes.
+    samples: Option<wgpu::BindGroup>,
     /// Of [`Mode::GlobalShrm`], whose map is made anew for each view.
     update: Option<Update>,
 }
@@ -72,6 +76,18 @@ impl LightMaps {
     /// Nine coefficients of irradiance over pi, side by side.
     pub(super) fn irradiance(&self) -> Option<&Map> {
         self.irradiance.as_ref()
+    }
+
+    /// What samples of the light are drawn from.
+    fn samples(&mut self, device: &Device, prepared: &Prepared) -> Result<&wgpu::Buffer, RenderError> {
+        Ok(match self.samples.take() {
+            Some(samples) => self.samples.insert(samples),
+            None => {
+                let elements = prepared.light().elements();
+                let samples = device.filled("the light's samples", BufferUsages::STORAGE, elements)?;
+                self.samples.insert(samples)
+            }
+        })
     }
 
     /// Sees to it that [`LightMaps::environment`] is there.
@@ -133,6 +149,39 @@ impl LookMaps {
     /// The highest degree of a map's harmonics.
     pub(super) fn degree(&self) -> usize {
         self.degree
+    }
+
+    /// What [`Mode::BruteForce`] samples.
+    pub(super) fn samples(&self) -> Option<&wgpu::BindGroup> {
+        self.samples.as_ref()
+    }
+
+    /// Sees to it that [`LookMaps::samples`] are there.
+    pub(super) fn prepare_samples(
+        &mut self,
+        device: &Device,
+        layouts: &Layouts,
+        look: &Look,
+        lights: &mut LightMaps,
+    ) -> Result<(), RenderError> {
+        if self.samples.is_none() {
+            let prepared = Prepared::new(look)?;
+            let usage = BufferUsages::STORAGE;
+            let material = device.filled("the material", usage, prepared.material().words())?;
+            let lobes = device.filled("the material's lobes", usage, &prepared.lobes().words())?;
+            let light = lights.samples(device, &prepared)?;
+            let buffers = [light, &material, &lobes];
+            let entries = [0, 1, 2].map(|binding| wgpu::BindGroupEntry {
+                binding,
+                resource: buffers[binding as usize].as_entire_binding(),
+            });
+            self.samples = Some(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("light and material"),
+                layout: &layouts.light,
+                entries: &entries,
+            }));
+        }
+        Ok(())
     }
 
     /// What makes the map of [`Mode::GlobalShrm`].

@@ -95,8 +95,7 @@ impl Rectangle {
     /// The part of it in some columns.
     pub(super) fn columns(self, columns: std::ops::Range<u32>) -> Option<Self> {
         let start = self.origin[0].max(columns.start);
-        let end = (self.origin[0] + self.extent[0]).min(columns.end);
-        (start < end)
-            .then_some(Self { origin: [start, self.origin[1]], extent: [end - start, self.extent[1]] })
+        let width = (self.origin[0] + self.extent[0]).min(columns.end).saturating_sub(start);
+        (width > 0).then_some(Self { origin: [start, self.origin[1]], extent: [width, self.extent[1]] })
     }
 }

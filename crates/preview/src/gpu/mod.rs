@@ -22,6 +22,8 @@ mod resources;
 #[cfg(test)]
 mod tests;
 
+use std::time::{Duration, Instant};
+
 use glam::DAffine3;
 
 use crate::{Camera, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
@@ -155,6 +157,26 @@ impl Gpu {
             )));
         }
         device.guarded(|| self.draw_some(scene, shot, target))
+    }
+
+    /// Draws as [`Gpu::draw`] does, into a texture of its own, and waits for the device: how long that takes.
+    ///
+    /// # Errors
+    /// As [`Gpu::draw`].
+    pub fn timed(&mut self, scene: &Scene, shot: &Shot) -> Result<(Duration, Drawn), RenderError> {
+        let device = self.resources.device.clone();
+        let [width, height] = shot.size.map(|side| u64::from(side.max(1)));
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let target = device
+            .guarded(|| device.texture("the picture", Self::TARGET, usage, [width, height, 1]))?
+            .create_view(&wgpu::TextureViewDescriptor::default());
+        let begun = Instant::now();
+        let drawn = self.draw(scene, shot, &target)?;
+        let waited = device.device.poll(wgpu::PollType::wait_indefinitely());
+        let took = begun.elapsed();
+        device.sound()?;
+        waited.map_err(|error| device.fault(&error.to_string()))?;
+        Ok((took, drawn))
     }
 
     fn draw_some(

@@ -73,6 +73,10 @@ impl Resources {
                 match mode {
                     Mode::Mirror => lights.prepare_environment(device, layouts, light)?,
                     Mode::Irradiance => lights.prepare_irradiance(device, layouts, light)?,
+                    Mode::BruteForce => {
+                        let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
+                        maps.prepare_samples(device, layouts, &object.look, lights)?;
+                    }
                     _ => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare(device, layouts, &object.look, mode)?;

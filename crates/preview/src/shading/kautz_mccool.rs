@@ -6,6 +6,7 @@ use std::f32::consts::PI;
 use brdf::Centre;
 use glam::Vec3;
 
+use super::angles::angle;
 use super::cube;
 use super::surface::Surface;
 
@@ -13,7 +14,7 @@ use super::surface::Surface;
 /// is pi k / (count - 1).
 pub fn kautz_mccool(edge: u32, slices: &[[f32; 3]], count: usize, centre: Centre, surface: &Surface) -> Vec3 {
     let central = surface.central(centre);
-    let angle = central.cross(surface.view).length().atan2(central.dot(surface.view));
+    let angle = angle(central.cross(surface.view).length(), central.dot(surface.view));
     let last = count - 1;
     let position = angle / PI * last as f32;
     let low = (position as usize).min(last);

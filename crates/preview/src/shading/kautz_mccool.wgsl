@@ -1,14 +1,13 @@
 // Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of some even angles between central
-// direction and view, 0 to pi; bilinear in a slice, linear between two. The twin of kautz_mccool.rs.
-
-const KAUTZ_MCCOOL_PI = 3.14159265;
+// direction and view, 0 to pi; bilinear in a slice, linear between two. The twin of kautz_mccool.rs. It
+// needs angles.wgsl.
 
 // The layer of a slice's map is 6 slice + face.
 fn kautz_mccool(surface: Surface) -> vec3f {
     let central = surface_central(surface, facts.centre);
-    let angle = atan2(length(cross(central, surface.view)), dot(central, surface.view));
+    let angle = angles_angle(length(cross(central, surface.view)), dot(central, surface.view));
     let last = facts.slices - 1u;
-    let position = angle / KAUTZ_MCCOOL_PI * f32(last);
+    let position = angle / ANGLES_PI * f32(last);
     let low = min(u32(position), last);
     let high = min(low + 1u, last);
     let share = position - f32(low);

@@ -7,6 +7,8 @@ use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 
+use super::angles::angle;
+
 /// Two neighbours in a row, and the share of the second.
 fn pair(width: i32, x: f32) -> (i32, i32, f32) {
     let left = x.floor();
@@ -18,9 +20,8 @@ fn pair(width: i32, x: f32) -> (i32, i32, f32) {
 /// The bilinear value of a lat-long image, RGB by rows from the top, in a direction of any length.
 pub fn sample(size: [u32; 2], pixels: &[[f32; 3]], direction: Vec3) -> Vec3 {
     let [width, height] = size.map(|side| side as i32);
-    let level = direction.truncate().length();
-    let phi = if level > 0.0 { direction.y.atan2(direction.x) } else { 0.0 };
-    let theta = level.atan2(direction.z);
+    let phi = angle(direction.y, direction.x);
+    let theta = angle(direction.truncate().length(), direction.z);
     let x = (0.5 - phi / TAU) * width as f32 - 0.5;
     let y = theta / PI * height as f32 - 0.5;
     let top = y.floor();

@@ -1,20 +1,13 @@
 // Look-ups on a lat-long image: four texels around a direction, over the seam and the poles.
-// The twin of lat_long.rs; the grid is that of `sphere::LatLong`.
-
-const LAT_LONG_PI = 3.14159265;
-const LAT_LONG_TAU = 6.28318531;
+// The twin of lat_long.rs; the grid is that of `sphere::LatLong`. It needs angles.wgsl.
 
 // The bilinear value of a lat-long image, in layer 0, in a direction of any length.
 fn lat_long_sample(map: texture_2d_array<f32>, direction: vec3f) -> vec3f {
     let size = vec2i(textureDimensions(map));
-    let level = length(direction.xy);
-    var phi = 0.0;
-    if level > 0.0 {
-        phi = atan2(direction.y, direction.x);
-    }
-    let theta = atan2(level, direction.z);
-    let x = (0.5 - phi / LAT_LONG_TAU) * f32(size.x) - 0.5;
-    let y = theta / LAT_LONG_PI * f32(size.y) - 0.5;
+    let phi = angles_angle(direction.y, direction.x);
+    let theta = angles_angle(length(direction.xy), direction.z);
+    let x = (0.5 - phi / (2.0 * ANGLES_PI)) * f32(size.x) - 0.5;
+    let y = theta / ANGLES_PI * f32(size.y) - 0.5;
     let top = floor(y);
     let lower = y - top;
     var sum = vec3f(0.0);

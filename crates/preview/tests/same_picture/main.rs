@@ -1,0 +1,147 @@
+//! The graphics device makes the pictures that the CPU makes: every mode, and all that a shot can ask for.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod compared;
+mod corpus;
+mod scenes;
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use envmap::ToneMap;
+use glam::{DAffine3, DQuat};
+use preview::{Background, Camera, Mode, Object, RenderError, Scene, Shot, Show};
+use sphere::Rotation;
+
+use compared::Compared;
+
+/// A shot of a scene that lavapipe makes in some hundredths of a second.
+fn shot(scene: &Scene, show: Show) -> Shot {
+    Shot {
+        size: [96, 96],
+        samples: 1,
+        camera: Camera { yaw: 0.4, pitch: 0.3, ..Camera::new(scene.framing()) },
+        turn: Rotation::IDENTITY,
+        show,
+        background: Background::Environment,
+        exposure: 0.0,
+        tone: ToneMap::Filmic,
+        light_samples: 40,
+    }
+}
+
+#[test]
+fn every_mode_under_every_environment_with_every_material() {
+    let Some(mut compared) = Compared::new("every_mode_under_every_environment_with_every_material") else {
+        return;
+    };
+    let meshes = ["sphere", "torus-knot"].map(|name| (name, Arc::new(transfer::shape(name).unwrap())));
+    for (names, look) in scenes::looks() {
+        for (shape, mesh) in &meshes {
+            let scene = Scene::of(Arc::clone(mesh), Arc::clone(look));
+            for mode in Mode::ALL {
+                compared.add(
+                    mode.name(),
+                    &format!("{shape} {names}"),
+                    &scene,
+                    &shot(&scene, Show::One(mode)),
+                );
+            }
+        }
+    }
+    compared.judge();
+}
+
+/// Four objects of all materials, one of them a mirror image, one behind another, one cut by the picture's edge.
+fn group() -> Scene {
+    let looks = scenes::looks();
+    let knot = Arc::new(transfer::shape("torus-knot").unwrap());
+    let plane = Arc::new(transfer::shape("plane").unwrap());
+    let place = |scale: [f64; 3], turn: f64, at: [f64; 3]| {
+        DAffine3::from_scale_rotation_translation(scale.into(), DQuat::from_rotation_y(turn), at.into())
+    };
+    let object =
+        |mesh, place, look: usize| Object { mesh: Arc::clone(mesh), place, look: Arc::clone(&looks[look].1) };
+    let objects = vec![
+        object(&knot, place([0.8; 3], 0.3, [0.0, -0.8, 0.0]), 1),
+        object(&knot, place([-0.6, 0.6, 0.6], -0.4, [0.5, 0.6, 0.3]), 6),
+        object(&plane, place([1.4; 3], 0.1, [0.0, 0.0, -0.7]), 3),
+        object(&knot, place([0.5; 3], 1.0, [-0.8, 2.2, 0.0]), 11),
+    ];
+    Scene { light: Arc::clone(looks[0].1.light()), objects }
+}
+
+#[test]
+fn all_that_a_shot_asks_for() {
+    let Some(mut compared) = Compared::new("all_that_a_shot_asks_for") else { return };
+    let scene = group();
+    let mut plain = Shot { size: [128, 80], ..shot(&scene, Show::One(Mode::LocalShrm)) };
+    plain.camera.zoom = 2.0;
+    let turn = Rotation::from_yaw_pitch_roll(0.7, -0.4, 0.2);
+    let split = |at| Show::Split { left: Mode::LocalShrm, right: Mode::KautzMcCool, at };
+    let brute = Show::Split { left: Mode::BruteForce, right: Mode::Irradiance, at: 0.6 };
+    let difference = Show::Difference { of: Mode::Cabral, from: Mode::LocalShrm, amplify: 8.0 };
+    let judged = Show::Difference { of: Mode::GlobalShrm, from: Mode::BruteForce, amplify: 1.0 };
+    let none = Show::Difference { of: Mode::Mirror, from: Mode::Mirror, amplify: 2.0 };
+    let wide = Camera { field: 1.9, zoom: 1.5, yaw: 2.0, pitch: -0.8, ..plain.camera };
+    let inside = Camera { framing: preview::Framing { radius: 0.12, ..scene.framing() }, ..plain.camera };
+    let cases = [
+        ("one", plain.clone()),
+        ("a split", Shot { show: split(0.37), ..plain.clone() }),
+        ("a split at the left edge", Shot { show: split(0.0), ..plain.clone() }),
+        ("a split at the right edge", Shot { show: split(1.0), ..plain.clone() }),
+        ("a split of brute force", Shot { show: brute, samples: 2, ..plain.clone() }),
+        ("a difference", Shot { show: difference, ..plain.clone() }),
+        ("a difference in 2 x 2 samples", Shot { show: difference, samples: 2, ..plain.clone() }),
+        ("a difference from brute force", Shot { show: judged, ..plain.clone() }),
+        ("a difference from itself", Shot { show: none, ..plain.clone() }),
+        ("harmonics behind", Shot { background: Background::Harmonics, ..plain.clone() }),
+        ("a flat colour behind", Shot { background: Background::Flat([0.1, 0.4, 0.9]), ..plain.clone() }),
+        ("a turned light", Shot { turn, ..plain.clone() }),
+        ("a turned light, global", Shot { turn, show: Show::One(Mode::GlobalShrm), ..plain.clone() }),
+        ("a turned light, brute", Shot { turn, show: Show::One(Mode::BruteForce), ..plain.clone() }),
+        ("a turned light, harmonics", Shot { turn, background: Background::Harmonics, ..plain.clone() }),
+        ("2 x 2 samples", Shot { samples: 2, ..plain.clone() }),
+        ("3 x 3 samples", Shot { samples: 3, show: Show::One(Mode::Mirror), ..plain.clone() }),
+        ("4 x 4 samples", Shot { samples: 4, size: [101, 77], ..plain.clone() }),
+        ("a plain tone, brighter", Shot { tone: ToneMap::Plain, exposure: 1.3, ..plain.clone() }),
+        ("darker", Shot { exposure: -4.0, ..plain.clone() }),
+        ("a wide view from below", Shot { camera: wide, show: Show::One(Mode::Cabral), ..plain.clone() }),
+        ("from inside", Shot { camera: inside, show: Show::One(Mode::Prefiltered), ..plain.clone() }),
+        ("one pixel", Shot { size: [1, 1], ..plain.clone() }),
+        ("one row", Shot { size: [130, 1], ..plain }),
+    ];
+    for (name, shot) in cases {
+        compared.add(name, "", &scene, &shot);
+    }
+    compared.judge();
+}
+
+/// A lat-long image's seam, poles and a cube's corners are where a background is easily wrong.
+#[test]
+fn the_background_all_around() {
+    let Some(mut compared) = Compared::new("the_background_all_around") else { return };
+    for (names, look) in scenes::looks().iter().step_by(4) {
+        let scene = Scene { light: Arc::clone(look.light()), objects: vec![] };
+        for background in [Background::Environment, Background::Harmonics] {
+            for (yaw, pitch) in [(0.0, 0.0), (PI, 0.1), (PI / 2.0, 0.6), (0.3, 1.57), (0.3, -1.57)] {
+                let mut shot = Shot { background, ..shot(&scene, Show::One(Mode::Mirror)) };
+                shot.camera = Camera { yaw, pitch, field: 1.6, ..shot.camera };
+                compared.add("background", &format!("{names} {yaw} {pitch}"), &scene, &shot);
+            }
+        }
+    }
+    compared.judge();
+}
+
+#[test]
+fn a_lack_is_said_alike() {
+    let Some(mut compared) = Compared::new("a_lack_is_said_alike") else { return };
+    let look = scenes::without_material();
+    let scene = Scene::of(Arc::new(transfer::shape("plane").unwrap()), look);
+    let shot = shot(&scene, Show::One(Mode::BruteForce));
+    let [cpu, gpu] = compared.both(&scene, &shot).map(Result::unwrap_err);
+    assert!(matches!(cpu, RenderError::Missing { .. }), "{cpu}");
+    assert_eq!(cpu, gpu);
+}

@@ -1,0 +1,109 @@
+//! Lights and materials that need no file, and the looks of all pairs, made once.
+
+use std::sync::{Arc, LazyLock};
+
+use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, project};
+use envmap::Environment;
+use preview::{Light, Look, MapSizes};
+use sh::{Degree, Expansion, Transform};
+use shrm::Reflection;
+use sphere::LatLong;
+
+/// A look, and the names of its light and material.
+pub(crate) type Named = (String, Arc<Look>);
+
+const GRID: LatLong = LatLong::with_rows(48);
+const F: usize = 12;
+const P: usize = 5;
+const SIZES: MapSizes = MapSizes { edge: 16, slices: 9 };
+
+/// The looks of three environments with four materials: material after material of one environment.
+///
+/// Of the materials one is about the normal, one about the tangent, two about the reflection vector, of which one has no
+/// azimuth and one has all terms.
+pub(crate) fn looks() -> &'static [Named] {
+    static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
+        let materials = materials();
+        let degrees = Choice::Degree { f: degree(F), p: degree(P) };
+        let pairs = materials.into_iter().map(|(name, material)| {
+            let coefficients = project(&material, degrees).unwrap().coefficients;
+            (name, material, coefficients)
+        });
+        let pairs: Vec<_> = pairs.collect();
+        let mut looks = Vec::new();
+        for (light_name, environment) in environments() {
+            let lighting = analysed(&environment);
+            let light = Arc::new(Light::new(environment, Some(lighting.clone())));
+            for (name, material, coefficients) in &pairs {
+                let reflection = Reflection::convolve(&lighting, coefficients);
+                let look = Look::new(Arc::clone(&light), reflection, Some(material.clone()), SIZES);
+                looks.push((format!("{light_name} {name}"), Arc::new(look)));
+            }
+        }
+        looks
+    });
+    &LOOKS
+}
+
+/// A look that does not know its material.
+pub(crate) fn without_material() -> Arc<Look> {
+    let (_, look) = &looks()[0];
+    let reflection = look.reflection().unwrap().clone();
+    Arc::new(Look::new(Arc::clone(look.light()), reflection, None, SIZES))
+}
+
+/// The look of a material under an environment, both read from files.
+pub(crate) fn look(environment: Environment, material: Material, f: usize, p: usize) -> Arc<Look> {
+    let choice = Choice::Degree { f: degree(f), p: degree(p) };
+    let coefficients = project(&material, choice).unwrap().coefficients;
+    let transform = Transform::new(environment.grid(), degree(f)).unwrap();
+    let lighting = transform.analyse(environment.pixels());
+    let reflection = Reflection::convolve(&lighting, &coefficients);
+    let light = Arc::new(Light::new(environment, Some(lighting)));
+    Arc::new(Look::new(light, reflection, Some(material), MapSizes { edge: 32, slices: 9 }))
+}
+
+fn degree(degree: usize) -> Degree {
+    Degree::new(degree).unwrap()
+}
+
+fn analysed(environment: &Environment) -> Expansion {
+    Transform::new(GRID, degree(F)).unwrap().analyse(environment.pixels())
+}
+
+fn materials() -> [(&'static str, Material); 4] {
+    let gold = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+    [
+        ("chalk", Material::Lambert(Lambert::new([0.8, 0.7, 0.6]).unwrap())),
+        ("hair", Material::KajiyaKay(KajiyaKay::new(24.0, [0.9, 0.6, 0.3]).unwrap())),
+        ("phong", Material::Phong(Phong::new(20.0, [0.7, 0.8, 0.9]).unwrap())),
+        ("gold", Material::Ggx(Ggx::new(0.5, gold, [1.0; 3]).unwrap())),
+    ]
+}
+
+/// A soft sky over a dark ground; a dark room with a few lamps; and noise, with texels of all brightnesses.
+fn environments() -> [(&'static str, Environment); 3] {
+    let of = |radiance: &dyn Fn(usize, usize) -> [f32; 3]| {
+        let pixels = (0..GRID.len()).map(|k| radiance(k / GRID.width, k % GRID.width)).collect();
+        Environment::new(GRID, pixels).unwrap()
+    };
+    let sky = |row: usize, column: usize| {
+        let direction = GRID.direction(row, column).vector();
+        let sun = (12.0 * (direction.dot(sphere::DVec3::new(0.6, -0.48, 0.64)) - 1.0)).exp();
+        let up = 0.5 + 0.5 * direction.z;
+        [0.1 + 0.4 * up + 6.0 * sun, 0.1 + 0.5 * up + 5.0 * sun, 0.08 + 0.8 * up + 3.0 * sun]
+            .map(|v| v as f32)
+    };
+    let room = |row: usize, column: usize| match (row, column) {
+        (10..14, 20..26) => [30.0, 28.0, 20.0],
+        (20..22, 60..61) => [200.0, 220.0, 260.0],
+        (0..2, _) => [2.0, 2.0, 2.5],
+        (30..48, 0..4 | 92..96) => [6.0, 1.0, 0.5],
+        _ => [0.03, 0.04, 0.05],
+    };
+    let noise = |row: usize, column: usize| {
+        let hash = |k: usize| ((row * 7919 + column * 104_729 + k * 1_299_709) * 2_654_435_761) % 4096;
+        [0, 1, 2].map(|channel| (hash(channel) as f32 / 2048.0 - 1.0).exp2())
+    };
+    [("sky", of(&sky)), ("room", of(&room)), ("noise", of(&noise))]
+}
