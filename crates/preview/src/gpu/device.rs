@@ -32,7 +32,7 @@ pub(super) struct Device {
 }
 
 /// How long to sleep between looks at the device.
-const LOOK: Duration = Duration::from_micros(100);
+pub(super) const LOOK: Duration = Duration::from_micros(100);
 
 /// What went wrong outside of any call.
 #[derive(Debug, Default)]

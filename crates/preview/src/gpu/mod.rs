@@ -75,6 +75,8 @@ struct Gathered {
 struct Figure {
     modes: [Option<Mode>; 2],
     coming: Option<Readback>,
+    /// Whether something was drawn that is in no figure yet.
+    is_old: bool,
     relative_rms: Option<f64>,
 }
 
@@ -126,7 +128,7 @@ impl Gpu {
     }
 
     /// Draws a scene into a texture of [`Gpu::TARGET`] with [`wgpu::TextureUsages::RENDER_ATTACHMENT`], of the shot's
-    /// size, without waiting for the device.
+    /// size. It does not wait for the picture, but for the last but two where the device is as far behind.
     ///
     /// Brute force comes bit by bit: each call adds some light samples, as many as a frame has time for, up to
     /// [`Shot::light_samples`], while objects, size, samples, camera, turn and modes stay the same; exposure, tone,
@@ -185,6 +187,7 @@ impl Gpu {
         shot: &Shot,
         target: &wgpu::TextureView,
     ) -> Result<Drawn, RenderError> {
+        self.pace.keep(&self.resources.device)?;
         self.resources.prepare(scene, shot)?;
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);
@@ -198,10 +201,12 @@ impl Gpu {
         };
         let modes = sides(shot.show);
         let mut gathered = Gathered::new(scene, shot);
+        let mut same = false;
         if let Some(before) = self.gathered.take() {
             let light_samples = before.light_samples;
             if light_samples <= shot.light_samples && (Gathered { light_samples: 0, ..before }) == gathered {
                 gathered.light_samples = light_samples;
+                same = true;
             }
         }
         let gathers = |mode: Option<Mode>| mode == Some(Mode::BruteForce);
@@ -212,7 +217,7 @@ impl Gpu {
         let before = gathered.light_samples;
         let missing = shot.light_samples.max(1) - before;
         let add = match modes.into_iter().any(gathers) {
-            true => self.pace.next(before == 0).min(missing),
+            true => self.pace.next().min(missing),
             false => 0,
         };
         gathered.light_samples += add;
@@ -240,10 +245,10 @@ impl Gpu {
         frame.present(&mut encoder, target);
         device.queue.submit([encoder.finish()]);
         self.pace.sent(&device.queue);
-        self.figure.follow(device, &canvas, shot.show)?;
+        self.figure.follow(device, &canvas, shot.show, !same || add > 0)?;
         let drawn = Drawn {
             light_samples: gathered.light_samples,
-            unfinished: add < missing && modes.into_iter().any(gathers) || self.figure.coming.is_some(),
+            unfinished: add < missing && modes.into_iter().any(gathers) || self.figure.is_awaited(),
             relative_rms: self.figure.relative_rms,
         };
         (self.canvas, self.gathered) = (Some(canvas), Some(gathered));
@@ -352,8 +357,14 @@ impl Gathered {
 }
 
 impl Figure {
-    /// Takes what has come, and asks for the figure of what was drawn just now where nothing is on its way.
-    fn follow(&mut self, device: &Device, canvas: &Canvas, show: Show) -> Result<(), RenderError> {
+    /// Takes what has come, and asks for the figure of what was drawn just now where that is new and nothing is on its way.
+    fn follow(
+        &mut self,
+        device: &Device,
+        canvas: &Canvas,
+        show: Show,
+        is_new: bool,
+    ) -> Result<(), RenderError> {
         let modes = match show {
             Show::Difference { .. } => sides(show),
             _ => [None; 2],
@@ -363,12 +374,18 @@ impl Figure {
         }
         if let Some(coming) = self.coming.take_if(|coming| coming.is_done()) {
             self.relative_rms = squares(&coming.take(device)?).relative_rms();
-            return Ok(());
         }
-        if modes[0].is_some() && self.coming.is_none() {
+        self.is_old |= is_new && modes[0].is_some();
+        if self.is_old && self.coming.is_none() {
             self.coming = Some(Readback::begin(device, &canvas.squares)?);
+            self.is_old = false;
         }
         Ok(())
+    }
+
+    /// Whether a newer figure is there to be told.
+    fn is_awaited(&self) -> bool {
+        self.is_old || self.coming.is_some()
     }
 }
 

@@ -1,16 +1,21 @@
 //! How many light samples go to the device at once.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// The light samples of each frame of a window: as many as are done when the next frame begins.
+use super::device::{Device, LOOK};
+use crate::RenderError;
+
+/// The light samples of each frame of a window: as many as leave it smooth.
 #[derive(Debug)]
 pub(super) struct Pace {
     count: u32,
     sent: Option<Instant>,
-    busy: Arc<AtomicBool>,
+    /// Whether each of the last frames is done, the oldest first.
+    done: VecDeque<Arc<AtomicBool>>,
 }
 
 /// A window that is slower than this is not given more to do.
@@ -19,22 +24,34 @@ const SMOOTH: Duration = Duration::from_millis(40);
 const SLOW: Duration = Duration::from_millis(80);
 /// No frame needs more.
 const MOST: u32 = 256;
+/// Frames that the device may have before it.
+const AHEAD: usize = 2;
 
 impl Default for Pace {
     fn default() -> Self {
-        Self { count: 1, sent: None, busy: Arc::default() }
+        Self { count: 1, sent: None, done: VecDeque::new() }
     }
 }
 
 impl Pace {
-    /// How many samples the next frame takes: none while the last one is not done, but `begins` needs one.
-    pub(super) fn next(&mut self, begins: bool) -> u32 {
-        let since = self.sent.map(|sent| sent.elapsed());
-        if self.busy.load(Ordering::Acquire) {
-            self.count = (self.count / 2).max(1);
-            return u32::from(begins);
+    /// Returns when the device is not far behind: who draws faster than it does would never see an end.
+    pub(super) fn keep(&mut self, device: &Device) -> Result<(), RenderError> {
+        while let Some(oldest) = self.done.front() {
+            device.sound()?;
+            if oldest.load(Ordering::Acquire) {
+                self.done.pop_front();
+            } else if self.done.len() > AHEAD {
+                std::thread::sleep(LOOK);
+            } else {
+                break;
+            }
         }
-        match since {
+        Ok(())
+    }
+
+    /// How many samples the next frame takes, by the time that the last one took.
+    pub(super) fn next(&mut self) -> u32 {
+        match self.sent.map(|sent| sent.elapsed()) {
             Some(since) if since < SMOOTH => self.count = (self.count * 2).min(MOST),
             Some(since) if since > SLOW => self.count = (self.count / 2).max(1),
             _ => {}
@@ -44,10 +61,10 @@ impl Pace {
 
     /// A frame was submitted.
     pub(super) fn sent(&mut self, queue: &wgpu::Queue) {
-        self.busy = Arc::new(AtomicBool::new(true));
+        let done = Arc::new(AtomicBool::new(false));
+        self.done.push_back(Arc::clone(&done));
         self.sent = Some(Instant::now());
-        let busy = Arc::clone(&self.busy);
-        queue.on_submitted_work_done(move || busy.store(false, Ordering::Release));
+        queue.on_submitted_work_done(move || done.store(true, Ordering::Release));
     }
 }
 

@@ -49,7 +49,7 @@ fn shot(scene: &Scene, mode: Mode) -> Shot {
         background: Background::Environment,
         exposure: 0.0,
         tone: ToneMap::Filmic,
-        light_samples: 40,
+        light_samples: 12,
     }
 }
 
@@ -198,13 +198,13 @@ fn brute_force_gathers_while_the_view_stays() {
         if !drawn.unfinished {
             break;
         }
-        assert!(begun.elapsed().as_secs() < 60, "it never ends: {drawn:?}");
+        assert!(begun.elapsed().as_secs() < 300, "it never ends: {drawn:?}");
     }
     assert_eq!(last.light_samples, shot.light_samples);
     let whole = gpu.render(&scene, &shot, &|| false).unwrap();
-    let (found, expected) = (last.relative_rms.unwrap_or(0.0), whole.relative_rms.unwrap_or(0.0));
+    let (found, expected) = (last.relative_rms.unwrap(), whole.relative_rms.unwrap());
     // Partial sums of other lengths: rounding of f32.
-    assert!((found - expected).abs() <= 1e-5 * expected, "{found} {expected}");
+    assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
     // Another exposure keeps them, another view does not.
     let brighter = Shot { exposure: 1.0, ..shot.clone() };
     assert_eq!(gpu.draw(&scene, &brighter, &target).unwrap().light_samples, shot.light_samples);
