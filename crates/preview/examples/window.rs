@@ -4,7 +4,8 @@
 //!
 //! Two skies, three materials and the shapes that Specula has. The state of the window and pictures that are kept go to
 //! the folder of temporary files, as `specula-window.json` and `specula-window-N.ppm`. What is given on the command line
-//! happens a moment after the window has opened: `toast`, `failure`, `rebuild` or `close`. `cpu` lets the CPU draw.
+//! happens a moment after the window has opened: `toast`, `failure`, `rebuild` or `close`. `cpu` lets the CPU draw,
+//! and `lose` destroys the graphics device after the first picture.
 
 #![allow(clippy::unwrap_used, reason = "an example may panic")]
 
@@ -55,10 +56,16 @@ fn main() {
     let state = std::fs::read_to_string(state_file()).ok();
     let mut events: Vec<String> = std::env::args().skip(1).collect();
     let cpu = events.iter().any(|event| event == "cpu");
-    events.retain(|event| event != "cpu");
+    let lose = events.iter().any(|event| event == "lose");
+    events.retain(|event| event != "cpu" && event != "lose");
     for attempt in 0..2 {
         let (wishes, wished) = channel();
-        let settings = WindowSettings { state: state.clone(), cpu, ..WindowSettings::default() };
+        let settings = WindowSettings {
+            state: state.clone(),
+            cpu,
+            rehearse_loss: lose && attempt == 0,
+            ..WindowSettings::default()
+        };
         let events = events.clone();
         let begin = move |news: NewsSender| {
             std::thread::spawn(move || work(&news, &wished, &events));

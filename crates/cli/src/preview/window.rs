@@ -78,7 +78,12 @@ fn show(opening: &Opening<'_>, letters: &Sender<Letter>) -> Result<(), Box<Windo
     let mut wish = opening.wish.clone();
     let mut again = true;
     loop {
-        let settings = WindowSettings { state: locked(&state).clone(), wish: wish.clone(), cpu: opening.cpu };
+        let settings = WindowSettings {
+            state: locked(&state).clone(),
+            wish: wish.clone(),
+            cpu: opening.cpu,
+            ..WindowSettings::default()
+        };
         let host = Attendant {
             letters: letters.clone(),
             state: Arc::clone(&state),

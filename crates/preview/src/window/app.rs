@@ -16,6 +16,7 @@ use super::inspector::inspector;
 use super::judge::{Judge, Question};
 use super::lists::lists;
 use super::pointer::Pointer;
+use super::pulse::Pulse;
 use super::screen::Screen;
 use super::settings::Arrangement;
 use super::state::{Action, Effect, State};
@@ -23,7 +24,7 @@ use super::studio::Studio;
 use super::toolbar::toolbar;
 use super::view::view;
 use super::{KEPT_SAMPLES, keys, notices, theme};
-use crate::{Cpu, Health, RenderError};
+use crate::{Cpu, RenderError};
 
 /// Settings are kept when they have not changed for so many seconds.
 const KEEP_AFTER: f64 = 1.0;
@@ -36,9 +37,7 @@ pub(super) struct App {
     state: State,
     host: Box<dyn Host>,
     news: Receiver<News>,
-    device: wgpu::Device,
-    /// None where the device cannot draw the pictures.
-    health: Option<Health>,
+    pulse: Pulse,
     adapter: String,
     studio: Studio,
     judge: Judge,
@@ -52,6 +51,8 @@ pub(super) struct App {
     /// What is set and not kept, and since when.
     unkept: Option<(String, f64)>,
     closing: bool,
+    /// Whether the device is destroyed after the first picture.
+    pub(super) rehearse_loss: bool,
 }
 
 impl App {
@@ -89,8 +90,7 @@ impl App {
             state,
             host,
             news,
-            device: gpu.device.clone(),
-            health,
+            pulse: Pulse::new(&gpu.device, &gpu.queue, health),
             adapter,
             studio,
             judge,
@@ -101,6 +101,7 @@ impl App {
             kept,
             unkept: None,
             closing: false,
+            rehearse_loss: false,
         })
     }
 
@@ -114,6 +115,9 @@ impl App {
         if let Some(frame) = delivery.frame {
             self.screen.put(context, frame);
             self.refused = None;
+            if std::mem::take(&mut self.rehearse_loss) {
+                self.pulse.stop();
+            }
         }
         if let Some(error) = delivery.refused {
             self.refused = Some(error);
@@ -126,10 +130,7 @@ impl App {
             };
             self.state.toast(title.into(), vec![line], now);
         }
-        // Callbacks of the device run within.
-        let _ = self.device.poll(wgpu::PollType::Poll);
-        let health = self.health.as_ref().and_then(Health::lost);
-        if let Some(reason) = delivery.lost.or(health) {
+        if let Some(reason) = delivery.lost.or_else(|| self.pulse.lost()) {
             *self.loss.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
             self.close(context);
         }
@@ -273,6 +274,10 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        if self.closing {
+            // What is painted on a lost device panics; where there is nothing to paint, nothing does.
+            return;
+        }
         let context = ui.ctx().clone();
         let mut actions = self.keys(&context);
         let area = self.panels(ui, &mut actions);

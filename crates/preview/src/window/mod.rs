@@ -18,6 +18,7 @@ mod notices;
 mod numbers;
 mod pace;
 mod pointer;
+mod pulse;
 mod screen;
 mod settings;
 mod state;
@@ -28,6 +29,8 @@ mod theme;
 mod toolbar;
 mod view;
 
+use std::any::Any;
+use std::panic::AssertUnwindSafe;
 use std::sync::{Arc, PoisonError, mpsc};
 
 use eframe::egui::{IconData, ViewportBuilder};
@@ -49,6 +52,8 @@ pub struct WindowSettings {
     pub wish: Wish,
     /// Whether the CPU draws the pictures, also where a graphics device could.
     pub cpu: bool,
+    /// Whether the device is destroyed after the first picture, to see what becomes of a lost one.
+    pub rehearse_loss: bool,
 }
 
 impl WindowSettings {
@@ -102,17 +107,28 @@ pub fn open(
     let create: AppCreator<'_> = Box::new(move |creation| {
         let gpu = creation.wgpu_render_state.as_ref().ok_or("the window has no graphics device")?;
         let (sender, news) = mpsc::channel();
-        let app = App::new(creation, gpu, state, host, news, left, settings.cpu)?;
+        let mut app = App::new(creation, gpu, state, host, news, left, settings.cpu)?;
+        app.rehearse_loss = settings.rehearse_loss;
         start(NewsSender::new(sender, creation.egui_ctx.clone()));
         Ok(Box::new(app))
     });
-    let ended = eframe::run_native("specula-preview", options, create);
+    // What opens windows panics where a display or a device goes away under it.
+    let run = AssertUnwindSafe(|| eframe::run_native("specula-preview", options, create));
+    let ended = std::panic::catch_unwind(run);
     let lost = loss.lock().unwrap_or_else(PoisonError::into_inner).take();
     match (lost, ended) {
         (Some(reason), _) => Err(WindowError::Lost(reason)),
-        (None, Ok(())) => Ok(()),
-        (None, Err(error)) => Err(error.into()),
+        (None, Ok(Ok(()))) => Ok(()),
+        (None, Ok(Err(error))) => Err(error.into()),
+        (None, Err(panic)) => Err(WindowError::Lost(said(panic.as_ref()))),
     }
+}
+
+/// What a panic said.
+fn said(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    format!("the window stopped: {}", text.unwrap_or("it did not say why"))
 }
 
 fn options(state: &State) -> NativeOptions {
@@ -142,8 +158,28 @@ impl From<eframe::Error> for WindowError {
         match error {
             eframe::Error::Wgpu(error) => Self::NoAdapter(error.to_string()),
             eframe::Error::AppCreation(error) => Self::NoAdapter(error.to_string()),
-            eframe::Error::Winit(error) => Self::NoDisplay(error.to_string()),
-            eframe::Error::WinitEventLoop(error) => Self::NoDisplay(error.to_string()),
+            eframe::Error::Winit(error) => Self::NoDisplay(without_place(&error.to_string())),
+            eframe::Error::WinitEventLoop(error) => Self::NoDisplay(without_place(&error.to_string())),
         }
+    }
+}
+
+/// A message of winit without the line of its source that it begins with.
+fn without_place(message: &str) -> String {
+    let place = message.strip_prefix("os error at ").and_then(|rest| rest.split_once(".rs:"));
+    let said = place.and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, said)| said);
+    said.trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_of_winit_lose_the_place_in_its_source() {
+        let long =
+            "os error at /home/x/winit-0.30.13/src/platform_impl/linux/mod.rs:788: Failed to open: display";
+        assert_eq!(without_place(long), "Failed to open: display");
+        assert_eq!(without_place("no place here."), "no place here");
     }
 }

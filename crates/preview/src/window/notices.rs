@@ -58,6 +58,7 @@ fn made(seen: Option<&Seen>, adapter: &str) -> String {
     let [width, height] = seen.size;
     let samples = match seen.light_samples {
         0 => String::new(),
+        1 => "1 sample of light so far  ·  ".to_owned(),
         count if seen.unfinished => format!("{count} samples of light so far  ·  "),
         count => format!("{count} samples of light  ·  "),
     };

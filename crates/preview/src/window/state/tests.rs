@@ -236,8 +236,11 @@ fn a_kept_state_that_cannot_be_read_is_told_in_the_status_line() {
 fn a_mode_that_is_wished_for_is_shown_alone() {
     let split = Settings { arrangement: Arrangement::Split, mode: Mode::Cabral, ..Settings::default() };
     let kept = Some(split.write());
-    let settings =
-        |mode| WindowSettings { state: kept.clone(), wish: Wish { mode, ..Wish::default() }, cpu: false };
+    let settings = |mode| WindowSettings {
+        state: kept.clone(),
+        wish: Wish { mode, ..Wish::default() },
+        ..WindowSettings::default()
+    };
     let framing = Framing { centre: glam::DVec3::ZERO, radius: 1.0 };
     let show = |mode| settings(mode).shot(framing, [8, 8]).show;
     assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
