@@ -49,6 +49,20 @@ impl Mode {
         }
     }
 
+    /// What people read in lists and beside pictures.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::LocalShrm => "local SHRM",
+            Self::GlobalShrm => "global SHRM",
+            Self::Cabral => "Cabral",
+            Self::KautzMcCool => "Kautz-McCool",
+            Self::Prefiltered => "prefiltered",
+            Self::Irradiance => "irradiance",
+            Self::Mirror => "mirror",
+            Self::BruteForce => "brute force",
+        }
+    }
+
     /// The mode of a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|mode| mode.name() == name)

@@ -24,6 +24,7 @@ mod map_input;
 mod map_source;
 mod material_file;
 mod material_schema;
+mod preview;
 mod project_brdf;
 mod project_sh;
 mod reference;
@@ -59,5 +60,6 @@ pub fn kinds() -> engine::Kinds {
         .with(reference::ReferenceMap)
         .with(contact_sheet::ContactSheet)
         .with(report::ReportKind)
+        .with(preview::Preview)
         .with(exec::Exec)
 }

@@ -107,16 +107,7 @@ pub(super) fn bindings() -> &'static [Binding] {
 
 /// The mode's name in lists and over the picture.
 pub(super) fn label(mode: Mode) -> &'static str {
-    match mode {
-        Mode::LocalShrm => "local SHRM",
-        Mode::GlobalShrm => "global SHRM",
-        Mode::Cabral => "Cabral",
-        Mode::KautzMcCool => "Kautz-McCool",
-        Mode::Prefiltered => "prefiltered",
-        Mode::Irradiance => "irradiance",
-        Mode::Mirror => "mirror",
-        Mode::BruteForce => "brute force",
-    }
+    mode.label()
 }
 
 const DIGITS: [Key; Mode::ALL.len()] =

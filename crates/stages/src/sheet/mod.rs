@@ -10,19 +10,19 @@ mod number;
 mod plot;
 mod scale;
 mod text;
-mod theme;
+pub(crate) mod theme;
 
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use shrm::Shrm;
 use sphere::LatLong;
 
-use canvas::{Canvas, Rect};
 use layout::{Layout, Section};
 use plot::EnergyPlot;
-use text::Align;
 
+pub(crate) use canvas::{Canvas, Rect};
 pub(crate) use number::{percent, short, stops};
+pub(crate) use text::Align;
 
 /// The grid on which a reconstruction is shown; one of another size is scaled.
 pub(crate) const RECONSTRUCTION: LatLong = LatLong::with_rows(layout::COLUMN / 2);

@@ -34,6 +34,15 @@ pub(crate) fn square() -> Case {
         .source("meshes/square.gltf")
 }
 
+/// The corpus's helmet, its numbers beside it.
+pub(crate) fn helmet(corpus: &Path) -> Case {
+    let read = |name: &str| std::fs::read(corpus.join("mesh/FlightHelmet").join(name)).unwrap();
+    case("import-mesh", "")
+        .file("FlightHelmet.gltf", read("FlightHelmet.gltf"))
+        .file("FlightHelmet.bin", read("FlightHelmet.bin"))
+        .source("FlightHelmet.gltf")
+}
+
 #[test]
 fn a_mesh_is_read_with_the_files_beside_it() {
     let ran = square().run().unwrap();
@@ -85,12 +94,7 @@ fn an_empty_scene_is_a_mesh_with_a_warning() {
 #[test]
 fn files_of_the_corpus_are_imported() {
     let Some(corpus) = oracles::folder("files_of_the_corpus_are_imported", "SPECULA_CORPUS") else { return };
-    let read = |name: &str| std::fs::read(corpus.join("mesh").join(Path::new(name))).unwrap();
-    let helmet = case("import-mesh", "")
-        .file("FlightHelmet.gltf", read("FlightHelmet/FlightHelmet.gltf"))
-        .file("FlightHelmet.bin", read("FlightHelmet/FlightHelmet.bin"))
-        .source("FlightHelmet.gltf");
-    let mesh = helmet.artifact::<Mesh>();
+    let mesh = helmet(&corpus).artifact::<Mesh>();
     assert_eq!(mesh.0.positions().len(), 55_392);
     assert_eq!(Mesh::decode(&mesh.encode().unwrap()).unwrap(), *mesh);
     // It stands on the ground and looks along +X: its goggles are in front.

@@ -16,6 +16,7 @@ mod import_material;
 mod import_mesh;
 mod list;
 mod pipeline;
+mod preview;
 mod project_sh;
 mod reference;
 mod reflect;

@@ -25,6 +25,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("reference", 2, [96.00000000, 27.72637939, 27.72637939, -0.08342432, 0.10358787]),
     ("contact-sheet", 2, [6935040.00000000, 635874.87159255, 635874.87159255, -47.99953824, 17.91489095]),
     ("report", 3, [153.00000000, 133445.67093171, 133445.67093171, -6960.37632939, 25760.53351089]),
+    ("preview", 1, [688224.00000000, 57722.99515147, 57722.99515147, -12.65623216, 2.99900961]),
     ("export-cabral", 1, [1575.00000000, 754.51357624, 849.29541752, -43.59984273, -0.82769094]),
     ("export-kautz-mccool", 1, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
     ("export-view-maps", 2, [1497.00000000, 538.41252518, 556.84685949, 3.10003517, 3.98891865]),
@@ -93,6 +94,9 @@ fn fixture(kind: &str) -> Case {
         "report" => case("report", "sphere = 32\nresolution = 8\nreference-rows = 32\ndegree = [4, 2]")
             .input("environment", environment(16, sky))
             .input("material", Material(crate::report::microfacet(0.5))),
+        "preview" => crate::preview::knot(
+            "modes = [\"local-shrm\", \"mirror\"]\ncompare = \"brute-force\"\nsize = 160",
+        ),
         other => panic!("give {other} a fixture here"),
     }
 }

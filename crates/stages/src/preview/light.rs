@@ -1,0 +1,64 @@
+//! Whether an environment is the light that a reflection was made of.
+
+use envmap::Environment;
+use sh::{Degree, Expansion, Transform};
+
+/// Below this cosine between their coefficients of one degree, two lights are not the same. A window scales all
+/// coefficients of a degree alike, and a turn by 20 degrees leaves 0.94 of a lamp on the horizon.
+const ALIKE: f64 = 0.97;
+
+/// Degrees that are compared: they are what every lighting holds, and what a turn changes least.
+const DEGREES: usize = 3;
+
+/// What is told where an environment and the lighting of a reflection differ by more than a window does.
+pub(super) fn difference(environment: &Environment, lighting: &Expansion) -> Option<String> {
+    let degree = Degree::new(DEGREES.min(lighting.degree().get())).ok()?;
+    let own = Transform::new(environment.grid(), degree).ok()?.analyse(environment.pixels());
+    let rows = |expansion: &Expansion, l: usize| expansion.rows()[l * l..(l + 1) * (l + 1)].to_vec();
+    let energy = |values: &[[f64; 3]]| values.as_flattened().iter().map(|value| value * value).sum::<f64>();
+    let whole = energy(own.rows());
+    (1..=degree.get()).find_map(|l| {
+        let (ours, theirs) = (rows(&own, l), rows(lighting, l));
+        let product: f64 = ours.as_flattened().iter().zip(theirs.as_flattened()).map(|(a, b)| a * b).sum();
+        let cosine = product / (energy(&ours) * energy(&theirs)).sqrt();
+        // What is next to nothing has no direction.
+        (energy(&ours) > 1e-4 * whole && cosine < ALIKE).then(|| {
+            "the reflection is not of this environment: connect the one that was projected, turned as the lighting was".into()
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use sphere::{DVec3, LatLong, Rotation};
+
+    use super::*;
+
+    fn environment(radiance: impl Fn(DVec3) -> f64) -> Environment {
+        let grid = LatLong::with_rows(32);
+        let pixel = |texel: usize| [radiance(grid.direction(texel / 64, texel % 64).vector()) as f32; 3];
+        Environment::new(grid, (0..grid.len()).map(pixel).collect()).unwrap()
+    }
+
+    #[test]
+    fn only_another_light_is_told() {
+        let lamp = |w: DVec3| 0.1 + (8.0 * (w.x - 1.0)).exp();
+        let lit = environment(lamp);
+        let degree = Degree::new(8).unwrap();
+        let lighting = Transform::new(lit.grid(), degree).unwrap().analyse(lit.pixels());
+        assert_eq!(difference(&lit, &lighting), None);
+        assert_eq!(difference(&lit, &sh::Window::Lanczos.apply(&lighting)), None);
+        let turned = |degrees: f64| {
+            let turn = Rotation::from_yaw_pitch_roll(degrees.to_radians(), 0.0, 0.0);
+            difference(&lit.rotated(turn), &lighting)
+        };
+        assert_eq!(turned(1.0), None);
+        assert!(turned(30.0).unwrap().contains("turned as the lighting was"));
+        // Light from everywhere has no direction to compare.
+        let even = environment(|_| 0.7);
+        let flat = Transform::new(even.grid(), degree).unwrap().analyse(even.pixels());
+        assert_eq!(difference(&even, &flat), None);
+        let black = environment(|_| 0.0);
+        assert_eq!(difference(&black, &Expansion::zero(degree)), None);
+    }
+}

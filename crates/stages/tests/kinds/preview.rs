@@ -1,0 +1,289 @@
+//! Previews: pictures of every mode, turntables, and what is told of what cannot be drawn.
+
+use std::io::Cursor;
+
+use brdf::Choice;
+use engine::Output;
+use sh::Degree;
+use sphere::{DVec3, Rotation};
+use stages::artifacts::{Environment, Lighting, Material, Mesh, Reflection, Shrm};
+
+use crate::fixture::{Case, case, environment, sky, sky_lighting};
+use crate::report::microfacet;
+
+const MODES: [&str; 8] = [
+    "local-shrm",
+    "global-shrm",
+    "cabral",
+    "kautz-mccool",
+    "prefiltered",
+    "irradiance",
+    "mirror",
+    "brute-force",
+];
+
+/// The sky reflected by a rough surface, of degrees F = 2, which hold all of the sky, and P = 2.
+fn rough() -> Reflection {
+    rough_under(&sky_lighting())
+}
+
+fn rough_under(lighting: &Lighting) -> Reflection {
+    let (f, p) = (Degree::new(2).unwrap(), Degree::new(2).unwrap());
+    let brdf = brdf::project(&microfacet(0.5), Choice::Degree { f, p }).unwrap();
+    Reflection(shrm::Reflection::convolve(&lighting.0, &brdf.coefficients))
+}
+
+/// A preview of a rough knot under the sky.
+pub(crate) fn knot(parameters: &str) -> Case {
+    sphere(&format!("mesh = \"torus-knot\"\n{parameters}"))
+}
+
+fn sphere(parameters: &str) -> Case {
+    let small = "resolution = 8\nsamples = 1\nlight-samples = 8\nslices = 8";
+    bare(&format!("{small}\n{parameters}")).input("material", Material(microfacet(0.5)))
+}
+
+fn bare(parameters: &str) -> Case {
+    case("preview", parameters).input("reflection", rough()).input("environment", environment(32, sky))
+}
+
+/// Width, height and the codes of every frame.
+fn frames(bytes: &[u8]) -> ([usize; 2], Vec<Vec<[u8; 3]>>) {
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+    let size = [reader.info().width as usize, reader.info().height as usize];
+    let count = reader.info().animation_control().map_or(1, |control| control.num_frames);
+    let mut frames = Vec::new();
+    for _ in 0..count {
+        let mut codes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut codes).unwrap();
+        frames.push(codes.as_chunks().0.to_vec());
+    }
+    (size, frames)
+}
+
+fn picture(case: &Case) -> ([usize; 2], Vec<[u8; 3]>) {
+    let files = case.files();
+    assert_eq!(files.len(), 1);
+    assert!(containers::read_recipe(&files[0]).unwrap().contains("preview"));
+    let (size, mut frames) = frames(&files[0]);
+    assert_eq!(frames.len(), 1);
+    (size, frames.remove(0))
+}
+
+/// The root of the mean squared difference of codes.
+fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> f64 {
+    let squares = a.as_flattened().iter().zip(b.as_flattened());
+    let sum: f64 = squares.map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2)).sum();
+    (sum / (3 * a.len()) as f64).sqrt()
+}
+
+/// The manifest of DESIGN.md: two ports and no parameter.
+#[test]
+fn with_its_defaults_it_draws_a_sphere() {
+    let ran = bare("").run().unwrap();
+    assert!(ran.warnings.is_empty(), "{:?}", ran.warnings);
+    assert_eq!(ran.notes, ["exposure −2.4 stops from the log-average"]);
+    let Output::Files(files) = &ran.output else { panic!("no files") };
+    let (size, frames) = frames(&files[0]);
+    assert_eq!((size, frames.len()), ([512, 512], 1));
+}
+
+/// What each mode shows of this sky is far from the others, and every one differs from the background alone.
+#[test]
+fn every_mode_draws_a_picture_of_its_own() {
+    let whole = |mode: &str| picture(&sphere(&format!("modes = [\"{mode}\"]\nsize = [40, 30]")));
+    let pictures = MODES.map(whole);
+    let rough = ["local-shrm", "global-shrm", "cabral", "kautz-mccool", "prefiltered", "brute-force"];
+    let truth = &pictures[7].1;
+    for ((size, codes), mode) in pictures.iter().zip(MODES) {
+        assert_eq!((size, codes.len()), (&[40, 30], 1200), "{mode}");
+        let error = apart(codes, truth);
+        eprintln!("{mode}: {error:.2} codes from brute force");
+        if mode != "brute-force" && rough.contains(&mode) {
+            // Of one material: close to each other, and not the same.
+            assert!(error > 0.0 && error < 12.0, "{mode}: {error}");
+        }
+    }
+    let matte = apart(&pictures[5].1, truth);
+    assert!(matte > 10.0, "{matte}");
+}
+
+#[test]
+fn outputs_do_not_depend_on_the_number_of_threads() {
+    let modes = MODES.map(|mode| format!("\"{mode}\"")).join(", ");
+    let parameters = "compare = \"brute-force\"\nsize = 32\nresolution = 8\nlight-samples = 4";
+    let case = bare(&format!("modes = [{modes}]\n{parameters}")).input("material", Material(microfacet(0.5)));
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| case.files())
+    };
+    assert!(with(1) == with(4));
+}
+
+#[test]
+fn comparisons_stand_below_and_tell_their_figures() {
+    let case = sphere("modes = [\"prefiltered\", \"local-shrm\"]\ncompare = \"brute-force\"\nsize = 64");
+    let ran = case.run().unwrap();
+    let Output::Files(files) = &ran.output else { panic!("no files") };
+    let (size, _) = frames(&files[0]);
+    // Three pictures beside each other, and two rows.
+    assert!(size[0] > 3 * 64 && size[0] < 4 * 64 && size[1] > 2 * 64 && size[1] < 4 * 64, "{size:?}");
+    let figure = |mode: &str| {
+        let note = ran.notes.iter().find(|note| note.starts_with(mode)).unwrap();
+        let rms = note.strip_prefix(&format!("{mode}: relative RMS ")).unwrap();
+        rms.strip_suffix(" %").unwrap().parse::<f64>().unwrap()
+    };
+    eprintln!("{:?}", ran.notes);
+    // P = 2 holds more of the view than its mean does.
+    assert!(figure("local SHRM") < figure("prefiltered") && figure("prefiltered") < 60.0);
+    assert_eq!(ran.notes.len(), 3);
+}
+
+#[test]
+fn turntables_have_their_frames() {
+    let animated = sphere("frames = 5\nsize = 24\nseconds = 2.5").files();
+    let (size, turning) = frames(&animated[0]);
+    assert_eq!((size, turning.len()), ([24, 24], 5));
+    let reader = png::Decoder::new(Cursor::new(&animated[0])).read_info().unwrap();
+    let frame = reader.info().frame_control().unwrap();
+    assert_eq!((frame.delay_num, frame.delay_den), (500, 1000));
+    for later in &turning[1..] {
+        assert!(apart(&turning[0], later) > 1.0);
+    }
+
+    let (size, strip) = picture(&sphere("frames = 5\nsize = 24\nformat = \"strip\""));
+    assert_eq!(size, [5 * 24, 24]);
+    for (at, frame) in turning.iter().enumerate() {
+        let own: Vec<_> = strip.chunks(120).flat_map(|row| row[24 * at..][..24].to_vec()).collect();
+        assert!(own == *frame, "frame {at}");
+    }
+    // Each frame is what a still with that camera is.
+    let (_, still) = picture(&sphere("camera-yaw = 144\nsize = 24"));
+    assert!(still == turning[2]);
+
+    let (_, turned) = frames(&sphere("frames = 4\nsize = 24\nturn = \"light\"").files()[0]);
+    let (_, still) = picture(&sphere("light-yaw = 90\nsize = 24"));
+    assert!(still == turned[1]);
+}
+
+/// A turned light is the same as an environment and a lighting that were turned before, and it is told where only one of
+/// the two was.
+#[test]
+fn light_is_turned_as_rotate_turns_it() {
+    let turn = Rotation::from_yaw_pitch_roll(90.0_f64.to_radians(), 0.0, 0.0);
+    let case = |reflection: Reflection, parameters: &str| {
+        let turned = |w: DVec3| sky(turn.inverse().apply(sphere::Direction::normalised(w)).vector());
+        case("preview", &format!("size = 32\nresolution = 16\n{parameters}"))
+            .input("reflection", reflection)
+            .input("environment", environment(32, turned))
+    };
+    let rotated = crate::fixture::case("rotate", "yaw = 90").input("lighting", sky_lighting());
+    let before = case(rough_under(&rotated.artifact::<Lighting>()), "").run().unwrap();
+    assert!(before.warnings.is_empty(), "{:?}", before.warnings);
+    let Output::Files(files) = &before.output else { panic!("no files") };
+    let (_, after) = picture(&bare("size = 32\nresolution = 16\nlight-yaw = 90"));
+    // A quarter turn is whole texels of an environment of 64 columns.
+    assert!(apart(&frames(&files[0]).1[0], &after) < 0.5);
+
+    let mixed = case(rough(), "").run().unwrap();
+    assert_eq!(
+        mixed.warnings,
+        [
+            "the reflection is not of this environment: connect the one that was projected, turned as the lighting was"
+        ]
+    );
+}
+
+#[test]
+fn a_map_or_a_mesh_may_be_connected() {
+    let reflection = rough();
+    let grid = shrm::MapGrid::Cube(sphere::Cube { edge: 8 });
+    let map = Shrm(reflection.0.synthesise(grid, shrm::View::Local).unwrap());
+    let of_map = case("preview", "size = 32\nresolution = 8")
+        .input("reflection", map)
+        .input("environment", environment(32, sky));
+    let of_reflection = bare("size = 32\nresolution = 8");
+    assert!(picture(&of_map).1 == picture(&of_reflection).1);
+
+    let knot = Mesh(transfer::shape("torus-knot").unwrap());
+    let connected = bare("size = 32").input("mesh", knot);
+    assert!(picture(&connected).1 == picture(&bare("mesh = \"torus-knot\"\nsize = 32")).1);
+
+    let empty = bare("size = 16").input("mesh", Mesh(transfer::Mesh::joined(&[]).unwrap()));
+    assert_eq!(empty.run().unwrap().warnings, ["the mesh has no triangles: only the background is seen"]);
+}
+
+#[test]
+fn what_is_behind_is_what_was_asked_for() {
+    let corner = |parameters: &str| picture(&bare(&format!("size = 16\nsamples = 1\n{parameters}"))).1[0];
+    assert_eq!(corner("background = 0\nexposure = 3"), [0; 3]);
+    assert_eq!(corner("background = [0, 1, 0]\ncurve = \"plain\"\nexposure = -3"), [0, 255, 0]);
+    // The sky is of degree 2: its harmonics hold it.
+    let (sky, harmonics) = (corner(""), corner("background = \"harmonics\""));
+    assert!((0..3).all(|c| sky[c].abs_diff(harmonics[c]) <= 2), "{sky:?} {harmonics:?}");
+}
+
+#[test]
+fn brute_force_needs_the_material() {
+    for parameters in ["modes = [\"brute-force\"]", "compare = \"brute-force\""] {
+        let message = "brute-force needs the material, and the port material is not connected";
+        assert_eq!(bare(parameters).failure(), message);
+    }
+}
+
+#[test]
+fn impossible_parameters_are_faults() {
+    for (parameters, expected) in [
+        ("amplify = 0", "amplify: 0 is not 1 to 1000"),
+        ("camera-pitch = 91", "camera-pitch: 91 is not -90 to 90"),
+        ("zoom = 0", "zoom: 0 is not 0.1 to 100"),
+        ("field = 180", "field: 180 is not 1 to 120"),
+        ("exposure = 101", "exposure: 101 is not -100 to 100"),
+        ("seconds = 0", "seconds: 0 is not 0.1 to 600"),
+        ("resolution = 1000", "resolution: 1000 is not 4 to 512"),
+        ("slices = 1", "slices: 1 is not 2 to 256"),
+        ("samples = 5", "samples: 5 is not 1 to 4"),
+        ("light-samples = 0", "light-samples: 0 is not 1 to 65536"),
+        ("frames = 0", "frames: 0 is not 1 to 360"),
+        ("modes = []", "modes: there is none; name one, such as \"local-shrm\""),
+        ("modes = [\"mirror\", \"mirror\"]", "modes: \"mirror\" is there twice"),
+        ("compare = \"local-shrm\"", "compare: modes names no other mode to compare with it"),
+        ("format = \"apng\"", "format: one frame is a \"png\"; frames says how many there are"),
+        ("frames = 2\nformat = \"png\"", "format: 2 frames are an \"apng\" or a \"strip\""),
+        (
+            "frames = 300\nsize = 1000",
+            "size: all pictures together have 300000000 pixels, more than 67108864",
+        ),
+        ("size = 8", "size: 8 is not a whole number, 16 to 4096"),
+    ] {
+        let faults = case("preview", parameters).faults();
+        assert!(faults.contains(&expected.to_owned()), "{parameters}: {faults:?}");
+    }
+    let faults = case("preview", "modes = [\"local\"]\nmesh = \"teapot\"\nbackground = \"sky\"").faults();
+    assert_eq!(faults.len(), 3, "{faults:?}");
+}
+
+/// A real mesh under a real light.
+#[test]
+fn a_helmet_stands_in_a_studio() {
+    let Some(corpus) = oracles::folder("a_helmet_stands_in_a_studio", "SPECULA_CORPUS") else { return };
+    let bytes = std::fs::read(corpus.join("env/cc0/studio.hdr")).unwrap();
+    let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
+    let grid = sphere::LatLong { width: image.width(), height: image.height() };
+    let studio = envmap::Environment::new(grid, image.into_pixels()).unwrap();
+    let (f, p) = (Degree::new(20).unwrap(), Degree::new(2).unwrap());
+    let lighting = sh::Transform::new(grid, f).unwrap().analyse(studio.pixels());
+    let brdf = brdf::project(&microfacet(0.3), Choice::Degree { f, p }).unwrap();
+    let reflection = Reflection(shrm::Reflection::convolve(&lighting, &brdf.coefficients));
+    let helmet = crate::import_mesh::helmet(&corpus).artifact::<Mesh>();
+    let case = case("preview", "size = [160, 120]\nsamples = 1\nbackground = [0, 0, 1]\ncurve = \"plain\"")
+        .input("reflection", reflection)
+        .input("environment", Environment(studio))
+        .input("mesh", Mesh(helmet.0.clone()));
+    let (_, codes) = picture(&case);
+    let helmet = codes.iter().filter(|code| **code != [0, 0, 255]);
+    let share = helmet.clone().count() as f64 / codes.len() as f64;
+    let bright = helmet.filter(|code| code[1] > 100).count() as f64 / codes.len() as f64;
+    // It stands on a plinth, higher than wide; lamps light it from both sides.
+    assert!((0.08..0.3).contains(&share) && bright > 0.02, "{share} {bright}");
+}
