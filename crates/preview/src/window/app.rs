@@ -1,29 +1,24 @@
-//! The window itself: it takes in input and news, lets [`State`] decide, orders pictures and draws the panels.
+//! The window itself: it takes in input and news, lets [`State`] decide, and orders pictures.
 
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use eframe::egui::{
-    CentralPanel, Context, Event, Frame as Border, Margin, Panel, Rect, Ui, ViewportCommand, vec2,
-};
+use eframe::egui::{Context, Ui, ViewportCommand};
 use eframe::{CreationContext, egui_wgpu};
 
+use super::desk::{Desk, pressed};
 use super::easel::{Easel, MemoryEasel, Order};
 use super::gpu_easel::GpuEasel;
 use super::host::{Host, News};
-use super::inspector::inspector;
 use super::judge::{Judge, Question};
-use super::lists::lists;
 use super::pointer::Pointer;
 use super::pulse::Pulse;
 use super::screen::Screen;
 use super::settings::Arrangement;
-use super::state::{Action, Effect, State};
+use super::state::{Effect, State};
 use super::studio::Studio;
-use super::toolbar::toolbar;
-use super::view::view;
-use super::{KEPT_SAMPLES, keys, notices, theme};
+use super::{KEPT_SAMPLES, theme};
 use crate::{Cpu, RenderError};
 
 /// Settings are kept when they have not changed for so many seconds.
@@ -139,24 +134,6 @@ impl App {
         }
     }
 
-    fn keys(&self, context: &Context) -> Vec<Action> {
-        if context.text_edit_focused() {
-            return Vec::new();
-        }
-        let widget = context.egui_wants_keyboard_input();
-        context.input(|input| {
-            let pressed = input.events.iter().filter_map(|event| match event {
-                Event::Key { key, physical_key, pressed: true, repeat, modifiers } => {
-                    let action = keys::action(*key, *physical_key, *modifiers)?;
-                    let taken = widget && keys::is_of_widgets(*key) || *repeat && !keys::repeats(action);
-                    (!taken).then(|| action.clone())
-                }
-                _ => None,
-            });
-            pressed.collect()
-        })
-    }
-
     fn follow(&mut self, context: &Context, effect: Option<Effect>) {
         match effect {
             None => {}
@@ -237,35 +214,6 @@ impl App {
             self.title = title;
         }
     }
-
-    fn panels(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) -> Rect {
-        let (state, judge) = (&self.state, &self.judge);
-        let bar = Border::side_top_panel(ui.style()).inner_margin(Margin::symmetric(8, 5));
-        Panel::top("toolbar").frame(bar).show(ui, |ui| toolbar(ui, state, actions));
-        let seen = self.screen.seen().map(|(_, frame)| frame);
-        let adapter = self.adapter.as_str();
-        Panel::bottom("status").frame(bar).show(ui, |ui| notices::status(ui, state, seen, adapter, actions));
-        if state.settings.lists {
-            Panel::left("lists").default_size(176.0).show(ui, |ui| lists(ui, state, actions));
-        }
-        if state.settings.inspector {
-            Panel::right("inspector").default_size(300.0).show(ui, |ui| inspector(ui, state, judge));
-        }
-        CentralPanel::no_frame().show(ui, |ui| ui.available_rect_before_wrap()).inner
-    }
-
-    fn over(&self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) {
-        let state = &self.state;
-        notices::toasts(ui, state, picture);
-        match (&state.failure, &self.refused) {
-            (Some(lines), _) if !state.failure_aside => notices::failure(ui, picture, lines, actions),
-            (_, Some(error)) => notices::refusal(ui, picture, &error.to_string()),
-            _ => {}
-        }
-        if state.help {
-            notices::help(ui, picture);
-        }
-    }
 }
 
 impl eframe::App for App {
@@ -279,11 +227,15 @@ impl eframe::App for App {
             return;
         }
         let context = ui.ctx().clone();
-        let mut actions = self.keys(&context);
-        let area = self.panels(ui, &mut actions);
-        let (picture, size) = pixels(area, context.pixels_per_point());
-        view(ui, picture, &self.state, self.screen.seen(), &mut self.pointer, &mut actions);
-        self.over(ui, picture, &mut actions);
+        let mut actions = pressed(&context);
+        let desk = Desk {
+            state: &self.state,
+            judge: &self.judge,
+            seen: self.screen.seen(),
+            refused: self.refused.as_ref(),
+            adapter: &self.adapter,
+        };
+        let size = desk.draw(ui, &mut self.pointer, &mut actions);
         if !actions.is_empty() {
             // What was drawn above is what was before them.
             context.request_repaint();
@@ -304,12 +256,4 @@ impl eframe::App for App {
         self.host.keep_state(&self.state.settings.write());
         self.host.closed();
     }
-}
-
-/// The largest part of an area whose edges lie between pixels, and its size in pixels.
-fn pixels(area: Rect, pixels_per_point: f32) -> (Rect, [u32; 2]) {
-    let least = (area.min * pixels_per_point).ceil();
-    let most = (area.max * pixels_per_point).floor().max(least + vec2(1.0, 1.0));
-    let size = most - least;
-    (Rect::from_min_max(least / pixels_per_point, most / pixels_per_point), [size.x as u32, size.y as u32])
 }

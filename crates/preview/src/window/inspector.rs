@@ -120,6 +120,7 @@ fn energies(ui: &mut Ui, figures: Option<&Figures>) {
         .include_x(0.0)
         .include_x(most)
         .grid_color(theme::GRID)
+        .x_grid_spacer(tens)
         .y_grid_spacer(decades)
         .x_axis_formatter(|mark, _| format!("{}", mark.value))
         .y_axis_formatter(|mark, _| power(mark.value))
@@ -198,8 +199,17 @@ fn power(exponent: f64) -> String {
 
 /// A line for each power of ten, or for each second or third where there are many.
 fn decades(input: GridInput) -> Vec<GridMark> {
+    marks(input, |range| (range / 5.0).ceil().max(1.0))
+}
+
+/// A line for each degree, or for each tenth, hundredth, ... where there are many.
+fn tens(input: GridInput) -> Vec<GridMark> {
+    marks(input, |range| 10_f64.powf((range / 15.0).log10().ceil()).max(1.0))
+}
+
+fn marks(input: GridInput, step: impl Fn(f64) -> f64) -> Vec<GridMark> {
     let (least, most) = input.bounds;
-    let step = ((most - least) / 5.0).ceil().max(1.0);
+    let step = step(most - least);
     // Marks far apart are drawn at full strength.
     let mark = |count: i32| GridMark { value: step * f64::from(count), step_size: 1e6 };
     ((least / step).ceil() as i32..=(most / step).floor() as i32).map(mark).collect()

@@ -5,6 +5,7 @@
 //! window knows no manifest, no watcher and no file.
 
 mod app;
+mod desk;
 mod easel;
 mod figures;
 mod gpu_easel;

@@ -1,0 +1,98 @@
+//! All that is drawn: panels around the picture, the picture, and what lies over it.
+
+use eframe::egui::{CentralPanel, Context, Event, Frame as Border, Margin, Panel, Rect, TextureId, Ui, vec2};
+
+use super::inspector::inspector;
+use super::judge::Judge;
+use super::lists::lists;
+use super::pointer::Pointer;
+use super::state::{Action, State};
+use super::studio::Frame;
+use super::toolbar::toolbar;
+use super::view::view;
+use super::{keys, notices};
+use crate::RenderError;
+
+/// What is drawn of.
+pub(super) struct Desk<'a> {
+    pub(super) state: &'a State,
+    pub(super) judge: &'a Judge,
+    pub(super) seen: Option<(TextureId, &'a Frame)>,
+    /// Why there is no picture of what is ordered.
+    pub(super) refused: Option<&'a RenderError>,
+    pub(super) adapter: &'a str,
+}
+
+/// What the keyboard does.
+pub(super) fn pressed(context: &Context) -> Vec<Action> {
+    if context.text_edit_focused() {
+        return Vec::new();
+    }
+    let widget = context.egui_wants_keyboard_input();
+    context.input(|input| {
+        let pressed = input.events.iter().filter_map(|event| match event {
+            Event::Key { key, physical_key, pressed: true, repeat, modifiers } => {
+                let action = keys::action(*key, *physical_key, *modifiers)?;
+                let taken = widget && keys::is_of_widgets(*key) || *repeat && !keys::repeats(action);
+                (!taken).then(|| action.clone())
+            }
+            _ => None,
+        });
+        pressed.collect()
+    })
+}
+
+impl Desk<'_> {
+    /// Draws, gathers what the pointer does, and says how many pixels the picture fills.
+    pub(super) fn draw(&self, ui: &mut Ui, pointer: &mut Pointer, actions: &mut Vec<Action>) -> [u32; 2] {
+        let area = self.panels(ui, actions);
+        let (picture, size) = pixels(area, ui.pixels_per_point());
+        view(ui, picture, self.state, self.seen, pointer, actions);
+        self.over(ui, picture, actions);
+        size
+    }
+
+    /// Draws what is around the picture, and says what is left for it.
+    fn panels(&self, ui: &mut Ui, actions: &mut Vec<Action>) -> Rect {
+        let settings = &self.state.settings;
+        let bar = Border::side_top_panel(ui.style()).inner_margin(Margin::symmetric(8, 5));
+        Panel::top("toolbar").frame(bar).show(ui, |ui| toolbar(ui, self.state, actions));
+        Panel::bottom("status").frame(bar).show(ui, |ui| {
+            notices::status(ui, self.state, self.seen.map(|(_, frame)| frame), self.adapter, actions);
+        });
+        if settings.lists {
+            Panel::left("lists").default_size(176.0).show(ui, |ui| lists(ui, self.state, actions));
+        }
+        if settings.inspector {
+            Panel::right("inspector")
+                .default_size(300.0)
+                .show(ui, |ui| inspector(ui, self.state, self.judge));
+        }
+        CentralPanel::no_frame().show(ui, |ui| ui.available_rect_before_wrap()).inner
+    }
+
+    fn over(&self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) {
+        let state = self.state;
+        notices::toasts(ui, state, picture);
+        match (&state.failure, self.refused) {
+            (Some(lines), _) if !state.failure_aside => notices::failure(ui, picture, lines, actions),
+            (_, Some(error)) => notices::refusal(ui, picture, &error.to_string()),
+            _ => {}
+        }
+        if state.help {
+            notices::help(ui, picture);
+        }
+    }
+}
+
+/// The largest part of an area whose edges lie between pixels, and its size in pixels.
+fn pixels(area: Rect, pixels_per_point: f32) -> (Rect, [u32; 2]) {
+    let least = (area.min * pixels_per_point).ceil();
+    let most = (area.max * pixels_per_point).floor().max(least + vec2(1.0, 1.0));
+    let size: [f32; 2] = (most - least).into();
+    let rect = Rect::from_min_max(least / pixels_per_point, most / pixels_per_point);
+    (rect, size.map(|side| side.max(1.0) as u32))
+}
+
+#[cfg(test)]
+mod tests;
