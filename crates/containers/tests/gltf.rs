@@ -1,5 +1,7 @@
 //! glTF: every way in which a file may hold a mesh, and every way in which it may be damaged.
 
+#![allow(clippy::unwrap_used)] // as in any test
+
 use std::sync::Arc;
 
 use containers::{Error, ErrorKind, Model, read_gltf};
