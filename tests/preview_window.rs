@@ -342,3 +342,21 @@ fn a_designer_opens_turns_edits_keeps_closes_and_finds_it_again() {
     assert!(ended.success());
     assert_eq!(again.exit(), Some(0), "so does Ctrl-C");
 }
+
+#[test]
+fn a_screen_that_no_device_can_draw_on_leaves_a_picture() {
+    if let Some(missing) = missing() {
+        return oracles::skip("a_screen_that_no_device_can_draw_on_leaves_a_picture", &missing);
+    }
+    let (project, screen) = (Project::new(&sample()), Screen::new());
+    let mut command = project.command(&["preview", "--item", "material=satin"]);
+    command.env("DISPLAY", &screen.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    // No driver at all.
+    command.env("VK_DRIVER_FILES", "/dev/null").env("WGPU_BACKEND", "vulkan");
+    let output = command.output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{told}");
+    assert!(told.contains("error: there is no window: no graphics device"), "{told}");
+    assert!(told.contains("preview.png: satin under sky on sphere"), "{told}");
+    assert!(project.path(".specula/preview.png").exists());
+}

@@ -44,7 +44,12 @@ pub(crate) fn run(
         let curator = scope.spawn(move || curator.run(&desk));
         let watcher = scope.spawn(|| {
             let heard = Mutex::new(letters.clone());
-            let also = |event: &Event| _ = locked(&heard).send(Letter::Event(event.clone(), Instant::now()));
+            let also = |event: &Event| {
+                // What each worker did when is a timeline's business.
+                if !matches!(event, Event::Worked { .. }) {
+                    let _ = locked(&heard).send(Letter::Event(event.clone(), Instant::now()));
+                }
+            };
             let exit = watch(&cancel, &also);
             let _ = letters.send(Letter::Close);
             exit

@@ -190,6 +190,21 @@ mod tests {
     const HELD: Modifiers = Modifiers::NONE;
 
     #[test]
+    fn the_manual_names_every_key() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/preview.md");
+        let manual = std::fs::read_to_string(path).unwrap();
+        for Binding { chord, name, .. } in bindings() {
+            let key = match chord.key {
+                Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => "arrows".into(),
+                key if DIGITS.contains(&key) => "`1` ... `8`".into(),
+                _ => format!("`{}`", Chord::plain(chord.key).name()),
+            };
+            let is_named = |line: &str| line.contains(&key) && (!chord.shift || line.contains("Shift"));
+            assert!(manual.lines().any(is_named), "docs/preview.md names {} ({name})", chord.name());
+        }
+    }
+
+    #[test]
     fn no_chord_does_two_things() {
         for (at, binding) in bindings().iter().enumerate() {
             let twice = bindings()[..at].iter().find(|before| before.chord == binding.chord);

@@ -12,7 +12,7 @@ use super::{Exhibit, Shape, Showcase, artifact};
 use crate::artifacts;
 
 /// So many looks are kept, with their maps.
-const LOOKS: usize = 6;
+const LOOKS: usize = 4;
 /// So many lights.
 const LIGHTS: usize = 4;
 /// So many meshes.
