@@ -197,6 +197,7 @@ mod tests {
             let key = match chord.key {
                 Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown => "arrows".into(),
                 key if DIGITS.contains(&key) => "`1` ... `8`".into(),
+                Key::Comma | Key::Period => "`,` `.`".into(),
                 _ => format!("`{}`", Chord::plain(chord.key).name()),
             };
             let is_named = |line: &str| line.contains(&key) && (!chord.shift || line.contains("Shift"));
