@@ -18,8 +18,8 @@ use super::screen::Screen;
 use super::settings::Arrangement;
 use super::state::{Effect, State};
 use super::studio::Studio;
-use super::{KEPT_SAMPLES, theme};
-use crate::{Cpu, RenderError};
+use super::{theme, whole};
+use crate::{Cpu, RenderError, Shot};
 
 /// Settings are kept when they have not changed for so many seconds.
 const KEEP_AFTER: f64 = 1.0;
@@ -38,6 +38,8 @@ pub(super) struct App {
     judge: Judge,
     screen: Screen,
     pointer: Pointer,
+    /// Whether the last frame left the keyboard to a text field.
+    typing: bool,
     /// Why there is no picture of what is ordered.
     refused: Option<RenderError>,
     loss: Loss,
@@ -73,7 +75,9 @@ impl App {
                     health = Some(able.health());
                     easel = Box::new(able);
                 }
-                Err(error) => state.status = format!("pictures are drawn by the CPU: {error}"),
+                Err(error) => {
+                    state.toast("pictures are drawn by the CPU".into(), vec![error.to_string()]);
+                }
             }
         }
         let wake = |context: Context| move || context.request_repaint();
@@ -91,6 +95,7 @@ impl App {
             judge,
             screen: Screen::new(gpu),
             pointer: Pointer::default(),
+            typing: false,
             refused: None,
             loss,
             kept,
@@ -101,9 +106,8 @@ impl App {
     }
 
     fn hear(&mut self, context: &Context) {
-        let now = context.input(|input| input.time);
         while let Ok(news) = self.news.try_recv() {
-            let effect = self.state.hear(news, now);
+            let effect = self.state.hear(news);
             self.follow(context, effect);
         }
         let delivery = self.studio.take();
@@ -123,14 +127,11 @@ impl App {
                 Ok(place) => ("kept the picture", place),
                 Err(reason) => ("the picture was not kept", reason),
             };
-            self.state.toast(title.into(), vec![line], now);
+            self.state.toast(title.into(), vec![line]);
         }
         if let Some(reason) = delivery.lost.or_else(|| self.pulse.lost()) {
             *self.loss.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
             self.close(context);
-        }
-        if let Some(seconds) = self.state.pass(now) {
-            context.request_repaint_after(Duration::from_secs_f64(seconds.max(0.0)));
         }
     }
 
@@ -141,11 +142,13 @@ impl App {
             Some(Effect::Screenshot) => {
                 let size = self.screen.seen().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
                 let size = self.studio.ordered().unwrap_or(size);
-                if let Some(mut order) = self.order(size) {
-                    order.shot.samples = KEPT_SAMPLES;
-                    self.studio.keep(order);
-                    self.state.status = "keeping the picture".into();
+                if let Some(order) = self.order(size) {
+                    self.studio.keep(Order { shot: whole(order.shot), ..order });
                 }
+            }
+            Some(Effect::GiveUp) => {
+                self.studio.give_up();
+                self.state.toast("the picture is not kept".into(), Vec::new());
             }
             Some(Effect::Fullscreen(on)) => context.send_viewport_cmd(ViewportCommand::Fullscreen(on)),
             Some(Effect::Close) => self.close(context),
@@ -164,14 +167,24 @@ impl App {
         Some(Order { edition: shown.edition, scene: Arc::clone(&shown.scene), shot })
     }
 
-    fn ask(&mut self, size: [u32; 2]) {
-        let Some(Order { edition, scene, shot }) = self.order(size) else { return };
+    /// Whether the picture is what was ordered last.
+    fn is_reached(&self) -> bool {
+        self.screen.seen().is_some_and(|(_, frame)| self.studio.is_reached(frame))
+    }
+
+    /// Asks the judge. A picture that is drawn needs the machine before it; one that cannot be drawn does not.
+    fn ask(&mut self, order: &Order) {
         let settings = &self.state.settings;
+        let is_there = self.refused.is_some() || self.is_reached();
         let mut modes = vec![settings.mode];
         if settings.arrangement != Arrangement::One {
             modes.push(settings.second);
         }
-        self.judge.ask(Question { edition, scene, camera: shot.camera, turn: shot.turn, size, modes });
+        let Order { edition, scene, shot: Shot { camera, turn, size, .. } } = order;
+        let scene = Arc::clone(scene);
+        let question =
+            Question { edition: *edition, scene, camera: *camera, turn: *turn, size: *size, modes };
+        self.judge.ask(question, is_there);
     }
 
     /// Tells the host what is set, a moment after the last change.
@@ -197,16 +210,17 @@ impl App {
 
     /// Notes the size of the window, to be kept, and gives the window its title.
     fn window(&mut self, context: &Context) {
-        let (inner, special) = context.input(|input| {
+        // Wayland tells no place on the screen, but everyone tells the size that is drawn on.
+        let size = context.viewport_rect().size() * context.zoom_factor();
+        let (maximized, special) = context.input(|input| {
             let viewport = input.viewport();
-            let special = [viewport.fullscreen, viewport.maximized, viewport.minimized];
-            (viewport.inner_rect, special.contains(&Some(true)))
+            (viewport.maximized, [viewport.fullscreen, viewport.minimized].contains(&Some(true)))
         });
-        if let Some(rect) = inner
-            && !special
-            && rect.is_positive()
-        {
-            self.state.settings.size = rect.size().into();
+        if !special {
+            self.state.settings.maximized = maximized == Some(true);
+            if !self.state.settings.maximized && size.min_elem() > 0.0 {
+                self.state.settings.size = size.into();
+            }
         }
         let title = self.state.title();
         if title != self.title {
@@ -227,15 +241,22 @@ impl eframe::App for App {
             return;
         }
         let context = ui.ctx().clone();
-        let mut actions = pressed(&context);
+        let now = context.input(|input| input.time);
+        if let Some(seconds) = self.state.pass(now) {
+            context.request_repaint_after(Duration::from_secs_f64(seconds.max(0.0)));
+        }
+        self.state.keeping = self.studio.is_keeping();
+        let mut actions = pressed(&context, self.typing);
         let desk = Desk {
             state: &self.state,
             judge: &self.judge,
             seen: self.screen.seen(),
+            reached: self.is_reached(),
             refused: self.refused.as_ref(),
             adapter: &self.adapter,
         };
         let size = desk.draw(ui, &mut self.pointer, &mut actions);
+        self.typing = context.text_edit_focused();
         if !actions.is_empty() {
             // What was drawn above is what was before them.
             context.request_repaint();
@@ -245,8 +266,10 @@ impl eframe::App for App {
             self.follow(&context, effect);
         }
         if let Some(order) = self.order(size) {
-            self.studio.order(order);
-            self.ask(size);
+            if self.studio.order(order.clone()) {
+                self.refused = None;
+            }
+            self.ask(&order);
         }
         self.window(&context);
         self.keep(&context);

@@ -1,6 +1,8 @@
 //! All that is drawn: panels around the picture, the picture, and what lies over it.
 
-use eframe::egui::{CentralPanel, Context, Event, Frame as Border, Margin, Panel, Rect, TextureId, Ui, vec2};
+use eframe::egui::{
+    CentralPanel, Context, Event, Frame as Border, Margin, Panel, Popup, Rect, TextureId, Ui, vec2,
+};
 
 use super::inspector::inspector;
 use super::judge::Judge;
@@ -13,19 +15,27 @@ use super::view::view;
 use super::{keys, notices};
 use crate::RenderError;
 
+/// The width that the inspector leaves to the picture, and the least that it takes: where there is no room for both, it is
+/// away.
+const LEAST_PICTURE: f32 = 300.0;
+const LEAST_INSPECTOR: f32 = 240.0;
+
 /// What is drawn of.
 pub(super) struct Desk<'a> {
     pub(super) state: &'a State,
     pub(super) judge: &'a Judge,
     pub(super) seen: Option<(TextureId, &'a Frame)>,
+    /// Whether that is what was ordered last, with all its pixels.
+    pub(super) reached: bool,
     /// Why there is no picture of what is ordered.
     pub(super) refused: Option<&'a RenderError>,
     pub(super) adapter: &'a str,
 }
 
-/// What the keyboard does.
-pub(super) fn pressed(context: &Context) -> Vec<Action> {
-    if context.text_edit_focused() {
+/// What the keyboard does. `typing` says whether the last frame left it to a text field: Escape has taken it away from there
+/// before anyone is asked, as it closes a list that has dropped down, and does no more.
+pub(super) fn pressed(context: &Context, typing: bool) -> Vec<Action> {
+    if typing || context.text_edit_focused() || Popup::is_any_open(context) {
         return Vec::new();
     }
     let widget = context.egui_wants_keyboard_input();
@@ -47,7 +57,7 @@ impl Desk<'_> {
     pub(super) fn draw(&self, ui: &mut Ui, pointer: &mut Pointer, actions: &mut Vec<Action>) -> [u32; 2] {
         let area = self.panels(ui, actions);
         let (picture, size) = pixels(area, ui.pixels_per_point());
-        view(ui, picture, self.state, self.seen, pointer, actions);
+        view(ui, picture, self, pointer, actions);
         self.over(ui, picture, actions);
         size
     }
@@ -58,15 +68,17 @@ impl Desk<'_> {
         let bar = Border::side_top_panel(ui.style()).inner_margin(Margin::symmetric(8, 5));
         Panel::top("toolbar").frame(bar).show(ui, |ui| toolbar(ui, self.state, actions));
         Panel::bottom("status").frame(bar).show(ui, |ui| {
-            notices::status(ui, self.state, self.seen.map(|(_, frame)| frame), self.adapter, actions);
+            notices::status(ui, self, actions);
         });
         if settings.lists {
-            Panel::left("lists").default_size(176.0).show(ui, |ui| lists(ui, self.state, actions));
+            let lists_panel = Panel::left("lists").default_size(176.0).min_size(96.0).max_size(320.0);
+            lists_panel.show(ui, |ui| lists(ui, self.state, actions));
         }
-        if settings.inspector {
-            Panel::right("inspector")
-                .default_size(300.0)
-                .show(ui, |ui| inspector(ui, self.state, self.judge));
+        let room = ui.available_width() - LEAST_PICTURE;
+        if settings.inspector && room >= LEAST_INSPECTOR {
+            let panel =
+                Panel::right("inspector").default_size(300.0).min_size(LEAST_INSPECTOR).max_size(room);
+            panel.show(ui, |ui| inspector(ui, self.state, self.judge));
         }
         CentralPanel::no_frame().show(ui, |ui| ui.available_rect_before_wrap()).inner
     }
@@ -75,7 +87,9 @@ impl Desk<'_> {
         let state = self.state;
         notices::toasts(ui, state, picture);
         match (&state.failure, self.refused) {
-            (Some(lines), _) if !state.failure_aside => notices::failure(ui, picture, lines, actions),
+            (Some(lines), _) if !state.failure_aside => {
+                notices::failure(ui, picture, self.seen.is_some(), lines, actions);
+            }
             (_, Some(error)) => notices::refusal(ui, picture, &error.to_string()),
             _ => {}
         }

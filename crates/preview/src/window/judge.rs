@@ -9,6 +9,7 @@ use envmap::ToneMap;
 use sphere::Rotation;
 
 use super::figures::Figures;
+use super::guarded;
 use super::mailbox::Mailbox;
 use crate::{Background, Camera, Mode, RenderError, Renderer, Scene, Shot, Show};
 
@@ -60,8 +61,9 @@ pub(super) struct Judge {
     last: Option<Question>,
 }
 
-/// The shorter side of the pictures that are compared.
-const SIDE: u32 = 80;
+/// The shorter side of the pictures that are compared, and the most pixels: of a long one both sides are shorter.
+const SIDE: f64 = 80.0;
+const AREA: f64 = 20_000.0;
 
 /// Their samples of light, of each pixel, one round after the other. The noise of brute force adds to the RMS: another
 /// round is worth it while that makes the RMS another.
@@ -84,8 +86,9 @@ impl Question {
 
     /// The size to compare at.
     fn small(&self) -> [u32; 2] {
-        let shorter = f64::from(self.size[0].min(self.size[1]).max(1));
-        self.size.map(|side| (f64::from(side) / shorter * f64::from(SIDE)).round().clamp(1.0, 1024.0) as u32)
+        let size = self.size.map(|side| f64::from(side.max(1)));
+        let scale = (SIDE / size[0].min(size[1])).min((AREA / (size[0] * size[1])).sqrt());
+        size.map(|side| (side * scale).round().clamp(1.0, AREA) as u32)
     }
 }
 
@@ -103,7 +106,13 @@ impl Judge {
     }
 
     /// Asks; an earlier question is no longer asked. The same again changes nothing.
-    pub(super) fn ask(&mut self, question: Question) {
+    ///
+    /// Of another view only figures are asked for, until `ready`: the picture itself needs the machine first.
+    pub(super) fn ask(&mut self, mut question: Question, ready: bool) {
+        let begun = |last: &Question| last.is_of_the_view(&question) && !last.modes.is_empty();
+        if !ready && !self.last.as_ref().is_some_and(begun) {
+            question.modes.clear();
+        }
         let same = |last: &Question| last.is_of_the_view(&question) && last.modes == question.modes;
         if !self.last.as_ref().is_some_and(same) {
             self.last = Some(question.clone());
@@ -119,6 +128,9 @@ impl Judge {
 
     /// How far a mode is from brute force in what was asked last, once that is known.
     pub(super) fn verdict(&self, mode: Mode) -> Option<Verdict> {
+        if let Some(why) = no_comparison(mode) {
+            return Some(Verdict::None(why.into()));
+        }
         let asked = self.last.as_ref()?;
         let findings = self.shared.findings();
         let (_, verdicts) = findings.verdicts.as_ref().filter(|(of, _)| of.is_of_the_view(asked))?;
@@ -146,15 +158,17 @@ impl Shared {
             let edition = question.edition;
             let known = self.findings().figures.as_ref().is_some_and(|(of, _)| *of == edition);
             if !known {
-                let figures = Arc::new(Figures::of(&question.scene));
-                self.findings().figures = Some((edition, figures));
-                (self.wake)();
+                // Of a scene that makes it panic no figures are known.
+                if let Ok(figures) = guarded(|| Ok(Figures::of(&question.scene))) {
+                    self.findings().figures = Some((edition, Arc::new(figures)));
+                    (self.wake)();
+                }
             }
             if self.questions.becomes_stale(number, REST) {
                 continue;
             }
             for &mode in &question.modes {
-                if self.knows(&question, mode) {
+                if no_comparison(mode).is_some() || self.knows(&question, mode) {
                     continue;
                 }
                 let stop = || self.questions.is_stale(number);
@@ -175,7 +189,7 @@ impl Shared {
     ) -> Result<(), RenderError> {
         let mut before = f64::INFINITY;
         for by in ROUNDS {
-            let verdict = match judge(renderer, question, mode, by, stop) {
+            let verdict = match guarded(|| judge(renderer, question, mode, by, stop)) {
                 Err(RenderError::Cancelled) => {
                     self.forget(question, mode);
                     return Err(RenderError::Cancelled);
@@ -231,11 +245,6 @@ fn judge(
     by: u32,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Verdict, RenderError> {
-    match mode {
-        Mode::BruteForce => return Ok(Verdict::None("it is the reference".into())),
-        Mode::Mirror | Mode::Irradiance => return Ok(Verdict::None("it shows another material".into())),
-        _ => {}
-    }
     let shot = Shot {
         size: question.small(),
         samples: 1,
@@ -250,6 +259,15 @@ fn judge(
     let picture = renderer.render(&question.scene, &shot, stop)?;
     let nothing = || Verdict::None("nothing is seen".into());
     Ok(picture.relative_rms.map_or_else(nothing, |relative| Verdict::Rms { relative, by }))
+}
+
+/// Why a mode is not compared with brute force.
+fn no_comparison(mode: Mode) -> Option<&'static str> {
+    match mode {
+        Mode::BruteForce => Some("it is the reference"),
+        Mode::Mirror | Mode::Irradiance => Some("it shows another material"),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -319,18 +337,19 @@ mod tests {
         let asked = Arc::new(Mutex::new(Vec::new()));
         let mut judge = Judge::new(Box::new(Pretence(Arc::clone(&asked))), || ()).unwrap();
         let first = question(1, &[Mode::LocalShrm, Mode::BruteForce, Mode::Cabral]);
-        judge.ask(first.clone());
+        judge.ask(first.clone(), true);
+        let known = judge.verdict(Mode::BruteForce);
+        assert_eq!(known, Some(Verdict::None("it is the reference".into())), "nobody has to work for that");
         assert_eq!(wait(|| judge.figures(1)).f, Some(7));
         let local = Verdict::Rms { relative: 10.0, by: 1024 };
         wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| *verdict == local));
-        assert_eq!(wait(|| judge.verdict(Mode::BruteForce)), Verdict::None("it is the reference".into()));
         let Verdict::None(why) = wait(|| judge.verdict(Mode::Cabral)) else {
             panic!("Cabral has no material")
         };
         assert_eq!(why, "brute force: the material is not there");
         assert_eq!(asked.lock().unwrap()[0].size, [128, 80]);
 
-        judge.ask(Question { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() });
+        judge.ask(Question { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() }, true);
         assert_eq!(judge.verdict(Mode::LocalShrm), Some(local.clone()), "it is known already");
         let plain = Verdict::Rms { relative: 11.0, by: 1024 };
         wait(|| judge.verdict(Mode::Prefiltered).filter(|verdict| *verdict == plain));
@@ -338,12 +357,71 @@ mod tests {
 
         let mut turned = first.clone();
         turned.camera.yaw += 0.1;
-        judge.ask(turned);
+        judge.ask(turned, true);
         assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another view");
         assert!(judge.figures(1).is_some() && judge.figures(2).is_none());
         wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| *verdict == local));
-        judge.ask(question(2, &[Mode::LocalShrm]));
+        judge.ask(question(2, &[Mode::LocalShrm]), true);
         assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another scene");
         wait(|| judge.figures(2));
+    }
+
+    #[test]
+    fn another_view_is_not_judged_before_its_picture_is_there() {
+        let asked = Arc::new(Mutex::new(Vec::new()));
+        let mut judge = Judge::new(Box::new(Pretence(Arc::clone(&asked))), || ()).unwrap();
+        let first = question(1, &[Mode::LocalShrm]);
+        judge.ask(first.clone(), false);
+        wait(|| judge.figures(1));
+        assert!(judge.last.as_ref().unwrap().modes.is_empty());
+        judge.ask(first.clone(), true);
+        wait(|| judge.verdict(Mode::LocalShrm));
+        judge.ask(first.clone(), false);
+        assert_eq!(judge.last.as_ref().unwrap().modes, [Mode::LocalShrm], "it has begun");
+        let mut turned = first;
+        turned.camera.yaw += 0.1;
+        judge.ask(turned, false);
+        assert!(judge.last.as_ref().unwrap().modes.is_empty());
+    }
+
+    #[test]
+    fn pictures_that_are_compared_are_small_whatever_the_window_is() {
+        let small = |size| Question { size, ..question(1, &[]) }.small();
+        assert_eq!([small([1280, 800]), small([600, 600])], [[128, 80], [80, 80]]);
+        for size in [[1, 1], [1, 4000], [16384, 10], [0, 7], [16384, 16384]] {
+            let [width, height] = small(size);
+            assert!(
+                width >= 1 && height >= 1 && f64::from(width * height) < 1.1 * AREA,
+                "{size:?}: {width} x {height}"
+            );
+        }
+    }
+
+    /// Panics by one mode.
+    struct Broken;
+
+    impl Renderer for Broken {
+        fn name(&self) -> String {
+            "broken".into()
+        }
+
+        fn render(
+            &mut self,
+            _scene: &Scene,
+            shot: &Shot,
+            _stop: &(dyn Fn() -> bool + Sync),
+        ) -> Result<Picture, RenderError> {
+            assert!(!shot.show.modes().any(|mode| mode == Mode::Cabral), "no Cabral");
+            Ok(Picture { size: shot.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: Some(0.5) })
+        }
+    }
+
+    #[test]
+    fn what_panics_is_told_and_the_rest_is_judged() {
+        let mut judge = Judge::new(Box::new(Broken), || ()).unwrap();
+        judge.ask(question(1, &[Mode::Cabral, Mode::LocalShrm]), true);
+        let told = wait(|| judge.verdict(Mode::Cabral));
+        assert_eq!(told, Verdict::None("it panicked: no Cabral".into()));
+        wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| matches!(verdict, Verdict::Rms { .. })));
     }
 }

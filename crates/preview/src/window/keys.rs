@@ -28,12 +28,13 @@ pub(super) struct Binding {
 }
 
 /// What the pointer does, for the help.
-pub(super) const POINTER: [(&str, &str); 5] = [
+pub(super) const POINTER: [(&str, &str); 6] = [
     ("left drag", "turn the camera"),
     ("right drag, or with Shift", "turn the light"),
     ("wheel", "zoom"),
     ("drag the divider", "move the split"),
     ("double click", "camera as at first"),
+    ("click, then Tab", "from one control to the next"),
 ];
 
 impl Chord {
@@ -61,7 +62,8 @@ impl Chord {
             Key::Questionmark => "?",
             key => key.name(),
         };
-        let held = [(self.command, "Ctrl "), (self.shift, "Shift ")];
+        let command = if cfg!(target_os = "macos") { "Cmd " } else { "Ctrl " };
+        let held = [(self.command, command), (self.shift, "Shift ")];
         held.into_iter().filter(|(held, _)| *held).map(|(_, name)| name).collect::<String>() + key
     }
 
@@ -262,7 +264,7 @@ mod tests {
             Action::TogglePanels => "panels",
             Action::ToggleHelp => "help",
             Action::ToggleFullscreen => "full screen",
-            Action::Dismiss => "dismiss",
+            Action::Dismiss | Action::PutAside => "dismiss",
             Action::ShowFailure => "failure",
             Action::Screenshot => "screenshot",
             Action::Close => "close",
@@ -292,6 +294,7 @@ mod tests {
             Action::ToggleHelp,
             Action::ToggleFullscreen,
             Action::Dismiss,
+            Action::PutAside,
             Action::ShowFailure,
             Action::Screenshot,
             Action::Close,

@@ -1,6 +1,6 @@
 //! The panel on the left: what can be shown.
 
-use eframe::egui::{Atom, Button, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{Atom, Button, Id, RichText, ScrollArea, Ui, vec2};
 
 use super::state::{Action, List, State};
 use super::theme;
@@ -20,10 +20,23 @@ pub(super) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
             for name in names {
                 let width = ui.available_width();
                 let row = Button::selectable(name == chosen, (name.as_str(), Atom::grow()));
-                if ui.add(row.truncate().min_size(vec2(width, 20.0))).clicked() {
+                let row = ui.add(row.truncate().min_size(vec2(width, 20.0)));
+                let last = Id::unique(("chosen last", heading));
+                if name == chosen && ui.data_mut(|data| is_another(data.get_temp_mut_or_default(last), name))
+                {
+                    row.scroll_to_me(None);
+                }
+                if row.clicked() {
                     actions.push(Action::Choose(list, name.clone()));
                 }
             }
         }
     });
+}
+
+/// Whether a name is another than the one before, which it then is; what is seen first is not another.
+fn is_another(before: &mut String, name: &str) -> bool {
+    let another = !before.is_empty() && before != name;
+    name.clone_into(before);
+    another
 }

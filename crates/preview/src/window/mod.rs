@@ -38,7 +38,7 @@ use eframe::egui::{IconData, ViewportBuilder};
 use eframe::egui_wgpu::{SurfaceConfig, WgpuConfiguration, WgpuSetupCreateNew};
 use eframe::{AppCreator, NativeOptions};
 
-use crate::{Framing, Gpu, Shot};
+use crate::{Framing, Gpu, RenderError, Shot};
 use app::{App, Loss};
 use state::State;
 
@@ -61,19 +61,25 @@ impl WindowSettings {
     /// What a window shows first of a catalogue. Where that has nothing, a name is empty, or what was wished for.
     pub fn subject(&self, catalogue: Catalogue) -> Subject {
         let mut state = State::new(self.state.as_deref(), self.wish.clone());
-        state.hear(News::Catalogue(catalogue), 0.0);
+        state.hear(News::Catalogue(catalogue));
         state.settings.subject
     }
 
     /// How it shows that: for a picture that stands in for the window.
     pub fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
         let state = State::new(self.state.as_deref(), self.wish.clone());
-        Shot { samples: KEPT_SAMPLES, ..state.settings.shot(framing, size) }
+        whole(state.settings.shot(framing, size))
     }
 }
 
 /// The samples along each side of a pixel of a picture that is kept.
 const KEPT_SAMPLES: u32 = 2;
+
+/// A shot as it is kept: with smooth outlines, and by as much light a pixel as it is seen.
+fn whole(shot: Shot) -> Shot {
+    let light_samples = shot.light_samples.div_ceil(KEPT_SAMPLES.pow(2));
+    Shot { samples: KEPT_SAMPLES, light_samples, ..shot }
+}
 
 /// Why there is no window, or no longer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -121,7 +127,7 @@ pub fn open(
         (Some(reason), _) => Err(WindowError::Lost(reason)),
         (None, Ok(Ok(()))) => Ok(()),
         (None, Ok(Err(error))) => Err(error.into()),
-        (None, Err(panic)) => Err(WindowError::Lost(said(panic.as_ref()))),
+        (None, Err(panic)) => Err(WindowError::Lost(format!("the window stopped: {}", said(panic.as_ref())))),
     }
 }
 
@@ -129,7 +135,14 @@ pub fn open(
 fn said(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    format!("the window stopped: {}", text.unwrap_or("it did not say why"))
+    text.unwrap_or("it did not say why").to_owned()
+}
+
+/// Works for a thread of the window, and makes an error of a panic: with its thread gone the window would stand still and
+/// never say why.
+fn guarded<T>(work: impl FnOnce() -> Result<T, RenderError>) -> Result<T, RenderError> {
+    let ended = std::panic::catch_unwind(AssertUnwindSafe(work));
+    ended.unwrap_or_else(|panic| Err(RenderError::Device(format!("it panicked: {}", said(panic.as_ref())))))
 }
 
 fn options(state: &State) -> NativeOptions {
@@ -141,7 +154,8 @@ fn options(state: &State) -> NativeOptions {
             .with_app_id("specula-preview")
             .with_icon(IconData::default())
             .with_inner_size(state.settings.size)
-            .with_min_inner_size([480.0, 320.0]),
+            .with_maximized(state.settings.maximized)
+            .with_min_inner_size([720.0, 400.0]),
         renderer: eframe::Renderer::Wgpu,
         wgpu_options: WgpuConfiguration {
             wgpu_setup: create.into(),

@@ -1,26 +1,22 @@
 //! What lies over the picture: the failure, toasts, the help; and the line below it.
 
 use eframe::egui::{
-    Align, Align2, Area, Button, Color32, Frame, Grid, Id, Label, Layout, Margin, Order, Rect, RichText,
-    ScrollArea, Sense, Stroke, Ui, vec2,
+    Align, Align2, Area, Button, Frame, Grid, Id, Label, Layout, Margin, Order, Rect, RichText, ScrollArea,
+    Sense, Stroke, Ui,
 };
 
+use super::desk::Desk;
 use super::keys::{POINTER, bindings, label};
 use super::state::{Action, State};
 use super::studio::Frame as Seen;
 use super::{Subject, numbers, theme};
 
 /// The line below the picture: what goes on, and how the picture was made.
-pub(super) fn status(
-    ui: &mut Ui,
-    state: &State,
-    seen: Option<&Seen>,
-    adapter: &str,
-    actions: &mut Vec<Action>,
-) {
+pub(super) fn status(ui: &mut Ui, desk: &Desk<'_>, actions: &mut Vec<Action>) {
+    let (state, seen) = (desk.state, desk.seen.map(|(_, frame)| frame));
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.label(RichText::new(made(seen, adapter)).color(theme::WEAK));
+            ui.label(RichText::new(made(seen, desk.adapter)).color(theme::WEAK));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| match &state.failure {
                 Some(lines) if state.failure_aside => {
                     let first = lines.first().map_or("failed", String::as_str);
@@ -30,23 +26,24 @@ pub(super) fn status(
                     }
                 }
                 _ => {
-                    ui.add(Label::new(said(state, seen)).truncate());
+                    ui.add(Label::new(said(desk)).truncate());
                 }
             });
         });
     });
 }
 
-fn said(state: &State, seen: Option<&Seen>) -> String {
+fn said(desk: &Desk<'_>) -> String {
+    let state = desk.state;
     let Subject { environment, material, mesh } = &state.settings.subject;
     if state.waits() {
         return format!("loading {environment}, {material}, {mesh}");
     }
-    let Some(shown) = &state.shown else { return state.status.clone() };
-    let show = state.settings.show();
-    let is_wanted = |seen: &&Seen| seen.edition == shown.edition && seen.show.modes().eq(show.modes());
-    if seen.filter(is_wanted).is_none() {
-        let modes: Vec<&str> = show.modes().map(label).collect();
+    if state.shown.is_none() {
+        return state.status.clone();
+    }
+    if desk.refused.is_none() && !desk.reached {
+        let modes: Vec<&str> = state.settings.show().modes().map(label).collect();
         return format!("drawing {environment}, {material}, {mesh}: {}", modes.join(", "));
     }
     state.status.clone()
@@ -65,19 +62,21 @@ fn made(seen: Option<&Seen>, adapter: &str) -> String {
     format!("{samples}{}  ·  {width} x {height}  ·  {}", numbers::seconds(seen.seconds), seen.by)
 }
 
-/// The failure, at the lower edge of the picture, which stays in sight.
-pub(super) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Vec<Action>) {
-    let width = (picture.width() - 32.0).clamp(120.0, 860.0);
+/// The failure, at the lower edge of the picture, which stays in sight where there is one.
+pub(super) fn failure(ui: &Ui, picture: Rect, seen: bool, lines: &[String], actions: &mut Vec<Action>) {
+    let width = (picture.width() - AROUND).clamp(120.0, 860.0);
+    let heading =
+        if seen { "This did not work; the picture is the last good one" } else { "This did not work" };
     over(ui, "failure", picture, Align2::CENTER_BOTTOM, Stroke::new(1.0, theme::FAILED), |ui| {
         ui.set_width(width);
         ui.horizontal(|ui| {
-            ui.label(
-                RichText::new("This did not work; the picture is the last good one").color(theme::FAILED),
-            );
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if ui.add(Button::new("aside").small()).on_hover_text("Escape; W brings it back").clicked() {
-                    actions.push(Action::Dismiss);
+                    actions.push(Action::PutAside);
                 }
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                    ui.add(Label::new(RichText::new(heading).color(theme::FAILED)).truncate());
+                });
             });
         });
         let most = (picture.height() * 0.4).max(48.0);
@@ -92,20 +91,24 @@ pub(super) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Ve
 /// What cannot be drawn, and why.
 pub(super) fn refusal(ui: &Ui, picture: Rect, reason: &str) {
     over(ui, "refusal", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
-        ui.set_max_width((picture.width() - 48.0).clamp(120.0, 560.0));
+        ui.set_max_width((picture.width() - AROUND).clamp(120.0, 560.0));
         ui.label(RichText::new(reason).color(theme::STRONG));
     });
 }
 
 /// What happened lately, in the upper right corner.
 pub(super) fn toasts(ui: &Ui, state: &State, picture: Rect) {
-    if state.toasts.is_empty() {
+    if state.toasts.is_empty() && !state.keeping {
         return;
     }
     over(ui, "toasts", picture, Align2::RIGHT_TOP, Stroke::NONE, |ui| {
-        ui.set_max_width((picture.width() - 32.0).clamp(120.0, 360.0));
+        ui.set_max_width((picture.width() - AROUND).clamp(120.0, 360.0));
+        if state.keeping {
+            ui.label(RichText::new("drawing a picture to keep").color(theme::STRONG));
+            ui.label(RichText::new("Escape gives it up").small());
+        }
         for (at, toast) in state.toasts.iter().enumerate() {
-            if at > 0 {
+            if at > 0 || state.keeping {
                 ui.add_space(6.0);
             }
             ui.label(RichText::new(&toast.title).color(theme::STRONG));
@@ -119,9 +122,11 @@ pub(super) fn toasts(ui: &Ui, state: &State, picture: Rect) {
 /// All keys.
 pub(super) fn help(ui: &Ui, picture: Rect) {
     over(ui, "help", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
-        ScrollArea::vertical().max_height(picture.height() - 48.0).show(ui, |ui| {
+        let [width, height] = [picture.width(), picture.height()].map(|side| (side - AROUND).max(0.0));
+        let count = ((width / COLUMN) as usize).clamp(1, 3);
+        ScrollArea::both().max_width(width).max_height(height).show(ui, |ui| {
             ui.horizontal_top(|ui| {
-                for column in columns() {
+                for column in columns(count) {
                     ui.vertical(|ui| {
                         for (group, rows) in column {
                             keys(ui, group, &rows);
@@ -136,8 +141,8 @@ pub(super) fn help(ui: &Ui, picture: Rect) {
 
 type Group = (&'static str, Vec<(String, String)>);
 
-/// The groups of the table of keys and what the pointer does, in three columns.
-fn columns() -> [Vec<Group>; 3] {
+/// The groups of the table of keys and what the pointer does, in so many columns.
+fn columns(count: usize) -> Vec<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for binding in bindings() {
         let row = (binding.chord.name(), binding.name.clone());
@@ -147,11 +152,11 @@ fn columns() -> [Vec<Group>; 3] {
         }
     }
     groups.push(("Pointer", POINTER.map(|(what, does)| (what.to_owned(), does.to_owned())).to_vec()));
-    let third = groups.iter().map(|(_, rows)| rows.len() + 2).sum::<usize>().div_ceil(3);
-    let (mut columns, mut filled) = ([const { Vec::new() }; 3], 0);
+    let share = groups.iter().map(|(_, rows)| rows.len() + 2).sum::<usize>().div_ceil(count);
+    let (mut columns, mut filled) = (vec![Vec::new(); count], 0);
     for group in groups {
         let height = group.1.len() + 2;
-        let column: &mut Vec<Group> = &mut columns[(filled + height / 2).div_euclid(third.max(1)).min(2)];
+        let column: &mut Vec<Group> = &mut columns[((filled + height / 2) / share.max(1)).min(count - 1)];
         column.push(group);
         filled += height;
     }
@@ -170,6 +175,12 @@ fn keys(ui: &mut Ui, group: &str, rows: &[(String, String)]) {
     ui.add_space(8.0);
 }
 
+/// What a panel over the picture has around its content, of the picture's width or height: gaps, margins and lines.
+const AROUND: f32 = 50.0;
+
+/// The width of a column of keys.
+const COLUMN: f32 = 240.0;
+
 /// A panel over the picture.
 fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, stroke: Stroke, show: impl FnOnce(&mut Ui)) {
     let inside = picture.shrink(12.0);
@@ -182,13 +193,4 @@ fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, stroke: Stroke, show: im
         .fixed_pos(at.pos_in_rect(&inside))
         .constrain_to(inside)
         .show(ui, |ui| frame.show(ui, show));
-}
-
-/// A word over the picture, in one of its corners.
-pub(super) fn caption(ui: &Ui, at: eframe::egui::Pos2, anchor: Align2, text: &str) {
-    let font = eframe::egui::FontId::proportional(12.0);
-    let text = ui.painter().layout_no_wrap(text.to_owned(), font, theme::STRONG);
-    let rect = anchor.anchor_size(at, text.size() + vec2(12.0, 6.0));
-    ui.painter().rect_filled(rect, 3.0, theme::VEIL);
-    ui.painter().galley(rect.min + vec2(6.0, 3.0), text, Color32::PLACEHOLDER);
 }

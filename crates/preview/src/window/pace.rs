@@ -42,6 +42,9 @@ impl Fineness {
 /// A picture is to follow the hand within this many seconds.
 const MOVING: f64 = 0.04;
 
+/// A picture at rest that takes longer than this many seconds comes after one of half its sides.
+const LONG: f64 = 0.5;
+
 /// A picture at rest may take this many seconds for smoother outlines.
 const RESTING: f64 = 1.5;
 
@@ -97,6 +100,10 @@ impl Pace {
         let smooth_fits = known.is_some_and(|known| known.seconds(smooth.of(size)) <= most);
         let mut rest = Vec::new();
         if after.coarse > 1 {
+            let long = known.is_some_and(|known| known.seconds(Fineness::FULL.of(size)) > LONG);
+            if long && after.coarse > 2 {
+                rest.push(Fineness { coarse: 2, samples: 1 });
+            }
             rest.push(Fineness::FULL);
         }
         if after != smooth && smooth_fits {
@@ -151,7 +158,9 @@ mod tests {
             let moving = slow.moving(SHOW, SIZE);
             assert!(moving.coarse > 1 && moving.samples == 1, "{moving:?}");
             assert!(moving.of(SIZE) * seconds / Fineness::FULL.of(SIZE) <= MOVING || moving.coarse == 8);
-            assert_eq!(slow.resting(SHOW, SIZE, moving)[0], Fineness::FULL);
+            let rest = slow.resting(SHOW, SIZE, moving);
+            assert!(rest.contains(&Fineness::FULL), "{rest:?}");
+            assert_eq!(rest[0].coarse, if seconds > LONG { 2 } else { 1 }, "a long wait is cut in two");
         }
         assert_eq!(pace(0.2).resting(SHOW, SIZE, Fineness::FULL).len(), 1, "0.8 s are worth it");
         assert_eq!(pace(1.0).resting(SHOW, SIZE, Fineness::FULL), [], "4 s are not");

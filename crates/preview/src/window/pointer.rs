@@ -31,6 +31,8 @@ pub(super) enum Grip {
 #[derive(Debug, Default)]
 pub(super) struct Pointer {
     held: Option<(PointerButton, Grip)>,
+    /// [`Field::side`] when it took hold, so that a drag never turns over.
+    side: f64,
     at: Option<Pos2>,
 }
 
@@ -39,6 +41,8 @@ pub(super) struct Field<'a> {
     pub(super) picture: Rect,
     /// Where the divider is, as a share of the width, where there is one.
     pub(super) divider: Option<f32>,
+    /// On which side of the light the viewer is: 1 in front of the axis that its pitch turns about, -1 behind it.
+    pub(super) side: f64,
     /// Whether nothing lies over the picture there.
     pub(super) free: &'a dyn Fn(Pos2) -> bool,
 }
@@ -61,8 +65,15 @@ impl Pointer {
         self.held.map(|(_, grip)| grip)
     }
 
-    /// Follows the events of a frame.
-    pub(super) fn follow(&mut self, events: &[Event], field: &Field<'_>, actions: &mut Vec<Action>) {
+    /// Follows the events of a frame. `down` says whether any button is held at its end: a release outside the window may
+    /// be no event.
+    pub(super) fn follow(
+        &mut self,
+        events: &[Event],
+        down: bool,
+        field: &Field<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         for event in events {
             match event {
                 Event::PointerButton { pos, button, pressed: true, modifiers } if self.held.is_none() => {
@@ -73,14 +84,16 @@ impl Pointer {
                         PointerButton::Primary | PointerButton::Secondary => Grip::Light,
                         _ => continue,
                     };
-                    self.held = field.is_free(*pos).then_some((*button, grip));
+                    (self.held, self.side) = (field.is_free(*pos).then_some((*button, grip)), field.side);
                 }
                 Event::PointerButton { pos, button, pressed: false, .. } => {
                     self.moved(*pos, field, actions);
                     self.held = self.held.filter(|(held, _)| held != button);
                 }
                 Event::PointerMoved(pos) => self.moved(*pos, field, actions),
-                Event::PointerGone | Event::WindowFocused(false) => self.held = None,
+                // What is held goes on beyond the edge of the window.
+                Event::PointerGone if self.held.is_none() => self.at = None,
+                Event::WindowFocused(false) => self.held = None,
                 Event::MouseWheel { unit, delta, modifiers, .. } if !modifiers.command => {
                     let lines = match unit {
                         MouseWheelUnit::Line | MouseWheelUnit::Page => delta.y,
@@ -93,6 +106,9 @@ impl Pointer {
                 _ => {}
             }
         }
+        if !down {
+            self.held = None;
+        }
     }
 
     fn moved(&mut self, to: Pos2, field: &Field<'_>, actions: &mut Vec<Action>) {
@@ -102,7 +118,8 @@ impl Pointer {
         actions.push(match grip {
             // The scene follows the hand, so that the camera goes the other way around it.
             Grip::Camera => Action::Orbit(Aim { yaw: -turn.yaw, ..turn }),
-            Grip::Light => Action::TurnLight(turn),
+            // So does what is nearest of the light. Its pitch turns about an axis of its own, which may point the other way.
+            Grip::Light => Action::TurnLight(Aim { pitch: self.side * turn.pitch, ..turn }),
             Grip::Divider => Action::Divider((to.x - field.picture.left()) / field.picture.width().max(1.0)),
         });
     }
@@ -128,19 +145,23 @@ mod tests {
     /// What comes of events on a picture of 100 x 100 points with its divider in the middle and something over its last
     /// ten rows, all in one frame and one in each.
     fn follow(events: &[Event]) -> Vec<Action> {
-        let field = Field {
-            picture: Rect::from_min_size(pos2(100.0, 0.0), vec2(100.0, 100.0)),
-            divider: Some(0.5),
-            free: &|at| at.y < 90.0,
-        };
         let (mut pointer, mut together) = (Pointer::default(), Vec::new());
-        pointer.follow(events, &field, &mut together);
+        pointer.follow(events, true, &field(1.0), &mut together);
         let (mut pointer, mut apart) = (Pointer::default(), Vec::new());
         for event in events {
-            pointer.follow(std::slice::from_ref(event), &field, &mut apart);
+            pointer.follow(std::slice::from_ref(event), true, &field(1.0), &mut apart);
         }
         assert_eq!(together, apart, "frames do not matter");
         together
+    }
+
+    fn field(side: f64) -> Field<'static> {
+        Field {
+            picture: Rect::from_min_size(pos2(100.0, 0.0), vec2(100.0, 100.0)),
+            divider: Some(0.5),
+            side,
+            free: &|at| at.y < 90.0,
+        }
     }
 
     fn orbit(x: f64, y: f64) -> Action {
@@ -172,6 +193,28 @@ mod tests {
             moved(150.0, 10.0),
         ];
         assert_eq!(follow(&events), [orbit(1.0, 0.0), orbit(1.0, 0.0), orbit(1.0, 0.0)]);
+    }
+
+    #[test]
+    fn a_drag_goes_on_beyond_the_edge_of_the_window_until_nothing_is_held() {
+        let (mut pointer, mut actions) = (Pointer::default(), Vec::new());
+        let mut frame = |events: &[Event], down| pointer.follow(events, down, &field(1.0), &mut actions);
+        frame(&[button(110.0, 10.0, LEFT, true), moved(111.0, 10.0)], true);
+        frame(&[Event::PointerGone], true);
+        frame(&[moved(-20.0, 10.0)], true);
+        // It was let go where nobody saw it.
+        frame(&[], false);
+        frame(&[moved(150.0, 10.0)], false);
+        assert_eq!(actions, [orbit(1.0, 0.0), orbit(-131.0, 0.0)]);
+    }
+
+    #[test]
+    fn from_behind_the_light_is_pitched_the_other_way_for_the_whole_drag() {
+        let (mut pointer, mut actions) = (Pointer::default(), Vec::new());
+        let press = [button(110.0, 10.0, RIGHT, true), moved(112.0, 13.0)];
+        pointer.follow(&press, true, &field(-1.0), &mut actions);
+        pointer.follow(&[moved(112.0, 14.0)], true, &field(1.0), &mut actions);
+        assert_eq!(actions, [light(2.0, -3.0), light(0.0, -1.0)]);
     }
 
     #[test]

@@ -90,8 +90,9 @@ pub(super) struct Settings {
     /// The panel of lists on the left, and the inspector on the right.
     pub(super) lists: bool,
     pub(super) inspector: bool,
-    /// Of the window's inside, in points.
+    /// Of the window's inside, in points, where it is not maximised.
     pub(super) size: [f32; 2],
+    pub(super) maximized: bool,
 }
 
 /// [`Subject`] in files.
@@ -121,6 +122,7 @@ impl Default for Settings {
             lists: true,
             inspector: true,
             size: [1280.0, 800.0],
+            maximized: false,
         }
     }
 }
@@ -271,6 +273,7 @@ mod tests {
             light: Aim { yaw: 1.0, pitch: -0.5 },
             zoom: 2.0,
             inspector: false,
+            maximized: true,
             ..Settings::default()
         };
         assert_eq!(Settings::read(Some(&settings.write())), (settings, None));

@@ -15,6 +15,13 @@ pub(super) enum List {
     Meshes,
 }
 
+impl Subject {
+    /// Environment, material and mesh.
+    fn names(&self) -> [&str; 3] {
+        [&self.environment, &self.material, &self.mesh].map(String::as_str)
+    }
+}
+
 impl List {
     pub(super) const ALL: [Self; 3] = [Self::Environments, Self::Materials, Self::Meshes];
 
@@ -71,9 +78,11 @@ pub(super) enum Action {
     TogglePanels,
     ToggleHelp,
     ToggleFullscreen,
-    /// What is over the picture: the help first, then toasts, then the failure.
+    /// What is over the picture: the help first, then a picture that is being kept, then toasts, then the failure.
     Dismiss,
-    /// The failure again, after it was dismissed.
+    /// The failure away.
+    PutAside,
+    /// The failure again, after it was put aside.
     ShowFailure,
     Screenshot,
     Close,
@@ -85,6 +94,8 @@ pub(super) enum Effect {
     /// Asks the host for a subject.
     Show(Subject),
     Screenshot,
+    /// Gives up the pictures that are to be kept.
+    GiveUp,
     Fullscreen(bool),
     Close,
 }
@@ -94,8 +105,8 @@ pub(super) enum Effect {
 pub(super) struct Toast {
     pub(super) title: String,
     pub(super) lines: Vec<String>,
-    /// When it goes, in seconds of the window's clock.
-    pub(super) until: f64,
+    /// When it goes, in seconds of the window's clock; not known until it was drawn.
+    pub(super) until: Option<f64>,
 }
 
 /// The scene that is seen.
@@ -107,6 +118,8 @@ pub(super) struct Shown {
     pub(super) facts: Facts,
     /// Another for every scene that came.
     pub(super) edition: u64,
+    /// The first edition of this subject since it was chosen.
+    pub(super) since: u64,
 }
 
 /// What the window knows.
@@ -121,6 +134,8 @@ pub(super) struct State {
     /// Whether the failure was put aside; it stays in the status line.
     pub(super) failure_aside: bool,
     pub(super) help: bool,
+    /// Whether a picture to keep is being drawn.
+    pub(super) keeping: bool,
     pub(super) fullscreen: bool,
     editions: u64,
 }
@@ -205,12 +220,15 @@ impl State {
             Action::Dismiss => {
                 if self.help {
                     self.help = false;
+                } else if self.keeping {
+                    return Some(Effect::GiveUp);
                 } else if !self.toasts.is_empty() {
                     self.toasts.clear();
                 } else {
                     self.failure_aside = true;
                 }
             }
+            Action::PutAside => self.failure_aside = true,
             Action::ShowFailure => self.failure_aside = false,
             Action::Screenshot => return self.shown.is_some().then_some(Effect::Screenshot),
             Action::Close => return Some(Effect::Close),
@@ -219,20 +237,22 @@ impl State {
         None
     }
 
-    /// Takes in what the program tells. `now` is in seconds of the window's clock.
-    pub(super) fn hear(&mut self, news: News, now: f64) -> Option<Effect> {
+    /// Takes in what the program tells.
+    pub(super) fn hear(&mut self, news: News) -> Option<Effect> {
         match news {
             News::Catalogue(catalogue) => return self.catalogued(catalogue),
             News::Scene { subject, scene, facts } => {
                 if subject == self.settings.subject {
                     self.editions += 1;
                     let edition = self.editions;
+                    let same = self.shown.as_ref().filter(|shown| shown.subject == subject);
+                    let since = same.map_or(edition, |shown| shown.since);
                     let (framing, scene) = (scene.framing(), Arc::new(scene));
-                    self.shown = Some(Shown { subject, scene, framing, facts, edition });
+                    self.shown = Some(Shown { subject, scene, framing, facts, edition, since });
                 }
             }
             News::Status(line) => self.status = line,
-            News::Toast { title, lines } => self.toast(title, lines, now),
+            News::Toast { title, lines } => self.toast(title, lines),
             News::Failure(failure) => {
                 // The same failure again stays aside.
                 self.failure_aside &= failure == self.failure;
@@ -244,25 +264,35 @@ impl State {
     }
 
     /// Shows a message for a while.
-    pub(super) fn toast(&mut self, title: String, lines: Vec<String>, now: f64) {
-        let until = now + TOAST + TOAST_LINE * lines.len() as f64;
-        self.toasts.push(Toast { title, lines, until });
+    pub(super) fn toast(&mut self, title: String, lines: Vec<String>) {
+        self.toasts.push(Toast { title, lines, until: None });
         let extra = self.toasts.len().saturating_sub(TOASTS);
         self.toasts.drain(..extra);
     }
 
-    /// Takes away what has stayed long enough; says in how many seconds the next goes.
+    /// Takes away what has been seen long enough; says in how many seconds the next goes. `now` is the time of a frame that
+    /// draws, in seconds of the window's clock: what is new is seen from then on.
     pub(super) fn pass(&mut self, now: f64) -> Option<f64> {
-        self.toasts.retain(|toast| now < toast.until);
-        self.toasts.iter().map(|toast| toast.until - now).reduce(f64::min)
+        for toast in &mut self.toasts {
+            toast.until.get_or_insert(now + TOAST + TOAST_LINE * toast.lines.len() as f64);
+        }
+        let left = |toast: &Toast| toast.until.map(|until| until - now);
+        self.toasts.retain(|toast| left(toast).is_none_or(|left| left > 0.0));
+        self.toasts.iter().filter_map(left).reduce(f64::min)
     }
 
-    /// Whether the wanted subject is not yet the one that is seen.
+    /// What of the wanted subject is not there, by name: nothing where it is the one that is shown.
+    pub(super) fn missing(&self) -> Vec<&str> {
+        let wanted = self.settings.subject.names();
+        let shown = self.shown.as_ref().map(|shown| shown.subject.names());
+        let is_there = |at: usize| shown.is_some_and(|shown| shown[at] == wanted[at]);
+        let missing = (0..wanted.len()).filter(|at| !wanted[*at].is_empty() && !is_there(*at));
+        missing.map(|at| wanted[at]).collect()
+    }
+
+    /// Whether the wanted subject is on its way.
     pub(super) fn waits(&self) -> bool {
-        let wanted = &self.settings.subject;
-        !wanted.environment.is_empty()
-            && self.failure.is_none()
-            && self.shown.as_ref().is_none_or(|shown| shown.subject != *wanted)
+        self.failure.is_none() && !self.missing().is_empty()
     }
 
     pub(super) fn title(&self) -> String {

@@ -8,18 +8,19 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::easel::{Canvas, Easel, Order, Stroke};
+use super::easel::{Canvas, Easel, Order, Stroke, is_by_the_same_light};
+use super::guarded;
 use super::mailbox::Mailbox;
 use super::pace::{Fineness, Pace};
-use crate::{Mode, Picture, RenderError, Shot, Show};
+use crate::{Mode, Picture, RenderError, Shot};
 
 /// A picture for the window.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
     pub(super) canvas: Canvas,
     pub(super) size: [u32; 2],
-    /// What it shows, and of which scene.
-    pub(super) show: Show,
+    /// What was ordered, and of which scene.
+    pub(super) of: Shot,
     pub(super) edition: u64,
     /// Whether each pixel of the window has its own.
     pub(super) full: bool,
@@ -48,10 +49,16 @@ pub(super) struct Delivery {
 
 struct Shared {
     orders: Mailbox<Order>,
-    /// Pictures to keep, which are made before the order.
-    keeps: Mutex<Vec<Order>>,
+    keeps: Mutex<Keeps>,
     delivery: Mutex<Delivery>,
     wake: Box<dyn Fn() + Send + Sync>,
+}
+
+/// Pictures to keep, which are made before the order: each until it is made or given up, with its number.
+#[derive(Default)]
+struct Keeps {
+    wanted: Vec<(u64, Order)>,
+    count: u64,
 }
 
 /// The thread and its orders.
@@ -79,14 +86,21 @@ impl Studio {
         Ok(Self { shared, thread: Some(thread), last: None })
     }
 
-    /// Orders a picture; an earlier order is no longer wanted. The same order again changes nothing.
-    pub(super) fn order(&mut self, order: Order) {
+    /// Orders a picture; an earlier order is no longer wanted. The same order again changes nothing, and says so.
+    pub(super) fn order(&mut self, order: Order) -> bool {
         let same =
             self.last.as_ref().is_some_and(|last| last.edition == order.edition && last.shot == order.shot);
         if !same {
             self.last = Some(order.clone());
             self.shared.orders.put(order);
         }
+        !same
+    }
+
+    /// Whether a picture is what was ordered last, with all its pixels.
+    pub(super) fn is_reached(&self, frame: &Frame) -> bool {
+        let is_of = |last: &Order| last.edition == frame.edition && last.shot == frame.of;
+        frame.full && self.last.as_ref().is_some_and(is_of)
     }
 
     /// The size of the picture that was ordered last.
@@ -97,8 +111,22 @@ impl Studio {
     /// Orders a whole picture to keep.
     pub(super) fn keep(&mut self, order: Order) {
         let then = self.last.get_or_insert_with(|| order.clone()).clone();
-        self.shared.keeps().push(order);
+        let mut keeps = self.shared.keeps();
+        keeps.count += 1;
+        let number = keeps.count;
+        keeps.wanted.push((number, order));
+        drop(keeps);
         self.shared.orders.put(then);
+    }
+
+    /// Whether a picture to keep is being drawn.
+    pub(super) fn is_keeping(&self) -> bool {
+        !self.shared.keeps().wanted.is_empty()
+    }
+
+    /// Gives up the pictures to keep that are not made yet.
+    pub(super) fn give_up(&self) {
+        self.shared.keeps().wanted.clear();
     }
 
     pub(super) fn take(&self) -> Delivery {
@@ -117,7 +145,7 @@ impl Drop for Studio {
 }
 
 impl Shared {
-    fn keeps(&self) -> MutexGuard<'_, Vec<Order>> {
+    fn keeps(&self) -> MutexGuard<'_, Keeps> {
         self.keeps.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -149,13 +177,13 @@ enum Stop {
 impl Hand {
     fn work(mut self, shared: &Shared) {
         while let Some((number, order)) = shared.orders.take() {
-            let keeps = std::mem::take(&mut *shared.keeps());
-            let kept = keeps.iter().try_for_each(|keep| self.keep(shared, keep));
-            let result = kept.and_then(|()| self.show(shared, number, &order));
+            let result = self.keep(shared).and_then(|()| self.show(shared, number, &order));
             match result {
                 Ok(()) | Err(Stop::Stale) => {}
                 Err(Stop::Refused(error)) => {
-                    shared.deliver(|delivery| delivery.refused = Some(error));
+                    if !shared.orders.is_stale(number) {
+                        shared.deliver(|delivery| delivery.refused = Some(error));
+                    }
                 }
                 Err(Stop::Lost(reason)) => {
                     shared.deliver(|delivery| delivery.lost = Some(reason));
@@ -168,13 +196,15 @@ impl Hand {
     /// Draws an order until it is stale or as good as it gets.
     fn show(&mut self, shared: &Shared, number: u64, order: &Order) -> Result<(), Stop> {
         let (show, size) = (order.shot.show, order.shot.size);
-        let reached = self
-            .reached
-            .take()
-            .filter(|(edition, shot, ..)| *edition == order.edition && *shot == order.shot);
+        let brute = show.modes().any(|mode| mode == Mode::BruteForce);
+        let reached = self.reached.clone().filter(|(edition, ..)| *edition == order.edition);
         let (moving, unfinished) = match reached {
-            Some((_, _, fineness, unfinished)) => (fineness, unfinished),
-            None => {
+            Some((_, shot, fineness, unfinished)) if shot == order.shot => (fineness, unfinished),
+            // What it took long to gather is not thrown away for another exposure.
+            Some((_, shot, fineness, _)) if brute && is_by_the_same_light(&shot, &order.shot) => {
+                (fineness, self.draw(shared, number, order, fineness)?)
+            }
+            _ => {
                 let moving = self.pace.moving(show, size);
                 (moving, self.draw(shared, number, order, moving)?)
             }
@@ -218,7 +248,7 @@ impl Hand {
         let frame = Frame {
             canvas,
             size,
-            show: shot.show,
+            of: order.shot.clone(),
             edition: order.edition,
             full: fineness.coarse == 1,
             seconds,
@@ -233,17 +263,26 @@ impl Hand {
         if shared.orders.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
     }
 
-    fn keep(&mut self, shared: &Shared, order: &Order) -> Result<(), Stop> {
-        // A picture that was asked for is made, whatever is asked for after it; only the end stops it.
-        let stop = || shared.orders.has_ended();
-        let made = self.with_easel(order, |easel| easel.picture(order, &stop));
-        if made.is_err()
-            && let Some(reason) = self.easel.lost()
-        {
-            return Err(Stop::Lost(reason));
+    /// Draws the pictures to keep, whatever else is asked for meanwhile: only who gives them up and the end stop them.
+    fn keep(&mut self, shared: &Shared) -> Result<(), Stop> {
+        loop {
+            let Some((number, order)) = shared.keeps().wanted.first().cloned() else { return Ok(()) };
+            let is_wanted = || shared.keeps().wanted.iter().any(|(wanted, _)| *wanted == number);
+            let stop = || shared.orders.has_ended() || !is_wanted();
+            let made = self.with_easel(&order, |easel| easel.picture(&order, &stop));
+            if made.is_err()
+                && let Some(reason) = self.easel.lost()
+            {
+                return Err(Stop::Lost(reason));
+            }
+            if shared.orders.has_ended() {
+                return Err(Stop::Stale);
+            }
+            if is_wanted() {
+                shared.keeps().wanted.retain(|(wanted, _)| *wanted != number);
+                shared.deliver(|delivery| delivery.pictures.push(made.map(|(_, _, picture)| picture)));
+            }
         }
-        shared.deliver(|delivery| delivery.pictures.push(made.map(|(_, _, picture)| picture)));
-        Ok(())
     }
 
     /// Does something with the easel, or with the spare one where the easel cannot. With the result come the name of
@@ -258,14 +297,14 @@ impl Hand {
             self.refused.take().filter(|(edition, modes, _)| *edition == order.edition && *modes == wanted);
         let error = match before {
             Some((_, _, error)) => error,
-            None => match work(self.easel.as_mut()) {
+            None => match guarded(|| work(self.easel.as_mut())) {
                 Err(error) if error.is_of_the_device() && self.easel.lost().is_none() => error,
                 result => return result.map(|made| (self.easel.name(), None, made)),
             },
         };
         let reason = error.to_string();
         self.refused = Some((order.edition, wanted, error));
-        let made = work(self.spare.as_mut())?;
+        let made = guarded(|| work(self.spare.as_mut()))?;
         Ok((self.spare.name(), Some(reason), made))
     }
 }

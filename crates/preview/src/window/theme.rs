@@ -1,6 +1,8 @@
 //! The look of the window: greys without a hue, so that the eye judges the colours of the picture alone.
 
-use eframe::egui::{Color32, Context, CornerRadius, FontId, Shadow, Stroke, TextStyle, Theme, Visuals};
+use eframe::egui::{
+    Color32, Context, CornerRadius, FontId, Shadow, Stroke, TextStyle, Theme, Visuals, style,
+};
 
 /// Behind the picture, where it does not reach.
 pub(super) const BEHIND: Color32 = Color32::from_gray(18);
@@ -22,10 +24,13 @@ pub(super) const VEIL: Color32 = Color32::from_rgba_premultiplied(12, 12, 12, 20
 /// Sets the look of all that is drawn.
 pub(super) fn set(context: &Context) {
     context.set_theme(Theme::Dark);
+    // A picture has its own pixels, and text that it can be read by.
+    context.options_mut(|options| options.zoom_with_keyboard = false);
     context.all_styles_mut(|style| {
         style.visuals = visuals();
         // Nothing moves by itself, so that nothing is drawn again when nothing has changed.
         style.animation_time = 0.0;
+        style.scroll_animation = style::ScrollAnimation::none();
         style.interaction.tooltip_delay = 0.4;
         style.interaction.selectable_labels = false;
         style.spacing.item_spacing = [8.0, 5.0].into();

@@ -1,6 +1,6 @@
 //! The row above the picture: what it shows, and how.
 
-use eframe::egui::{Align, Button, ComboBox, Layout, Slider, Ui};
+use eframe::egui::{Align, Button, ComboBox, Layout, Response, Slider, TextWrapMode, Ui, vec2};
 
 use super::keys::label;
 use super::numbers;
@@ -9,13 +9,39 @@ use super::state::{Action, State};
 use crate::Mode;
 
 pub(super) fn toolbar(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
-    ui.horizontal(|ui| {
+    ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
+    ui.horizontal_wrapped(|ui| {
         let settings = &state.settings;
         modes(ui, settings, actions);
-        ui.separator();
         picture(ui, settings, actions);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| panels(ui, state, actions));
+        let size = vec2(ui.available_size_before_wrap().x, ui.spacing().interact_size.y);
+        if size.x >= BUTTONS {
+            let right = Layout::right_to_left(Align::Center);
+            ui.allocate_ui_with_layout(size, right, |ui| panels(ui, state, true, actions));
+        } else {
+            row(ui);
+            panels(ui, state, false, actions);
+        }
     });
+}
+
+/// What a slider with its number takes, and all buttons on the right.
+const SLIDER: f32 = 220.0;
+const BUTTONS: f32 = 300.0;
+
+/// Begins another row.
+fn row(ui: &mut Ui) {
+    ui.end_row();
+    let height = ui.spacing().interact_size.y;
+    ui.set_row_height(height);
+}
+
+/// A slider, which unlike other controls does not know by itself that it belongs into the next row.
+fn slide(ui: &mut Ui, slider: Slider<'_>) -> Response {
+    if ui.available_size_before_wrap().x < SLIDER {
+        row(ui);
+    }
+    ui.add(slider)
 }
 
 fn modes(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
@@ -37,7 +63,7 @@ fn modes(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
     if settings.arrangement == Arrangement::Difference {
         let mut amplify = settings.amplify;
         let slider = Slider::new(&mut amplify, Settings::AMPLIFICATIONS).logarithmic(true).max_decimals(0);
-        if ui.add(slider.prefix("x ")).on_hover_text("How many times stronger (A)").changed() {
+        if slide(ui, slider.prefix("x ")).on_hover_text("How many times stronger (A)").changed() {
             actions.push(Action::Amplify(amplify));
         }
     }
@@ -50,21 +76,31 @@ fn picture(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
     let slider = Slider::new(&mut exposure, Settings::EXPOSURES)
         .custom_formatter(|value, _| numbers::stops(value))
         .custom_parser(|text| text.trim_end_matches("stops").trim().parse().ok());
-    let slider = ui.add(slider).on_hover_text("Exposure (E, Shift E, 0)");
+    let slider = slide(ui, slider).on_hover_text("Exposure (E, Shift E, 0)");
     if slider.changed() {
         actions.push(Action::Expose(exposure));
     }
     actions.extend(choose(ui, "tone curve", &Tone::ALL, settings.tone, Tone::label).map(Action::Tone));
 }
 
-fn panels(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+/// The buttons on the right, the last first where they are laid out from there.
+fn panels(ui: &mut Ui, state: &State, from_right: bool, actions: &mut Vec<Action>) {
     let settings = &state.settings;
-    for (on, name, explained, action) in [
-        (state.help, "?", "All keys (?)", Action::ToggleHelp),
-        (settings.inspector, "inspector", "Figures of what is seen (I)", Action::ToggleInspector),
-        (settings.lists, "lists", "Environments, materials, meshes (L)", Action::ToggleLists),
+    let mut buttons = [
         (false, "screenshot", "Keep the picture as a file (P)", Action::Screenshot),
-    ] {
+        (settings.lists, "lists", "Environments, materials, meshes (L)", Action::ToggleLists),
+        (
+            settings.inspector,
+            "inspector",
+            "Figures of what is seen, where there is room (I)",
+            Action::ToggleInspector,
+        ),
+        (state.help, "?", "All keys (?)", Action::ToggleHelp),
+    ];
+    if from_right {
+        buttons.reverse();
+    }
+    for (on, name, explained, action) in buttons {
         if ui.add(Button::selectable(on, name)).on_hover_text(explained).clicked() {
             actions.push(action);
         }

@@ -21,9 +21,9 @@ fn subject(environment: &str, material: &str, mesh: &str) -> Subject {
 fn state() -> State {
     let mut state = State::new(None, Wish::default());
     let first = subject("beach", "chrome", "sphere");
-    assert_eq!(state.hear(News::Catalogue(catalogue()), 0.0), Some(Effect::Show(first.clone())));
+    assert_eq!(state.hear(News::Catalogue(catalogue())), Some(Effect::Show(first.clone())));
     assert!(state.waits());
-    assert_eq!(state.hear(scene(&first), 0.0), None);
+    assert_eq!(state.hear(scene(&first)), None);
     assert!(!state.waits());
     state
 }
@@ -37,7 +37,7 @@ fn the_first_subject_is_what_was_wished_then_what_was_kept_then_the_first_of_eac
     let kept = Settings { subject: subject("studio", "gold", "gone"), ..Settings::default() }.write();
     let wish = Wish { material: Some("lacquer".into()), ..Wish::default() };
     let mut state = State::new(Some(&kept), wish);
-    let asked = state.hear(News::Catalogue(catalogue()), 0.0);
+    let asked = state.hear(News::Catalogue(catalogue()));
     assert_eq!(asked, Some(Effect::Show(subject("studio", "lacquer", "sphere"))));
     assert_eq!(state.status, "gone is not in this pipeline");
     assert_eq!(state.title(), "Specula preview: studio, lacquer");
@@ -51,9 +51,9 @@ fn a_choice_asks_for_the_subject_and_the_old_picture_stays_until_it_comes() {
     assert_eq!(asked, Some(Effect::Show(wanted.clone())));
     assert!(state.waits());
     assert_eq!(state.shown.as_ref().unwrap().subject.material, "chrome");
-    state.hear(scene(&subject("beach", "lacquer", "sphere")), 0.0);
+    state.hear(scene(&subject("beach", "lacquer", "sphere")));
     assert_eq!(state.shown.as_ref().unwrap().subject.material, "chrome", "nobody asked for lacquer");
-    state.hear(scene(&wanted), 0.0);
+    state.hear(scene(&wanted));
     assert_eq!(state.shown.as_ref().unwrap().subject, wanted);
     assert_eq!(state.update(Action::Choose(List::Materials, "gold".into())), None, "it is there");
 }
@@ -77,7 +77,7 @@ fn the_same_subject_made_anew_is_another_edition_and_the_view_stays() {
     state.update(Action::Orbit(Aim { yaw: 1.0, pitch: 0.1 }));
     state.update(Action::Mode(Mode::Cabral));
     let (settings, edition) = (state.settings.clone(), state.shown.as_ref().unwrap().edition);
-    state.hear(scene(&settings.subject), 3.0);
+    state.hear(scene(&settings.subject));
     assert_eq!(state.settings, settings);
     assert_ne!(state.shown.as_ref().unwrap().edition, edition);
 }
@@ -85,12 +85,12 @@ fn the_same_subject_made_anew_is_another_edition_and_the_view_stays() {
 #[test]
 fn a_catalogue_without_the_subject_leads_to_another_and_one_with_it_to_nothing() {
     let mut state = state();
-    assert_eq!(state.hear(News::Catalogue(catalogue()), 0.0), None);
+    assert_eq!(state.hear(News::Catalogue(catalogue())), None);
     let mut less = catalogue();
     less.materials.remove(0);
-    let asked = state.hear(News::Catalogue(less), 0.0);
+    let asked = state.hear(News::Catalogue(less));
     assert_eq!(asked, Some(Effect::Show(subject("beach", "gold", "sphere"))));
-    assert_eq!(state.hear(News::Catalogue(Catalogue::default()), 0.0), None, "there is nothing to ask for");
+    assert_eq!(state.hear(News::Catalogue(Catalogue::default())), None, "there is nothing to ask for");
     assert_eq!(state.title(), "Specula preview");
 }
 
@@ -98,55 +98,74 @@ fn a_catalogue_without_the_subject_leads_to_another_and_one_with_it_to_nothing()
 fn a_failure_stays_over_the_last_picture_until_it_is_taken_away_or_put_aside() {
     let mut state = state();
     let failure = Some(vec!["gold.toml:3: unknown key".to_string()]);
-    state.hear(News::Failure(failure.clone()), 0.0);
+    state.hear(News::Failure(failure.clone()));
     assert!(state.failure.is_some() && !state.failure_aside && state.shown.is_some());
     state.update(Action::Dismiss);
     assert!(state.failure.is_some() && state.failure_aside);
-    state.hear(News::Failure(failure.clone()), 1.0);
+    state.hear(News::Failure(failure.clone()));
     assert!(state.failure_aside, "it is the same");
-    state.hear(News::Failure(Some(vec!["another".into()])), 1.0);
+    state.hear(News::Failure(Some(vec!["another".into()])));
     assert!(!state.failure_aside, "it is another");
     state.update(Action::Dismiss);
     state.update(Action::ShowFailure);
     assert!(!state.failure_aside);
-    state.hear(News::Failure(None), 2.0);
+    state.hear(News::Failure(None));
     assert_eq!(state.failure, None);
 }
 
 #[test]
-fn a_failure_ends_the_wait_for_a_scene() {
+fn a_failure_ends_the_wait_for_a_scene_which_is_missing_all_the_same() {
     let mut state = state();
     state.update(Action::Step(List::Environments, 1));
     assert!(state.waits());
-    state.hear(News::Failure(Some(vec!["no".into()])), 0.0);
+    state.hear(News::Failure(Some(vec!["no".into()])));
     assert!(!state.waits());
+    assert_eq!(state.missing(), ["studio"]);
+    state.hear(scene(&subject("studio", "chrome", "sphere")));
+    assert!(state.missing().is_empty());
 }
 
 #[test]
-fn toasts_go_by_themselves_the_longer_ones_later() {
+fn a_subject_made_anew_is_the_same_subject_since_it_was_chosen() {
+    let mut state = state();
+    let first = state.settings.subject.clone();
+    state.hear(scene(&first));
+    let of = |state: &State| state.shown.as_ref().map(|shown| (shown.since, shown.edition)).unwrap();
+    assert_eq!(of(&state), (1, 2));
+    state.update(Action::Step(List::Materials, 1));
+    state.hear(scene(&state.settings.subject.clone()));
+    assert_eq!(of(&state), (3, 3));
+}
+
+#[test]
+fn toasts_go_by_themselves_once_they_were_seen_the_longer_ones_later() {
     let mut state = state();
     assert_eq!(state.pass(0.0), None);
-    state.hear(News::Toast { title: "short".into(), lines: Vec::new() }, 10.0);
-    state.hear(News::Toast { title: "long".into(), lines: vec![String::new(); 3] }, 10.0);
+    state.hear(News::Toast { title: "short".into(), lines: Vec::new() });
+    state.hear(News::Toast { title: "long".into(), lines: vec![String::new(); 3] });
     assert_eq!(state.pass(10.0), Some(TOAST));
     assert_eq!(state.pass(10.0 + TOAST), Some(3.0 * TOAST_LINE));
     assert_eq!(state.toasts.len(), 1);
     assert_eq!(state.pass(100.0), None);
     for count in 0..20 {
-        state.toast(format!("{count}"), Vec::new(), 0.0);
+        state.toast(format!("{count}"), Vec::new());
     }
     assert_eq!(state.toasts.len(), TOASTS);
     assert_eq!(state.toasts[0].title, "16", "the oldest go first");
 }
 
 #[test]
-fn escape_takes_away_help_then_toasts_then_the_failure() {
+fn escape_takes_away_help_then_a_picture_to_keep_then_toasts_then_the_failure() {
     let mut state = state();
     state.update(Action::ToggleHelp);
-    state.toast("rebuilt".into(), Vec::new(), 0.0);
-    state.hear(News::Failure(Some(vec!["no".into()])), 0.0);
+    state.keeping = true;
+    state.toast("rebuilt".into(), Vec::new());
+    state.hear(News::Failure(Some(vec!["no".into()])));
     state.update(Action::Dismiss);
     assert!(!state.help && !state.toasts.is_empty() && !state.failure_aside);
+    assert_eq!(state.update(Action::Dismiss), Some(Effect::GiveUp));
+    state.keeping = false;
+    assert!(!state.toasts.is_empty());
     state.update(Action::Dismiss);
     assert!(state.toasts.is_empty() && !state.failure_aside);
     state.update(Action::Dismiss);

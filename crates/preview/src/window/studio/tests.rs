@@ -78,13 +78,48 @@ fn order(mode: Mode) -> Order {
         samples: 1,
         camera: Camera::new(scene.framing()),
         turn: Rotation::from_yaw_pitch_roll(0.0, 0.0, 0.0),
-        show: Show::One(mode),
+        show: crate::Show::One(mode),
         background: Background::Environment,
         exposure: 0.0,
         tone: ToneMap::Filmic,
         light_samples: 64,
     };
     Order { edition: 1, scene, shot }
+}
+
+/// An easel that panics, or that draws a picture to keep until it is stopped.
+struct Endless {
+    panics: bool,
+    begun: Arc<AtomicBool>,
+}
+
+impl Easel for Endless {
+    fn name(&self) -> String {
+        "endless".into()
+    }
+
+    fn draw(
+        &mut self,
+        _order: &Order,
+        shot: &Shot,
+        _stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Stroke, RenderError> {
+        assert!(!self.panics, "out of paint");
+        let canvas = Canvas::Codes(Arc::new(picture(shot.size)));
+        Ok(Stroke { canvas, light_samples: 0, unfinished: false, relative_rms: None })
+    }
+
+    fn picture(&mut self, _order: &Order, stop: &(dyn Fn() -> bool + Sync)) -> Result<Picture, RenderError> {
+        self.begun.store(true, Ordering::SeqCst);
+        while !stop() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Err(RenderError::Cancelled)
+    }
+
+    fn lost(&self) -> Option<String> {
+        None
+    }
 }
 
 /// Gathers what is delivered until there is what is looked for.
@@ -113,7 +148,10 @@ fn a_picture_begins_coarse_and_ends_full_without_being_asked_again() {
     let mut studio = studio(&easel, &spare);
     studio.order(order(Mode::Mirror));
     let frame = wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full));
-    assert_eq!((frame.size, frame.by.as_str(), frame.instead), ([64, 40], "device", None));
+    assert_eq!((frame.size, frame.by.as_str(), &frame.instead), ([64, 40], "device", &None));
+    assert!(studio.is_reached(&frame));
+    studio.order(order(Mode::Irradiance));
+    assert!(!studio.is_reached(&frame), "it is another order now");
     let sizes: Vec<[u32; 2]> = easel.asked().iter().map(|shot| shot.size).collect();
     assert_eq!(sizes[..2], [[16, 10], [64, 40]]);
     assert!(spare.asked().is_empty());
@@ -229,4 +267,38 @@ fn a_picture_that_is_kept_does_not_make_the_seen_one_coarse() {
     drop(studio);
     let coarse = easel.asked().iter().filter(|shot| shot.size != [64, 40]).count();
     assert_eq!(coarse, 1, "only the first one");
+}
+
+#[test]
+fn a_picture_to_keep_can_be_given_up_and_what_is_seen_is_drawn() {
+    let begun = Arc::new(AtomicBool::new(false));
+    let endless = Endless { panics: false, begun: Arc::clone(&begun) };
+    let [_, spare] = pretences();
+    let mut studio = Studio::new(Box::new(endless), Box::new(spare), || ()).unwrap();
+    studio.keep(order(Mode::Mirror));
+    studio.order(order(Mode::Irradiance));
+    wait(&studio, |_| begun.load(Ordering::SeqCst).then_some(()));
+    assert!(studio.is_keeping());
+    studio.give_up();
+    assert!(!studio.is_keeping());
+    wait(&studio, |delivery| {
+        assert!(delivery.pictures.is_empty());
+        delivery.frame.clone()
+    });
+}
+
+#[test]
+fn what_panics_is_drawn_by_the_other_easel_or_refused_and_the_thread_goes_on() {
+    let panics = || Box::new(Endless { panics: true, begun: Arc::default() });
+    let [_, spare] = pretences();
+    let mut studio = Studio::new(panics(), Box::new(spare), || ()).unwrap();
+    studio.order(order(Mode::Mirror));
+    let frame = wait(&studio, |delivery| delivery.frame.clone());
+    assert_eq!((frame.by.as_str(), frame.instead.as_deref()), ("CPU", Some("it panicked: out of paint")));
+    let mut studio = Studio::new(panics(), panics(), || ()).unwrap();
+    for mode in [Mode::Mirror, Mode::Irradiance] {
+        studio.order(order(mode));
+        let refused = wait(&studio, |delivery| delivery.refused.clone());
+        assert_eq!(refused, RenderError::Device("it panicked: out of paint".into()));
+    }
 }
