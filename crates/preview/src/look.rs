@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{Centre, Material};
-use shrm::{Cabral, KautzMcCool, MapGrid, Plain, Reflection, Shrm, View};
+use shrm::{Cabral, KautzMcCool, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
 use crate::{Light, RenderError};
@@ -126,7 +126,10 @@ impl Look {
     /// As [`Look::local`].
     pub fn global(&self) -> Result<&Shrm, RenderError> {
         let made = self.global.get_or_init(|| match &self.field {
-            Field::Reflection(_) => Ok(self.local()?.to_global()),
+            Field::Reflection(reflection) => {
+                within("the global SHRM", self.texels(), reflection.brdf().p().rows(), COEFFICIENTS)?;
+                Ok(self.local()?.to_global())
+            }
             Field::Map(_) => self.map(View::Global),
         });
         made.as_ref().map_err(Clone::clone)
@@ -137,16 +140,20 @@ impl Look {
     /// # Errors
     /// As [`Look::local`].
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
-        let made = self.cabral.get_or_init(|| Ok(Cabral::from_shrm(self.local()?)));
+        let made = self.cabral.get_or_init(|| {
+            within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
+            Ok(Cabral::from_shrm(self.local()?))
+        });
         made.as_ref().map_err(Clone::clone)
     }
 
     /// Kautz and McCool's texture.
     ///
     /// # Errors
-    /// As [`Look::local`], and where there are fewer than two slices.
+    /// As [`Look::local`], and where there is no slice.
     pub fn kautz_mccool(&self) -> Result<&KautzMcCool, RenderError> {
         let made = self.kautz_mccool.get_or_init(|| {
+            within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
             let texture = KautzMcCool::from_shrm(self.local()?, angles);
             texture.ok_or_else(|| RenderError::maps(format!("{} slices are no texture", self.sizes.slices)))
@@ -162,6 +169,7 @@ impl Look {
     pub fn prefiltered(&self) -> Result<&[[f32; 3]], RenderError> {
         let made = self.prefiltered.get_or_init(|| match &self.field {
             Field::Reflection(reflection) => {
+                within("the reflection map", self.texels(), 1, MAPS)?;
                 let field = reflection.plain(Plain::Mean);
                 sh::synthesise_cube(&field, self.cube()).map_err(|error| RenderError::maps(error.to_string()))
             }
@@ -180,7 +188,105 @@ impl Look {
             Field::Reflection(reflection) => {
                 reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
             }
-            Field::Map(map) => Ok(map.resampled(grid, view)),
+            Field::Map(map) => {
+                // Zonal terms of a local map stay as they are. All else is blended with all terms, on the map's own grid.
+                let (texels, rows) = match (view, map.terms()) {
+                    (View::Local, Terms::Zonal) => (self.texels(), map.rows()),
+                    _ => (self.texels().max(map.grid().len()), map.p().rows()),
+                };
+                let what = if view == View::Local { "the local SHRM" } else { "the global SHRM" };
+                within(what, texels, rows, COEFFICIENTS)?;
+                Ok(map.resampled(grid, view))
+            }
         }
+    }
+
+    /// The texels of a map, as far as they can be counted.
+    fn texels(&self) -> usize {
+        self.sizes.edge.saturating_mul(self.sizes.edge).saturating_mul(6)
+    }
+}
+
+/// What a texel has several of, and what makes less of a map.
+type Several = (&'static str, &'static str);
+
+const COEFFICIENTS: Several = ("coefficients", "the resolution or the material's degree P");
+const MAPS: Several = ("maps", "the resolution");
+const SLICES: Several = ("slices", "the resolution or the number of slices");
+
+/// Refuses a map of more than [`MOST_VALUES`], before anything of that size is allocated.
+fn within(what: &str, texels: usize, count: usize, (name, lower): Several) -> Result<(), RenderError> {
+    if texels.saturating_mul(count) <= MOST_VALUES {
+        return Ok(());
+    }
+    Err(RenderError::maps(format!(
+        "{what}: {texels} texels times {count} {name} make more than {MOST_VALUES} values: lower {lower}"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Choice, KajiyaKay, project};
+    use envmap::Environment;
+    use sh::{Degree, Expansion};
+    use sphere::LatLong;
+
+    use super::*;
+
+    fn light() -> Arc<Light> {
+        let grid = LatLong::with_rows(4);
+        Arc::new(Light::new(Environment::new(grid, vec![[1.0; 3]; grid.len()]).unwrap(), None))
+    }
+
+    /// A material whose local maps keep P + 1 coefficients, and whose global ones (P + 1)^2.
+    fn fibre(p: usize) -> Reflection {
+        let [f, p] = [0, p].map(|degree| Degree::new(degree).unwrap());
+        let material = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
+        let brdf = project(&material, Choice::Degree { f, p }).unwrap().coefficients;
+        Reflection::convolve(&Expansion::from_rows(Degree::ZERO, vec![[1.0; 3]]).unwrap(), &brdf)
+    }
+
+    fn refused<T>(map: Result<T, RenderError>) -> String {
+        map.err().expect("it is too large").to_string()
+    }
+
+    /// What is refused was never allocated: none of these would fit into memory.
+    #[test]
+    fn a_map_that_is_too_large_is_refused_before_it_is_made() {
+        let sizes = MapSizes { edge: 512, slices: 256 };
+        let look = Look::new(light(), fibre(32), None, sizes);
+        assert_eq!(
+            refused(look.global()),
+            "the global SHRM: 1572864 texels times 1089 coefficients make more than 268435456 values: lower the \
+             resolution or the material's degree P"
+        );
+        assert_eq!(
+            refused(look.kautz_mccool()),
+            "Kautz and McCool's texture: 1572864 texels times 256 slices make more than 268435456 values: lower the \
+             resolution or the number of slices"
+        );
+        for edge in [7000, 1 << 30, usize::MAX] {
+            let look = Look::new(light(), fibre(0), None, MapSizes { edge, slices: 16 });
+            let refusals = [
+                refused(look.local()),
+                refused(look.global()),
+                refused(look.cabral()),
+                refused(look.kautz_mccool()),
+            ];
+            assert!(refusals.iter().all(|message| message.contains("lower the resolution")), "{refusals:?}");
+        }
+        let look = Look::new(light(), fibre(0), None, MapSizes { edge: 1 << 30, slices: 16 });
+        assert!(refused(look.prefiltered()).starts_with("the reflection map: "));
+    }
+
+    #[test]
+    fn an_imported_map_is_refused_where_it_would_be_too_large_as_wanted() {
+        let zonal = fibre(32).synthesise(MapGrid::Cube(Cube { edge: 4 }), View::Local).unwrap();
+        assert_eq!(zonal.terms(), Terms::Zonal);
+        let look = |edge| Look::from_map(light(), zonal.clone(), None, MapSizes { edge, slices: 2 });
+        assert!(refused(look(512).global()).starts_with("the global SHRM: 1572864 texels times 1089 "));
+        assert!(refused(look(1 << 20).local()).starts_with("the local SHRM: 6597069766656 texels times 33 "));
+        let small = look(8);
+        assert_eq!((small.local().unwrap().rows(), small.global().unwrap().rows()), (33, 33 * 33));
     }
 }
