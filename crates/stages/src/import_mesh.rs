@@ -10,10 +10,11 @@
 //! | what the file leaves out | what is made of it |
 //! | --- | --- |
 //! | normals | every triangle is flat, as the glTF specification asks; tangents of the file are then ignored |
-//! | tangents | those of MikkTSpace, from the coordinates of the normal texture; without coordinates they lead east (Z x N) |
+//! | tangents | those of MikkTSpace, from the coordinates of the normal texture; without coordinates they lead east (Z x N), Z the mesh's own before a node turns it |
 //!
-//! Materials, textures, skins, morph targets, animations, cameras and lights are ignored: what moves is seen as it rests,
-//! and what a surface looks like is the matter of materials here. `KHR_mesh_quantization` is read. A file that needs another extension
+//! What moves is seen as it rests: a skinned mesh is where the joints of its skin are, and its own node does not count.
+//! Animations, morph targets, cameras and lights are ignored, and materials and textures too: what a surface looks like is
+//! the matter of materials here. `KHR_mesh_quantization` is read. A file that needs another extension
 //! for its triangles, such as `KHR_draco_mesh_compression` or `EXT_meshopt_compression`, is refused by its name. At most
 //! 4,194,304 triangles are read.
 //!
@@ -43,7 +44,7 @@ impl Kind for ImportMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-mesh";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;
 

@@ -1,6 +1,6 @@
 //! A triangle mesh in the world's frame (right-handed, +Z up).
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::DAffine3;
 
 use crate::Parts;
 
@@ -125,41 +125,14 @@ impl Mesh {
     /// # Errors
     /// Where a position becomes too large.
     pub fn transformed(&self, place: &DAffine3) -> Result<Self, MeshError> {
-        let linear = place.matrix3;
-        let mirrored = linear.determinant() < 0.0;
-        // The cofactors are the inverse transpose times the determinant, and exist without an inverse.
-        let DMat3 { x_axis, y_axis, z_axis } = linear;
-        let cofactors = DMat3::from_cols(y_axis.cross(z_axis), z_axis.cross(x_axis), x_axis.cross(y_axis));
-        let cofactors = if mirrored { -cofactors } else { cofactors };
-        let double = |[x, y, z]: [f32; 3]| DVec3::new(x.into(), y.into(), z.into());
         let parts = Parts {
-            positions: self
-                .positions
-                .iter()
-                .map(|&position| place.transform_point3(double(position)).as_vec3().to_array())
-                .collect(),
-            normals: Some(
-                self.normals
-                    .iter()
-                    .map(|&normal| (cofactors * double(normal)).normalize_or_zero().as_vec3().to_array())
-                    .collect(),
-            ),
-            tangents: Some(
-                self.tangents
-                    .iter()
-                    .map(|&[x, y, z, sign]| {
-                        let along = (linear * double([x, y, z])).normalize_or_zero().as_vec3();
-                        along.extend(if mirrored { -sign } else { sign }).to_array()
-                    })
-                    .collect(),
-            ),
+            positions: self.positions.clone(),
+            normals: Some(self.normals.clone()),
+            tangents: Some(self.tangents.clone()),
             coordinates: self.coordinates.clone(),
-            triangles: match mirrored {
-                true => self.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
-                false => self.triangles.clone(),
-            },
+            triangles: self.triangles.clone(),
         };
-        parts.complete()
+        parts.posed(|_| *place).complete()
     }
 
     /// All meshes as one, in their order. Coordinates stay where every mesh has them.

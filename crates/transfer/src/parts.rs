@@ -1,7 +1,9 @@
 //! A mesh as a file has it, and its completion.
 
+use glam::{DAffine3, DMat3};
+
 use crate::mesh::{List, check};
-use crate::normals::{flat_normals, unit_normals};
+use crate::normals::{double, flat_normals, unit_normals};
 use crate::tangents::{by_coordinates, unit_tangents, without_coordinates};
 use crate::{Mesh, MeshError};
 
@@ -68,6 +70,43 @@ impl Parts {
         };
         Ok(Mesh::from_complete(positions, normals, tangents, coordinates, triangles))
     }
+
+    /// The same parts with each vertex elsewhere, by a map of its own: positions by the map, normals at right angles to
+    /// the surface, tangents along it.
+    ///
+    /// A map that mirrors turns signs of bitangents and the triangles that begin with the vertex around, so that outside
+    /// stays outside. One that flattens leaves what normals and tangents it can.
+    #[must_use]
+    pub fn posed(mut self, map: impl Fn(usize) -> DAffine3) -> Self {
+        let mut mirrored = Vec::with_capacity(self.positions.len());
+        for (vertex, position) in self.positions.iter_mut().enumerate() {
+            let map = map(vertex);
+            let linear = map.matrix3;
+            let mirrors = linear.determinant() < 0.0;
+            *position = map.transform_point3(double(*position)).as_vec3().to_array();
+            if let Some(normal) = self.normals.as_mut().and_then(|normals| normals.get_mut(vertex)) {
+                // The cofactors are the inverse transpose times the determinant, and exist without an inverse.
+                let DMat3 { x_axis, y_axis, z_axis } = linear;
+                let cofactors =
+                    DMat3::from_cols(y_axis.cross(z_axis), z_axis.cross(x_axis), x_axis.cross(y_axis));
+                let outward = cofactors * double(*normal) * if mirrors { -1.0 } else { 1.0 };
+                *normal = outward.normalize_or_zero().as_vec3().to_array();
+            }
+            if let Some(tangent) = self.tangents.as_mut().and_then(|tangents| tangents.get_mut(vertex)) {
+                let [x, y, z, sign] = *tangent;
+                let along = (linear * double([x, y, z])).normalize_or_zero().as_vec3();
+                *tangent = along.extend(if mirrors { -sign } else { sign }).to_array();
+            }
+            mirrored.push(mirrors);
+        }
+        for corners in &mut self.triangles {
+            if mirrored.get(corners[0] as usize) == Some(&true) {
+                corners.swap(1, 2);
+            }
+        }
+        self
+    }
+
     fn check(&self) -> Result<(), MeshError> {
         // At most every corner becomes a vertex of its own beside those that are there.
         let most = self.triangles.len().saturating_mul(3).saturating_add(self.positions.len());

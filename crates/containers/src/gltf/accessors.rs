@@ -91,10 +91,25 @@ impl Accessors<'_> {
         index: usize,
         vertices: Option<usize>,
     ) -> Result<Vec<[f32; N]>, Error> {
-        let accessor = self.accessor(index, &format!("VEC{N}"))?;
-        if let Some(vertices) = vertices.filter(|&vertices| vertices != accessor.count) {
+        self.numbers(index, &format!("VEC{N}"), vertices.map(|vertices| (vertices, "positions")))
+    }
+
+    /// Matrices by columns, one for each joint.
+    pub(super) fn matrices(&self, index: usize, joints: usize) -> Result<Vec<[f32; 16]>, Error> {
+        self.numbers(index, "MAT4", Some((joints, "joints")))
+    }
+
+    /// Elements of N numbers, as many as there are of something where that is known.
+    fn numbers<const N: usize>(
+        &self,
+        index: usize,
+        shape: &str,
+        needed: Option<(usize, &str)>,
+    ) -> Result<Vec<[f32; N]>, Error> {
+        let accessor = self.accessor(index, shape)?;
+        if let Some((needed, of)) = needed.filter(|&(needed, _)| needed != accessor.count) {
             return Err(Error::damaged(format!(
-                "accessors[{index}]: the count is {}, and there are {vertices} positions",
+                "accessors[{index}]: the count is {}, and there are {needed} {of}",
                 accessor.count
             )));
         }

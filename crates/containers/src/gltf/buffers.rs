@@ -8,9 +8,9 @@ use super::ReadBeside;
 use super::document::Document;
 use crate::error::Error;
 
-/// The content of the buffers that are needed, by index; exactly as long as the document says.
+/// The content of the buffers that are needed, by index, and how much of it the document tells of: all of it is there.
 pub(super) struct Buffers<'a> {
-    contents: BTreeMap<usize, Content<'a>>,
+    contents: BTreeMap<usize, (Content<'a>, usize)>,
 }
 
 enum Content<'a> {
@@ -57,15 +57,16 @@ impl<'a> Buffers<'a> {
                     let missing = named.map_or(missing.clone(), |uri| format!("{uri}: {missing}"));
                     return Err(here(Error::truncated(missing)).into());
                 }
-                contents.insert(view.buffer, content);
+                contents.insert(view.buffer, (content, length));
             }
         }
         Ok(Self { contents })
     }
 
-    /// The bytes of a buffer.
+    /// The bytes of a buffer; what a file or a chunk holds beyond them is not of it.
     pub(super) fn get(&self, buffer: usize) -> Option<&[u8]> {
-        self.contents.get(&buffer).map(Content::bytes)
+        let (content, length) = self.contents.get(&buffer)?;
+        content.bytes().get(..*length)
     }
 }
 
@@ -119,11 +120,13 @@ fn relative(uri: &str) -> Result<String, Error> {
     let path = percent_decoded(uri)
         .ok_or_else(|| Error::damaged(format!("the uri {uri:?} is not percent-encoded UTF-8")))?;
     let scheme = path.split(['/', '\\']).next().is_some_and(|first| first.contains(':'));
-    if scheme || path.starts_with(['/', '\\']) {
+    if scheme || path.starts_with(['/', '\\']) || path.contains('\0') || path.is_empty() {
         return Err(Error::unsupported(format!("the uri {uri:?} names no file beside this one")));
     }
-    if path.contains('\0') || path.is_empty() || path.split(['/', '\\']).any(|part| part == "..") {
-        return Err(Error::unsupported(format!("the uri {uri:?} leaves the folder of the file")));
+    if path.split(['/', '\\']).any(|part| part == "..") {
+        return Err(Error::unsupported(format!(
+            "the uri {uri:?} goes up a folder; files are read from the folder of this one, and below, by paths without \"..\""
+        )));
     }
     Ok(path)
 }
@@ -173,11 +176,13 @@ mod tests {
     fn paths_are_decoded_and_stay_in_the_folder() {
         assert_eq!(relative("a%20b/%C3%A4.bin").unwrap(), "a b/ä.bin");
         assert_eq!(relative("100%25.bin").unwrap(), "100%.bin");
-        for outside in ["../a.bin", "a/%2e%2e/b.bin", "..\\a", "a/..", "%00", ""] {
-            let message = relative(outside).unwrap_err().to_string();
-            assert!(message.ends_with("leaves the folder of the file"), "{message}");
+        for upward in ["../a.bin", "a/../b.bin", "a/%2e%2e/b.bin", "..\\a", "a/.."] {
+            let message = relative(upward).unwrap_err().to_string();
+            assert!(message.contains("goes up a folder"), "{message}");
         }
-        for foreign in ["/etc/passwd", "%2Fetc", "C:/a.bin", "http://a/b.bin", "\\\\host\\a", "file:a"] {
+        for foreign in
+            ["/etc/passwd", "%2Fetc", "C:/a.bin", "http://a/b.bin", "\\\\host\\a", "file:a", "%00", ""]
+        {
             let message = relative(foreign).unwrap_err().to_string();
             assert!(message.ends_with("names no file beside this one"), "{message}");
         }

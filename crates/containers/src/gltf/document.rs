@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
@@ -44,6 +45,8 @@ pub(super) struct Document {
     pub(super) buffers: Vec<Buffer>,
     #[serde(default)]
     pub(super) materials: Vec<Material>,
+    #[serde(default)]
+    pub(super) skins: Vec<Skin>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -64,10 +67,18 @@ pub(super) struct Node {
     #[serde(default)]
     pub(super) children: Vec<usize>,
     pub(super) mesh: Option<usize>,
+    pub(super) skin: Option<usize>,
     pub(super) matrix: Option<[f64; 16]>,
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub(super) inverse_bind_matrices: Option<usize>,
+    pub(super) joints: Vec<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -84,6 +95,8 @@ pub(super) struct Primitive {
     pub(super) material: Option<usize>,
     #[serde(default = "triangles")]
     pub(super) mode: u32,
+    #[serde(default)]
+    pub(super) targets: Vec<IgnoredAny>,
 }
 
 fn triangles() -> u32 {
