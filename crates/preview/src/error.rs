@@ -14,8 +14,8 @@ pub enum RenderError {
         /// What it needs.
         missing: &'static str,
     },
-    /// What is asked for passes a limit of the device: another renderer may do it.
-    #[error("{what} asks for {asked}, and this device allows {limit}")]
+    /// What is asked for passes a limit of the renderer or of its device: another renderer may do it.
+    #[error("{what} asks for {asked}, and this renderer allows {limit}")]
     Limit {
         /// What was asked for.
         what: String,

@@ -157,15 +157,14 @@ fn a_difference_is_that_of_both_pictures_and_tells_its_rms() {
     assert_eq!((one.relative_rms, other.relative_rms), (None, None));
 }
 
+/// It is shaded once, and both sides are that.
 #[test]
 fn a_mode_does_not_differ_from_itself() {
     let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
-    for mode in Mode::ALL {
-        let picture =
-            render(&scene, &shot([30, 30], Show::Difference { of: mode, from: mode, amplify: 1e6 }));
-        assert_eq!(picture.relative_rms, Some(0.0), "{mode:?}");
-        assert!(picture.codes.iter().all(|code| *code == [0; 3]));
-    }
+    let show = Show::Difference { of: Mode::LocalShrm, from: Mode::LocalShrm, amplify: 1e6 };
+    let picture = render(&scene, &shot([30, 30], show));
+    assert_eq!(picture.relative_rms, Some(0.0));
+    assert!(picture.codes.iter().all(|code| *code == [0; 3]));
 }
 
 /// Two looks in one scene, and what each shows alone.
