@@ -9,6 +9,8 @@ use std::time::Duration;
 
 use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, TextureUsages};
 
+use super::canvas::GROUP;
+use super::layouts::{COLOUR_BYTES, GROUPS, STORAGE_BUFFERS};
 use crate::RenderError;
 
 /// Whether a device still works, told to any thread.
@@ -42,18 +44,19 @@ struct Faults {
 }
 
 impl Device {
-    /// The best adapter of this machine: a GPU before a software one, and `WGPU_BACKEND` chooses among backends.
-    pub(super) fn best() -> Result<Self, RenderError> {
+    /// What can be made on the best adapter of this machine on which it can: a GPU before a software one, and
+    /// `WGPU_BACKEND` chooses among backends.
+    pub(super) fn best<T>(make: impl Fn(Self) -> Result<T, RenderError>) -> Result<T, RenderError> {
         let mut reasons = Vec::new();
         for adapter in adapters() {
             let info = adapter.get_info();
-            if let Err(reason) = suits(&adapter) {
-                reasons.push(format!("{}: {reason}", name(&info)));
-                continue;
-            }
-            match pollster::block_on(adapter.request_device(&descriptor(&adapter))) {
-                Ok((device, queue)) => return Ok(Self::new(info, device, queue)),
-                Err(error) => reasons.push(format!("{}: {error}", name(&info))),
+            let request = || pollster::block_on(adapter.request_device(&descriptor(&adapter)));
+            let device = suits(&adapter).and_then(|()| request().map_err(|error| error.to_string()));
+            match device.map(|(device, queue)| make(Self::new(info.clone(), device, queue))) {
+                Ok(Ok(made)) => return Ok(made),
+                // It names the adapter.
+                Ok(Err(error)) => reasons.push(error.to_string()),
+                Err(reason) => reasons.push(format!("{}: {reason}", name(&info))),
             }
         }
         Err(RenderError::Device(if reasons.is_empty() {
@@ -150,7 +153,6 @@ pub(super) fn adapters() -> Vec<wgpu::Adapter> {
 pub(super) fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     wgpu::DeviceDescriptor {
         label: Some("specula"),
-        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
     }
@@ -169,7 +171,17 @@ fn suits(adapter: &wgpu::Adapter) -> Result<(), String> {
     if !usages.contains(needed) {
         return Err(format!("its 32-bit textures lack {:?}", needed - usages));
     }
-    Ok(())
+    let limits = adapter.limits();
+    let needs = [
+        ("storage buffers in a stage", STORAGE_BUFFERS, limits.max_storage_buffers_per_shader_stage),
+        ("groups of bindings", GROUPS, limits.max_bind_groups),
+        ("bytes of a sample's colours", COLOUR_BYTES, limits.max_color_attachment_bytes_per_sample),
+        ("invocations in a workgroup", GROUP * GROUP, limits.max_compute_invocations_per_workgroup),
+    ];
+    match needs.into_iter().find(|(_, needed, allowed)| allowed < needed) {
+        Some((what, needed, allowed)) => Err(format!("it allows {allowed} {what}, and {needed} are needed")),
+        None => Ok(()),
+    }
 }
 
 /// Less is better.

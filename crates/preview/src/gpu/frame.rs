@@ -1,12 +1,12 @@
 //! One picture's commands: meshes into the surface buffer, modes over it, and the sums that are developed.
 
-use envmap::ToneMap;
 use glam::{Mat3, Mat4, Vec4};
-use wgpu::{BindGroupEntry, BindingResource, BufferUsages};
+use wgpu::{BindGroupEntry, BindingResource, BufferUsages, CommandEncoder};
 
-use super::Resources;
 use super::canvas::{Canvas, GROUP};
+use super::memory::Uniforms;
 use super::mesh::Rectangle;
+use super::{Resources, numbers, sides};
 use crate::{Background, Mode, RenderError, Scene, Shot, Show, Sight};
 
 /// `Frame` of frame.wgsl.
@@ -70,15 +70,24 @@ struct Visible {
     pixels: Rectangle,
 }
 
+impl Visible {
+    /// The part of it in some columns of pixels.
+    fn within(self, columns: std::ops::Range<u32>) -> Option<Self> {
+        Some(Self { pixels: self.pixels.columns(columns)?, ..self })
+    }
+}
+
 /// What all passes of one picture share.
 pub(super) struct Frame<'a> {
     pub(super) scene: &'a Scene,
     pub(super) shot: &'a Shot,
     resources: &'a Resources,
     canvas: &'a Canvas,
+    sight: Sight,
     visible: Vec<Visible>,
+    /// Of each visible object, where it is at each sample of pixels.
+    places: Uniforms,
     placed: wgpu::BindGroup,
-    stride: u64,
     samples: Vec<wgpu::BindGroup>,
     behind: &'a wgpu::BindGroup,
 }
@@ -94,94 +103,46 @@ impl<'a> Frame<'a> {
         let device = &resources.device;
         let sight = Sight::new(shot);
         let count = canvas.samples;
-        let alignment = device.device.limits().min_uniform_buffer_offset_alignment.max(16) as usize;
-        let stride = size_of::<PlacedFacts>().next_multiple_of(alignment);
-        let mut visible = Vec::new();
-        let mut placed = Vec::new();
-        let chosen = || (0..count * count).map(|sample| [sample % count, sample / count]);
+        let samples: Vec<[u32; 2]> =
+            (0..count * count).map(|sample| [sample % count, sample / count]).collect();
+        let (mut visible, mut places) = (Vec::new(), Vec::new());
         for (object, thing) in scene.objects.iter().enumerate() {
             let Some(Some(shape)) = resources.meshes.get(&thing.mesh) else { continue };
             let at = sight.place(thing);
             let Some(pixels) = shape.pixels(at.clip, canvas.size) else { continue };
             visible.push(Visible { object, pixels });
-            for chosen in chosen() {
-                let facts = PlacedFacts {
-                    clip: (shift(canvas.size, count, chosen) * at.clip).to_cols_array_2d(),
-                    normal: columns(at.normal),
-                    tangent: columns(at.tangent),
-                    number: (object + 1) as f32,
-                    mirrored: u32::from(at.mirrored),
-                    unused: [0; 2],
-                };
-                placed.extend_from_slice(bytemuck::bytes_of(&facts));
-                placed.resize(placed.len().next_multiple_of(stride), 0);
-            }
+            places.extend(samples.iter().map(|&chosen| PlacedFacts {
+                clip: (shift(canvas.size, count, chosen) * at.clip).to_cols_array_2d(),
+                normal: columns(at.normal),
+                tangent: columns(at.tangent),
+                number: (object + 1) as f32,
+                mirrored: u32::from(at.mirrored),
+                unused: [0; 2],
+            }));
         }
-        placed.resize(placed.len().max(stride), 0);
-        let placed = device.filled("where objects are", BufferUsages::UNIFORM, &placed)?;
+        let places = device.uniforms("where objects are", &places)?;
         let placed = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("an object"),
             layout: &resources.layouts.placed,
-            entries: &[BindGroupEntry {
-                binding: 0,
-                resource: BindingResource::Buffer(wgpu::BufferBinding {
-                    buffer: &placed,
-                    offset: 0,
-                    size: wgpu::BufferSize::new(size_of::<PlacedFacts>() as u64),
-                }),
-            }],
+            entries: &[BindGroupEntry { binding: 0, resource: places.binding() }],
         });
-        let mut samples = Vec::new();
-        for chosen in chosen() {
-            let facts = FrameFacts {
-                corner: sight.corner.into(),
-                samples: count,
-                across: sight.across.extend(0.0).into(),
-                down: sight.down.extend(0.0).into(),
-                size: canvas.size,
-                chosen,
-            };
-            let facts = device.filled("a sample of each pixel", BufferUsages::UNIFORM, &[facts])?;
-            samples.push(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("a sample of each pixel"),
-                layout: &resources.layouts.frame,
-                entries: &[
-                    BindGroupEntry { binding: 0, resource: facts.as_entire_binding() },
-                    BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&canvas.normals) },
-                    BindGroupEntry { binding: 2, resource: BindingResource::TextureView(&canvas.tangents) },
-                    BindGroupEntry { binding: 3, resource: resources.harmonics.as_entire_binding() },
-                ],
-            }));
-        }
+        let samples = samples.into_iter().map(|chosen| chosen_sample(resources, canvas, &sight, chosen));
+        let samples = samples.collect::<Result<_, _>>()?;
         let light = resources.lights.get(&scene.light);
         let behind = match shot.background {
             Background::Environment => light.and_then(|light| light.environment()),
             Background::Harmonics => light.and_then(|light| light.reconstruction()),
             Background::Flat(_) => None,
         };
-        let behind = behind.unwrap_or(&resources.nothing);
-        if shot.show.modes().any(|mode| mode == Mode::GlobalShrm) {
-            for thing in visible.iter().map(|seen| &scene.objects[seen.object]) {
-                if let Some(update) = resources.looks.get(&thing.look).and_then(|maps| maps.update()) {
-                    update.look(device, sight.view);
-                }
-            }
-        }
-        Ok(Self {
-            scene,
-            shot,
-            resources,
-            canvas,
-            visible,
-            placed,
-            stride: stride as u64,
-            samples,
-            behind: &behind.bound,
-        })
+        let behind = &behind.unwrap_or(&resources.nothing).bound;
+        Ok(Self { scene, shot, resources, canvas, sight, visible, places, placed, samples, behind })
     }
 
-    /// Equation 12 for every look that is seen.
-    pub(super) fn update(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// Equation 12 for every look that is seen, where a mode asks for it.
+    pub(super) fn update(&self, encoder: &mut CommandEncoder) {
+        if self.shot.show.modes().all(|mode| mode != Mode::GlobalShrm) {
+            return;
+        }
         let mut done = std::collections::HashSet::new();
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.resources.pipelines.update);
@@ -191,6 +152,7 @@ impl<'a> Frame<'a> {
                 continue;
             };
             if done.insert(super::kept::address(look)) {
+                update.look(&self.resources.device, self.sight.view);
                 pass.set_bind_group(1, &update.coefficients.bound, &[]);
                 pass.set_bind_group(2, &update.bound, &[]);
                 let groups = update.edge.div_ceil(GROUP);
@@ -199,8 +161,28 @@ impl<'a> Frame<'a> {
         }
     }
 
+    /// One sample of each pixel: what it sees, the light of each side's mode, and the sums. `gather` adds light samples to
+    /// a side of brute force, and says how many are in it then.
+    pub(super) fn sample(
+        &self,
+        encoder: &mut CommandEncoder,
+        sample: usize,
+        mut gather: impl FnMut(&mut CommandEncoder, usize) -> Result<u32, RenderError>,
+    ) -> Result<(), RenderError> {
+        self.raster(encoder, sample);
+        let mut counts = [1; 2];
+        for (side, mode) in sides(self.shot.show).into_iter().enumerate() {
+            match mode {
+                Some(Mode::BruteForce) => counts[side] = gather(encoder, side)?,
+                Some(mode) => self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?,
+                None => {}
+            }
+        }
+        self.develop(encoder, sample, counts)
+    }
+
     /// Meshes into the surface buffer, seen at one sample of each pixel.
-    pub(super) fn raster(&self, encoder: &mut wgpu::CommandEncoder, sample: usize) {
+    fn raster(&self, encoder: &mut CommandEncoder, sample: usize) {
         let clear = |view| {
             Some(wgpu::RenderPassColorAttachment {
                 view,
@@ -229,8 +211,8 @@ impl<'a> Frame<'a> {
         for (k, seen) in self.visible.iter().enumerate() {
             let mesh = &self.scene.objects[seen.object].mesh;
             let Some(Some(shape)) = self.resources.meshes.get(mesh) else { continue };
-            let offset = self.stride * (k * self.samples.len() + sample) as u64;
-            pass.set_bind_group(0, &self.placed, &[offset as u32]);
+            let offset = self.places.offset(k * self.samples.len() + sample);
+            pass.set_bind_group(0, &self.placed, &[offset]);
             pass.set_vertex_buffer(0, shape.vertices.slice(..));
             pass.set_index_buffer(shape.indices.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed(0..shape.count, 0, 0..1);
@@ -248,7 +230,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Begins the light of a side's mode at a sample of pixels with darkness.
-    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, side: usize, sample: usize) {
+    pub(super) fn clear(&self, encoder: &mut CommandEncoder, side: usize, sample: usize) {
         if let Some(light) = self.canvas.light(side, sample) {
             encoder.clear_buffer(light, 0, None);
         }
@@ -258,7 +240,7 @@ impl<'a> Frame<'a> {
     /// first.
     pub(super) fn shade(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
+        encoder: &mut CommandEncoder,
         (side, mode): (usize, Mode),
         sample: usize,
         columns: std::ops::Range<u32>,
@@ -268,29 +250,31 @@ impl<'a> Frame<'a> {
         let (Some(light), Some(pipeline)) = (self.canvas.light(side, sample), pipelines.mode(mode)) else {
             return Ok(());
         };
+        let seen = self.visible.iter();
+        let seen: Vec<Visible> = seen.filter_map(|seen| seen.within(columns.clone())).collect();
+        let part = |&Visible { object, pixels }: &Visible| Part {
+            origin: pixels.origin,
+            extent: pixels.extent,
+            number: object as u32 + 1,
+            first: lights.start,
+            count: lights.end - lights.start,
+            unused: 0,
+        };
+        let parts: Vec<Part> = seen.iter().map(part).collect();
+        let parts = device.uniforms("parts of the picture", &parts)?;
+        let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("parts of the picture"),
+            layout: &layouts.shade,
+            entries: &[
+                BindGroupEntry { binding: 0, resource: parts.binding() },
+                BindGroupEntry { binding: 1, resource: light.as_entire_binding() },
+            ],
+        });
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.samples[sample], &[]);
-        for seen in &self.visible {
-            let Some(pixels) = seen.pixels.columns(columns.clone()) else { continue };
-            let part = Part {
-                origin: pixels.origin,
-                extent: pixels.extent,
-                number: seen.object as u32 + 1,
-                first: lights.start,
-                count: lights.end - lights.start,
-                unused: 0,
-            };
-            let part = device.filled("a part of the picture", BufferUsages::UNIFORM, &[part])?;
-            let part = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("a part of the picture"),
-                layout: &layouts.shade,
-                entries: &[
-                    BindGroupEntry { binding: 0, resource: part.as_entire_binding() },
-                    BindGroupEntry { binding: 1, resource: light.as_entire_binding() },
-                ],
-            });
-            let look = &self.scene.objects[seen.object].look;
+        for (k, Visible { object, pixels }) in seen.into_iter().enumerate() {
+            let look = &self.scene.objects[object].look;
             let maps = self.resources.lights.get(look.light());
             match mode {
                 Mode::BruteForce => {
@@ -309,7 +293,7 @@ impl<'a> Frame<'a> {
                     pass.set_bind_group(1, &map.bound, &[]);
                 }
             }
-            pass.set_bind_group(2, &part, &[]);
+            pass.set_bind_group(2, &bound, &[parts.offset(k)]);
             let [across, down] = pixels.extent.map(|side| side.div_ceil(GROUP));
             pass.dispatch_workgroups(across, down, 1);
         }
@@ -318,9 +302,9 @@ impl<'a> Frame<'a> {
 
     /// Adds one sample of each pixel to the sums, and after the last makes codes of them. `counts` are the light samples
     /// that are in the light of each side, 1 where its mode takes none.
-    pub(super) fn develop(
+    fn develop(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
+        encoder: &mut CommandEncoder,
         sample: usize,
         counts: [u32; 2],
     ) -> Result<(), RenderError> {
@@ -328,26 +312,21 @@ impl<'a> Frame<'a> {
         let (Some(first), Some(second)) = (self.canvas.light(0, sample), self.canvas.light(1, sample)) else {
             return Ok(());
         };
-        let (background, flat_radiance) = match self.shot.background {
-            Background::Environment => (0, [0.0; 3]),
-            Background::Harmonics => (1, [0.0; 3]),
-            Background::Flat(radiance) => (2, radiance),
+        let flat_radiance = match self.shot.background {
+            Background::Environment | Background::Harmonics => [0.0; 3],
+            Background::Flat(radiance) => radiance,
         };
-        let (show, amplify) = match self.shot.show {
-            Show::One(_) => (0, 1.0),
-            Show::Split { .. } => (1, 1.0),
-            Show::Difference { amplify, .. } => (2, amplify),
+        let amplify = match self.shot.show {
+            Show::One(_) | Show::Split { .. } => 1.0,
+            Show::Difference { amplify, .. } => amplify,
         };
         let [across, down] = self.canvas.groups();
         let facts = DevelopFacts {
             flat_radiance,
-            background,
-            gain: self.shot.exposure.exp2() as f32,
-            tone: match self.shot.tone {
-                ToneMap::Plain => 0,
-                ToneMap::Filmic => 1,
-            },
-            show,
+            background: numbers::background(self.shot.background),
+            gain: self.sight.gain,
+            tone: numbers::tone(self.shot.tone),
+            show: numbers::show(self.shot.show),
             divider: self.shot.show.divider(self.canvas.size[0]),
             amplify,
             counts: counts.map(|count| count as f32),
@@ -385,7 +364,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Codes into a texture.
-    pub(super) fn present(&self, encoder: &mut wgpu::CommandEncoder, target: &wgpu::TextureView) {
+    pub(super) fn present(&self, encoder: &mut CommandEncoder, target: &wgpu::TextureView) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("present"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -403,6 +382,35 @@ impl<'a> Frame<'a> {
         pass.set_bind_group(0, &self.canvas.presented, &[]);
         pass.draw(0..3, 0..1);
     }
+}
+
+/// What all passes over one sample of each pixel are given.
+fn chosen_sample(
+    resources: &Resources,
+    canvas: &Canvas,
+    sight: &Sight,
+    chosen: [u32; 2],
+) -> Result<wgpu::BindGroup, RenderError> {
+    let Resources { device, layouts, harmonics, .. } = resources;
+    let facts = FrameFacts {
+        corner: sight.corner.into(),
+        samples: canvas.samples,
+        across: sight.across.extend(0.0).into(),
+        down: sight.down.extend(0.0).into(),
+        size: canvas.size,
+        chosen,
+    };
+    let facts = device.filled("a sample of each pixel", BufferUsages::UNIFORM, &[facts])?;
+    Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("a sample of each pixel"),
+        layout: &layouts.frame,
+        entries: &[
+            BindGroupEntry { binding: 0, resource: facts.as_entire_binding() },
+            BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&canvas.normals) },
+            BindGroupEntry { binding: 2, resource: BindingResource::TextureView(&canvas.tangents) },
+            BindGroupEntry { binding: 3, resource: harmonics.as_entire_binding() },
+        ],
+    }))
 }
 
 /// In clip coordinates, from the middle of each pixel to one of its samples, so that this is seen in the middle.

@@ -54,7 +54,40 @@ impl<T, R> Kept<T, R> {
     }
 }
 
-/// The identity of a shared thing.
+/// Which thing it was, as long as anybody remembers: no other is given its address meanwhile.
+#[derive(Debug)]
+pub(super) struct Identity<T>(Weak<T>);
+
+impl<T> Identity<T> {
+    pub(super) fn of(thing: &Arc<T>) -> Self {
+        Self(Arc::downgrade(thing))
+    }
+}
+
+impl<T> PartialEq for Identity<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.ptr_eq(&other.0)
+    }
+}
+
+/// The address of a shared thing.
 pub(super) fn address<T>(thing: &Arc<T>) -> usize {
     Arc::as_ptr(thing) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thing_that_has_gone_is_no_other() {
+        for _ in 0..100 {
+            let first = Arc::new([0_u8; 64]);
+            let remembered = Identity::of(&first);
+            assert!(remembered == Identity::of(&Arc::clone(&first)));
+            drop(first);
+            let second = Arc::new([1_u8; 64]);
+            assert!(remembered != Identity::of(&second));
+        }
+    }
 }

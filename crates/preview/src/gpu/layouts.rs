@@ -32,8 +32,15 @@ const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
 const DEVELOP: &str = include_str!("../shading/develop.wgsl");
 const GLOBAL_SHRM: &str = include_str!("../shading/global_shrm.wgsl");
 
-/// What surfaces and normals lie in while a sample of each pixel is drawn.
+/// How near the nearest surface is while a sample of each pixel is drawn.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// The most storage buffers of a stage: those of `develop`, and the constants of the harmonics.
+pub(super) const STORAGE_BUFFERS: u32 = 7;
+/// Groups of bindings of brute force, which has the most.
+pub(super) const GROUPS: u32 = 4;
+/// Of a sample in the surface buffer: normal and tangent, each of [`TEXELS`].
+pub(super) const COLOUR_BYTES: u32 = 32;
 
 /// The layouts of groups.
 #[derive(Debug)]
@@ -67,7 +74,7 @@ impl Layouts {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
         Self {
-            placed: layout("an object", &[entry(0, vertex, buffer(BufferBindingType::Uniform, true))]),
+            placed: layout("an object", &[entry(0, vertex, one_of_many())]),
             frame: layout(
                 "a sample of each pixel",
                 &[
@@ -81,7 +88,7 @@ impl Layouts {
                 "a map",
                 &[entry(0, compute, uniform()), entry(1, compute, texture(TextureViewDimension::D2Array))],
             ),
-            shade: layout("a mode", &[entry(0, compute, uniform()), entry(1, compute, write())]),
+            shade: layout("a mode", &[entry(0, compute, one_of_many()), entry(1, compute, write())]),
             update: layout(
                 "equation 12",
                 &[
@@ -304,6 +311,11 @@ fn buffer(ty: BufferBindingType, has_dynamic_offset: bool) -> BindingType {
 
 fn uniform() -> BindingType {
     buffer(BufferBindingType::Uniform, false)
+}
+
+/// One of the values of a [`super::memory::Uniforms`].
+fn one_of_many() -> BindingType {
+    buffer(BufferBindingType::Uniform, true)
 }
 
 fn read() -> BindingType {

@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use brdf::Centre;
 use shrm::{Shrm, Terms};
 use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor, TextureViewDimension};
 
 use super::device::Device;
 use super::layouts::Layouts;
 use super::memory::TEXELS;
+use super::numbers::centre;
 use crate::shading::brute_force::Prepared;
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
@@ -273,6 +273,9 @@ impl Update {
     }
 }
 
+/// How many bytes are written before the device must have them.
+const STAGED: usize = 64 << 20;
+
 const USAGE: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::COPY_DST);
 
 impl Map {
@@ -330,9 +333,17 @@ fn cubes(
         return Err(RenderError::maps(format!("{what}: a map without texels")));
     }
     let texture = device.texture(what, TEXELS, USAGE, [edge, edge, 6 * count as u64])?;
+    let mut staged = 0;
     for k in 0..count {
         let texels = padded((0..6 * (edge * edge) as usize).map(|at| texel(k, at)));
         device.write_layers(&texture, 6 * k as u32, &texels);
+        staged += size_of_val(texels.as_slice());
+        if staged >= STAGED {
+            // What was written waits in a copy until it is submitted, and goes when the device has it.
+            device.queue.submit([]);
+            device.wait()?;
+            staged = 0;
+        }
     }
     Map::new(device, layouts, texture, facts)
 }
@@ -348,13 +359,4 @@ fn layers(texture: &wgpu::Texture) -> wgpu::TextureView {
 /// RGB in four channels.
 fn padded(texels: impl Iterator<Item = [f32; 3]>) -> Vec<[f32; 4]> {
     texels.map(|[r, g, b]| [r, g, b, 1.0]).collect()
-}
-
-/// The numbers of surface.wgsl.
-fn centre(centre: Centre) -> u32 {
-    match centre {
-        Centre::Reflection => 0,
-        Centre::Normal => 1,
-        Centre::Tangent => 2,
-    }
 }

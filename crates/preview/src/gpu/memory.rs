@@ -8,6 +8,32 @@ use crate::RenderError;
 /// All colour textures: what a device with 32 bits reads without a filter.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
 
+/// The most bytes of a texture: no device tells how much memory it has, and what some have no room for ends programs.
+const MOST_BYTES: u64 = 2 << 30;
+
+/// Values of one kind in a uniform buffer, each at an offset that a pass may be given.
+pub(super) struct Uniforms {
+    buffer: wgpu::Buffer,
+    size: usize,
+    stride: usize,
+}
+
+impl Uniforms {
+    /// The binding of any of them.
+    pub(super) fn binding(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &self.buffer,
+            offset: 0,
+            size: wgpu::BufferSize::new(self.size as u64),
+        })
+    }
+
+    /// Where one of them lies.
+    pub(super) fn offset(&self, index: usize) -> u32 {
+        (self.stride * index) as u32
+    }
+}
+
 impl Device {
     /// A buffer of some bytes, at least 16.
     pub(super) fn buffer(
@@ -52,6 +78,23 @@ impl Device {
         Ok(buffer)
     }
 
+    /// A uniform buffer of several values, of which a pass sees one.
+    pub(super) fn uniforms<T: bytemuck::NoUninit>(
+        &self,
+        what: &str,
+        values: &[T],
+    ) -> Result<Uniforms, RenderError> {
+        let size = size_of::<T>();
+        let alignment = self.device.limits().min_uniform_buffer_offset_alignment.max(16) as usize;
+        let stride = size.next_multiple_of(alignment);
+        let mut bytes = vec![0; stride * values.len().max(1)];
+        for (place, value) in bytes.chunks_exact_mut(stride).zip(values) {
+            place[..size].copy_from_slice(bytemuck::bytes_of(value));
+        }
+        let buffer = self.filled(what, BufferUsages::UNIFORM, &bytes)?;
+        Ok(Uniforms { buffer, size, stride })
+    }
+
     /// A texture of layers.
     pub(super) fn texture(
         &self,
@@ -65,6 +108,8 @@ impl Device {
         within(format!("{what}: a texture's width"), width, side)?;
         within(format!("{what}: a texture's height"), height, side)?;
         within(format!("{what}: a texture's layers"), layers, u64::from(limits.max_texture_array_layers))?;
+        let texel = u64::from(format.block_copy_size(None).unwrap_or(16));
+        within(format!("{what}: a texture in bytes"), width * height * layers * texel, MOST_BYTES)?;
         Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(what),
             size: Extent3d {

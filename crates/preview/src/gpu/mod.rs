@@ -3,7 +3,8 @@
 //! Shading is deferred. For each sample of a pixel, `raster.wgsl` draws all meshes into a surface buffer: normal, tangent and the
 //! object's number. `shade.wgsl` runs a mode over the samples that see an object, into a buffer of radiance; brute force
 //! adds to what is there. `develop.wgsl` adds background or radiance, developed, to the pixel's sums, and after the last sample
-//! makes codes. These files hold bindings and entry points; what they compute is in `shading/`, where each shader has its twin.
+//! makes codes. These files hold bindings and entry points, and choose what a pixel shows as the CPU's frame does; every
+//! formula is in `shading/`, where each shader has its twin.
 //!
 //! Samples of a pixel come one after the other, so that memory does not grow with their number. Texels are loaded
 //! and blended by the shaders: samplers have eight bits of weight and their own rules at a cube's corners.
@@ -16,6 +17,7 @@ mod layouts;
 mod maps;
 mod memory;
 mod mesh;
+mod numbers;
 mod pace;
 mod readback;
 mod resources;
@@ -25,12 +27,14 @@ mod tests;
 use std::time::{Duration, Instant};
 
 use glam::DAffine3;
+use transfer::Mesh;
 
-use crate::{Camera, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
+use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
 use canvas::Canvas;
 use device::Device;
 pub use device::Health;
 use frame::Frame;
+use kept::Identity;
 use pace::{Batches, Pace};
 use readback::{Readback, squares};
 use resources::Resources;
@@ -61,9 +65,9 @@ pub struct Drawn {
 }
 
 /// What light samples were gathered for, and how many.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 struct Gathered {
-    objects: Vec<(usize, usize, DAffine3)>,
+    objects: Vec<(Identity<Mesh>, Identity<Look>, DAffine3)>,
     camera: Camera,
     turn: sphere::Rotation,
     modes: [Option<Mode>; 2],
@@ -95,7 +99,7 @@ impl Gpu {
     /// # Errors
     /// [`RenderError::Device`] where there is none that will do.
     pub fn new() -> Result<Self, RenderError> {
-        Self::on(Device::best()?)
+        Device::best(Self::on)
     }
 
     /// Draws through a device that exists already, made by [`Gpu::device_descriptor`]. Its handlers of uncaptured errors
@@ -225,22 +229,14 @@ impl Gpu {
         let mut encoder = device.encoder();
         frame.update(&mut encoder);
         for sample in 0..(samples * samples) as usize {
-            frame.raster(&mut encoder, sample);
-            let mut counts = [1; 2];
-            for (side, mode) in modes.into_iter().enumerate() {
-                let Some(mode) = mode else { continue };
-                if gathers(Some(mode)) {
-                    if before == 0 {
-                        frame.clear(&mut encoder, side, sample);
-                    }
-                    let lights = before..gathered.light_samples;
-                    frame.shade(&mut encoder, (side, mode), sample, 0..shot.size[0], lights)?;
-                    counts[side] = gathered.light_samples;
-                } else {
-                    frame.shade(&mut encoder, (side, mode), sample, frame.columns(side), 0..1)?;
+            frame.sample(&mut encoder, sample, |encoder, side| {
+                if before == 0 {
+                    frame.clear(encoder, side, sample);
                 }
-            }
-            frame.develop(&mut encoder, sample, counts)?;
+                let lights = before..gathered.light_samples;
+                frame.shade(encoder, (side, Mode::BruteForce), sample, 0..shot.size[0], lights)?;
+                Ok(gathered.light_samples)
+            })?;
         }
         frame.present(&mut encoder, target);
         device.queue.submit([encoder.finish()]);
@@ -275,28 +271,22 @@ impl Gpu {
         let mut encoder = device.encoder();
         frame.update(&mut encoder);
         for sample in 0..(samples * samples) as usize {
-            frame.raster(&mut encoder, sample);
-            let mut counts = [1; 2];
-            for (side, mode) in modes.into_iter().enumerate() {
-                let Some(mode) = mode else { continue };
-                if mode != Mode::BruteForce {
-                    frame.shade(&mut encoder, (side, mode), sample, frame.columns(side), 0..1)?;
-                    continue;
-                }
-                counts[side] = shot.light_samples.max(1);
-                frame.clear(&mut encoder, side, sample);
-                let mut batches = Batches::new(shot.size, counts[side]);
+            frame.sample(&mut encoder, sample, |encoder, side| {
+                frame.clear(encoder, side, sample);
+                let light_samples = shot.light_samples.max(1);
+                let mut batches = Batches::new(shot.size, light_samples);
                 while let Some(batch) = batches.next() {
                     for lights in batch {
-                        frame.shade(&mut encoder, (side, mode), sample, frame.columns(side), lights)?;
+                        let columns = frame.columns(side);
+                        frame.shade(encoder, (side, Mode::BruteForce), sample, columns, lights)?;
                     }
-                    device.queue.submit([std::mem::replace(&mut encoder, device.encoder()).finish()]);
+                    device.queue.submit([std::mem::replace(encoder, device.encoder()).finish()]);
                     device.wait()?;
                     batches.done();
                     go_on()?;
                 }
-            }
-            frame.develop(&mut encoder, sample, counts)?;
+                Ok(light_samples)
+            })?;
             go_on()?;
         }
         device.queue.submit([encoder.finish()]);
@@ -346,7 +336,7 @@ impl Gathered {
         let objects = scene.objects.iter();
         Self {
             objects: objects
-                .map(|object| (kept::address(&object.mesh), kept::address(&object.look), object.place))
+                .map(|object| (Identity::of(&object.mesh), Identity::of(&object.look), object.place))
                 .collect(),
             camera: shot.camera,
             turn: shot.turn,

@@ -81,8 +81,9 @@ impl Resources {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare(device, layouts, &object.look, mode)?;
                         if maps.degree() > self.degree {
-                            self.degree = maps.degree().next_power_of_two();
-                            self.harmonics = constants(device, self.degree)?;
+                            let degree = maps.degree().next_power_of_two();
+                            self.harmonics = constants(device, degree)?;
+                            self.degree = degree;
                         }
                     }
                 }

@@ -96,6 +96,71 @@ fn what_passes_the_limits_is_said_before_it_is_made() {
     assert!(gpu.render(&scene, &Shot { size: [8, 8], ..shot }, &|| false).is_ok());
 }
 
+/// An adapter that allows no more than what is asked for will do, and none that allows less.
+#[test]
+fn a_device_of_the_limits_that_are_asked_for_will_do() {
+    let Some(adapter) = device::adapters().into_iter().next() else {
+        return oracles::skip(
+            "a_device_of_the_limits_that_are_asked_for_will_do",
+            "there is no graphics adapter here",
+        );
+    };
+    let made = |lower: fn(&mut wgpu::Limits)| {
+        let mut limits = wgpu::Limits {
+            max_storage_buffers_per_shader_stage: layouts::STORAGE_BUFFERS,
+            max_bind_groups: layouts::GROUPS,
+            max_color_attachment_bytes_per_sample: layouts::COLOUR_BYTES,
+            max_compute_invocations_per_workgroup: canvas::GROUP * canvas::GROUP,
+            ..adapter.limits()
+        };
+        lower(&mut limits);
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..device::descriptor(&adapter) };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
+        let device = Device::new(adapter.get_info(), device, queue);
+        let resources = device.guarded(|| {
+            let mut resources = Resources::new(device.clone(), Gpu::TARGET)?;
+            Mode::ALL.into_iter().for_each(|mode| resources.pipelines.prepare(&resources.layouts, mode));
+            Ok(())
+        });
+        resources.map_err(|error| error.to_string())
+    };
+    assert_eq!(made(|_| {}), Ok(()));
+    for lower in [
+        (|limits| limits.max_storage_buffers_per_shader_stage -= 1) as fn(&mut wgpu::Limits),
+        |limits| limits.max_bind_groups -= 1,
+        |limits| limits.max_color_attachment_bytes_per_sample -= 1,
+        |limits| limits.max_compute_invocations_per_workgroup -= 1,
+    ] {
+        assert!(made(lower).is_err());
+    }
+}
+
+#[test]
+fn every_adapter_is_tried() {
+    let names = Gpu::adapters();
+    let tried = std::cell::Cell::new(0);
+    let nothing = |device: Device| {
+        tried.set(tried.get() + 1);
+        Err::<(), _>(device.fault("it is not wanted"))
+    };
+    let message = Device::best(nothing).unwrap_err().to_string();
+    assert_eq!(message.matches("it is not wanted").count(), tried.get());
+    assert!(names.iter().all(|name| message.contains(name)), "{message} {names:?}");
+}
+
+#[test]
+fn a_texture_of_too_many_bytes_passes_the_limits() {
+    let Some(gpu) = gpu("a_texture_of_too_many_bytes_passes_the_limits") else { return };
+    let device = &gpu.resources.device;
+    let side = u64::from(device.device.limits().max_texture_dimension_2d);
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING;
+    let error = device.texture("a large map", memory::TEXELS, usage, [side, side, 48]).unwrap_err();
+    assert!(
+        matches!(&error, RenderError::Limit { asked, limit, .. } if (*asked, *limit) == (16 * 48 * side * side, 2 << 30)),
+        "{error}"
+    );
+}
+
 /// A map's rows are layers, six each: more of them than any device has.
 #[test]
 fn a_map_of_too_many_rows_passes_the_limits() {
@@ -229,11 +294,38 @@ fn every_shader_is_valid() {
             .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
         use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
-        validator
+        let info = validator
             .validate(&module)
             .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+        translate(&name, &module, &info);
     }
 }
+
+/// What a device would be told through Direct3D 12 and OpenGL. Metal's language is part of wgpu on Apple's systems alone.
+#[cfg(any(target_os = "linux", target_os = "windows"))]
+fn translate(name: &str, module: &wgpu::naga::Module, info: &wgpu::naga::valid::ModuleInfo) {
+    use wgpu::naga::back::{glsl, hlsl};
+    let mut text = String::new();
+    let (options, whole) = (hlsl::Options::default(), hlsl::PipelineOptions { entry_point: None });
+    let written = hlsl::Writer::new(&mut text, &options, &whole).write(module, info, None).map(|_| ());
+    written.unwrap_or_else(|error| panic!("{name} in HLSL: {error}"));
+    for entry in &module.entry_points {
+        let options = glsl::Options::default();
+        let one = glsl::PipelineOptions {
+            shader_stage: entry.stage,
+            entry_point: entry.name.clone(),
+            multiview: None,
+        };
+        let policies = wgpu::naga::proc::BoundsCheckPolicies::default();
+        let writer = glsl::Writer::new(&mut text, module, info, &options, &one, policies);
+        let written = writer.and_then(|mut writer| writer.write().map(|_| ()));
+        written.unwrap_or_else(|error| panic!("{name} in GLSL: {error}"));
+    }
+    assert!(text.contains("#version 310 es"), "{text}");
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "windows")))]
+fn translate(_: &str, _: &wgpu::naga::Module, _: &wgpu::naga::valid::ModuleInfo) {}
 
 /// And every shader of `shading` is part of some shader of the device.
 #[test]

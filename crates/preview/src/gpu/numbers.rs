@@ -1,0 +1,77 @@
+//! What shaders are told by number. Each number has the same name in a shader.
+
+use brdf::Centre;
+use envmap::ToneMap;
+
+use crate::{Background, Show};
+
+/// Constants, and a list of them.
+macro_rules! numbers {
+    ($($name:ident = $value:literal)*) => {
+        $(const $name: u32 = $value;)*
+
+        #[cfg(test)]
+        const ALL: &[(&str, u32)] = &[$((stringify!($name), $name)),*];
+    };
+}
+
+numbers! {
+    CENTRE_REFLECTION = 0
+    CENTRE_NORMAL = 1
+    CENTRE_TANGENT = 2
+    BACKGROUND_LAT_LONG = 0
+    BACKGROUND_CUBE = 1
+    BACKGROUND_FLAT = 2
+    DEVELOP_PLAIN = 0
+    DEVELOP_FILMIC = 1
+    SHOW_ONE = 0
+    SHOW_SPLIT = 1
+    SHOW_DIFFERENCE = 2
+}
+
+/// What a map is about.
+pub(super) fn centre(centre: Centre) -> u32 {
+    match centre {
+        Centre::Reflection => CENTRE_REFLECTION,
+        Centre::Normal => CENTRE_NORMAL,
+        Centre::Tangent => CENTRE_TANGENT,
+    }
+}
+
+/// What the map behind everything is.
+pub(super) fn background(background: Background) -> u32 {
+    match background {
+        Background::Environment => BACKGROUND_LAT_LONG,
+        Background::Harmonics => BACKGROUND_CUBE,
+        Background::Flat(_) => BACKGROUND_FLAT,
+    }
+}
+
+/// The tone curve.
+pub(super) fn tone(tone: ToneMap) -> u32 {
+    match tone {
+        ToneMap::Plain => DEVELOP_PLAIN,
+        ToneMap::Filmic => DEVELOP_FILMIC,
+    }
+}
+
+/// How modes are shown.
+pub(super) fn show(show: Show) -> u32 {
+    match show {
+        Show::One(_) => SHOW_ONE,
+        Show::Split { .. } => SHOW_SPLIT,
+        Show::Difference { .. } => SHOW_DIFFERENCE,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn shaders_have_the_same_numbers() {
+        let sources = super::super::layouts::sources();
+        for (name, value) in super::ALL {
+            let definition = format!("const {name} = {value}u;");
+            assert!(sources.iter().any(|(_, source)| source.contains(&definition)), "no {definition}");
+        }
+    }
+}
