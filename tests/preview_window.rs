@@ -159,11 +159,11 @@ fn is_another(one: &[[u8; 3]], other: &[[u8; 3]]) -> bool {
     difference(one, other) > 8.0
 }
 
-/// Whether it shows more than a surface of one colour.
+/// Whether it shows more than a surface of one colour with a word on it.
 fn is_rich(picture: &[[u8; 3]]) -> bool {
     let mean = picture.iter().map(|code| f64::from(code[0])).sum::<f64>() / picture.len() as f64;
     let spread = picture.iter().map(|code| (f64::from(code[0]) - mean).powi(2)).sum::<f64>();
-    (spread / picture.len() as f64).sqrt() > 12.0
+    (spread / picture.len() as f64).sqrt() > 24.0
 }
 
 /// A preview at work on a screen.

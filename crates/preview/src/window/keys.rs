@@ -34,7 +34,7 @@ pub(super) const POINTER: [(&str, &str); 6] = [
     ("wheel", "zoom"),
     ("drag the divider", "move the split"),
     ("double click", "camera as at first"),
-    ("click, then Tab", "from one control to the next"),
+    ("Tab", "to the next control"),
 ];
 
 impl Chord {

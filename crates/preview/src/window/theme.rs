@@ -34,6 +34,8 @@ pub(super) fn set(context: &Context) {
         style.interaction.tooltip_delay = 0.4;
         style.interaction.selectable_labels = false;
         style.spacing.item_spacing = [8.0, 5.0].into();
+        // Scroll bars lie beside what is scrolled, not over its last letter.
+        style.spacing.scroll.floating_allocated_width = 8.0;
         style.spacing.slider_width = 110.0;
         for (text, size) in [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Heading, 15.0)] {
             style.text_styles.insert(text, FontId::proportional(size));
