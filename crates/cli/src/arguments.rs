@@ -201,7 +201,7 @@ pub(crate) struct PreviewArguments {
     /// What draws [default: cpu for a still, which is the same to the bit everywhere, gpu for the window]
     #[arg(long, value_enum)]
     pub(crate) backend: Option<Backend>,
-    /// With --still: how many stops brighter, such as -1.5
+    /// With --still: how many stops brighter, -24 to 24, such as -1.5
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, requires = "still", allow_negative_numbers = true, value_parser = preview::parse_exposure)]
     pub(crate) exposure: f64,
     #[command(flatten)]

@@ -21,7 +21,7 @@ pub enum Exit {
     /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there, no
     /// display for a window.
     Machine = 4,
-    /// 130: stopped by Ctrl-C. For `watch` and `preview` that is the usual end, and 0.
+    /// 130: stopped by Ctrl-C. For `watch` and the window of `preview` that is the usual end, and 0.
     Interrupted = 130,
 }
 
@@ -35,7 +35,7 @@ impl Exit {
   3    the manifest has faults or is not there; nothing ran
   4    the machine is in the way: unwritable folder, full disk, another process at work, no
        display
-  130  stopped by Ctrl-C; watch and preview end so with 0";
+  130  stopped by Ctrl-C; watch and a preview's window end so with 0";
 }
 
 impl From<Exit> for ExitCode {

@@ -14,7 +14,7 @@ pub enum Mode {
     KautzMcCool,
     /// A white diffuse surface: irradiance over pi, from nine coefficients.
     Irradiance,
-    /// One reflection map, prefiltered for the material seen head on.
+    /// One reflection map, the mean over all views.
     Prefiltered,
     /// A perfect mirror: the environment itself.
     Mirror,

@@ -40,7 +40,8 @@
 //!
 //! With `backend = "cpu"` outputs are the same to the bit, as those of all stages. A graphics device (`"gpu"`) draws the same within two
 //! steps of 255 for all but a few pixels, and faster; what it draws depends on the device, which no key holds. Where there is none, or
-//! where it cannot draw this, the CPU does, with a warning that says why.
+//! where it cannot draw this, the CPU does, with a warning that says why. Its picture is kept like any result: once there is a
+//! device, set `backend` to `"cpu"` or change another parameter, or move `.specula` away, to have it drawn anew.
 //!
 //! ## Files
 //!
@@ -219,7 +220,7 @@ parameters! {
     }
 }
 
-/// The most pixels of all frames together: 256 MiB are held of them.
+/// The most pixels of all frames together: 192 MiB of codes, and as much again where they become a strip.
 const MOST_PIXELS: usize = 1 << 26;
 
 impl Parameters {

@@ -6,6 +6,9 @@ use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Scene, Shot};
 
 use super::{Backend, failure};
 
+/// What a key does not hold cannot make a result out of date.
+const KEPT: &str = "; this picture stays until a parameter or an input changes";
+
 /// Draws pictures of an item.
 pub(super) struct Easel<'a, 'b> {
     context: &'a Context<'b>,
@@ -34,7 +37,8 @@ impl<'a, 'b> Easel<'a, 'b> {
     }
 
     fn warn(&self, error: &RenderError) {
-        self.context.warn(format!("drawn on the CPU, because the graphics device cannot: {error}"));
+        let message = format!("drawn on the CPU, because the graphics device cannot: {error}");
+        self.context.warn(message + KEPT);
     }
 
     /// The picture of a scene. What the device cannot draw the CPU does, this picture and all after it.
@@ -136,7 +140,7 @@ mod tests {
         let mut easel = Easel::with(Some(Err(none)), &context);
         assert_eq!(easel.draw(&scene, &shot(&scene)).unwrap().codes.len(), 32);
         let expected = "drawn on the CPU, because the graphics device cannot: no adapter was found";
-        assert_eq!(context.warnings(), [expected]);
+        assert_eq!(context.warnings(), [format!("{expected}{KEPT}")]);
     }
 
     #[test]
