@@ -28,9 +28,8 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
     };
     let showcase = Showcase::of(plan);
     if showcase.is_empty() {
-        let file = arguments.manifest.display();
-        let message = format!("{file} has nothing to preview: no stage of it reflects an environment");
-        print::error(&[message], Some(NOTHING));
+        let amiss = subject::nothing(&arguments.manifest, &[]);
+        print::error(&[amiss.message], Some(&amiss.help));
         return Exit::Manifest;
     }
     let wish = Wish { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
@@ -52,6 +51,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
     let opening = window::Opening {
         manifest: &watching.manifest.manifest,
         kinds,
+        stages: &watching.stages,
         wish,
         cpu: arguments.backend == Some(Backend::Cpu),
         goes_on_without: false,
@@ -59,14 +59,12 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
     window::run(&opening, |cancel, also| watch::keep_fresh(&watching, kinds, cancel, also))
 }
 
-/// What a manifest needs to have something to show.
-const NOTHING: &str = "a stage of the kind convolve makes a reflection of lighting and a material; `specula init` writes a manifest with one";
-
 /// `specula watch --preview`.
 pub(crate) fn beside_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let opening = window::Opening {
         manifest: &arguments.manifest.manifest,
         kinds,
+        stages: &arguments.stages,
         wish: Wish::default(),
         cpu: false,
         goes_on_without: true,

@@ -100,6 +100,12 @@ impl Standing {
         (!named.is_empty()).then(|| format!("still failing: {}", few(&named, "; ")))
     }
 
+    /// Whether an error stands that keeps one of these items from being made anew.
+    pub(crate) fn is_of(&self, items: &[ItemName]) -> bool {
+        let failed = self.failures.keys().any(|item| items.contains(item));
+        failed || self.manifest.is_some() || self.hindrance.is_some()
+    }
+
     /// The errors for the bottom of a terminal, a few lines each.
     pub(crate) fn pinned(&self) -> Vec<String> {
         let mut lines = Vec::new();

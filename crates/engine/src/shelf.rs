@@ -79,6 +79,15 @@ impl Shelf {
         self.good(item).map_or(&[], |record| &record.warnings)
     }
 
+    /// Whether what is kept of an item was made of what is kept of those that arrive at it. It was not where one of them was
+    /// made anew since then, and where the last run failed.
+    pub fn is_abreast(&self, plan: &Plan, item: ItemIndex) -> bool {
+        let arriving = plan.items[item].inputs.iter().flatten();
+        let arriving = arriving.map(|from| self.get(*from).map(|handle| handle.digest()));
+        let used = |record: &Record| record.inputs.iter().map(|used| Some(used.digest)).eq(arriving);
+        self.good(item).is_some_and(used)
+    }
+
     fn good(&self, item: ItemIndex) -> Option<&Record> {
         self.kept(item).map(|kept| &*kept.record).filter(|record| record.failure.is_none())
     }

@@ -40,13 +40,15 @@ impl Host for Workshop {
         let _ = std::fs::write(state_file(), json);
     }
 
-    fn screenshot(&mut self, picture: Picture) -> Result<String, String> {
+    fn screenshot(&mut self, _: &Subject, picture: Picture) {
         self.pictures += 1;
         let path = std::env::temp_dir().join(format!("specula-window-{}.ppm", self.pictures));
         let header = format!("P6 {} {} 255\n", picture.size[0], picture.size[1]);
         let bytes = [header.as_bytes(), picture.codes.as_flattened()].concat();
-        std::fs::write(&path, bytes).map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(path.display().to_string())
+        say(&match std::fs::write(&path, bytes) {
+            Ok(()) => format!("kept {}", path.display()),
+            Err(error) => format!("{}: {error}", path.display()),
+        });
     }
 
     fn closed(&mut self) {}
@@ -84,6 +86,7 @@ fn work(news: &NewsSender, wished: &Receiver<Subject>, events: &[String]) {
         environments: names(&["evening", "studio"]),
         materials: names(&["chalk", "gold", "lacquer"]),
         meshes: names(&transfer::SHAPES),
+        pairs: (0..6).map(|pair| (pair / 3, pair % 3)).collect(),
     }));
     news.send(News::Status("watching assets/".into()));
     let last: Arc<Mutex<Option<Subject>>> = Arc::default();
@@ -110,6 +113,7 @@ fn happen(news: &NewsSender, event: &str, last: &Mutex<Option<Subject>>) {
             lines: vec!["coefficients: gold".into(), "reflection: evening, gold".into()],
         }),
         "failure" => news.send(News::Failure(Some(vec![
+            "This did not work; the picture is the last good one".into(),
             "assets/materials/gold.toml:3:1: unknown key `roughnes`".into(),
             "  expected one of: model, roughness, reflectance".into(),
             "  did you mean `roughness`?".into(),

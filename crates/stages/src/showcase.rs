@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use engine::{Artifact, ItemIndex, ItemKey, Plan, Product, Stage, StageIndex};
 use preview::MapSizes;
+use preview::window::Catalogue;
 use sphere::Rotation;
 
 pub use gallery::Gallery;
@@ -74,14 +75,16 @@ pub struct Unknown {
 impl Showcase {
     /// What of a plan can be shown.
     pub fn of(plan: Plan) -> Self {
+        Self::among(plan, &[])
+    }
+
+    /// What of a plan can be shown where these stages are built, with all that they need; none stand for all stages.
+    pub fn among(plan: Plan, built: &[String]) -> Self {
         let graph = Connections::of(&plan);
-        let mut found = Vec::new();
-        for item in 0..plan.items.len() {
-            if let Some(exhibit) = graph.exhibit(&plan, item) {
-                found.push(exhibit);
-            }
-        }
-        found = without_steps(&plan, &graph, found);
+        let built = with_their_needs(&plan, built);
+        let items = (0..plan.items.len()).filter(|item| built[plan.items[*item].stage]);
+        let found = items.clone().filter_map(|item| graph.exhibit(&plan, item)).collect();
+        let found = without_steps(&plan, &graph, found);
         let lights = found.iter().map(|exhibit| exhibit.environment).collect::<BTreeSet<_>>();
         let lights = lights.into_iter().collect::<Vec<_>>();
         let named = lights.iter().map(|item| Named::of(&plan, *item));
@@ -96,7 +99,7 @@ impl Showcase {
         };
         let places = found.iter().zip(&coats).map(|(exhibit, coat)| place(exhibit, coat));
         let exhibits = places.collect::<Vec<_>>().into_iter().zip(found).collect();
-        let meshes = meshes(&plan);
+        let meshes = meshes(&plan, items);
         Self { plan, environments, materials, exhibits, meshes }
     }
 
@@ -108,6 +111,16 @@ impl Showcase {
     /// Whether there is nothing to show: no stage makes a reflection of an environment.
     pub fn is_empty(&self) -> bool {
         self.exhibits.is_empty()
+    }
+
+    /// The names of all that can be shown, and what goes together.
+    pub fn catalogue(&self) -> Catalogue {
+        Catalogue {
+            environments: self.environments.clone(),
+            materials: self.materials.clone(),
+            meshes: self.meshes(),
+            pairs: self.exhibits.keys().copied().collect(),
+        }
     }
 
     /// The names of the environments, as the manifest has them.
@@ -135,24 +148,20 @@ impl Showcase {
         Ok(self.exhibits.get(&(environment, material)))
     }
 
-    /// The first material that the graph brings together with an environment.
+    /// Whether an environment is known.
     ///
     /// # Errors
-    /// Where the environment is not known.
-    pub fn first_material(&self, environment: &str) -> Result<Option<&str>, Unknown> {
-        let environment = position("environment", &self.environments, environment)?;
-        let first = self.exhibits.range((environment, 0)..(environment + 1, 0)).next();
-        Ok(first.map(|((_, material), _)| self.materials[*material].as_str()))
+    /// Where it is not.
+    pub fn check_environment(&self, name: &str) -> Result<(), Unknown> {
+        position("environment", &self.environments, name).map(|_| ())
     }
 
-    /// The first environment that the graph brings together with a material.
+    /// Whether a material is known.
     ///
     /// # Errors
-    /// Where the material is not known.
-    pub fn first_environment(&self, material: &str) -> Result<Option<&str>, Unknown> {
-        let material = position("material", &self.materials, material)?;
-        let first = self.exhibits.keys().find(|(_, other)| *other == material);
-        Ok(first.map(|(environment, _)| self.environments[*environment].as_str()))
+    /// Where it is not.
+    pub fn check_material(&self, name: &str) -> Result<(), Unknown> {
+        position("material", &self.materials, name).map(|_| ())
     }
 
     /// Whether a mesh is known.
@@ -163,15 +172,29 @@ impl Showcase {
         position("mesh", &self.meshes(), name).map(|_| ())
     }
 
-    /// The stages that make what can be shown, and those that they need.
-    pub fn stages(&self) -> BTreeSet<&str> {
-        let meshes = self.meshes.iter().filter_map(|(_, shape)| match shape {
-            Shape::Item(item) => Some(item),
-            Shape::BuiltIn(_) => None,
-        });
-        let items = self.exhibits.values().flat_map(|exhibit| &exhibit.ancestry).chain(meshes);
-        items.map(|item| stage_name(&self.plan, *item)).collect()
+    /// The stages that make an exhibit and a mesh, and those that they need.
+    pub fn stages(&self, exhibit: &Exhibit, mesh: &str) -> BTreeSet<&str> {
+        let shape = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, shape)| *shape);
+        let mesh = match shape {
+            Some(Shape::Item(item)) => Some(item),
+            Some(Shape::BuiltIn(_)) | None => None,
+        };
+        let items = exhibit.ancestry.iter().copied().chain(mesh);
+        items.map(|item| stage_name(&self.plan, item)).collect()
     }
+}
+
+/// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.
+fn with_their_needs(plan: &Plan, names: &[String]) -> Vec<bool> {
+    let is_named = |stage: &Stage| names.is_empty() || names.contains(&stage.name);
+    let mut chosen = plan.stages.iter().map(is_named).collect::<Vec<_>>();
+    // Stages come after those that they need.
+    for (index, stage) in plan.stages.iter().enumerate().rev() {
+        if chosen[index] {
+            stage.inputs.iter().for_each(|(_, from)| chosen[*from] = true);
+        }
+    }
+    chosen
 }
 
 fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, Unknown> {
@@ -231,9 +254,9 @@ impl<'p> Named<'p> {
     }
 }
 
-/// The meshes of the graph, then the built-in ones.
-fn meshes(plan: &Plan) -> Vec<(String, Shape)> {
-    let items = (0..plan.items.len()).filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
+/// The meshes among some items, then the built-in ones.
+fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, Shape)> {
+    let items = items.filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
     let made = items.map(|item| (Named::of(plan, item), Shape::Item(item)));
     let built_in = |name: &'static str| Named { name: name.into(), stages: vec!["built-in"] };
     let built_in = transfer::SHAPES.into_iter().map(|name| (built_in(name), Shape::BuiltIn(name)));

@@ -3,28 +3,33 @@
 //! Everything comes as a [`Letter`], from the window, the watcher and Ctrl-C. Those that have come meanwhile are read before
 //! anything is done: of several wishes the newest is answered.
 
-use std::path::{Path, PathBuf};
+use std::iter;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use ::preview::window::{Catalogue, Facts, News, NewsSender, Subject, WindowSettings};
+use ::preview::window::{Catalogue, Facts, News, Subject, WindowSettings};
 use ::preview::{Picture, RenderError, Scene};
-use engine::{Cancel, Event, ItemName, Kinds, Plan, Shelf};
+use engine::{Cancel, Error, Event, ItemName, Plan, Shelf};
 use stages::{Gallery, Showcase};
 
 use super::gazette::{Gazette, Message};
-use super::keepsakes::{self, Keepsakes};
+use super::keepsakes::Keepsakes;
+use super::subject::Amiss;
+use super::window::Opening;
 use super::{still, subject};
 use crate::arguments::Backend;
 use crate::print::{self, say};
+
+/// Shows news in a window.
+type Window = Box<dyn Fn(News) + Send>;
 
 /// What the curator is told.
 pub(crate) enum Letter {
     /// The watcher did something, at this moment.
     Event(Event, Instant),
     /// There is a window.
-    Opened(NewsSender),
+    Opened(Window),
     /// There is none and will be none: what it would have shown is drawn instead.
     NoWindow(Box<WindowSettings>),
     /// The window wants this.
@@ -32,8 +37,8 @@ pub(crate) enum Letter {
     /// The window's state is to be kept.
     Keep(String),
     /// A picture is to be kept.
-    Keepsake(Picture, PathBuf),
-    /// The window is to close.
+    Keepsake(Subject, Picture),
+    /// The window is to close, also one that is still to come.
     Close,
     /// Nothing more will come.
     End,
@@ -43,7 +48,7 @@ pub(crate) enum Letter {
 enum Audience {
     /// Nobody yet.
     None,
-    Window(NewsSender),
+    Window(Window),
     /// A file, in place of the window that would have had these settings.
     Still(Box<WindowSettings>),
 }
@@ -59,31 +64,29 @@ struct Tasks {
     show: bool,
     message: Option<Message>,
     state: Option<String>,
-    pictures: Vec<(Picture, PathBuf)>,
-    close: bool,
-    /// A build went to its end.
-    built: bool,
+    pictures: Vec<(Subject, Picture)>,
     end: bool,
 }
 
 /// See the module.
 pub(crate) struct Curator<'a> {
-    manifest: &'a Path,
-    kinds: &'a Kinds,
+    opening: &'a Opening<'a>,
     /// Stops the watcher: without a window, once there is a still.
     cancel: &'a Cancel,
-    /// Whether the watcher goes on without a window.
-    goes_on_without: bool,
     keepsakes: Keepsakes,
     start: Instant,
     audience: Audience,
+    closing: bool,
+    /// Whether the watcher has done what it can until something changes.
+    built: bool,
     gazette: Gazette,
     showcase: Option<Showcase>,
-    shelf: Option<Shelf>,
+    /// What was built of the showcase's plan.
+    shelf: Option<Result<Shelf, Error>>,
     gallery: Gallery,
     wanted: Option<Subject>,
-    /// The item that reflects what is wanted.
-    reflection: Option<ItemName>,
+    /// The items that what is wanted is made of; the last of them reflects.
+    ancestry: Vec<ItemName>,
     shown: Option<(Subject, Scene, Facts)>,
     /// Why what is wanted cannot be shown.
     amiss: Vec<String>,
@@ -99,26 +102,21 @@ struct Told {
 }
 
 impl<'a> Curator<'a> {
-    pub(crate) fn new(
-        manifest: &'a Path,
-        kinds: &'a Kinds,
-        cancel: &'a Cancel,
-        goes_on_without: bool,
-    ) -> Self {
+    pub(crate) fn new(opening: &'a Opening<'a>, cancel: &'a Cancel) -> Self {
         Self {
-            manifest,
-            kinds,
+            opening,
             cancel,
-            goes_on_without,
-            keepsakes: Keepsakes::beside(manifest),
+            keepsakes: Keepsakes::beside(opening.manifest),
             start: Instant::now(),
             audience: Audience::None,
+            closing: false,
+            built: false,
             gazette: Gazette::default(),
             showcase: None,
             shelf: None,
             gallery: Gallery::default(),
             wanted: None,
-            reflection: None,
+            ancestry: Vec::new(),
             shown: None,
             amiss: Vec::new(),
             told: Told::default(),
@@ -128,17 +126,19 @@ impl<'a> Curator<'a> {
     /// Works until [`Letter::End`].
     pub(crate) fn run(mut self, letters: &Receiver<Letter>) {
         while let Ok(letter) = letters.recv() {
-            let mut tasks = Tasks::default();
-            self.take(letter, &mut tasks);
-            while let Ok(letter) = letters.try_recv() {
-                self.take(letter, &mut tasks);
-            }
-            let end = tasks.end;
-            self.act(tasks);
-            if end {
+            if self.answer(iter::once(letter).chain(letters.try_iter())) {
                 return;
             }
         }
+    }
+
+    /// Reads letters and does what they ask for; whether nothing more will come.
+    fn answer(&mut self, letters: impl IntoIterator<Item = Letter>) -> bool {
+        let mut tasks = Tasks::default();
+        letters.into_iter().for_each(|letter| self.take(letter, &mut tasks));
+        let end = tasks.end;
+        self.act(tasks);
+        end
     }
 
     fn take(&mut self, letter: Letter, tasks: &mut Tasks) {
@@ -147,10 +147,15 @@ impl<'a> Curator<'a> {
             Letter::Opened(window) => {
                 self.audience = Audience::Window(window);
                 self.told = Told::default();
+                if self.closing {
+                    self.tell(News::Close);
+                }
                 (tasks.plan, tasks.shelf, tasks.show) = (true, true, true);
             }
             Letter::NoWindow(settings) => {
                 self.audience = Audience::Still(settings);
+                // What a window was told that is gone is told again.
+                (self.told, self.shown) = (Told::default(), None);
                 (tasks.plan, tasks.shelf) = (true, true);
             }
             Letter::Wanted(subject) => {
@@ -158,8 +163,11 @@ impl<'a> Curator<'a> {
                 self.wanted = Some(subject);
             }
             Letter::Keep(state) => tasks.state = Some(state),
-            Letter::Keepsake(picture, file) => tasks.pictures.push((picture, file)),
-            Letter::Close => tasks.close = true,
+            Letter::Keepsake(subject, picture) => tasks.pictures.push((subject, picture)),
+            Letter::Close => {
+                self.closing = true;
+                self.tell(News::Close);
+            }
             Letter::End => tasks.end = true,
         }
     }
@@ -170,15 +178,13 @@ impl<'a> Curator<'a> {
             tasks.message = Some(message);
         }
         match event {
-            Event::Planned { .. } => tasks.plan = true,
+            Event::Planned { .. } => (self.built, tasks.plan) = (false, true),
             // It is shown before its exports are written.
             Event::Finished { item, .. } | Event::UpToDate { item } => {
-                tasks.shelf |= self.reflection.as_ref() == Some(item);
+                tasks.shelf |= self.ancestry.last() == Some(item);
             }
-            Event::Ended(summary) => {
-                tasks.shelf = true;
-                tasks.built |= !summary.cancelled;
-            }
+            Event::Ended(summary) => (self.built, tasks.shelf) = (!summary.cancelled, true),
+            Event::Rejected { .. } | Event::Hindered { .. } => self.built = true,
             _ => {}
         }
     }
@@ -189,14 +195,12 @@ impl<'a> Curator<'a> {
         {
             say!("warning: the window's state cannot be kept: {error}");
         }
-        for (picture, file) in &tasks.pictures {
-            if let Err(error) = keepsakes::write_picture(file, picture) {
-                let title = format!("{} cannot be written", file.display());
-                self.tell(News::Toast { title, lines: vec![error.to_string()] });
-            }
-        }
-        if tasks.close {
-            self.tell(News::Close);
+        for (subject, picture) in &tasks.pictures {
+            let (title, line) = match self.keepsakes.keep_picture(subject, picture) {
+                Ok(file) => ("kept the picture", file.display().to_string()),
+                Err(error) => ("the picture was not kept", error.to_string()),
+            };
+            self.tell(News::Toast { title: title.into(), lines: vec![line] });
         }
         if tasks.end || matches!(self.audience, Audience::None) {
             return;
@@ -205,87 +209,74 @@ impl<'a> Curator<'a> {
             self.read_plan();
         }
         if tasks.plan || tasks.shelf {
-            self.read_shelf();
+            self.shelf = self.showcase.as_ref().map(|showcase| Shelf::open(showcase.plan()));
         }
         if tasks.plan || tasks.shelf || tasks.show {
-            self.show(tasks.show);
+            self.amiss = self.show(tasks.show).err().unwrap_or_default();
         }
         self.tell_state();
         if let Some(Message { title, lines }) = tasks.message {
             self.tell(News::Toast { title, lines });
         }
-        if matches!(self.audience, Audience::Still(_)) && tasks.built && !self.goes_on_without {
+        if matches!(self.audience, Audience::Still(_)) && self.built && !self.opening.goes_on_without {
             self.cancel.cancel();
         }
     }
 
     /// Where the manifest has faults, the watcher tells them, and what it was stays.
     fn read_plan(&mut self) {
-        if let Ok(plan) = Plan::load(self.manifest, self.kinds) {
-            let showcase = Showcase::of(plan);
-            let catalogue = Catalogue {
-                environments: showcase.environments().to_vec(),
-                materials: showcase.materials().to_vec(),
-                meshes: showcase.meshes(),
-            };
-            self.showcase = Some(showcase);
-            if self.told.catalogue != catalogue {
-                self.told.catalogue = catalogue.clone();
-                self.tell(News::Catalogue(catalogue));
-            }
+        let Ok(plan) = Plan::load(self.opening.manifest, self.opening.kinds) else { return };
+        let showcase = Showcase::among(plan, self.opening.stages);
+        let catalogue = showcase.catalogue();
+        if self.told.catalogue != catalogue {
+            // For what is no longer there the window wants something else.
+            self.wanted.take_if(|wanted| subject::check(&showcase, &subject::wish(wanted)).is_err());
+            self.told.catalogue = catalogue.clone();
+            self.tell(News::Catalogue(catalogue));
         }
-    }
-
-    fn read_shelf(&mut self) {
-        let Some(showcase) = &self.showcase else { return };
-        match Shelf::open(showcase.plan()) {
-            Ok(shelf) => self.shelf = Some(shelf),
-            Err(error) => self.amiss = error.chain().to_vec(),
-        }
+        self.showcase = Some(showcase);
     }
 
     /// Shows what is wanted, where it is not shown already or `anyway`.
-    fn show(&mut self, anyway: bool) {
-        if let Audience::Still(settings) = &self.audience {
-            self.wanted = Some(settings.subject(self.told.catalogue.clone()));
+    ///
+    /// # Errors
+    /// Why it cannot be shown.
+    fn show(&mut self, anyway: bool) -> Result<(), Vec<String>> {
+        let Some(showcase) = &self.showcase else { return Ok(()) };
+        self.ancestry.clear();
+        if showcase.is_empty() {
+            return Err(subject::nothing(self.opening.manifest, self.opening.stages).lines());
         }
-        let (Some(wanted), Some(showcase), Some(shelf)) = (&self.wanted, &self.showcase, &self.shelf) else {
-            return;
-        };
-        let subject = wanted.clone();
-        let exhibit = match subject::exhibit(showcase, &subject.environment, &subject.material) {
-            Ok(exhibit) => exhibit,
-            Err(amiss) => {
-                self.reflection = None;
-                self.amiss = vec![amiss.message, amiss.help];
-                return;
-            }
-        };
+        if let Audience::Still(settings) = &self.audience {
+            self.wanted = Some(settings.subject(showcase.catalogue()));
+        }
+        let (Some(subject), Some(shelf)) = (self.wanted.clone(), &self.shelf) else { return Ok(()) };
+        let shelf = shelf.as_ref().map_err(|error| error.chain().to_vec())?;
+        let exhibit = subject::exhibit(showcase, &subject.environment, &subject.material);
+        let exhibit = exhibit.map_err(Amiss::lines)?;
         let plan = showcase.plan();
-        let item = &plan.items[exhibit.reflection];
-        self.reflection =
-            Some(ItemName { stage: plan.stages[item.stage].name.clone(), key: item.key.clone() });
+        self.ancestry.extend(exhibit.ancestry.iter().map(|item| {
+            let item = &plan.items[*item];
+            ItemName { stage: plan.stages[item.stage].name.clone(), key: item.key.clone() }
+        }));
         let scene = match self.gallery.scene(showcase, shelf, exhibit, &subject.mesh) {
             Ok(scene) => scene,
+            // What is not there yet is being made.
+            Err(_) if self.gazette.is_building() => return Ok(()),
             Err(failure) => {
-                // What is not there yet is being made.
-                self.amiss.clear();
-                if !self.gazette.is_building() {
-                    self.amiss.push(format!("{} cannot be shown", subject::told(&subject)));
-                    self.amiss.extend(failure.chain);
-                    self.amiss.extend(failure.help.map(|help| format!("hint: {help}")));
-                }
-                return;
+                let mut lines = vec![format!("{} cannot be shown", subject::told(&subject))];
+                lines.extend(failure.chain);
+                lines.extend(failure.help.map(|help| format!("hint: {help}")));
+                return Err(lines);
             }
         };
-        self.amiss.clear();
         let facts = showcase.facts(shelf, exhibit);
         let is_still = matches!(self.audience, Audience::Still(_));
         let is_shown = self.shown.as_ref().is_some_and(|(shown, other, told)| {
             *shown == subject && is_same(other, &scene) && (is_still || *told == facts)
         });
         if is_shown && !anyway {
-            return;
+            return Ok(());
         }
         self.shown = Some((subject.clone(), scene.clone(), facts.clone()));
         match &self.audience {
@@ -293,10 +284,11 @@ impl<'a> Curator<'a> {
             Audience::Window(window) => {
                 // The map that every window begins with is made here, where nobody waits for it.
                 scene.objects.iter().for_each(|object| _ = object.look.local());
-                window.send(News::Scene { subject, scene, facts });
+                window(News::Scene { subject, scene, facts });
             }
             Audience::Still(settings) => self.draw(settings, &subject, &scene),
         }
+        Ok(())
     }
 
     /// Draws the still that stands in for the window.
@@ -312,7 +304,7 @@ impl<'a> Curator<'a> {
                 return print::error(&[message, error.to_string()], None);
             }
         };
-        match keepsakes::write_picture(&file, &drawn.picture) {
+        match self.keepsakes.keep_still(&drawn.picture) {
             Ok(()) => say!("{}", drawn.told(&file, subject, &shot)),
             Err(error) => {
                 print::error(&[format!("cannot write {}", file.display()), error.to_string()], None)
@@ -329,6 +321,9 @@ impl<'a> Curator<'a> {
         }
         let mut failure = self.gazette.failures();
         failure.extend(self.amiss.iter().cloned());
+        if !failure.is_empty() {
+            failure.insert(0, self.headline().into());
+        }
         if self.told.failure != failure {
             self.told.failure.clone_from(&failure);
             if matches!(self.audience, Audience::Still(_)) && !self.amiss.is_empty() {
@@ -338,9 +333,21 @@ impl<'a> Curator<'a> {
         }
     }
 
+    /// What the errors that stand mean for the picture.
+    fn headline(&self) -> &'static str {
+        match (&self.shown, self.amiss.is_empty()) {
+            (None, _) => "This did not work",
+            (Some(_), false) => "This cannot be shown; the picture is the one before",
+            (Some(_), true) if self.gazette.is_of(&self.ancestry) => {
+                "This did not work; the picture is the last good one"
+            }
+            (Some(_), true) => "Something did not work that this picture is not made of",
+        }
+    }
+
     fn tell(&self, news: News) {
         if let Audience::Window(window) = &self.audience {
-            window.send(news);
+            window(news);
         }
     }
 }
@@ -354,3 +361,6 @@ fn is_same(one: &Scene, other: &Scene) -> bool {
             .zip(&other.objects)
             .all(|(one, other)| Arc::ptr_eq(&one.mesh, &other.mesh) && Arc::ptr_eq(&one.look, &other.look))
 }
+
+#[cfg(test)]
+mod tests;

@@ -26,6 +26,8 @@ pub(crate) struct Gazette {
     way: String,
     /// The items of the build at work, and how many of them are settled.
     progress: Option<(usize, usize)>,
+    /// Who works in the folder, so that the build at work waits.
+    holder: Option<String>,
     /// When the first change was heard of that no build has answered yet, in milliseconds.
     noticed: Option<f64>,
     changed: Vec<String>,
@@ -37,7 +39,9 @@ impl Gazette {
     /// Takes an event in, `now` in milliseconds of any clock; a message where a build has ended that a change began.
     pub(crate) fn hear(&mut self, event: &Event, now: f64) -> Option<Message> {
         self.standing.take(event);
+        self.holder = None;
         match event {
+            Event::Waiting { holder, .. } => self.holder = Some(holder.clone()),
             Event::Watching { folders, poll_milliseconds, because } => {
                 self.way = way(*folders, *poll_milliseconds, because.as_deref());
             }
@@ -82,6 +86,9 @@ impl Gazette {
 
     /// What goes on.
     pub(crate) fn status(&self) -> String {
+        if let Some(holder) = &self.holder {
+            return format!("waiting for {holder}");
+        }
         match self.progress {
             Some((settled, items)) => format!("building: {settled} of {}", count(items, "item")),
             None => self.way.clone(),
@@ -91,6 +98,11 @@ impl Gazette {
     /// The errors that stand, a few lines each; none where all is well.
     pub(crate) fn failures(&self) -> Vec<String> {
         self.standing.pinned()
+    }
+
+    /// Whether one of them keeps some of these items from being made anew.
+    pub(crate) fn is_of(&self, items: &[ItemName]) -> bool {
+        self.standing.is_of(items)
     }
 
     fn settle(&mut self) {
@@ -199,6 +211,8 @@ mod tests {
         let failed = Event::Failed { item: item("material", "gold"), error: vec!["bad".into()], help: None };
         told(&mut gazette, &[planned(1), failed, ended(false)]);
         assert_eq!(gazette.failures()[0], "FAILED  material [gold]");
+        assert!(gazette.is_of(&[item("material", "gold"), item("map", "gold")]));
+        assert!(!gazette.is_of(&[item("material", "tin")]));
         told(&mut gazette, &[planned(1), finished("material", "gold"), ended(false)]);
         assert!(gazette.failures().is_empty());
     }
@@ -212,6 +226,16 @@ mod tests {
         };
         assert!(title(&mut gazette, 1).starts_with("1 item failed, after "));
         assert!(title(&mut gazette, 0).ends_with(": nothing had to run"));
+    }
+
+    #[test]
+    fn while_a_build_waits_it_tells_for_whom() {
+        let mut gazette = Gazette::default();
+        let waiting = Event::Waiting { holder: "specula build, process 7".into(), limit_milliseconds: None };
+        told(&mut gazette, &[planned(2), waiting]);
+        assert_eq!(gazette.status(), "waiting for specula build, process 7");
+        told(&mut gazette, &[finished("map", "a")]);
+        assert_eq!(gazette.status(), "building: 1 of 2 items");
     }
 
     #[test]

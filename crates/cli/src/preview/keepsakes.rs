@@ -1,6 +1,6 @@
 //! What the preview keeps on the disk: pictures, and the window's state. Each file appears whole or not at all.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -45,6 +45,7 @@ impl Keepsakes {
     /// # Errors
     /// Where it cannot be written.
     pub(crate) fn keep_state(&self, json: &str) -> io::Result<()> {
+        self.prepare()?;
         replace(&self.state_file(), json.as_bytes())
     }
 
@@ -57,14 +58,52 @@ impl Keepsakes {
         self.folder.join("preview.png")
     }
 
-    /// A file that is not there yet, for a picture of a subject: `gold-sky-sphere-2.png`.
-    pub(crate) fn screenshot(&self, subject: &Subject) -> PathBuf {
+    /// Writes that picture.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub(crate) fn keep_still(&self, picture: &Picture) -> io::Result<()> {
+        self.prepare()?;
+        write_picture(&self.still(), picture)
+    }
+
+    /// Keeps a picture of a subject in a file of its own, `gold-sky-sphere-2.png`, and says where.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub(crate) fn keep_picture(&self, subject: &Subject, picture: &Picture) -> io::Result<PathBuf> {
         let name = format!("{}-{}-{}", subject.material, subject.environment, subject.mesh);
         let plain = |letter: char| if letter.is_alphanumeric() || letter == '.' { letter } else { '-' };
         let name = name.chars().map(plain).collect::<String>();
+        self.prepare()?;
         let folder = self.folder.join("screenshots");
-        let numbered = |number: u32| folder.join(format!("{name}-{number}.png"));
-        (1..).map(numbered).find(|file| !file.exists()).unwrap_or_else(|| numbered(0))
+        fs::create_dir_all(&folder)?;
+        let bytes = png(picture)?;
+        let mut number = 0;
+        loop {
+            number += 1;
+            let [file, part] = ["png", "part"].map(|ending| folder.join(format!("{name}-{number}.{ending}")));
+            if file.exists() {
+                continue;
+            }
+            // Who makes the part has the number, unless another was done with it in between.
+            match File::create_new(&part) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+                made => drop(made?),
+            }
+            if file.exists() {
+                fs::remove_file(&part)?;
+                continue;
+            }
+            return put(&part, &file, &bytes).map(|()| file);
+        }
+    }
+
+    /// Makes the folder, which ignores itself in git, as a build makes it.
+    fn prepare(&self) -> io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
+        let ignore = self.folder.join(".gitignore");
+        if ignore.exists() { Ok(()) } else { fs::write(ignore, "*\n") }
     }
 }
 
@@ -73,22 +112,30 @@ impl Keepsakes {
 /// # Errors
 /// Where the file cannot be written.
 pub(crate) fn write_picture(file: &Path, picture: &Picture) -> io::Result<()> {
-    let [width, height] = picture.size.map(|side| side as usize);
-    let bytes = containers::write_png(width, height, &picture.codes, None).map_err(io::Error::other)?;
-    replace(file, &bytes)
-}
-
-/// Writes a file beside its place and renames it; its folder is made where it is not there.
-fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
+    let bytes = png(picture)?;
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         fs::create_dir_all(folder)?;
     }
+    replace(file, &bytes)
+}
+
+fn png(picture: &Picture) -> io::Result<Vec<u8>> {
+    let [width, height] = picture.size.map(|side| side as usize);
+    containers::write_png(width, height, &picture.codes, None).map_err(io::Error::other)
+}
+
+/// Writes a file beside its place and renames it.
+fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut name = file.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}", std::process::id()));
-    let temporary = file.with_file_name(name);
-    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, file));
+    put(&file.with_file_name(name), file, bytes)
+}
+
+/// Writes a file by way of another.
+fn put(temporary: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
+    let written = fs::write(temporary, bytes).and_then(|()| fs::rename(temporary, file));
     if written.is_err() {
-        let _ = fs::remove_file(&temporary);
+        let _ = fs::remove_file(temporary);
     }
     written
 }
@@ -105,7 +152,8 @@ mod tests {
         kept.keep_state("{}").unwrap();
         kept.keep_state("{\"version\":1}").unwrap();
         assert_eq!(kept.state(), Ok(Some("{\"version\":1}".into())));
-        assert_eq!(fs::read_dir(folder.path().join(FOLDER)).unwrap().count(), 1);
+        assert_eq!(fs::read_dir(folder.path().join(FOLDER)).unwrap().count(), 2);
+        assert_eq!(fs::read_to_string(folder.path().join(FOLDER).join(".gitignore")).unwrap(), "*\n");
     }
 
     #[test]
@@ -125,15 +173,20 @@ mod tests {
         let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
         let subject =
             Subject { environment: "a/b".into(), material: "gold (fine)".into(), mesh: "torus-knot".into() };
-        let first = kept.screenshot(&subject);
+        let picture =
+            Picture { size: [1, 1], codes: vec![[1, 2, 3]], radiance: vec![[0.0; 4]], relative_rms: None };
+        let keep = || kept.keep_picture(&subject, &picture).unwrap();
+        let first = keep();
         assert!(
             first.ends_with(".specula/screenshots/gold--fine--a-b-torus-knot-1.png"),
             "{}",
             first.display()
         );
-        let picture =
-            Picture { size: [1, 1], codes: vec![[1, 2, 3]], radiance: vec![[0.0; 4]], relative_rms: None };
-        write_picture(&first, &picture).unwrap();
-        assert!(kept.screenshot(&subject).ends_with("gold--fine--a-b-torus-knot-2.png"));
+        assert!(keep().ends_with("gold--fine--a-b-torus-knot-2.png"));
+        // Another program is at work on the third.
+        let folder = first.parent().unwrap();
+        fs::write(folder.join("gold--fine--a-b-torus-knot-3.part"), "").unwrap();
+        assert!(keep().ends_with("gold--fine--a-b-torus-knot-4.png"));
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 4, "three pictures and that");
     }
 }

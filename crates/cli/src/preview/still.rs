@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use ::preview::window::{Subject, WindowSettings, Wish};
 use ::preview::{Cpu, Gpu, Mode, Picture, RenderError, Renderer, Scene, Shot};
-use engine::{BuildOptions, Cancel, Event, Shelf};
+use engine::{BuildOptions, Cancel, Event, Plan, Shelf};
 use stages::{Gallery, Showcase};
 
 use super::{keepsakes, subject};
@@ -33,7 +33,7 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// A number of stops.
 pub(crate) fn parse_exposure(text: &str) -> Result<f64, String> {
     let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= 24.0);
-    stops.ok_or_else(|| "expected a number of stops, such as -1.5".into())
+    stops.ok_or_else(|| "expected a number of stops from -24 to 24, such as -1.5".into())
 }
 
 /// A file that a picture can be written to.
@@ -45,18 +45,9 @@ pub(crate) fn parse_file(text: &str) -> Result<PathBuf, String> {
 
 /// Builds what a picture needs, draws it and writes it.
 pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase, wish: &Wish) -> Exit {
-    let cancel = Cancel::default();
-    stop_on_interrupt(&cancel, || {});
-    let built = match build(&showcase, arguments, &cancel) {
-        Ok(Exit::Interrupted) => return Exit::Interrupted,
-        Ok(built) => built,
-        Err(exit) => return exit,
-    };
-    let Some(subject) = subject::first(&showcase, wish) else { return Exit::Manifest };
-    let shelf = match Shelf::open(showcase.plan()) {
-        Ok(shelf) => shelf,
-        Err(error) => return exit::of_error(&error),
-    };
+    // As a window shows it that was never opened before.
+    let window = WindowSettings { wish: wish.clone(), ..WindowSettings::default() };
+    let subject = window.subject(showcase.catalogue());
     let found = subject::exhibit(&showcase, &subject.environment, &subject.material);
     let exhibit = match found {
         Ok(exhibit) => exhibit,
@@ -64,6 +55,18 @@ pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase,
             print::error(&[amiss.message], Some(&amiss.help));
             return Exit::Usage;
         }
+    };
+    let cancel = Cancel::default();
+    stop_on_interrupt(&cancel, || {});
+    let stages = showcase.stages(exhibit, &subject.mesh).into_iter().map(str::to_owned).collect();
+    let built = match build(showcase.plan(), stages, arguments, &cancel) {
+        Ok(Exit::Interrupted) => return Exit::Interrupted,
+        Ok(built) => built,
+        Err(exit) => return exit,
+    };
+    let shelf = match Shelf::open(showcase.plan()) {
+        Ok(shelf) => shelf,
+        Err(error) => return exit::of_error(&error),
     };
     let scene = match Gallery::default().scene(&showcase, &shelf, exhibit, &subject.mesh) {
         Ok(scene) => scene,
@@ -74,8 +77,6 @@ pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase,
             return Exit::Failed;
         }
     };
-    // As a window shows it that was never opened before.
-    let window = WindowSettings { wish: wish.clone(), ..WindowSettings::default() };
     let shot = Shot { exposure: arguments.exposure, ..window.shot(scene.framing(), arguments.size) };
     let backend = arguments.backend.unwrap_or(Backend::Cpu);
     match draw(&scene, &shot, backend, &|| cancel.is_cancelled()) {
@@ -100,17 +101,22 @@ fn unwritable(file: &Path, error: &io::Error) -> Exit {
     Exit::Machine
 }
 
-/// Runs what is out of date of all that can be shown.
-fn build(showcase: &Showcase, arguments: &PreviewArguments, cancel: &Cancel) -> Result<Exit, Exit> {
+/// Runs what is out of date of these stages.
+fn build(
+    plan: &Plan,
+    stages: Vec<String>,
+    arguments: &PreviewArguments,
+    cancel: &Cancel,
+) -> Result<Exit, Exit> {
     let options = BuildOptions {
-        stages: showcase.stages().into_iter().map(str::to_owned).collect(),
+        stages,
         jobs: arguments.way.jobs.map(usize::from),
         keep_going: true,
         ..BuildOptions::default()
     };
     let progress = Progress::new(arguments.way.verbose, false, true);
     let events = |event: Event| progress.tell(&event);
-    match engine::build(showcase.plan(), &options, cancel, &events) {
+    match engine::build(plan, &options, cancel, &events) {
         Ok(summary) => {
             progress.tell_failures();
             Ok(exit_of(&summary))

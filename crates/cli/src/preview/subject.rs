@@ -1,5 +1,7 @@
 //! What is shown, by the names that people type.
 
+use std::path::Path;
+
 use ::preview::Mode;
 use ::preview::window::{Subject, Wish};
 use engine::nearest;
@@ -59,6 +61,13 @@ pub(crate) struct Amiss {
     pub(crate) help: String,
 }
 
+impl Amiss {
+    /// The lines for a panel.
+    pub(crate) fn lines(self) -> Vec<String> {
+        vec![self.message, format!("hint: {}", self.help)]
+    }
+}
+
 impl From<Unknown> for Amiss {
     fn from(Unknown { what, name, known }: Unknown) -> Self {
         let help = match nearest(&name, known.iter().map(String::as_str)) {
@@ -85,8 +94,8 @@ pub(crate) fn check(showcase: &Showcase, wish: &Wish) -> Result<(), Amiss> {
     }
     match (&wish.environment, &wish.material) {
         (Some(environment), Some(material)) => exhibit(showcase, environment, material).map(|_| ()),
-        (Some(environment), None) => Ok(showcase.first_material(environment).map(|_| ())?),
-        (None, Some(material)) => Ok(showcase.first_environment(material).map(|_| ())?),
+        (Some(environment), None) => Ok(showcase.check_environment(environment)?),
+        (None, Some(material)) => Ok(showcase.check_material(material)?),
         (None, None) => Ok(()),
     }
 }
@@ -108,19 +117,22 @@ pub(crate) fn exhibit<'s>(
     })
 }
 
-/// What is wished for; the rest is the first that goes with it. `None` where nothing can be shown.
-pub(crate) fn first(showcase: &Showcase, wish: &Wish) -> Option<Subject> {
-    let environment = match (&wish.environment, &wish.material) {
-        (Some(environment), _) => environment.as_str(),
-        (None, Some(material)) => showcase.first_environment(material).ok()??,
-        (None, None) => showcase.environments().first()?,
+/// Why nothing can be shown at all, of these stages or, where none are named, of all.
+pub(crate) fn nothing(manifest: &Path, stages: &[String]) -> Amiss {
+    let none = match stages {
+        [] => "no stage of it reflects an environment".into(),
+        stages => format!("{} and what that needs reflect no environment", stages.join(", ")),
     };
-    let material = match &wish.material {
-        Some(material) => material.as_str(),
-        None => showcase.first_material(environment).ok()??,
-    };
-    let mesh = wish.mesh.clone().or_else(|| showcase.meshes().into_iter().next())?;
-    Some(Subject { environment: environment.into(), material: material.into(), mesh })
+    Amiss {
+        message: format!("{} has nothing to preview: {none}", manifest.display()),
+        help: "a stage of the kind convolve makes a reflection of lighting and a material; `specula init` writes a manifest with one".into(),
+    }
+}
+
+/// A wish for all of a subject.
+pub(crate) fn wish(subject: &Subject) -> Wish {
+    let Subject { environment, material, mesh } = subject.clone();
+    Wish { environment: Some(environment), material: Some(material), mesh: Some(mesh), mode: None }
 }
 
 /// `gold under sky on sphere`

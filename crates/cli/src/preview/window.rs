@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Instant;
 
 use ::preview::Picture;
-use ::preview::window::{self, Host, Subject, WindowError, WindowSettings, Wish};
+use ::preview::window::{self, Host, NewsSender, Subject, WindowError, WindowSettings, Wish};
 use engine::{Cancel, Event, Kinds};
 
 use super::curator::{Curator, Letter};
@@ -21,6 +21,8 @@ use crate::screen::locked;
 pub(crate) struct Opening<'a> {
     pub(crate) manifest: &'a Path,
     pub(crate) kinds: &'a Kinds,
+    /// The stages that are watched; none stand for all.
+    pub(crate) stages: &'a [String],
     /// What to show first.
     pub(crate) wish: Wish,
     /// Whether the CPU draws, also where a graphics device could.
@@ -38,8 +40,7 @@ pub(crate) fn run(
     let cancel = Cancel::default();
     let closing = letters.clone();
     stop_on_interrupt(&cancel, move || _ = closing.send(Letter::Close));
-    let Opening { manifest, kinds, goes_on_without, .. } = *opening;
-    let curator = Curator::new(manifest, kinds, &cancel, goes_on_without);
+    let curator = Curator::new(opening, &cancel);
     thread::scope(|scope| {
         let curator = scope.spawn(move || curator.run(&desk));
         let watcher = scope.spawn(|| {
@@ -50,11 +51,11 @@ pub(crate) fn run(
                     let _ = locked(&heard).send(Letter::Event(event.clone(), Instant::now()));
                 }
             };
-            let exit = watch(&cancel, &also);
-            let _ = letters.send(Letter::Close);
-            exit
+            // However it ends, nothing is left to be shown.
+            let _closing = Closing(&cancel, letters.clone());
+            watch(&cancel, &also)
         });
-        let shown = show(opening, &letters);
+        let shown = show(opening, &cancel, &letters);
         let is_shown = shown.is_ok();
         match shown {
             Ok(()) => cancel.cancel(),
@@ -66,14 +67,24 @@ pub(crate) fn run(
         match (watched, ended) {
             (Err(panic), _) | (_, Err(panic)) => std::panic::resume_unwind(panic),
             // Who asked for a window has none.
-            (Ok(Exit::Success), _) if !is_shown && !goes_on_without => Exit::Machine,
+            (Ok(Exit::Success), _) if !is_shown && !opening.goes_on_without => Exit::Machine,
             (Ok(exit), _) => exit,
         }
     })
 }
 
+/// Stops the watcher and closes the window when it is dropped.
+struct Closing<'a>(&'a Cancel, Sender<Letter>);
+
+impl Drop for Closing<'_> {
+    fn drop(&mut self) {
+        self.0.cancel();
+        let _ = self.1.send(Letter::Close);
+    }
+}
+
 /// Shows the window until it is closed; where its device is lost, once more. Where there is none, what it would have been.
-fn show(opening: &Opening<'_>, letters: &Sender<Letter>) -> Result<(), Box<WindowSettings>> {
+fn show(opening: &Opening<'_>, cancel: &Cancel, letters: &Sender<Letter>) -> Result<(), Box<WindowSettings>> {
     let keepsakes = Keepsakes::beside(opening.manifest);
     let kept = keepsakes.state().unwrap_or_else(|reason| {
         say!("warning: {reason}");
@@ -82,22 +93,19 @@ fn show(opening: &Opening<'_>, letters: &Sender<Letter>) -> Result<(), Box<Windo
     let state = Arc::new(Mutex::new(kept));
     let mut wish = opening.wish.clone();
     let mut again = true;
-    loop {
+    while !cancel.is_cancelled() {
         let settings = WindowSettings {
             state: locked(&state).clone(),
             wish: wish.clone(),
             cpu: opening.cpu,
             ..WindowSettings::default()
         };
-        let host = Attendant {
-            letters: letters.clone(),
-            state: Arc::clone(&state),
-            keepsakes: keepsakes.clone(),
-            subject: Subject::default(),
-        };
+        let host = Attendant { letters: letters.clone(), state: Arc::clone(&state) };
         let sender = letters.clone();
-        let shown =
-            window::open(settings.clone(), Box::new(host), move |news| _ = sender.send(Letter::Opened(news)));
+        let begin = move |window: NewsSender| {
+            let _ = sender.send(Letter::Opened(Box::new(move |news| window.send(news))));
+        };
+        let shown = window::open(settings.clone(), Box::new(host), begin);
         match shown {
             Err(WindowError::Lost(reason)) if again => {
                 say!("warning: the graphics device is lost ({reason}); the window is opened once more");
@@ -114,6 +122,7 @@ fn show(opening: &Opening<'_>, letters: &Sender<Letter>) -> Result<(), Box<Windo
             }
         }
     }
+    Ok(())
 }
 
 /// Writes letters for the window; it never waits.
@@ -121,14 +130,10 @@ struct Attendant {
     letters: Sender<Letter>,
     /// The window's state as it was last.
     state: Arc<Mutex<Option<String>>>,
-    keepsakes: Keepsakes,
-    /// What the window asked for last.
-    subject: Subject,
 }
 
 impl Host for Attendant {
     fn show(&mut self, subject: &Subject) {
-        self.subject = subject.clone();
         let _ = self.letters.send(Letter::Wanted(subject.clone()));
     }
 
@@ -137,11 +142,8 @@ impl Host for Attendant {
         let _ = self.letters.send(Letter::Keep(json.to_owned()));
     }
 
-    fn screenshot(&mut self, picture: Picture) -> Result<String, String> {
-        let file = self.keepsakes.screenshot(&self.subject);
-        let told = file.display().to_string();
-        let sent = self.letters.send(Letter::Keepsake(picture, file));
-        sent.map(|()| told).map_err(|_| "the program is ending".into())
+    fn screenshot(&mut self, subject: &Subject, picture: Picture) {
+        let _ = self.letters.send(Letter::Keepsake(subject.clone(), picture));
     }
 
     fn closed(&mut self) {}

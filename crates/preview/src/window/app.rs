@@ -83,7 +83,7 @@ impl App {
         let wake = |context: Context| move || context.request_repaint();
         let studio = Studio::new(easel, memory(), wake(context.clone()))?;
         let judge = Judge::new(Box::new(Cpu::new()), wake(context.clone()))?;
-        let kept = state.settings.write();
+        let kept = state.kept();
         Ok(Self {
             title: state.title(),
             state,
@@ -122,12 +122,12 @@ impl App {
             self.refused = Some(error);
         }
         for picture in delivery.pictures {
-            let kept = picture.map_err(|error| error.to_string());
-            let (title, line) = match kept.and_then(|picture| self.host.screenshot(picture)) {
-                Ok(place) => ("kept the picture", place),
-                Err(reason) => ("the picture was not kept", reason),
-            };
-            self.state.toast(title.into(), vec![line]);
+            match picture {
+                (subject, Ok(picture)) => self.host.screenshot(&subject, picture),
+                (_, Err(error)) => {
+                    self.state.toast("the picture was not kept".into(), vec![error.to_string()]);
+                }
+            }
         }
         if let Some(reason) = delivery.lost.or_else(|| self.pulse.lost()) {
             *self.loss.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
@@ -142,8 +142,9 @@ impl App {
             Some(Effect::Screenshot) => {
                 let size = self.screen.seen().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
                 let size = self.studio.ordered().unwrap_or(size);
-                if let Some(order) = self.order(size) {
-                    self.studio.keep(Order { shot: whole(order.shot), ..order });
+                if let (Some(order), Some(shown)) = (self.order(size), &self.state.shown) {
+                    let order = Order { shot: whole(order.shot), ..order };
+                    self.studio.keep(shown.subject.clone(), order);
                 }
             }
             Some(Effect::GiveUp) => {
@@ -189,7 +190,7 @@ impl App {
 
     /// Tells the host what is set, a moment after the last change.
     fn keep(&mut self, context: &Context) {
-        let settings = self.state.settings.write();
+        let settings = self.state.kept();
         if settings == self.kept {
             return;
         }
@@ -276,7 +277,7 @@ impl eframe::App for App {
     }
 
     fn on_exit(&mut self) {
-        self.host.keep_state(&self.state.settings.write());
+        self.host.keep_state(&self.state.kept());
         self.host.closed();
     }
 }

@@ -88,7 +88,7 @@ impl Desk<'_> {
         notices::toasts(ui, state, picture);
         match (&state.failure, self.refused) {
             (Some(lines), _) if !state.failure_aside => {
-                notices::failure(ui, picture, self.seen.is_some(), lines, actions);
+                notices::failure(ui, picture, lines, actions);
             }
             (_, Some(error)) => notices::refusal(ui, picture, &error.to_string()),
             _ => {}

@@ -1,5 +1,6 @@
 //! What the window and the program around it tell each other.
 
+use std::collections::BTreeSet;
 use std::sync::mpsc::Sender;
 
 use crate::{Mode, Picture, Scene};
@@ -13,6 +14,31 @@ pub struct Catalogue {
     pub materials: Vec<String>,
     /// The meshes.
     pub meshes: Vec<String>,
+    /// The environments and materials that go together, by their places in the lists.
+    pub pairs: BTreeSet<(usize, usize)>,
+}
+
+impl Catalogue {
+    /// What there is that is nearest to what is `wanted`; what was wished for counts twice. Of two as near, it is the one that
+    /// is nearer to what is seen `now`, then the first. Where there is nothing, names are empty.
+    pub(super) fn nearest(&self, wanted: &Subject, wish: &Wish, now: &Subject) -> Subject {
+        let weights = [&wish.environment, &wish.material].map(|name| 1 + u32::from(name.is_some()));
+        let named = self.pairs.iter().filter_map(|&(environment, material)| {
+            Some((self.environments.get(environment)?, self.materials.get(material)?))
+        });
+        let nearest = named.min_by_key(|(environment, material)| {
+            let lacks = |subject: &Subject| {
+                [**environment != subject.environment, **material != subject.material].map(u32::from)
+            };
+            let [environment, material] = lacks(wanted);
+            (environment * weights[0] + material * weights[1], lacks(now))
+        });
+        let (environment, material) =
+            nearest.map(|(one, other)| (one.clone(), other.clone())).unwrap_or_default();
+        let mesh = [&wanted.mesh, &now.mesh].into_iter().find(|name| self.meshes.contains(name));
+        let mesh = mesh.or(self.meshes.first()).cloned().unwrap_or_default();
+        Subject { environment, material, mesh }
+    }
 }
 
 /// A material on a mesh under an environment, each by its name in the [`Catalogue`].
@@ -60,7 +86,8 @@ pub struct Facts {
 /// What the window is told.
 #[derive(Debug)]
 pub enum News {
-    /// What can be shown from now on. Where the present subject is not in it, the window asks for another.
+    /// What can be shown from now on. Where what is wanted is not in it, the window asks for what is nearest to that, and goes
+    /// back when it is there again.
     Catalogue(Catalogue),
     /// The scene of a subject: an answer to [`Host::show`], or the same subject made anew. Of any other subject it is left out.
     Scene {
@@ -80,7 +107,7 @@ pub enum News {
         /// The details.
         lines: Vec<String>,
     },
-    /// What went wrong, in a panel over the last good picture, until `None` takes it away.
+    /// What went wrong: a headline, then the details, in a panel over the picture until `None` takes it away.
     Failure(Option<Vec<String>>),
     /// The program ends.
     Close,
@@ -117,11 +144,8 @@ pub trait Host: Send {
     /// [`WindowSettings::state`]: super::WindowSettings::state
     fn keep_state(&mut self, json: &str);
 
-    /// Keeps a picture.
-    ///
-    /// # Errors
-    /// Why it could not be kept, in a line.
-    fn screenshot(&mut self, picture: Picture) -> Result<String, String>;
+    /// Keeps a picture of a subject. A [`News::Toast`] is to say where, or why not.
+    fn screenshot(&mut self, subject: &Subject, picture: Picture);
 
     /// The window has closed.
     fn closed(&mut self);

@@ -47,7 +47,7 @@ pub use host::{Catalogue, Export, Facts, Host, News, NewsSender, Subject, Wish};
 /// How a window begins.
 #[derive(Clone, Debug, Default)]
 pub struct WindowSettings {
-    /// What [`Host::keep_state`] was given last. Of an unknown version or broken, it is left out, and the status line says so.
+    /// What [`Host::keep_state`] was given last. Of an unknown version or broken, it is left out, and a message says so.
     pub state: Option<String>,
     /// What to show first; it goes before what the state names.
     pub wish: Wish,

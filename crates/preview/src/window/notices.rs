@@ -19,7 +19,7 @@ pub(super) fn status(ui: &mut Ui, desk: &Desk<'_>, actions: &mut Vec<Action>) {
             ui.label(RichText::new(made(seen, desk.adapter)).color(theme::WEAK));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| match &state.failure {
                 Some(lines) if state.failure_aside => {
-                    let first = lines.first().map_or("failed", String::as_str);
+                    let first = lines.get(1).or(lines.first()).map_or("failed", String::as_str);
                     let line = RichText::new(format!("failed: {first} (W)")).color(theme::FAILED);
                     if ui.add(Label::new(line).truncate().sense(Sense::click())).clicked() {
                         actions.push(Action::ShowFailure);
@@ -62,11 +62,10 @@ fn made(seen: Option<&Seen>, adapter: &str) -> String {
     format!("{samples}{}  ·  {width} x {height}  ·  {}", numbers::seconds(seen.seconds), seen.by)
 }
 
-/// The failure, at the lower edge of the picture, which stays in sight where there is one.
-pub(super) fn failure(ui: &Ui, picture: Rect, seen: bool, lines: &[String], actions: &mut Vec<Action>) {
+/// The failure, at the lower edge of the picture, which stays in sight: a headline and the rest.
+pub(super) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Vec<Action>) {
+    let Some((headline, lines)) = lines.split_first() else { return };
     let width = (picture.width() - AROUND).clamp(120.0, 860.0);
-    let heading =
-        if seen { "This did not work; the picture is the last good one" } else { "This did not work" };
     over(ui, "failure", picture, Align2::CENTER_BOTTOM, Stroke::new(1.0, theme::FAILED), |ui| {
         ui.set_width(width);
         ui.horizontal(|ui| {
@@ -75,7 +74,7 @@ pub(super) fn failure(ui: &Ui, picture: Rect, seen: bool, lines: &[String], acti
                     actions.push(Action::PutAside);
                 }
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                    ui.add(Label::new(RichText::new(heading).color(theme::FAILED)).truncate());
+                    ui.add(Label::new(RichText::new(headline).color(theme::FAILED)).truncate());
                 });
             });
         });

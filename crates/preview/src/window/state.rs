@@ -138,6 +138,10 @@ pub(super) struct State {
     pub(super) keeping: bool,
     pub(super) fullscreen: bool,
     editions: u64,
+    /// What was asked for last. The settings name what stands in for it where that is not there.
+    wanted: Subject,
+    /// What was asked for at first, until something is chosen.
+    wish: Wish,
 }
 
 /// How long a toast stays, in seconds, and more for every line.
@@ -150,17 +154,25 @@ impl State {
     /// What a window begins with.
     pub(super) fn new(kept: Option<&str>, wish: Wish) -> Self {
         let (mut settings, note) = Settings::read(kept);
-        let Wish { environment, material, mesh, mode } = wish;
-        let subject = &mut settings.subject;
-        for (name, wished) in List::ALL.into_iter().zip([environment, material, mesh]) {
+        let wanted = &mut settings.subject;
+        for (name, wished) in List::ALL.into_iter().zip([&wish.environment, &wish.material, &wish.mesh]) {
             if let Some(wished) = wished {
-                *name.chosen(subject) = wished;
+                name.chosen(wanted).clone_from(wished);
             }
         }
-        if let Some(mode) = mode {
+        if let Some(mode) = wish.mode {
             (settings.mode, settings.arrangement) = (mode, Arrangement::One);
         }
-        Self { settings, status: note.unwrap_or_default(), ..Self::default() }
+        let mut state = Self { wanted: wanted.clone(), settings, wish, ..Self::default() };
+        if let Some(note) = note {
+            state.toast(note, Vec::new());
+        }
+        state
+    }
+
+    /// What the next window is to begin with.
+    pub(super) fn kept(&self) -> String {
+        Settings { subject: self.wanted.clone(), ..self.settings.clone() }.write()
     }
 
     /// Does what the designer did.
@@ -312,29 +324,44 @@ impl State {
             return None;
         }
         *chosen = name;
-        Some(Effect::Show(self.settings.subject.clone()))
+        (self.wanted, self.wish) = (self.settings.subject.clone(), Wish::default());
+        Some(Effect::Show(self.wanted.clone()))
     }
 
     fn catalogued(&mut self, catalogue: Catalogue) -> Option<Effect> {
-        let mut subject = self.settings.subject.clone();
+        let mut subject = catalogue.nearest(&self.wanted, &self.wish, &self.settings.subject);
+        let another = subject != self.settings.subject;
+        self.catalogue = catalogue;
+        if another && let Some(reason) = self.stands_in(&subject) {
+            self.toast(reason, Vec::new());
+        }
+        for list in List::ALL {
+            let wanted = list.chosen(&mut self.wanted);
+            if wanted.is_empty() {
+                wanted.clone_from(list.chosen(&mut subject));
+            }
+        }
+        let there = !subject.environment.is_empty();
+        self.settings.subject = subject;
+        (there && (another || self.shown.is_none())).then(|| Effect::Show(self.settings.subject.clone()))
+    }
+
+    /// Why something else is shown than what is wanted.
+    fn stands_in(&self, subject: &Subject) -> Option<String> {
         let mut missing = Vec::new();
         for list in List::ALL {
-            let (names, chosen) = list.of(&catalogue, &self.settings.subject);
-            if !names.iter().any(|name| name == chosen) {
-                if !chosen.is_empty() {
-                    missing.push(chosen.to_owned());
-                }
-                *list.chosen(&mut subject) = names.first().cloned().unwrap_or_default();
+            let (names, wanted) = list.of(&self.catalogue, &self.wanted);
+            if !wanted.is_empty() && !names.iter().any(|name| name == wanted) {
+                missing.push(wanted);
             }
         }
         if !missing.is_empty() {
-            self.status = format!("{} is not in this pipeline", missing.join(", "));
+            return Some(format!("{} is not in this pipeline", missing.join(", ")));
         }
-        self.catalogue = catalogue;
-        let there = !subject.environment.is_empty();
-        let another = subject != self.settings.subject || self.shown.is_none();
-        self.settings.subject = subject;
-        (there && another).then(|| Effect::Show(self.settings.subject.clone()))
+        let Subject { environment, material, .. } = &self.wanted;
+        let goes = |wanted: &String, there: &String| wanted.is_empty() || wanted == there;
+        let go_together = goes(environment, &subject.environment) && goes(material, &subject.material);
+        (!go_together).then(|| format!("no stage reflects {environment} off {material}"))
     }
 }
 

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::easel::{Canvas, Easel, Order, Stroke, is_by_the_same_light};
 use super::guarded;
+use super::host::Subject;
 use super::mailbox::Mailbox;
 use super::pace::{Fineness, Pace};
 use crate::{Mode, Picture, RenderError, Shot};
@@ -42,7 +43,8 @@ pub(super) struct Delivery {
     pub(super) frame: Option<Frame>,
     /// Why there is no picture of the latest order.
     pub(super) refused: Option<RenderError>,
-    pub(super) pictures: Vec<Result<Picture, RenderError>>,
+    /// Pictures to keep, each with what it shows.
+    pub(super) pictures: Vec<(Subject, Result<Picture, RenderError>)>,
     /// Why there will be no more pictures.
     pub(super) lost: Option<String>,
 }
@@ -57,7 +59,7 @@ struct Shared {
 /// Pictures to keep, which are made before the order: each until it is made or given up, with its number.
 #[derive(Default)]
 struct Keeps {
-    wanted: Vec<(u64, Order)>,
+    wanted: Vec<(u64, Subject, Order)>,
     count: u64,
 }
 
@@ -108,13 +110,13 @@ impl Studio {
         self.last.as_ref().map(|order| order.shot.size)
     }
 
-    /// Orders a whole picture to keep.
-    pub(super) fn keep(&mut self, order: Order) {
+    /// Orders a whole picture of a subject to keep.
+    pub(super) fn keep(&mut self, subject: Subject, order: Order) {
         let then = self.last.get_or_insert_with(|| order.clone()).clone();
         let mut keeps = self.shared.keeps();
         keeps.count += 1;
         let number = keeps.count;
-        keeps.wanted.push((number, order));
+        keeps.wanted.push((number, subject, order));
         drop(keeps);
         self.shared.orders.put(then);
     }
@@ -266,8 +268,9 @@ impl Hand {
     /// Draws the pictures to keep, whatever else is asked for meanwhile: only who gives them up and the end stop them.
     fn keep(&mut self, shared: &Shared) -> Result<(), Stop> {
         loop {
-            let Some((number, order)) = shared.keeps().wanted.first().cloned() else { return Ok(()) };
-            let is_wanted = || shared.keeps().wanted.iter().any(|(wanted, _)| *wanted == number);
+            let next = shared.keeps().wanted.first().cloned();
+            let Some((number, subject, order)) = next else { return Ok(()) };
+            let is_wanted = || shared.keeps().wanted.iter().any(|(wanted, ..)| *wanted == number);
             let stop = || shared.orders.has_ended() || !is_wanted();
             let made = self.with_easel(&order, |easel| easel.picture(&order, &stop));
             if made.is_err()
@@ -279,8 +282,10 @@ impl Hand {
                 return Err(Stop::Stale);
             }
             if is_wanted() {
-                shared.keeps().wanted.retain(|(wanted, _)| *wanted != number);
-                shared.deliver(|delivery| delivery.pictures.push(made.map(|(_, _, picture)| picture)));
+                shared.keeps().wanted.retain(|(wanted, ..)| *wanted != number);
+                shared.deliver(|delivery| {
+                    delivery.pictures.push((subject, made.map(|(_, _, picture)| picture)));
+                });
             }
         }
     }

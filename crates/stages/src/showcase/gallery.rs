@@ -54,13 +54,21 @@ impl Gallery {
         Ok(Scene::of(self.mesh(showcase, shelf, mesh)?, look))
     }
 
-    /// The look of an exhibit: the same value for as long as nothing that it is made of has changed.
+    /// The look of an exhibit: the same value for as long as nothing that it is made of has changed, and while its reflection
+    /// has not followed such a change yet.
     ///
     /// # Errors
     /// As [`Gallery::scene`].
     pub fn look(&mut self, plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> Result<Arc<Look>, Failure> {
         let light_key = light_key(plan, shelf, exhibit)?;
         let reflection = handle(plan, shelf, exhibit.reflection)?;
+        let is_of_it =
+            |(_, digest, _, sizes): &LookKey| *digest == reflection.digest() && *sizes == exhibit.sizes;
+        if let Some(look) = self.looks.find(is_of_it)
+            && behind(plan, shelf, exhibit).next().is_some()
+        {
+            return Ok(look);
+        }
         let material = exhibit.material.map(|item| handle(plan, shelf, item)).transpose()?;
         let key = (
             light_key,
@@ -123,7 +131,11 @@ impl Showcase {
                 shelf.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"));
             warnings.chain(shelf.notes(item).iter().map(move |note| format!("{stage}: {note}")))
         });
-        Facts { exports: exports.collect(), notes: told.collect() }
+        let behind = behind(plan, shelf, exhibit).map(|item| {
+            let stage = super::stage_name(plan, item);
+            format!("{stage}: this is older than what it is made of; what is shown may be of before or after")
+        });
+        Facts { exports: exports.collect(), notes: behind.chain(told).collect() }
     }
 }
 
@@ -134,6 +146,11 @@ fn handle(plan: &Plan, shelf: &Shelf, item: ItemIndex) -> Result<Arc<engine::Han
         Failure::new(format!("{stage} [{key}] has not been made yet, or its result is gone"))
             .help("build the manifest; where that fails, mend what it tells")
     })
+}
+
+/// The items of an exhibit that have not followed a change of what they are made of.
+fn behind(plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> impl Iterator<Item = ItemIndex> {
+    exhibit.ancestry.iter().copied().filter(|item| !shelf.is_abreast(plan, *item))
 }
 
 fn light_key(plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> Result<LightKey, Failure> {
@@ -161,6 +178,11 @@ impl<K, V> Default for Recent<K, V> {
 }
 
 impl<K: PartialEq, V> Recent<K, V> {
+    /// The latest value of such a key.
+    fn find(&self, is_it: impl Fn(&K) -> bool) -> Option<Arc<V>> {
+        self.0.iter().find(|(key, _)| is_it(key)).map(|(_, value)| Arc::clone(value))
+    }
+
     /// The value of a key, made where it is not there; at most so many are kept.
     fn get(
         &mut self,

@@ -96,10 +96,11 @@ fn every_pair_that_is_reflected_is_shown_under_the_names_of_its_files() {
     let pairs = "gold under east: reflection -> map\ntin under east: reflection -> map\n\
                  gold under north: reflection -> map\ntin under north: reflection -> map\n";
     assert_eq!(told(&showcase), pairs);
-    let stages = showcase.stages().into_iter().collect::<Vec<_>>();
+    let stages = showcase.stages(showcase.exhibit("east", "gold").unwrap().unwrap(), "sphere");
+    let stages = stages.into_iter().collect::<Vec<_>>();
     assert_eq!(stages, ["coefficients", "environment", "lighting", "material", "reflection"]);
-    assert_eq!(showcase.first_material("north").unwrap(), Some("gold"));
-    assert_eq!(showcase.first_environment("tin").unwrap(), Some("east"));
+    assert_eq!(showcase.catalogue().pairs, [(0, 0), (0, 1), (1, 0), (1, 1)].into());
+    assert!(showcase.check_environment("north").is_ok() && showcase.check_material("north").is_err());
     let unknown = showcase.exhibit("nort", "gold").unwrap_err();
     assert_eq!((unknown.what, &unknown.known[..]), ("environment", &["east".to_owned(), "north".into()][..]));
     assert!(showcase.check_mesh("torus-knot").is_ok() && showcase.check_mesh("torus").is_err());
@@ -124,6 +125,18 @@ fn of_several_reflections_of_a_pair_those_that_are_exported_are_shown() {
                  inputs = { environment = \"environment\", lighting = \"lighting\", reflection = \"reflection\" }\n";
     let showcase = Showcase::of(project(&format!("{both}{export}{sheet}")).1);
     assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
+}
+
+#[test]
+fn what_is_not_built_is_not_shown() {
+    let matte = "[stage.matte]\nkind = \"convolve\"\n\
+                 inputs = { lighting = \"lighting\", brdf = \"coefficients\" }\n";
+    let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\n";
+    let plan = project(&format!("{REFLECTION}{matte}{export}")).1;
+    let among = |stage: &str| told(&Showcase::among(plan.clone(), &[stage.to_owned()]));
+    assert!(among("map").starts_with("gold under east: reflection -> map\n"));
+    assert!(among("matte").starts_with("gold under east: matte -> \n"));
+    assert_eq!(among("coefficients"), "");
 }
 
 #[test]
@@ -170,7 +183,11 @@ fn meshes_of_the_graph_come_before_the_built_in_ones() {
     let showcase = Showcase::of(load(folder.path()));
     let names = ["helmet", "sphere (mesh)", "sphere (built-in)", "torus-knot", "plane"];
     assert_eq!(showcase.meshes(), names);
-    assert!(showcase.stages().contains("mesh"));
+    let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
+    assert!(showcase.stages(exhibit, "helmet").contains("mesh"));
+    assert!(!showcase.stages(exhibit, "plane").contains("mesh"), "a still needs no other mesh");
+    let built = ["reflection".to_owned()];
+    assert!(!Showcase::among(load(folder.path()), &built).meshes().contains(&"helmet".into()));
     let shelf = Shelf::open(showcase.plan()).unwrap();
     let mesh = |name: &str| Gallery::default().mesh(&showcase, &shelf, name);
     assert!(mesh("plane").is_ok());
@@ -241,6 +258,32 @@ fn a_scene_is_read_from_the_shelf_and_stays_the_same_value_until_its_parts_chang
     assert!(!Arc::ptr_eq(&again.objects[0].look, look));
     assert!(Arc::ptr_eq(&again.objects[0].mesh, &scene.objects[0].mesh));
     assert!(Arc::ptr_eq(&gallery.look(&plan, &shelf, &exhibit("tin")).unwrap(), &tin));
+}
+
+#[test]
+fn a_look_is_not_made_of_a_new_material_and_an_old_reflection() {
+    let (folder, plan) = project(REFLECTION);
+    let showcase = Showcase::of(plan.clone());
+    let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
+    let shelf = build(&plan);
+    let mut gallery = Gallery::default();
+    let look = gallery.look(&plan, &shelf, exhibit).unwrap();
+    let is_older = |shelf: &Shelf| {
+        showcase.facts(shelf, exhibit).notes.iter().any(|note| note.contains("older than what it is made of"))
+    };
+    assert!(!is_older(&shelf));
+
+    // The material is made anew, and nothing that follows from it.
+    fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
+    let only = BuildOptions { stages: vec!["material".into()], ..BuildOptions::default() };
+    engine::build(&plan, &only, &Cancel::default(), &|_| {}).unwrap();
+    let shelf = Shelf::open(&plan).unwrap();
+    assert!(is_older(&shelf));
+    assert!(Arc::ptr_eq(&gallery.look(&plan, &shelf, exhibit).unwrap(), &look), "what was shown stays");
+
+    let shelf = build(&plan);
+    assert!(!is_older(&shelf));
+    assert!(!Arc::ptr_eq(&gallery.look(&plan, &shelf, exhibit).unwrap(), &look));
 }
 
 /// The lamp of `east` is turned by 90 degrees about +Z: from +Y to -X.

@@ -56,6 +56,7 @@ impl Session {
             environments: names(&["beach", "studio"]),
             materials: names(&["chrome", "gold"]),
             meshes: names(&["sphere", "plane"]),
+            pairs: [(0, 0), (0, 1), (1, 0), (1, 1)].into(),
         }));
         let subject = state.settings.subject.clone();
         let facts = Facts {
@@ -256,7 +257,8 @@ fn the_help_lists_every_key_and_what_the_pointer_does() {
 fn a_failure_lies_over_the_picture_and_leaves_it_its_place() {
     let mut session = Session::new([1280.0, 800.0]);
     let before = session.settle().picture;
-    session.state.hear(News::Failure(Some(vec!["gold.toml:3: unknown key".into()])));
+    let failure = ["This did not work", "gold.toml:3: unknown key"].map(str::to_owned);
+    session.state.hear(News::Failure(Some(failure.into())));
     let drawn = session.settle();
     assert!(drawn.has("gold.toml:3: unknown key"));
     assert_eq!(drawn.picture, before);

@@ -10,6 +10,7 @@ fn catalogue() -> Catalogue {
         environments: names(&["beach", "studio"]),
         materials: names(&["chrome", "gold", "lacquer"]),
         meshes: names(&["sphere", "torus-knot", "plane"]),
+        pairs: (0..6).map(|pair| (pair / 3, pair % 3)).collect(),
     }
 }
 
@@ -39,7 +40,7 @@ fn the_first_subject_is_what_was_wished_then_what_was_kept_then_the_first_of_eac
     let mut state = State::new(Some(&kept), wish);
     let asked = state.hear(News::Catalogue(catalogue()));
     assert_eq!(asked, Some(Effect::Show(subject("studio", "lacquer", "sphere"))));
-    assert_eq!(state.status, "gone is not in this pipeline");
+    assert_eq!(state.toasts[0].title, "gone is not in this pipeline");
     assert_eq!(state.title(), "Specula preview: studio, lacquer");
 }
 
@@ -87,11 +88,59 @@ fn a_catalogue_without_the_subject_leads_to_another_and_one_with_it_to_nothing()
     let mut state = state();
     assert_eq!(state.hear(News::Catalogue(catalogue())), None);
     let mut less = catalogue();
-    less.materials.remove(0);
+    less.pairs.retain(|(_, material)| *material > 0);
     let asked = state.hear(News::Catalogue(less));
     assert_eq!(asked, Some(Effect::Show(subject("beach", "gold", "sphere"))));
+    assert_eq!(state.toasts[0].title, "no stage reflects beach off chrome");
     assert_eq!(state.hear(News::Catalogue(Catalogue::default())), None, "there is nothing to ask for");
     assert_eq!(state.title(), "Specula preview");
+}
+
+#[test]
+fn what_was_wanted_comes_back_when_it_is_there_again() {
+    let mut state = state();
+    let wanted = subject("studio", "lacquer", "plane");
+    for (list, name) in
+        [(List::Environments, "studio"), (List::Materials, "lacquer"), (List::Meshes, "plane")]
+    {
+        state.update(Action::Choose(list, name.into()));
+    }
+    let mut less = catalogue();
+    less.materials.pop();
+    less.pairs.retain(|(_, material)| *material < 2);
+    let asked = state.hear(News::Catalogue(less.clone()));
+    assert_eq!(asked, Some(Effect::Show(subject("studio", "chrome", "plane"))));
+    assert_eq!(state.toasts[0].title, "lacquer is not in this pipeline");
+    assert!(state.kept().contains("lacquer"), "the next window begins with it, too");
+    less.materials.insert(0, "amber".into());
+    less.pairs = (0..6).map(|pair| (pair / 3, pair % 3)).collect();
+    assert_eq!(state.hear(News::Catalogue(less.clone())), None, "what stands in for it stays");
+    assert_eq!(state.hear(News::Catalogue(Catalogue::default())), None);
+    assert_eq!(state.hear(News::Catalogue(catalogue())), Some(Effect::Show(wanted)));
+    // What is chosen in the meantime is what is wanted.
+    state.hear(News::Catalogue(less));
+    state.update(Action::Choose(List::Materials, "gold".into()));
+    assert_eq!(state.hear(News::Catalogue(catalogue())), None);
+    assert_eq!(state.settings.subject, subject("studio", "gold", "plane"));
+}
+
+#[test]
+fn a_window_begins_with_a_pair_that_there_is_near_to_what_was_wished_and_kept() {
+    let kept = Settings { subject: subject("beach", "chrome", "plane"), ..Settings::default() }.write();
+    let first = |wish: Wish| {
+        let pairs = [(0, 1), (1, 0), (1, 2)].into();
+        let catalogue = Catalogue { pairs, ..catalogue() };
+        let settings = WindowSettings { state: Some(kept.clone()), wish, ..WindowSettings::default() };
+        settings.subject(catalogue)
+    };
+    let some = |name: &str| Some(name.to_owned());
+    assert_eq!(first(Wish::default()), subject("beach", "gold", "plane"), "the first that is as near");
+    let wish = Wish { material: some("lacquer"), ..Wish::default() };
+    assert_eq!(first(wish), subject("studio", "lacquer", "plane"), "the wish counts more");
+    let wish = Wish { environment: some("beach"), material: some("lacquer"), ..Wish::default() };
+    assert_eq!(first(wish).environment, "beach");
+    let wish = Wish { mesh: some("sphere"), ..Wish::default() };
+    assert_eq!(first(wish).mesh, "sphere");
 }
 
 #[test]
@@ -246,9 +295,9 @@ fn there_is_no_picture_to_keep_before_there_is_one() {
 }
 
 #[test]
-fn a_kept_state_that_cannot_be_read_is_told_in_the_status_line() {
+fn a_kept_state_that_cannot_be_read_is_told() {
     let state = State::new(Some("{}"), Wish::default());
-    assert_eq!(state.status, "the window's kept state is left out: it has no version");
+    assert_eq!(state.toasts[0].title, "the window's kept state is left out: it has no version");
 }
 
 #[test]

@@ -71,6 +71,10 @@ fn picture(size: [u32; 2]) -> Picture {
     Picture { size, codes: vec![[0; 3]; pixels], radiance: vec![[0.0; 4]; pixels], relative_rms: None }
 }
 
+fn subject() -> Subject {
+    Subject { environment: "sky".into(), material: "white".into(), mesh: "sphere".into() }
+}
+
 fn order(mode: Mode) -> Order {
     let scene = Arc::new(testkit::scene());
     let shot = Shot {
@@ -189,8 +193,10 @@ fn what_the_device_cannot_do_the_cpu_does_and_says_why() {
     let frame = wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full));
     assert_eq!((frame.by.as_str(), frame.instead), ("CPU", Some(limit.to_string())));
     assert_eq!(easel.asked().len(), 1, "it is not asked again for the same modes");
-    studio.keep(order(Mode::LocalShrm));
-    let kept = wait(&studio, |delivery| delivery.pictures.first().map(Result::is_ok));
+    studio.keep(subject(), order(Mode::LocalShrm));
+    let kept = wait(&studio, |delivery| {
+        delivery.pictures.first().map(|(of, made)| *of == subject() && made.is_ok())
+    });
     assert!(kept);
     *easel.error.lock().unwrap() = None;
     studio.order(order(Mode::Mirror));
@@ -228,11 +234,11 @@ fn a_picture_to_keep_is_whole_and_what_was_seen_goes_on() {
     let mut studio = studio(&easel, &spare);
     studio.order(order(Mode::Mirror));
     let whole = order(Mode::Mirror);
-    studio.keep(Order { shot: Shot { samples: 3, ..whole.shot }, ..whole });
+    studio.keep(subject(), Order { shot: Shot { samples: 3, ..whole.shot }, ..whole });
     let mut full = false;
     let picture = wait(&studio, |delivery| {
         full |= delivery.frame.as_ref().is_some_and(|frame| frame.full);
-        delivery.pictures.first().map(|picture| picture.clone().unwrap())
+        delivery.pictures.first().map(|(_, picture)| picture.clone().unwrap())
     });
     assert_eq!(picture.size, [64, 40]);
     wait(&studio, |delivery| {
@@ -246,7 +252,7 @@ fn a_picture_to_keep_is_made_although_another_order_comes_at_once() {
     let [easel, spare] = pretences();
     let mut studio = studio(&easel, &spare);
     for _ in 0..3 {
-        studio.keep(order(Mode::Mirror));
+        studio.keep(subject(), order(Mode::Mirror));
         studio.order(order(Mode::Irradiance));
     }
     let mut kept = 0;
@@ -262,7 +268,7 @@ fn a_picture_that_is_kept_does_not_make_the_seen_one_coarse() {
     let mut studio = studio(&easel, &spare);
     studio.order(order(Mode::Mirror));
     wait(&studio, |delivery| delivery.frame.clone().filter(|frame| frame.full));
-    studio.keep(order(Mode::Mirror));
+    studio.keep(subject(), order(Mode::Mirror));
     wait(&studio, |delivery| (!delivery.pictures.is_empty()).then_some(()));
     drop(studio);
     let coarse = easel.asked().iter().filter(|shot| shot.size != [64, 40]).count();
@@ -275,7 +281,7 @@ fn a_picture_to_keep_can_be_given_up_and_what_is_seen_is_drawn() {
     let endless = Endless { panics: false, begun: Arc::clone(&begun) };
     let [_, spare] = pretences();
     let mut studio = Studio::new(Box::new(endless), Box::new(spare), || ()).unwrap();
-    studio.keep(order(Mode::Mirror));
+    studio.keep(subject(), order(Mode::Mirror));
     studio.order(order(Mode::Irradiance));
     wait(&studio, |_| begun.load(Ordering::SeqCst).then_some(()));
     assert!(studio.is_keeping());
