@@ -52,15 +52,13 @@ fn every_convention_is_pinned_by_a_test_that_exists() {
 #[test]
 fn the_readme_gives_the_two_commands_that_ci_runs() {
     let (readme, ci) = (read("README.md"), read(".ci/run"));
-    for command in ["cargo run --release -- build", "cargo test --workspace"] {
+    // The first is run by the program that the second builds: libraries are built once.
+    for (command, run) in [
+        ("cargo run --release -- build", "target/debug/specula build"),
+        ("cargo test --workspace", "cargo test --workspace"),
+    ] {
         assert!(readme.contains(command), "README.md says {command}");
-        let (program, rest) = command.split_once(" --").unwrap();
-        assert!(
-            ci.lines().any(
-                |line| line.starts_with(program) && line.contains(rest.trim_start_matches("release -- "))
-            ),
-            ".ci/run runs {command}"
-        );
+        assert!(ci.lines().any(|line| line.starts_with(run)), ".ci/run runs {run}");
     }
 }
 
