@@ -128,9 +128,20 @@ static THRESHOLDS: LazyLock<[f32; 255]> = LazyLock::new(|| {
     })
 });
 
+/// The parts that [0, 1] is divided into to find codes: narrower than the 3e-4 and more between two thresholds.
+const PARTS: f32 = 4096.0;
+
+/// The code of the least linear value of each part.
+static FIRST: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let code = |least: f32| THRESHOLDS.partition_point(|threshold| *threshold <= least) as u8;
+    (0..=PARTS as usize).map(|part| code(part as f32 / PARTS)).collect()
+});
+
 /// The nearest 8-bit sRGB code of a linear value in [0, 1].
 fn srgb_code(linear: f32) -> u8 {
-    THRESHOLDS.partition_point(|threshold| *threshold <= linear) as u8
+    let first = FIRST[(linear * PARTS) as usize];
+    let is_next = THRESHOLDS.get(usize::from(first)).is_some_and(|threshold| *threshold <= linear);
+    first + u8::from(is_next)
 }
 
 #[cfg(test)]
@@ -153,6 +164,15 @@ mod tests {
         }
         // Codes as published with the standard's formula: 0.18 is 117.6, 0.5 is 187.5.
         assert_eq!((shown(0.18, ToneMap::Plain), shown(0.5, ToneMap::Plain)), (118, 188));
+    }
+
+    #[test]
+    fn a_code_begins_at_its_threshold() {
+        for (code, threshold) in THRESHOLDS.iter().enumerate() {
+            assert_eq!(usize::from(srgb_code(threshold.next_down())), code);
+            assert_eq!(usize::from(srgb_code(*threshold)), code + 1);
+        }
+        assert_eq!((srgb_code(0.0), srgb_code(1.0)), (0, 255));
     }
 
     #[test]

@@ -13,6 +13,9 @@ use super::geometry::{Geometry, STEPS, Triangle, Vertex, twice_the_area};
 use crate::Sight;
 use crate::shading::surface::Surface;
 
+/// Up to so many columns every sample of a triangle's box is asked.
+const FEW: i32 = 16;
+
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
@@ -62,6 +65,9 @@ impl Edge {
         let step = -self.along[1] * i64::from(STEPS);
         let start = self.area(first, row) + self.bias;
         let count = i64::from(last) - i64::from(first);
+        if count < 0 {
+            return (first, last);
+        }
         // start + k step >= 0 for k from 0 to count.
         let (low, high) = match step {
             0 if start < 0 => (1, 0),
@@ -97,27 +103,29 @@ impl Band {
         let (toward_b, toward_c) = ((b.depth - a.depth) * scale, (c.depth - a.depth) * scale);
         let first = (*triangle.rows.start()).max(self.rows.start as i32);
         let last = (*triangle.rows.end()).min(self.rows.end as i32 - 1);
+        let steps = edges.map(|edge| -edge.along[1] * i64::from(STEPS));
         for row in first..=last {
             let (mut left, mut right) = (*triangle.columns.start(), *triangle.columns.end());
-            for edge in &edges {
-                let (low, high) = edge.within(row, left, right);
-                (left, right) = (low, high);
-                if left > right {
-                    break;
+            // Of a few samples each is asked; of many, dividing finds those between the edges.
+            if right - left >= FEW {
+                for edge in &edges {
+                    (left, right) = edge.within(row, left, right);
                 }
             }
             if left > right {
                 continue;
             }
-            let [_, mut of_b, mut of_c] = edges.map(|edge| edge.area(left, row));
+            let mut areas = edges.map(|edge| edge.area(left, row));
             let start = (row - self.rows.start as i32) as usize * self.width as usize;
             for seen in &mut self.seen[start + left as usize..=start + right as usize] {
-                let depth = a.depth + of_b as f32 * toward_b + of_c as f32 * toward_c;
-                if depth < seen.1 {
-                    *seen = (number, depth);
+                let [of_a, of_b, of_c] = areas;
+                if (of_a + edges[0].bias) | (of_b + edges[1].bias) | (of_c + edges[2].bias) >= 0 {
+                    let depth = a.depth + of_b as f32 * toward_b + of_c as f32 * toward_c;
+                    if depth < seen.1 {
+                        *seen = (number, depth);
+                    }
                 }
-                of_b -= edges[1].along[1] * i64::from(STEPS);
-                of_c -= edges[2].along[1] * i64::from(STEPS);
+                areas = [of_a + steps[0], of_b + steps[1], of_c + steps[2]];
             }
         }
     }

@@ -82,10 +82,12 @@ impl Texel {
         ((self.face as usize * edge as usize) + self.row as usize) * edge as usize + self.column as usize
     }
 
-    /// The direction of the texel's centre, of length 1.
-    pub fn direction(self, edge: u32) -> Vec3 {
-        let at = Vec2::new((2 * self.column + 1) as f32, (2 * self.row + 1) as f32) - edge as f32;
-        from_cube(point(self.face, at, edge as f32)).normalize()
+    /// The texel's centre on a cube with corners at (+-`edge`, +-`edge`, +-`edge`): its direction, not of length 1.
+    #[inline]
+    pub fn centre(self, edge: u32) -> Vec3 {
+        let last = edge as i32 - 1;
+        let at = Vec2::new((2 * self.column as i32 - last) as f32, (2 * self.row as i32 - last) as f32);
+        from_cube(point(self.face, at, edge as f32))
     }
 }
 
@@ -113,13 +115,19 @@ fn continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
     Texel { face: beside.face, column: whole(beside.at.x), row: whole(beside.at.y) }
 }
 
+/// The whole number below; `floor` is a call of a function where the processor need not have it.
+#[inline]
+pub(super) fn below(x: f32) -> i32 {
+    let whole = x as i32;
+    whole - i32::from(x < whole as f32)
+}
+
 /// The four texels around a direction, which need not have length 1.
 pub fn taps(edge: u32, direction: Vec3) -> Taps {
     let OnFace { face, at, distance } = on_face(to_cube(direction));
     let position = (at / distance + 1.0) * (0.5 * edge as f32) - 0.5;
-    let corner = position.floor();
-    let (left, top) = (corner.x as i32, corner.y as i32);
-    let share = position - corner;
+    let (left, top) = (below(position.x), below(position.y));
+    let share = position - Vec2::new(left as f32, top as f32);
     let rest = 1.0 - share;
     let mut weight = [rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y];
     let last = edge as i32 - 1;
@@ -187,7 +195,8 @@ mod tests {
                 let texel = Texel { face: face as u32, column: column as u32, row: row as u32 };
                 assert_eq!(texel.index(edge as u32), index);
                 let expected = cube.direction(Face::ALL[face], row, column).vector().to_array();
-                assert!(apart(texel.direction(edge as u32), expected) < 4.0 * ROUNDING);
+                let found = texel.centre(edge as u32).normalize();
+                assert!(apart(found, expected) < 4.0 * ROUNDING);
             }
         }
     }

@@ -45,14 +45,14 @@ fn cube_point(face: u32, at: vec2f, distance: f32) -> vec3f {
     }
 }
 
-// The direction of a texel's centre, of length 1, in the light's frame.
-fn cube_direction(edge: u32, texel: Texel) -> vec3f {
+// A texel's centre on a cube with corners at (+-edge, +-edge, +-edge), in the light's frame: its direction, not of length 1.
+fn cube_centre(edge: u32, texel: Texel) -> vec3f {
     let at = vec2f(vec2u(2u * texel.column + 1u, 2u * texel.row + 1u)) - f32(edge);
     let c = cube_point(texel.face, at, f32(edge));
-    return normalize(vec3f(c.z, -c.x, c.y));
+    return vec3f(c.z, -c.x, c.y);
 }
 
-// The texel at a column and row, one of which may lie one step outside of the face.
+// The texel at a column and row, one of which may lie one step outside of the face; where both do, any texel.
 fn cube_continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
     let last = i32(edge) - 1;
     if column >= 0 && column <= last && row >= 0 && row <= last {
@@ -74,24 +74,35 @@ fn cube_taps(edge: u32, direction: vec3f) -> Taps {
     let share = position - corner;
     let rest = 1.0 - share;
     let last = i32(edge) - 1;
+    let inside = vec4<bool>(left >= 0, top >= 0, left < last, top < last);
     var taps: Taps;
     taps.weight = vec4f(rest.x * rest.y, share.x * rest.y, rest.x * share.y, share.x * share.y);
-    var missing = 4u;
-    for (var k = 0u; k < 4u; k++) {
-        let column = left + i32(k & 1u);
-        let row = top + i32(k >> 1u);
-        if (column < 0 || column > last) && (row < 0 || row > last) {
-            missing = k;
-        } else {
-            taps.texel[k] = cube_continued(edge, on.face, column, row);
-        }
+    if all(inside) {
+        let x = u32(left);
+        let y = u32(top);
+        taps.texel[0] = Texel(on.face, x, y);
+        taps.texel[1] = Texel(on.face, x + 1u, y);
+        taps.texel[2] = Texel(on.face, x, y + 1u);
+        taps.texel[3] = Texel(on.face, x + 1u, y + 1u);
+        return taps;
     }
-    // Three faces meet at a corner: the fourth texel is the mean of the other three.
-    if missing < 4u {
-        let third = taps.weight[missing] / 3.0;
-        taps.weight += third;
-        taps.weight[missing] = 0.0;
-        taps.texel[missing] = taps.texel[3u - missing];
+    taps.texel[0] = cube_continued(edge, on.face, left, top);
+    taps.texel[1] = cube_continued(edge, on.face, left + 1, top);
+    taps.texel[2] = cube_continued(edge, on.face, left, top + 1);
+    taps.texel[3] = cube_continued(edge, on.face, left + 1, top + 1);
+    // Three faces meet at a corner: the fourth texel is the mean of the other three, and whichever was found counts nothing.
+    let before = !inside.xy;
+    let past = !inside.zw;
+    let missing = vec4<bool>(
+        before.x && before.y,
+        past.x && before.y,
+        before.x && past.y,
+        past.x && past.y,
+    );
+    if any(missing) {
+        let none = select(vec4f(0.0), taps.weight, missing);
+        let third = (none.x + none.y + none.z + none.w) / 3.0;
+        taps.weight = select(taps.weight + third, vec4f(0.0), missing);
     }
     return taps;
 }

@@ -64,18 +64,19 @@ impl Harmonics {
         (0..=self.degree).flat_map(|p| (0..=p).map(move |q| pair(p, q))).collect()
     }
 
-    /// Calls `f(p, q, Y_pq, Y_p,-q)` for every p and q >= 0, column after column of q; the last is 0 for q = 0.
+    /// Calls `f(p, q, Y_pq, Y_p,-q)`, both times `scale`, for every p and q >= 0, column after column of q; the last is 0 for
+    /// q = 0.
     ///
-    /// `T` is f32, or a vector of as many directions as it has lanes; `one` is 1 in each lane.
+    /// `T` is f32, or a vector of as many directions as it has lanes.
     #[inline]
-    pub fn visit<T>(&self, [x, y, z]: [T; 3], one: T, mut f: impl FnMut(usize, usize, T, T))
+    pub fn visit<T>(&self, [x, y, z]: [T; 3], scale: T, mut f: impl FnMut(usize, usize, T, T))
     where
         T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Mul<f32, Output = T>,
     {
-        let (mut cosine, mut sine) = (one, one * 0.0);
-        for (q, column) in self.columns.iter().enumerate() {
-            let mut below = one * 0.0;
-            let mut value = one * column.start;
+        self.zonal(z, scale, |p, value| f(p, 0, value, scale * 0.0));
+        let (mut cosine, mut sine) = (x, y);
+        for (q, column) in self.columns.iter().enumerate().skip(1) {
+            let (mut below, mut value) = (scale * 0.0, scale * column.start);
             f(q, q, value * cosine, value * sine);
             for (k, &[a, b]) in column.climb.iter().enumerate() {
                 (below, value) = (value, z * value * a - below * b);
@@ -85,14 +86,15 @@ impl Harmonics {
         }
     }
 
-    /// Calls `f(p, Y_p0)` for every p, at angles whose cosines are given: the column q = 0 of [`Harmonics::visit`].
+    /// Calls `f(p, Y_p0)`, times `scale`, for every p, at angles whose cosines are given: the column q = 0 of
+    /// [`Harmonics::visit`].
     #[inline]
-    pub fn zonal<T>(&self, cosine: T, one: T, mut f: impl FnMut(usize, T))
+    pub fn zonal<T>(&self, cosine: T, scale: T, mut f: impl FnMut(usize, T))
     where
         T: Copy + Sub<Output = T> + Mul<Output = T> + Mul<f32, Output = T>,
     {
         let column = &self.columns[0];
-        let (mut below, mut value) = (one * 0.0, one * column.start);
+        let (mut below, mut value) = (scale * 0.0, scale * column.start);
         f(0, value);
         for (k, &[a, b]) in column.climb.iter().enumerate() {
             (below, value) = (value, cosine * value * a - below * b);

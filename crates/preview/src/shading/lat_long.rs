@@ -8,13 +8,14 @@ use std::f32::consts::{PI, TAU};
 use glam::Vec3;
 
 use super::angles::angle;
+use super::cube::below;
 
 /// Two neighbours in a row, and the share of the second.
 fn pair(width: i32, x: f32) -> (i32, i32, f32) {
-    let left = x.floor();
+    let left = below(x);
     // x lies between -1 / 2 and 3 / 2 of the width.
-    let column = (left as i32 + width) % width;
-    (column, (column + 1) % width, x - left)
+    let column = (left + width) % width;
+    (column, (column + 1) % width, x - left as f32)
 }
 
 /// The bilinear value of a lat-long image, RGB by rows from the top, in a direction of any length.
@@ -24,11 +25,11 @@ pub fn sample(size: [u32; 2], pixels: &[[f32; 3]], direction: Vec3) -> Vec3 {
     let theta = angle(direction.truncate().length(), direction.z);
     let x = (0.5 - phi / TAU) * width as f32 - 0.5;
     let y = theta / PI * height as f32 - 0.5;
-    let top = y.floor();
-    let lower = y - top;
+    let top = below(y);
+    let lower = y - top as f32;
     let mut sum = Vec3::ZERO;
     for k in 0..2 {
-        let row = top as i32 + k;
+        let row = top + k;
         let past = row < 0 || row >= height;
         let (left, right, share) = pair(width, if past { x + 0.5 * width as f32 } else { x });
         let start = row.clamp(0, height - 1) * width;

@@ -9,7 +9,7 @@ use brdf::Centre;
 use glam::{Vec3, Vec3A, Vec4};
 use shrm::{Shrm, Terms};
 
-use super::cube;
+use super::cube::{self, Taps};
 use super::harmonics::Harmonics;
 use super::surface::Surface;
 
@@ -43,36 +43,46 @@ impl LocalShrm {
 /// Radiance toward the viewer.
 pub fn local_shrm(map: &LocalShrm, surface: &Surface) -> Vec3 {
     let taps = cube::taps(map.edge, surface.central(map.centre));
-    let v = surface.view;
-    let [mut x, mut y, mut z] = [Vec4::ZERO; 3];
-    for (k, texel) in taps.texel.into_iter().enumerate() {
-        let c = texel.direction(map.edge);
-        let sine = (c.x * c.x + c.y * c.y).sqrt();
-        let [cosine_beta, sine_beta] = if sine > 0.0 { [c.x / sine, c.y / sine] } else { [1.0, 0.0] };
-        x[k] = v.dot(Vec3::new(c.z * cosine_beta, c.z * sine_beta, -sine));
-        y[k] = v.y * cosine_beta - v.x * sine_beta;
-        z[k] = v.dot(c);
-    }
+    let harmonics = &map.harmonics;
     let texels = taps.texel.map(|texel| &map.coefficients[texel.index(map.edge) * map.rows..][..map.rows]);
-    let weight = Vec4::from(taps.weight);
-    let mut sum = Vec3A::ZERO;
-    let mut add = |row: usize, harmonic: Vec4| {
-        let share = harmonic * weight;
+    // One sum for each texel, so that none waits for another.
+    let mut sums = [Vec3A::ZERO; 4];
+    let mut add = |row: usize, share: Vec4| {
         for k in 0..4 {
-            sum += texels[k][row] * share[k];
+            sums[k] += texels[k][row] * share[k];
         }
     };
+    let [x, y, z] = into_frames(&taps, map.edge, surface.view);
+    let weight = Vec4::from(taps.weight);
     if map.zonal {
-        map.harmonics.zonal(z, Vec4::ONE, add);
+        harmonics.zonal(z, weight, add);
     } else {
-        map.harmonics.visit([x, y, z], Vec4::ONE, |p, q, cosine, sine| {
+        harmonics.visit([x, y, z], weight, |p, q, cosine, sine| {
             add(p * p + p + q, cosine);
             if q > 0 {
                 add(p * p + p - q, sine);
             }
         });
     }
-    sum.into()
+    (sums[0] + sums[1] + (sums[2] + sums[3])).into()
+}
+
+/// x, y and z of R^-1 V in the frames of four texels, a lane each.
+fn into_frames(taps: &Taps, edge: u32, v: Vec3) -> [Vec4; 3] {
+    let centres = taps.texel.map(|texel| texel.centre(edge));
+    let lanes = |axis: usize| Vec4::from_array(centres.map(|centre| centre[axis]));
+    let [x, y, z] = [lanes(0), lanes(1), lanes(2)];
+    let length = (x * x + y * y + z * z).sqrt();
+    let [x, y, z] = [x / length, y / length, z / length];
+    let sine = (x * x + y * y).sqrt();
+    let is_off_pole = sine.cmpgt(Vec4::ZERO);
+    let cosine_beta = Vec4::select(is_off_pole, x / sine, Vec4::ONE);
+    let sine_beta = Vec4::select(is_off_pole, y / sine, Vec4::ZERO);
+    [
+        z * cosine_beta * v.x + z * sine_beta * v.y - sine * v.z,
+        cosine_beta * v.y - sine_beta * v.x,
+        x * v.x + y * v.y + z * v.z,
+    ]
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ fn local_shrm(surface: Surface) -> vec3f {
     var y: vec4f;
     var z: vec4f;
     for (var k = 0u; k < 4u; k++) {
-        let c = cube_direction(facts.edge, taps.texel[k]);
+        let c = normalize(cube_centre(facts.edge, taps.texel[k]));
         let sine = sqrt(c.x * c.x + c.y * c.y);
         var beta = vec2f(1.0, 0.0);
         if sine > 0.0 {
