@@ -260,7 +260,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("preview.rs");
 
     fn ports() -> Vec<Port> {
@@ -474,7 +474,7 @@ fn panels(
         };
         match &first {
             None if parameters.compare.is_some() => {
-                panel.detail = "what the others are compared with".into();
+                panel.detail = "the reference".into();
                 first = Some(picture);
             }
             None => {}
