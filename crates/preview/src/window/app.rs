@@ -7,11 +7,12 @@ use std::time::Duration;
 use eframe::egui::{Context, Ui, ViewportCommand};
 use eframe::{CreationContext, egui_wgpu};
 
-use super::desk::{Desk, pressed};
+use super::desk::Desk;
 use super::easel::{Easel, MemoryEasel, Order};
 use super::gpu_easel::GpuEasel;
 use super::host::{Host, News};
 use super::judge::{Judge, Question};
+use super::keyboard::Keyboard;
 use super::pointer::Pointer;
 use super::pulse::Pulse;
 use super::screen::Screen;
@@ -38,8 +39,7 @@ pub(super) struct App {
     judge: Judge,
     screen: Screen,
     pointer: Pointer,
-    /// Whether the last frame left the keyboard to a text field.
-    typing: bool,
+    keyboard: Keyboard,
     /// Why there is no picture of what is ordered.
     refused: Option<RenderError>,
     loss: Loss,
@@ -95,7 +95,7 @@ impl App {
             judge,
             screen: Screen::new(gpu),
             pointer: Pointer::default(),
-            typing: false,
+            keyboard: Keyboard::default(),
             refused: None,
             loss,
             kept,
@@ -247,7 +247,7 @@ impl eframe::App for App {
             context.request_repaint_after(Duration::from_secs_f64(seconds.max(0.0)));
         }
         self.state.keeping = self.studio.is_keeping();
-        let mut actions = pressed(&context, self.typing);
+        let mut actions = self.keyboard.pressed(&context);
         let desk = Desk {
             state: &self.state,
             judge: &self.judge,
@@ -257,7 +257,7 @@ impl eframe::App for App {
             adapter: &self.adapter,
         };
         let size = desk.draw(ui, &mut self.pointer, &mut actions);
-        self.typing = context.text_edit_focused();
+        self.keyboard.drawn(&context);
         if !actions.is_empty() {
             // What was drawn above is what was before them.
             context.request_repaint();

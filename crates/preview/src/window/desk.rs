@@ -1,18 +1,16 @@
 //! All that is drawn: panels around the picture, the picture, and what lies over it.
 
-use eframe::egui::{
-    CentralPanel, Context, Event, Frame as Border, Margin, Panel, Popup, Rect, TextureId, Ui, vec2,
-};
+use eframe::egui::{CentralPanel, Frame as Border, Margin, Panel, Rect, TextureId, Ui, vec2};
 
 use super::inspector::inspector;
 use super::judge::Judge;
 use super::lists::lists;
+use super::notices;
 use super::pointer::Pointer;
 use super::state::{Action, State};
 use super::studio::Frame;
 use super::toolbar::toolbar;
 use super::view::view;
-use super::{keys, notices};
 use crate::RenderError;
 
 /// The width that the inspector leaves to the picture, and the least that it takes: where there is no room for both, it is
@@ -30,26 +28,6 @@ pub(super) struct Desk<'a> {
     /// Why there is no picture of what is ordered.
     pub(super) refused: Option<&'a RenderError>,
     pub(super) adapter: &'a str,
-}
-
-/// What the keyboard does. `typing` says whether the last frame left it to a text field: Escape has taken it away from there
-/// before anyone is asked, as it closes a list that has dropped down, and does no more.
-pub(super) fn pressed(context: &Context, typing: bool) -> Vec<Action> {
-    if typing || context.text_edit_focused() || Popup::is_any_open(context) {
-        return Vec::new();
-    }
-    let widget = context.egui_wants_keyboard_input();
-    context.input(|input| {
-        let pressed = input.events.iter().filter_map(|event| match event {
-            Event::Key { key, physical_key, pressed: true, repeat, modifiers } => {
-                let action = keys::action(*key, *physical_key, *modifiers)?;
-                let taken = widget && keys::is_of_widgets(*key) || *repeat && !keys::repeats(action);
-                (!taken).then(|| action.clone())
-            }
-            _ => None,
-        });
-        pressed.collect()
-    })
 }
 
 impl Desk<'_> {

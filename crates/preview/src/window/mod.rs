@@ -12,6 +12,7 @@ mod gpu_easel;
 mod host;
 mod inspector;
 mod judge;
+mod keyboard;
 mod keys;
 mod lists;
 mod mailbox;

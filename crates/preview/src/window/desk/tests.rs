@@ -3,10 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use eframe::egui::{FullOutput, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Shape, ViewportId, pos2};
+use eframe::egui::{
+    Context, Event, FullOutput, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Shape, ViewportId, pos2,
+};
 
 use super::*;
 use crate::window::easel::Canvas;
+use crate::window::keyboard::Keyboard;
 use crate::window::keys::{POINTER, bindings};
 use crate::window::settings::{Aim, Arrangement, Settings};
 use crate::window::state::{Effect, List};
@@ -22,7 +25,7 @@ struct Session {
     size: [f32; 2],
     /// The picture that is there.
     seen: Option<Frame>,
-    typing: bool,
+    keyboard: Keyboard,
     refused: Option<RenderError>,
     effects: Vec<Effect>,
 }
@@ -72,7 +75,7 @@ impl Session {
             pointer: Pointer::default(),
             size,
             seen: None,
-            typing: false,
+            keyboard: Keyboard::default(),
             refused: None,
             effects: Vec::new(),
         }
@@ -114,9 +117,9 @@ impl Session {
             ..RawInput::default()
         };
         let (mut actions, mut picture) = (Vec::new(), [0; 2]);
-        let Self { context, state, judge, pointer, seen, typing, refused, .. } = self;
+        let Self { context, state, judge, pointer, seen, keyboard, refused, .. } = self;
         let output: FullOutput = context.run_ui(input, |ui| {
-            actions = pressed(ui.ctx(), *typing);
+            actions = keyboard.pressed(ui.ctx());
             let desk = Desk {
                 state,
                 judge,
@@ -127,7 +130,7 @@ impl Session {
             };
             picture = desk.draw(ui, pointer, &mut actions);
         });
-        *typing = context.text_edit_focused();
+        keyboard.drawn(context);
         self.effects.extend(actions.into_iter().filter_map(|action| self.state.update(action)));
         let mut texts = Vec::new();
         for clipped in &output.shapes {
@@ -189,6 +192,22 @@ fn gather(shape: &Shape, texts: &mut Vec<(String, Rect)>) {
         Shape::Vec(shapes) => shapes.iter().for_each(|shape| gather(shape, texts)),
         Shape::Text(text) => texts.push((text.galley.text().to_owned(), shape.visual_bounding_rect())),
         _ => {}
+    }
+}
+
+/// Shift goes up before the key does, which then has another sign: it is no longer held all the same.
+#[test]
+fn a_key_that_goes_up_by_another_sign_is_up() {
+    let mut session = Session::new([1280.0, 800.0]);
+    let event = |key, pressed, modifiers| {
+        vec![Event::Key { key, physical_key: Some(Key::Slash), pressed, repeat: false, modifiers }]
+    };
+    for open in [true, false, true] {
+        session.frame(event(Key::Questionmark, true, Modifiers::SHIFT));
+        assert_eq!(session.state.help, open);
+        session.frame(event(Key::Questionmark, true, Modifiers::SHIFT));
+        assert_eq!(session.state.help, open, "it is held down");
+        session.frame(event(Key::Slash, false, Modifiers::NONE));
     }
 }
 
