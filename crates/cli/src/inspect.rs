@@ -4,7 +4,6 @@ mod material;
 mod mesh;
 mod texture;
 
-use std::fs;
 use std::path::Path;
 
 use containers::{
@@ -24,7 +23,7 @@ const IMAGE_FRAME: &str = "row 0 is the image's top; the recipe or the maker kno
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
 pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
-    let bytes = match fs::read(file) {
+    let bytes = match engine::read_file(file) {
         Ok(bytes) => bytes,
         Err(error) => {
             say!("error: cannot read {}: {error}", file.display());

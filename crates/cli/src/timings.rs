@@ -150,7 +150,7 @@ impl Timeline {
         fs::create_dir_all(folder).map_err(|error| (folder.to_path_buf(), error))?;
         let [page, trace] = ["timings.html", "timings.json"].map(|name| folder.join(name));
         for (path, text) in [(&page, page::page(&self)), (&trace, trace::trace(&self))] {
-            replace(path, &text).map_err(|error| (path.clone(), error))?;
+            engine::replace_file(path, text.as_bytes()).map_err(|error| (path.clone(), error))?;
         }
         Ok([page, trace])
     }
@@ -238,14 +238,4 @@ impl Timeline {
 
 fn nanoseconds(milliseconds: f64) -> Nanoseconds {
     (milliseconds * 1e6).round() as Nanoseconds
-}
-
-/// Puts a file in place of what is there, whole.
-fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
-    let result = fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path));
-    if result.is_err() {
-        let _ = fs::remove_file(&temporary);
-    }
-    result
 }

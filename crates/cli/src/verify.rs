@@ -1,7 +1,6 @@
 //! `specula verify`: whether an exported file is what its recipe says, and whether that is up to date.
 
 use std::fmt::Write;
-use std::fs;
 use std::io::ErrorKind;
 
 use engine::{Content, Kinds, Recipe, SourceFile, Verification};
@@ -20,7 +19,7 @@ pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Exit {
     // As for `explain`, a name may be meant relative to out.
     let below = plan.out.join(&arguments.file);
     let file = if !arguments.file.exists() && below.exists() { &below } else { &arguments.file };
-    let bytes = match fs::read(file) {
+    let bytes = match engine::read_file(file) {
         Ok(bytes) => bytes,
         Err(error) => {
             say!("error: cannot read {}: {error}", file.display());

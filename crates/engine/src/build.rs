@@ -88,7 +88,6 @@ impl Workbench {
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
-        let folder = plan.manifest.parent().unwrap_or(plan.manifest.as_path());
         let waiting = |holder| {
             let limit = options.patience.0.map(|limit| limit.as_secs_f64() * 1e3);
             events(Event::Waiting { holder, limit_milliseconds: limit });
@@ -103,8 +102,8 @@ impl Workbench {
         };
         let kept = self.between().journal.take();
         let state = self.pool.install(|| State::open(lock, kept))?;
-        sweep(&state, folder)?;
-        let disk = Arc::new(Disk::new(state.now, self.begin_noting()));
+        sweep(&state, plan)?;
+        let disk = Arc::new(Disk::new(state.now, self.begin_noting(), cancel));
         let underway = Arc::new(Underway::new(plan, selected, &disk));
         cancel.begin(&underway);
         let (judge, publisher) = self.pool.install(|| {
@@ -147,7 +146,7 @@ impl Workbench {
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let state = self.pool.install(|| State::read(&plan.state))?;
-        let disk = Disk::new(state.now, Arc::default());
+        let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let (judge, publisher) = self.pool.install(|| {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });

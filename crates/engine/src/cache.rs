@@ -14,10 +14,10 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::disk::hash;
 use crate::journal::{Journal, Tag};
 use crate::lock::Request;
 use crate::publish::Published;
+use crate::regular::hash;
 use crate::retention::{Manifests, Retention};
 use crate::state::{FOLDER, State};
 use crate::store::Blob;

@@ -252,6 +252,10 @@ impl<'a> Context<'a> {
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
         self.noted(Read { path: path.clone(), listing: false, digest });
+        if bytes.as_ref().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
+            self.stopped.store(true, Ordering::Relaxed);
+            return Err(Failure::cancelled());
+        }
         bytes.map_err(|error| {
             let is_busy = error.kind() == std::io::ErrorKind::ResourceBusy;
             let failure = Failure::from(error).context(format!("cannot read {}", path.display()));

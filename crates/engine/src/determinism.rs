@@ -166,7 +166,7 @@ impl Trial {
 
     fn results(&self, selected: &[bool]) -> Result<Results, Error> {
         let state = State::read(&self.plan.state)?;
-        let disk = Disk::new(state.now, Arc::default());
+        let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let judge = Judge::new(&self.plan, &state, &disk, selected);
         let records = (0..self.plan.items.len()).map(|item| judge.record(item).cloned()).collect();
         Ok(Results { records, state })

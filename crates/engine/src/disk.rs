@@ -5,7 +5,7 @@
 //! the very bytes that the item gets.
 
 use std::collections::{HashMap, HashSet};
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,8 +17,9 @@ use crate::context::listing_digest;
 use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
 use crate::reader::Reader;
+use crate::regular::{hash, hash_until};
 use crate::watch::is_probe;
-use crate::{Digest, Read, Timestamp};
+use crate::{Cancel, Digest, Read, Timestamp};
 
 /// The disk as one build sees it.
 pub(crate) struct Disk {
@@ -27,6 +28,7 @@ pub(crate) struct Disk {
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
     /// All that items read, or would read again.
     noted: Arc<Noted>,
+    cancel: Cancel,
 }
 
 /// The files and (`true`) listings that the items of a build read, now or in their last runs.
@@ -47,9 +49,9 @@ struct Stamped {
 }
 
 impl Disk {
-    /// Notes what items read where `noted` says.
-    pub(crate) fn new(now: i64, noted: Arc<Noted>) -> Self {
-        Self { now, digests: Mutex::default(), noted }
+    /// Notes what items read where `noted` says. Once `cancel` is cancelled, what was not read by then cannot be read.
+    pub(crate) fn new(now: i64, noted: Arc<Noted>, cancel: &Cancel) -> Self {
+        Self { now, digests: Mutex::default(), noted, cancel: cancel.clone() }
     }
 
     /// The digest of a file's content or a folder's listing at present; `None` where it cannot be read.
@@ -91,7 +93,7 @@ impl Disk {
 
     /// The disk as an item sees it that runs in this build.
     pub(crate) fn reader(&self) -> Reader {
-        Reader::new(self.now)
+        Reader::new(self.now, &self.cancel)
     }
 
     /// What is to be remembered of the files that an item read.
@@ -113,7 +115,7 @@ impl Disk {
         if let Some(known) = known.filter(|known| known.stamp == stamp) {
             return (Some(known.digest), None);
         }
-        let Ok(digest) = hash(path) else { return (None, None) };
+        let Ok(digest) = hash_until(path, &|| self.cancel.is_cancelled()) else { return (None, None) };
         let same = fs::metadata(path).is_ok_and(|after| Stamp::of(&after) == stamp);
         let line = (same && stamp.is_settled(self.now)).then(|| line(path, &Stamped { stamp, digest }));
         (Some(digest), line)
@@ -146,13 +148,6 @@ pub(crate) fn modified(path: &Path) -> Option<Timestamp> {
 /// The digest of a file's content or a folder's listing, whatever its stamp says; `None` where it cannot be read.
 pub(crate) fn digest_now(path: &Path, listing: bool) -> Option<Digest> {
     if listing { list(path).ok().map(|names| listing_digest(&names)) } else { hash(path).ok() }
-}
-
-/// The digest of a file's content.
-pub(crate) fn hash(path: &Path) -> io::Result<Digest> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
-    Ok(Digest(*hasher.finalize().as_bytes()))
 }
 
 /// The subject of a file's stamp.

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::build::{Forecast, forecast, select};
-use crate::disk::{Disk, hash, modified};
+use crate::disk::{Disk, modified};
 use crate::judge::{Judge, item_name};
 use crate::publish::{Published, Publisher};
 use crate::record::{Record, recipe};
+use crate::regular::hash;
 use crate::state::State;
-use crate::{Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
+use crate::{Cancel, Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
 
 /// What is known about one item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -132,7 +133,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
     let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
     let state = State::read(&plan.state)?;
-    let disk = Disk::new(state.now, Arc::default());
+    let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let judge = Judge::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
     let mut forecasts = forecast(&judge, &selected);

@@ -26,6 +26,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use text::Text;
 
+use crate::regular::write_new;
 use crate::retention::Retention;
 use crate::{Digest, Error, ErrorKind, platform};
 
@@ -431,7 +432,7 @@ impl Journal {
     /// Writes lines to a file of their own; returns its text and where the contents of the lines are in it. The text is
     /// not gathered in memory: a process that lives long would have to keep room for it.
     fn copy(&self, lines: &[Held], to: &Path) -> io::Result<(Text, Vec<Range<usize>>)> {
-        let mut file = BufWriter::new(File::create(to)?);
+        let mut file = BufWriter::new(write_new(to, b"")?);
         let mut buffer = header().into_bytes();
         write_line(&mut buffer, WRITING, new_name(), lines.len().to_string().as_bytes());
         file.write_all(&buffer)?;

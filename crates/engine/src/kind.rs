@@ -203,14 +203,37 @@ pub trait Configured: Send + Sync {
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure>;
 }
 
+/// Finds the recipe in the bytes of an exported file; `None` if it holds none.
+pub type RecipeReader = fn(&[u8]) -> Option<String>;
+
 /// A list of kinds: what a manifest may name.
-#[derive(Clone, Default)]
-pub struct Kinds(Vec<Arc<dyn ErasedKind>>);
+#[derive(Clone)]
+pub struct Kinds {
+    list: Vec<Arc<dyn ErasedKind>>,
+    recipe_reader: RecipeReader,
+}
+
+impl Default for Kinds {
+    fn default() -> Self {
+        Self { list: Vec::new(), recipe_reader: |_| None }
+    }
+}
 
 impl Kinds {
     /// An empty list.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Sets how recipes are found in what the kinds export. By its recipe a build knows an earlier export whose record is
+    /// lost; without this there are none.
+    #[must_use]
+    pub fn with_recipe_reader(self, recipe_reader: RecipeReader) -> Self {
+        Self { recipe_reader, ..self }
+    }
+
+    pub(crate) fn recipe_reader(&self) -> RecipeReader {
+        self.recipe_reader
     }
 
     /// Adds a kind.
@@ -229,18 +252,18 @@ impl Kinds {
     #[must_use]
     pub fn with_erased(mut self, kind: Arc<dyn ErasedKind>) -> Self {
         assert!(self.get(kind.name()).is_none(), "two kinds are named {}", kind.name());
-        self.0.push(kind);
+        self.list.push(kind);
         self
     }
 
     /// The kind of a name.
     pub fn get(&self, name: &str) -> Option<&Arc<dyn ErasedKind>> {
-        self.0.iter().find(|kind| kind.name() == name)
+        self.list.iter().find(|kind| kind.name() == name)
     }
 
     /// All kinds, in the order of the list.
     pub fn iter(&self) -> impl Iterator<Item = &Arc<dyn ErasedKind>> {
-        self.0.iter()
+        self.list.iter()
     }
 }
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Cancel, Error, ErrorKind, Timestamp, platform};
+use crate::{Cancel, Error, ErrorKind, Timestamp, platform, read_file};
 
 /// What a process does in a state folder, for the others that find it there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -159,7 +159,7 @@ fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
 
 /// Who holds the lock: `specula watch (process 123, since 2026-03-01 09:30:05 UTC)`.
 fn holder(folder: &Path) -> String {
-    let holder = fs::read(folder.join("holder")).ok();
+    let holder = read_file(&folder.join("holder")).ok();
     match holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok()) {
         Some(Holder { process, since, errand }) => format!("{errand} (process {process}, since {since})"),
         None => "another process".into(),

@@ -12,7 +12,10 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::{Configured, Document, ErasedKind, Fault, Faults, ItemKey, Kinds, Port, Product, nearest};
+use crate::{
+    Configured, Document, ErasedKind, Fault, Faults, ItemKey, Kinds, Port, Product, RecipeReader, nearest,
+    regular,
+};
 
 mod cycles;
 mod folders;
@@ -21,7 +24,7 @@ mod items;
 mod manifest;
 mod schema;
 mod source;
-mod template;
+pub(crate) mod template;
 
 pub(crate) use folders::{Asked, RecordingFolders};
 pub use folders::{DiskFolders, Folders, Found, Name};
@@ -78,6 +81,8 @@ pub struct Plan {
     pub stages: Vec<Stage>,
     /// The items, stage by stage in the order of `stages`, sorted by key within one.
     pub items: Vec<Item>,
+    /// Finds the recipes in exported files.
+    pub recipe_reader: RecipeReader,
 }
 
 impl Plan {
@@ -164,7 +169,7 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
         Some(stages) => {
             let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
-            Ok(Plan { manifest, out, state, stages, items })
+            Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })
         }
         // Each unknown part of a stage comes with a fault; should one be forgotten, this is better than a guess.
         None => Err(graph.faults(vec![Fault::of_file("a stage of the manifest could not be understood")])),
@@ -175,7 +180,7 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
 pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Faults> {
     let mut bytes = Vec::new();
     let limit = Document::MAX_BYTES as u64 + 1;
-    let read = std::fs::File::open(manifest).and_then(|file| file.take(limit).read_to_end(&mut bytes));
+    let read = regular::open(manifest).and_then(|(file, _)| file.take(limit).read_to_end(&mut bytes));
     match read {
         Ok(_) => Ok(bytes),
         Err(error) => {

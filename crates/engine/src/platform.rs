@@ -1,9 +1,9 @@
 //! What differs between operating systems: stamps of files, renames over open files, names that differ in case only.
 
-use std::fs::{self, Metadata};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
 use std::path::Path;
-use std::time::{Duration, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
@@ -36,11 +36,31 @@ impl Stamp {
             .map(|time| Timestamp(time / 1_000_000))
     }
 
+    /// Whether this is the stamp of the same content of the same file, though it may have been renamed since.
+    pub(crate) fn is_renamed(&self, before: &Self) -> bool {
+        *self == Self { changed: self.changed, ..*before }
+    }
+
     /// Whether a later change of the file must show in the stamp: the last one is old, by the clock of its file
     /// system. `now` is a time of change that the file system gave before the file was read.
     pub(crate) fn is_settled(&self, now: i64) -> bool {
         self.modified.max(self.changed).saturating_add(COARSEST) <= now
     }
+}
+
+/// Gives a file that was just written a time of change that no later write can give it again, and returns its stamp and
+/// whether that was possible.
+///
+/// Writes take their time from a clock that stands still for milliseconds, so that a second write at once need not show
+/// in the time of change. This time has an odd number of 100 nanoseconds instead. A file system that keeps time more
+/// coarsely rounds it.
+pub(crate) fn mark_written(file: &File) -> io::Result<(Stamp, bool)> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let time = UNIX_EPOCH + Duration::new(now.as_secs(), now.subsec_micros() * 1000 + 700);
+    // A file system that has no such times is as good as one that keeps them coarsely.
+    let _ = file.set_modified(time);
+    let stamp = Stamp::of(&file.metadata()?);
+    Ok((stamp, stamp.modified == nanoseconds(time)))
 }
 
 /// The time of the last change of the content, in nanoseconds since 1970.
@@ -153,6 +173,18 @@ fn patiently(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
 /// `ERROR_ACCESS_DENIED`, `ERROR_SHARING_VIOLATION`, `ERROR_LOCK_VIOLATION`.
 fn is_held_by_another(error: &io::Error) -> bool {
     cfg!(windows) && matches!(error.raw_os_error(), Some(5 | 32 | 33))
+}
+
+/// Options by which to open a pipe does not wait for its other end.
+#[cfg(unix)]
+pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    use std::os::unix::fs::OpenOptionsExt;
+    options.custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY)
+}
+
+#[cfg(not(unix))]
+pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    options
 }
 
 /// Whether two different spellings name one file: on a file system that ignores case, `Sky.exr` and `sky.exr` do.

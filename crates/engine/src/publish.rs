@@ -5,7 +5,14 @@
 //! The *ledger* says what was published: the digest and the stamp of each file. It is told before a rename what is
 //! about to appear, so that a process killed at any moment leaves no file that the next build takes for a
 //! stranger's. Only files of the ledger are ever removed or replaced. A file that a person has changed is put back,
-//! with a warning, while its item exists, and left alone when its item has gone.
+//! with a warning, while its item exists, and left alone when its item has gone. If the ledger is lost, a file whose
+//! recipe names the kind of its stage is replaced, too.
+//!
+//! Whether a file is as it was published is known by its stamp. It is taken from the file that was written, before the
+//! rename: whatever happens to the file afterwards makes another. Where the file system keeps time too coarsely for that,
+//! the content is read again until the stamp is old enough to be relied on.
+//!
+//! The ledger may have been written by somebody else. A line whose file would not lie in `out` is ignored.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs::{self, Metadata};
@@ -17,11 +24,12 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::disk::hash;
 use crate::journal::{Line, Tag, subject};
 use crate::judge::{item_name, manifest_name};
+use crate::plan::template;
 use crate::platform::{self, Stamp};
 use crate::record::path_name;
+use crate::regular::{hash, read_file, write_new};
 use crate::state::State;
 use crate::store::Blob;
 use crate::{Digest, Error, ErrorKind, ItemName, Plan};
@@ -38,11 +46,19 @@ pub(crate) struct Published {
     pub(crate) digest: Digest,
     /// `None` while it is being renamed into place.
     stamp: Option<Stamp>,
+    /// Whether any later change of the file must show in its stamp. Records of older versions do not say.
+    #[serde(default)]
+    settled: bool,
     /// What the manifest had published there before, while it is being replaced.
     replaces: Option<Digest>,
 }
 
 impl Published {
+    /// Whether a record is one that a build can have written: its file lies in `out`.
+    fn is_sound(&self) -> bool {
+        template::check(&self.file, "out").is_ok()
+    }
+
     /// What the manifest has put there, whatever a person made of it; `None` where it never came to that.
     pub(crate) fn owned(&self) -> Option<Digest> {
         if self.stamp.is_some() { Some(self.digest) } else { self.replaces }
@@ -55,6 +71,7 @@ pub(crate) enum Told {
     Published { file: String, bytes: u64, restored: bool },
     Removed { file: String },
     Warning(String),
+    Note(String),
 }
 
 /// Why files could not be published.
@@ -75,10 +92,13 @@ impl From<Error> for Obstacle {
 /// Publishes the files of one plan.
 pub(crate) struct Publisher<'a> {
     state: &'a State,
+    plan: &'a Plan,
     root: &'a Path,
     manifest: String,
     out: String,
     ledger: HashMap<String, Arc<Published>>,
+    /// The files in the same folder that other manifests have published.
+    others: HashSet<String>,
     /// The files that were there as they were published when the build began.
     intact: HashSet<&'a str>,
     /// The files that the plan's items export.
@@ -100,6 +120,8 @@ struct Action {
     file: String,
     blob: Blob,
     replaces: Option<Digest>,
+    /// The stamp that the file had before its content was found to be there already.
+    found: Option<Stamp>,
     /// `None`: the content is there already and only has to be entered in the ledger.
     write: Option<Write>,
 }
@@ -108,18 +130,29 @@ struct Write {
     bytes: Vec<u8>,
     restored: bool,
     /// What is to be said when it is done.
-    warning: Option<String>,
-    temporary: Option<PathBuf>,
+    remark: Option<Told>,
+    temporary: Option<Temporary>,
+}
+
+/// A file that is to be renamed.
+struct Temporary {
+    path: PathBuf,
+    stamp: Stamp,
+    /// As [`Published::settled`].
+    settled: bool,
 }
 
 impl<'a> Publisher<'a> {
     pub(crate) fn new(plan: &'a Plan, state: &'a State) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
         let (manifest, out) = (manifest_name(plan), path_name(folder, &plan.out));
-        let mut ledger = HashMap::new();
-        for line in state.journal.all::<Published>(Tag::Published) {
-            if line.manifest == manifest && line.out == out {
+        let (mut ledger, mut others) = (HashMap::new(), HashSet::new());
+        let lines = state.journal.all::<Published>(Tag::Published).into_iter();
+        for line in lines.filter(|line| line.out == out && line.is_sound()) {
+            if line.manifest == manifest {
                 ledger.insert(line.file.clone(), line);
+            } else {
+                others.insert(line.file.clone());
             }
         }
         let wanted =
@@ -134,10 +167,12 @@ impl<'a> Publisher<'a> {
         stale.values_mut().for_each(|files| files.sort_unstable());
         Self {
             state,
+            plan,
             root: &plan.out,
             manifest,
             out,
             ledger,
+            others,
             intact,
             wanted,
             folded: OnceLock::new(),
@@ -193,7 +228,7 @@ impl<'a> Publisher<'a> {
         let mut actions = Vec::new();
         for (file, blob) in files {
             let fresh = bytes.as_mut().and_then(Iterator::next);
-            actions.extend(self.plan_file(file, *blob, fresh, told)?);
+            actions.extend(self.plan_file(item, files, file, *blob, fresh, told)?);
         }
         if actions.is_empty() {
             return Ok(());
@@ -201,7 +236,7 @@ impl<'a> Publisher<'a> {
         let result = self.carry_out(item, &mut actions, told);
         for write in actions.iter().filter_map(|action| action.write.as_ref()) {
             if let Some(left) = &write.temporary {
-                let _ = fs::remove_file(left);
+                let _ = fs::remove_file(&left.path);
             }
         }
         result
@@ -277,6 +312,8 @@ impl<'a> Publisher<'a> {
     /// What has to be done for one file; `None` where it is in place.
     fn plan_file(
         &self,
+        item: &ItemName,
+        files: &[(String, Blob)],
         file: &str,
         blob: Blob,
         fresh: Option<Vec<u8>>,
@@ -292,14 +329,15 @@ impl<'a> Publisher<'a> {
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             Err(error) => return Err(Error::io(&error, "look at", &place).into()),
         };
-        let (mut replaces, mut warning) = (None, None);
+        let (mut replaces, mut remark) = (None, None);
         if let Some(found) = &found {
             if found.is_dir() {
                 return Err(in_the_way(&place).into());
             }
             let content = self.content(found, line, &place)?;
             if content == Some(blob.digest) {
-                return Ok(Some(Action { file: file.into(), blob, replaces: None, write: None }));
+                let found = Some(Stamp::of(found));
+                return Ok(Some(Action { file: file.into(), blob, replaces: None, found, write: None }));
             }
             match (content, line) {
                 (Some(content), Some(line)) if content == line.digest || Some(content) == line.replaces => {
@@ -308,10 +346,17 @@ impl<'a> Publisher<'a> {
                 // Where the ledger's own file was never put in place, this one is not it.
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
-                    warning = Some(format!(
+                    remark = Some(Told::Warning(format!(
                         "{} had been changed since it was published; the published file was put back",
                         place.display()
-                    ));
+                    )));
+                }
+                (Some(content), None) if self.is_export(item, files, file) => {
+                    replaces = Some(content);
+                    remark = Some(Told::Note(format!(
+                        "{} was replaced: there is no record of it, but its recipe says that an earlier build published it",
+                        place.display()
+                    )));
                 }
                 _ => return Err(in_the_way(&place).into()),
             }
@@ -321,8 +366,23 @@ impl<'a> Publisher<'a> {
             Some(bytes) => bytes,
             None => self.state.store.get(blob.digest)?.ok_or(Obstacle::Lost)?,
         };
-        let write = Some(Write { bytes, restored, warning, temporary: None });
-        Ok(Some(Action { file: file.into(), blob, replaces, write }))
+        let write = Some(Write { bytes, restored, remark, temporary: None });
+        Ok(Some(Action { file: file.into(), blob, replaces, found: None, write }))
+    }
+
+    /// Whether the recipe of a file that is not in the ledger, in the file or in another one of its item, says that it was
+    /// exported by a stage of this kind: the ledger has been lost.
+    fn is_export(&self, item: &ItemName, files: &[(String, Blob)], file: &str) -> bool {
+        let stage = self.plan.stages.iter().find(|stage| stage.name == item.stage);
+        let Some(stage) = stage.filter(|_| !self.others.contains(file)) else { return false };
+        let others = files.iter().map(|(other, _)| other.as_str()).filter(|other| *other != file);
+        std::iter::once(file).chain(others).any(|file| {
+            let place = self.root.join(file);
+            let is_file = fs::symlink_metadata(&place).is_ok_and(|found| found.is_file());
+            let bytes = is_file.then(|| read_file(&place).ok()).flatten();
+            let recipe = bytes.and_then(|bytes| (self.plan.recipe_reader)(&bytes));
+            recipe.and_then(|recipe| kind_of_recipe(&recipe)).as_deref() == Some(stage.kind.name())
+        })
     }
 
     /// The digest of a file that is in place; a link or folder has none.
@@ -336,7 +396,7 @@ impl<'a> Publisher<'a> {
             return Ok(None);
         }
         let stamp = Stamp::of(found);
-        match line.filter(|line| line.stamp == Some(stamp)) {
+        match line.filter(|line| line.settled && line.stamp == Some(stamp)) {
             Some(line) => Ok(Some(line.digest)),
             None => hash(place).map(Some).map_err(|error| Error::io(&error, "read", place)),
         }
@@ -356,37 +416,52 @@ impl<'a> Publisher<'a> {
                 let number = self.next.fetch_add(1, Ordering::Relaxed);
                 let name = format!("{TEMPORARY}{}-{number}.tmp", std::process::id());
                 let place = self.root.join(&action.file);
-                let temporary = write.temporary.insert(place.with_file_name(name));
-                fs::write(temporary, &write.bytes).map_err(|error| Error::io(&error, "write", &place))?;
+                let path = place.with_file_name(name);
+                let written = write_new(&path, &write.bytes).and_then(|file| platform::mark_written(&file));
+                let (stamp, settled) = written.map_err(|error| {
+                    let _ = fs::remove_file(&path);
+                    Error::io(&error, "write", &place)
+                })?;
+                write.temporary = Some(Temporary { path, stamp, settled });
             }
         }
         let intents = actions.iter().filter(|action| action.write.is_some());
-        let intents = intents.map(|action| self.line(item, action, None)).collect::<Vec<_>>();
+        let intents = intents.map(|action| self.line(item, action, None, false)).collect::<Vec<_>>();
         self.state.journal.append(&intents)?;
         let mut lines = Vec::new();
         let mut result = Ok(());
         for action in actions.iter_mut() {
             let place = self.root.join(&action.file);
-            if let Some(write) = &mut action.write {
-                if let Some(temporary) = &write.temporary
-                    && let Err(error) = platform::replace(temporary, &place)
-                {
-                    result = Err(Error::io(&error, "write", &place).into());
-                    break;
+            let now = || fs::symlink_metadata(&place).ok().map(|found| Stamp::of(&found));
+            let (stamp, settled) = match &mut action.write {
+                Some(write) => {
+                    let Some(temporary) = &write.temporary else { continue };
+                    if let Err(error) = platform::replace(&temporary.path, &place) {
+                        result = Err(Error::io(&error, "write", &place).into());
+                        break;
+                    }
+                    // Of a file that somebody changed or replaced since the rename, the stamp is that of what was written:
+                    // the next build finds that it differs.
+                    let renamed = now().filter(|now| now.is_renamed(&temporary.stamp));
+                    let stamp = (renamed.unwrap_or(temporary.stamp), temporary.settled);
+                    write.temporary = None;
+                    told.extend(write.remark.take());
+                    let (file, restored) = (action.file.clone(), write.restored);
+                    told.push(Told::Published { file, bytes: action.blob.bytes, restored });
+                    stamp
                 }
-                write.temporary = None;
-                told.extend(write.warning.take().map(Told::Warning));
-                let (file, restored) = (action.file.clone(), write.restored);
-                told.push(Told::Published { file, bytes: action.blob.bytes, restored });
-            }
-            let stamp = fs::symlink_metadata(&place).ok().map(|found| Stamp::of(&found));
-            lines.push(self.line(item, action, stamp));
+                None => {
+                    let Some(found) = action.found else { continue };
+                    (found, found.is_settled(self.state.now) && now() == Some(found))
+                }
+            };
+            lines.push(self.line(item, action, Some(stamp), settled));
         }
         self.state.journal.append(&lines)?;
         result
     }
 
-    fn line(&self, item: &ItemName, action: &Action, stamp: Option<Stamp>) -> Line {
+    fn line(&self, item: &ItemName, action: &Action, stamp: Option<Stamp>, settled: bool) -> Line {
         let content = Published {
             manifest: self.manifest.clone(),
             out: self.out.clone(),
@@ -394,6 +469,7 @@ impl<'a> Publisher<'a> {
             item: item.clone(),
             digest: action.blob.digest,
             stamp,
+            settled,
             replaces: if stamp.is_some() { None } else { action.replaces },
         };
         Line::new(Tag::Published, self.subject(&action.file), Some(&content))
@@ -523,23 +599,41 @@ impl<'a> Publisher<'a> {
 
 const TEMPORARY: &str = ".specula-";
 
-/// Removes temporary files that a killed build left in the folders that it was publishing into. Their names are
-/// relative to `folder`, the manifest's: a project may be moved or copied before it is built again.
+/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the plan's.
+/// What the journal says of other folders is left to the builds of the manifests that name them.
 ///
 /// # Errors
-/// Where the journal cannot be written.
-pub(crate) fn sweep(state: &State, folder: &Path) -> Result<(), Error> {
-    for (place, out) in state.journal.subjects::<String>(Tag::Publishing) {
-        sweep_folder(&folder.join(out));
-        state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;
+/// If the journal cannot be written.
+pub(crate) fn sweep(state: &State, plan: &Plan) -> Result<(), Error> {
+    let out = path_name(plan.manifest.parent().unwrap_or(Path::new(".")), &plan.out);
+    for (place, announced) in state.journal.subjects::<String>(Tag::Publishing) {
+        if announced == out {
+            sweep_folder(&plan.out);
+            state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;
+        }
     }
     Ok(())
 }
 
-/// Whether a file is there with the stamp that the ledger says.
+/// The kind that a recipe names.
+fn kind_of_recipe(recipe: &str) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Recipe {
+        kind: String,
+        #[serde(rename = "revision")]
+        _revision: u32,
+        #[serde(rename = "parameters")]
+        _parameters: serde_json::Map<String, serde_json::Value>,
+        #[serde(rename = "inputs")]
+        _inputs: serde_json::Map<String, serde_json::Value>,
+    }
+    serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
+}
+
+/// Whether a file is there with the stamp that the ledger says, if that can be relied on.
 fn is_as_told(root: &Path, line: &Published) -> bool {
     let found = || fs::symlink_metadata(root.join(&line.file)).ok();
-    line.stamp.is_some() && found().is_some_and(|found| Some(Stamp::of(&found)) == line.stamp)
+    line.settled && line.stamp.is_some() && found().is_some_and(|found| Some(Stamp::of(&found)) == line.stamp)
 }
 
 fn sweep_folder(folder: &Path) {

@@ -5,7 +5,7 @@
 //! further change need not show in it, the bytes are compared with what is there after the read.
 
 use std::collections::HashMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,19 +13,22 @@ use std::time::Duration;
 
 use crate::disk::list;
 use crate::platform::Stamp;
-use crate::{Files, Timestamp};
+use crate::regular::{self, read_until};
+use crate::{Cancel, Files, Timestamp};
 
 /// The disk as one running item sees it.
 pub(crate) struct Reader {
     /// The file system's time when the build began.
     now: i64,
+    cancel: Cancel,
     /// The stamps of the files that were read.
     stamps: Mutex<HashMap<PathBuf, Stamp>>,
 }
 
 impl Reader {
-    pub(crate) fn new(now: i64) -> Self {
-        Self { now, stamps: Mutex::default() }
+    /// Once `cancel` is cancelled, reads end with [`io::ErrorKind::Interrupted`].
+    pub(crate) fn new(now: i64, cancel: &Cancel) -> Self {
+        Self { now, cancel: cancel.clone(), stamps: Mutex::default() }
     }
 
     /// The stamp of a file that was read.
@@ -45,7 +48,8 @@ impl Reader {
 
 impl Files for Reader {
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
-        let (bytes, stamp) = steadily(path, self.now, |path| fs::read(path), std::thread::sleep)?;
+        let read = |path: &Path| read_until(path, &|| self.cancel.is_cancelled());
+        let (bytes, stamp) = steadily(path, self.now, read, std::thread::sleep)?;
         self.stamps().insert(path.to_path_buf(), stamp);
         Ok(Arc::new(bytes))
     }
@@ -75,7 +79,11 @@ fn steadily(
             pause(Duration::from_millis(1 << attempt));
         }
         let before = stamp()?;
-        let bytes = read(path)?;
+        let bytes = match read(path) {
+            // It grew.
+            Err(error) if error.kind() == io::ErrorKind::ResourceBusy => continue,
+            bytes => bytes?,
+        };
         if (before.is_settled(now) || holds(path, &bytes)?) && stamp()? == before {
             return Ok((bytes, before));
         }
@@ -86,7 +94,7 @@ fn steadily(
 
 /// Whether a file holds these bytes.
 fn holds(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
-    let mut file = File::open(path)?;
+    let (mut file, _) = regular::open(path)?;
     let mut buffer = vec![0; 1 << 16];
     loop {
         let length = match file.read(&mut buffer) {
@@ -107,6 +115,7 @@ fn holds(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
+    use std::fs::File;
 
     use super::*;
 

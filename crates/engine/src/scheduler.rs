@@ -601,6 +601,7 @@ pub(crate) fn event_of(name: &ItemName, told: Told) -> Event {
         }
         Told::Removed { file } => Event::Removed { file },
         Told::Warning(message) => Event::Warning { item: name.clone(), message },
+        Told::Note(message) => Event::Note { item: name.clone(), message },
     }
 }
 

@@ -11,12 +11,13 @@
 //!                over from a killed one
 //! ```
 
-use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::{fs, io};
 
 use crate::journal::Journal;
 use crate::lock::{Lock, Request};
+use crate::regular::{check_own, links_in};
 use crate::retention::Retention;
 use crate::store::Store;
 use crate::{Error, ErrorKind};
@@ -41,7 +42,7 @@ impl State {
     /// Where it cannot be read, or was written by a newer version.
     pub(crate) fn read(beside: &Path) -> Result<Self, Error> {
         let folder = beside.join(FOLDER);
-        check_is_folder(&folder)?;
+        check(&folder)?;
         let journal = Journal::read(&folder.join("journal"))?;
         Ok(Self { journal, store: Arc::new(Store::new(&folder)), now: i64::MIN / 2, _lock: None })
     }
@@ -52,7 +53,7 @@ impl State {
     /// As [`Lock::take`].
     pub(crate) fn lock(beside: &Path, request: &Request<'_>) -> Result<Lock, Error> {
         let folder = beside.join(FOLDER);
-        check_is_folder(&folder)?;
+        check(&folder)?;
         Lock::take(&folder, request)
     }
 
@@ -66,10 +67,7 @@ impl State {
         let retention = |journal: &Journal| Retention::of(journal, beside);
         let journal = Journal::write(&folder.join("journal"), kept, retention)?;
         let now = lock.announce()?;
-        let ignore = folder.join(".gitignore");
-        if !ignore.exists() {
-            fs::write(&ignore, "*\n").map_err(|error| Error::io(&error, "write", &ignore))?;
-        }
+        write_ignore(folder)?;
         let store = Store::new(folder);
         store.prepare()?;
         Ok(Self { journal, store: Arc::new(store), now, _lock: Some(lock) })
@@ -81,14 +79,45 @@ impl State {
     }
 }
 
-fn check_is_folder(folder: &Path) -> Result<(), Error> {
-    match fs::metadata(folder) {
-        Ok(metadata) if !metadata.is_dir() => {
-            let message = format!("{} is not a folder", folder.display());
-            Err(Error::new(ErrorKind::BadState, message)
-                .with_help("move it away: a folder of that name keeps the state of builds"))
+/// Makes the state folder beside a manifest, which ignores itself in git, for what a program keeps there of its own.
+///
+/// # Errors
+/// If it cannot be made, or something in it is not what it should be, such as a link.
+pub fn prepare_state_folder(beside: &Path) -> Result<PathBuf, Error> {
+    let folder = beside.join(FOLDER);
+    check(&folder)?;
+    fs::create_dir_all(&folder).map_err(|error| Error::io(&error, "create", &folder))?;
+    write_ignore(&folder)?;
+    Ok(folder)
+}
+
+fn write_ignore(folder: &Path) -> Result<(), Error> {
+    let ignore = folder.join(".gitignore");
+    if ignore.exists() {
+        return Ok(());
+    }
+    fs::write(&ignore, "*\n").map_err(|error| Error::io(&error, "write", &ignore))
+}
+
+/// Refuses a state folder that would lead a build to files elsewhere, or to wait for ever: it may be part of a project
+/// that somebody else has prepared.
+fn check(folder: &Path) -> Result<(), Error> {
+    let refuse = |path: &Path, why: io::Error| {
+        let message = format!("{} cannot be used: {why}", path.display());
+        let help = format!("delete {} to build everything anew", folder.display());
+        Err(Error::new(ErrorKind::BadState, message).with_help(help))
+    };
+    let folders = ["", "blobs", "tmp", "screenshots"].map(|name| (name, true));
+    let files = ["lock", "holder", "journal", ".gitignore"].map(|name| (name, false));
+    for (name, is_folder) in folders.into_iter().chain(files) {
+        let path = if name.is_empty() { folder.to_path_buf() } else { folder.join(name) };
+        if let Err(why) = check_own(&path, is_folder) {
+            return refuse(&path, why);
         }
-        _ => Ok(()),
+    }
+    match links_in(&folder.join("blobs")).first() {
+        Some(link) => refuse(link, io::Error::other("it is a link, not a folder")),
+        None => Ok(()),
     }
 }
 
@@ -119,6 +148,40 @@ mod tests {
         fs::write(folder.path().join(FOLDER), "").unwrap();
         assert_eq!(lock(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
         assert_eq!(State::read(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
+    }
+
+    /// Each of these would have led a build to write, or to remove files, somewhere else.
+    #[cfg(unix)]
+    #[test]
+    fn links_and_pipes_in_the_folder_are_refused_and_not_followed() {
+        let elsewhere = tempfile::tempdir().unwrap();
+        let precious = elsewhere.path().join("precious");
+        for name in ["", "blobs", "blobs/ab", "tmp", "journal", "lock", "holder", ".gitignore", "screenshots"]
+        {
+            for target in [elsewhere.path(), &precious, &elsewhere.path().join("new")] {
+                fs::write(&precious, "precious").unwrap();
+                let folder = tempfile::tempdir().unwrap();
+                let link = folder.path().join(FOLDER).join(name);
+                let link = if name.is_empty() { folder.path().join(FOLDER) } else { link };
+                fs::create_dir_all(link.parent().unwrap()).unwrap();
+                std::os::unix::fs::symlink(target, &link).unwrap();
+                let error = lock(folder.path()).err().unwrap();
+                assert_eq!(error.kind(), ErrorKind::BadState, "{name}");
+                assert!(error.to_string().contains("it is a link"), "{error}");
+                assert_eq!(State::read(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
+                assert!(prepare_state_folder(folder.path()).is_err());
+                assert_eq!(fs::read_to_string(&precious).unwrap(), "precious");
+                assert_eq!(fs::read_dir(elsewhere.path()).unwrap().count(), 1);
+            }
+        }
+        for name in ["journal", "lock", "holder", ".gitignore"] {
+            let folder = tempfile::tempdir().unwrap();
+            fs::create_dir(folder.path().join(FOLDER)).unwrap();
+            let pipe = folder.path().join(FOLDER).join(name);
+            assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+            let error = lock(folder.path()).err().unwrap();
+            assert!(error.to_string().contains("it is a pipe, not a file"), "{error}");
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::cache::Amount;
+use crate::regular::{read_file, write_new};
 use crate::{Digest, Error, platform};
 
 /// A stored output: its digest and size.
@@ -64,7 +65,7 @@ impl Store {
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let temporary = self.temporaries().join(format!("{}-{number}", std::process::id()));
         let place = self.path(blob.digest);
-        let written = fs::write(&temporary, bytes).and_then(|()| {
+        let written = write_new(&temporary, bytes).and_then(|_| {
             fs::create_dir_all(place.parent().unwrap_or(&place))?;
             platform::replace(&temporary, &place)
         });
@@ -123,7 +124,7 @@ impl Store {
     /// Where the file is there and cannot be read.
     pub(crate) fn look(&self, digest: Digest) -> Result<Looked, Error> {
         let place = self.path(digest);
-        match fs::read(&place) {
+        match read_file(&place) {
             Ok(bytes) if Digest::of(&bytes) == digest => Ok(Looked::Whole(bytes)),
             Ok(_) => Ok(Looked::Damaged),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Looked::Gone),

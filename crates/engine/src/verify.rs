@@ -17,7 +17,7 @@ use crate::judge::{Judge, manifest_name};
 use crate::publish::{Published, Publisher};
 use crate::record::{Record, recipe};
 use crate::state::State;
-use crate::{Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Timestamp};
+use crate::{Cancel, Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Timestamp, read_file};
 
 /// What is known of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -126,7 +126,7 @@ pub fn verify(
     recipe_of: &dyn Fn(&[u8]) -> Option<String>,
 ) -> Result<Verification, Error> {
     let state = State::read(&plan.state)?;
-    let disk = Disk::new(state.now, Arc::default());
+    let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let selected = vec![true; plan.stages.len()];
     let judge = Judge::new(plan, &state, &disk, &selected);
     let archive = Archive::new(&judge);
@@ -337,7 +337,7 @@ impl<'a> Archive<'a> {
             let near = near.and_then(|name| Some(file.parent()?.join(name)));
             near.into_iter().chain([self.judge.plan.out.join(name)])
         });
-        places.into_iter().find_map(|place| Some((recipe_of(&std::fs::read(&place).ok()?)?, Some(place))))
+        places.into_iter().find_map(|place| Some((recipe_of(&read_file(&place).ok()?)?, Some(place))))
     }
 }
 

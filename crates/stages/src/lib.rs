@@ -43,6 +43,7 @@ pub use showcase::{Exhibit, Gallery, Showcase, Unknown};
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {
     engine::Kinds::new()
+        .with_recipe_reader(containers::read_recipe)
         .with(import_environment::ImportEnvironment)
         .with(import_material::ImportMaterial)
         .with(import_mesh::ImportMesh)

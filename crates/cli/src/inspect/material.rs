@@ -1,6 +1,5 @@
 //! What `specula inspect` says of materials: material files, measured files and material artifacts.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,7 +20,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         let read = |path: &Path| {
             let path = folder.join(path);
             let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
-            fs::read(&path).map(Arc::new).map_err(cannot)
+            engine::read_file(&path).map(Arc::new).map_err(cannot)
         };
         if toml && is_manifest(&name, bytes) {
             return Err(Failure::new(format!("{name} is a manifest, not a material"))

@@ -1,6 +1,5 @@
 //! What `specula inspect` says of meshes: glTF files and mesh artifacts.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,7 +18,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         let mut read = |path: &str| {
             let path = folder.join(path);
             let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
-            fs::read(&path).map(Arc::new).map_err(cannot)
+            engine::read_file(&path).map(Arc::new).map_err(cannot)
         };
         let model = containers::read_gltf(bytes, &mut read)
             .map_err(|failure: Failure| failure.context(file.display().to_string()))?;

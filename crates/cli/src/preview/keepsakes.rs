@@ -37,7 +37,9 @@ impl Keepsakes {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             _ => {}
         }
-        fs::read_to_string(&file).map(Some).map_err(|error| told(error.to_string()))
+        let text =
+            engine::read_file(&file).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
+        text.map(Some).map_err(|error| told(error.to_string()))
     }
 
     /// Keeps the state of a window.
@@ -46,7 +48,7 @@ impl Keepsakes {
     /// Where it cannot be written.
     pub(crate) fn keep_state(&self, json: &str) -> io::Result<()> {
         self.prepare()?;
-        replace(&self.state_file(), json.as_bytes())
+        engine::replace_file(&self.state_file(), json.as_bytes())
     }
 
     fn state_file(&self) -> PathBuf {
@@ -95,15 +97,16 @@ impl Keepsakes {
                 fs::remove_file(&part)?;
                 continue;
             }
-            return put(&part, &file, &bytes).map(|()| file);
+            let written = engine::replace_file(&file, &bytes).map(|()| file);
+            let _ = fs::remove_file(&part);
+            return written;
         }
     }
 
     /// Makes the folder, which ignores itself in git, as a build makes it.
     fn prepare(&self) -> io::Result<()> {
-        fs::create_dir_all(&self.folder)?;
-        let ignore = self.folder.join(".gitignore");
-        if ignore.exists() { Ok(()) } else { fs::write(ignore, "*\n") }
+        let beside = self.folder.parent().unwrap_or(&self.folder);
+        engine::prepare_state_folder(beside).map(|_| ()).map_err(io::Error::other)
     }
 }
 
@@ -116,28 +119,12 @@ pub(crate) fn write_picture(file: &Path, picture: &Picture) -> io::Result<()> {
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         fs::create_dir_all(folder)?;
     }
-    replace(file, &bytes)
+    engine::replace_file(file, &bytes)
 }
 
 fn png(picture: &Picture) -> io::Result<Vec<u8>> {
     let [width, height] = picture.size.map(|side| side as usize);
     containers::write_png(width, height, &picture.codes, None).map_err(io::Error::other)
-}
-
-/// Writes a file beside its place and renames it.
-fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}", std::process::id()));
-    put(&file.with_file_name(name), file, bytes)
-}
-
-/// Writes a file by way of another.
-fn put(temporary: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
-    let written = fs::write(temporary, bytes).and_then(|()| fs::rename(temporary, file));
-    if written.is_err() {
-        let _ = fs::remove_file(temporary);
-    }
-    written
 }
 
 #[cfg(test)]

@@ -8,6 +8,8 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use crate::regular;
+
 /// So much of what is known is compared with the file: the last lines.
 const OVERLAP: usize = 256;
 
@@ -79,7 +81,7 @@ impl Text {
     /// Reads what was appended since; whether the file still is the one that is known.
     pub(super) fn take_up(&mut self, path: &Path) -> io::Result<bool> {
         let known = self.len();
-        let mut file = File::open(path)?;
+        let (mut file, _) = regular::open(path)?;
         if file.metadata()?.len() < known as u64 {
             return Ok(false);
         }

@@ -38,6 +38,11 @@ pub trait Folders {
 
     /// What a path leads to; `None` where nothing is there.
     fn find(&self, path: &Path) -> Option<Found>;
+
+    /// The same place without links; `None` where nothing is there, or where there are no links.
+    fn real(&self, _: &Path) -> Option<PathBuf> {
+        None
+    }
 }
 
 /// The folders of the disk.
@@ -63,6 +68,10 @@ impl Folders for DiskFolders {
 
     fn find(&self, path: &Path) -> Option<Found> {
         std::fs::metadata(path).ok().map(|metadata| Found::of(metadata.file_type()))
+    }
+
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        std::fs::canonicalize(path).ok()
     }
 }
 
@@ -99,6 +108,11 @@ impl Folders for RecordingFolders {
     fn find(&self, path: &Path) -> Option<Found> {
         self.0.borrow_mut().looked_for.insert(path.into());
         DiskFolders.find(path)
+    }
+
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        // Not recorded: only the folder of exports is asked for, whose changes are the engine's own.
+        DiskFolders.real(path)
     }
 }
 

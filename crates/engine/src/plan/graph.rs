@@ -13,7 +13,8 @@ use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
 use super::source::{Source, listed};
 use super::template::{Template, check};
 use crate::{
-    Configured, Document, ErasedKind, Fault, Faults, Kinds, Port, Product, Table, nearest, unknown_keys,
+    Configured, Document, ErasedKind, Fault, Faults, Kinds, Port, Product, RecipeReader, Table, nearest,
+    unknown_keys,
 };
 
 /// The place of a stage in the graph: topological, ties in the order of the manifest.
@@ -28,6 +29,7 @@ pub struct Graph {
     pub(crate) out: PathBuf,
     pub(crate) document: Arc<Document>,
     pub(crate) nodes: Vec<Node>,
+    pub(crate) recipe_reader: RecipeReader,
 }
 
 /// A stage, as far as it is known.
@@ -80,7 +82,8 @@ impl Graph {
         let nodes = order.iter().filter_map(|&old| nodes[old].take()).collect();
         let declarations: Vec<_> = order.iter().map(|&old| &stages[old]).collect();
         let out = out.unwrap_or_else(|| folder.join("out"));
-        let mut graph = Self { manifest, out, document: Arc::new(document), nodes };
+        let mut graph =
+            Self { manifest, out, document: Arc::new(document), nodes, recipe_reader: kinds.recipe_reader() };
         graph.resolve(&declarations, faults);
         Some(graph)
     }

@@ -29,6 +29,7 @@ type Assets = Vec<Vec<Asset>>;
 
 /// The items of the stages whose keys and assets are known, and the faults of the others.
 pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Vec<Item> {
+    faults.extend(linked_out(graph, folders));
     let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, faults));
     let assets: Assets = found.map(Option::unwrap_or_default).collect();
     let mut items = Vec::new();
@@ -54,6 +55,24 @@ pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Faul
     }
     publish(graph, &known, &mut items, &assets, faults);
     items
+}
+
+/// The folder of exports lies in the manifest's folder, also by its links: a project that somebody else has prepared must
+/// not publish elsewhere.
+fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Fault> {
+    let folder = graph.manifest.parent()?;
+    let mut above = graph.out.ancestors().take_while(|above| *above != folder);
+    let (above, real) = above.find_map(|above| Some((above, folders.real(above)?)))?;
+    let inside = folders
+        .real(folder)
+        .is_none_or(|folder| real.starts_with(&folder) && (above != graph.out || real != folder));
+    (!inside).then(|| {
+        let above = above.strip_prefix(folder).unwrap_or(above);
+        let message = format!("{:?} leads out of the manifest's folder, to {}", above, real.display());
+        Fault::of_file(message)
+            .expected("expected a folder for exports below the manifest's, not a link to elsewhere")
+            .help("remove the link; to keep exports on another disk, mount it there")
+    })
 }
 
 fn count(keys: &[Place], assets: &Assets) -> usize {

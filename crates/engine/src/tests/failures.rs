@@ -348,3 +348,26 @@ fn a_read_only_folder_is_named() {
     set_mode(&project.path(".specula"), 0o755);
     assert_eq!(error.unwrap_err().kind(), ErrorKind::ReadOnly);
 }
+
+/// Each of these hung, or filled the memory.
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_an_endless_file_beside_a_source_is_an_error() {
+    let project =
+        Project::new("schema = 1\nout = \"out\"\n[stage.text]\nkind = \"text-source\"\nsource = \"a.txt\"\n");
+    assert!(std::process::Command::new("mkfifo").arg(project.path("pipe")).status().unwrap().success());
+    let sparse = std::fs::File::create(project.path("sparse")).unwrap();
+    sparse.set_len((8 << 30) + 1).unwrap();
+    for (name, expected) in [
+        ("pipe", "it is a pipe, not a file"),
+        ("/dev/zero", "it is a device, not a file"),
+        ("sparse", "it has 8589934593 bytes, and at most 8 GiB are read"),
+    ] {
+        project.write("a.txt", &format!("include {name}\n"));
+        let log = project.build();
+        assert!(
+            log.contains("FAILED text [a]: source a.txt: cannot read ") && log.contains(expected),
+            "{log}"
+        );
+    }
+}

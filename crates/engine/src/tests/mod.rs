@@ -5,6 +5,7 @@ mod cache;
 mod determinism;
 mod explanations;
 mod failures;
+mod hostile;
 mod interruptions;
 mod outdated;
 mod publishing;

@@ -296,3 +296,97 @@ fn a_file_that_could_not_be_put_back_is_not_said_to_be() {
     assert!(told_now.contains("FAILED pair [a]") && !told_now.contains("put back"), "{told_now}");
     assert_eq!(project.read("out/pairs/a/body.txt"), "mine");
 }
+
+/// Of a file that was just written, another write of the same size need not show in its time of change, as the clock of
+/// the file system stands still for milliseconds. Each round such a write comes as soon as the file is there.
+#[test]
+fn a_file_that_is_changed_right_after_it_was_published_is_put_back() {
+    let project = Project::new(PAIR);
+    for round in 0..50 {
+        project.write("a.txt", &format!("{round:03}"));
+        let place = project.path("out/loud/a.txt");
+        let events = |event| {
+            if matches!(&event, Event::Published { file, .. } if file == "loud/a.txt") {
+                std::fs::write(&place, "???").unwrap();
+            }
+        };
+        crate::build(&project.plan(), &project.options, &project.cancel, &events).unwrap();
+        let told_now = told(&project);
+        assert!(told_now.contains("restored loud/a.txt 3"), "round {round}: {told_now}");
+        assert_eq!(project.read("out/loud/a.txt"), format!("{round:03}"));
+        assert_eq!(told(&project), "", "and then it is known, without being read again");
+    }
+}
+
+/// The same by another thread, which may come before the build looks at the file again.
+#[test]
+fn a_file_that_is_changed_while_it_is_published_is_put_back() {
+    let project = Project::new(PAIR);
+    let place = project.path("out/loud/a.txt");
+    for round in 0..50 {
+        let text = format!("{round:03}");
+        project.write("a.txt", &text);
+        let has_ended = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !has_ended.load(std::sync::atomic::Ordering::Acquire) {
+                    if std::fs::read(&place).is_ok_and(|bytes| bytes == text.as_bytes()) {
+                        return std::fs::write(&place, "???").unwrap();
+                    }
+                }
+            });
+            project.build();
+            has_ended.store(true, std::sync::atomic::Ordering::Release);
+        });
+        project.build();
+        assert_eq!(project.read("out/loud/a.txt"), text, "round {round}");
+    }
+}
+
+/// Kinds whose exports hold a recipe: here the whole file.
+fn with_recipes(project: &mut Project) {
+    project.kinds = project.kinds.clone().with_recipe_reader(|bytes| String::from_utf8(bytes.to_vec()).ok());
+}
+
+#[test]
+fn exports_whose_records_are_lost_are_known_by_their_recipes() {
+    let mut project = pair();
+    with_recipes(&mut project);
+    let recipe = |kind: &str| format!(r#"{{"inputs":{{}},"kind":{kind:?},"parameters":{{}},"revision":1}}"#);
+    project.build();
+    // As an earlier version of the kind would have left them; the recipe of a pair is in its index alone.
+    project.write("out/loud/a.txt", &recipe("write"));
+    project.write("out/pairs/a/body.txt", "no recipe");
+    project.write("out/pairs/a/index.txt", &recipe("write-pair"));
+    project.remove(".specula");
+    let log = project.build();
+    assert!(log.contains("0 failed") && log.contains("3 published"), "{log}");
+    assert_eq!(log.matches("its recipe says that an earlier build published it").count(), 3, "{log}");
+    assert_eq!(project.read("out/loud/a.txt"), "ONE");
+    // They are in the ledger again.
+    project.remove("a.txt");
+    project.write("b.txt", "two");
+    assert!(told(&project).contains("removed loud/a.txt"));
+}
+
+#[test]
+fn a_recipe_of_another_kind_or_of_another_manifest_s_file_proves_nothing() {
+    let mut project = pair();
+    with_recipes(&mut project);
+    let recipe = r#"{"inputs":{},"kind":"write","parameters":{},"revision":1}"#;
+    for theirs in
+        [&recipe.replace("write", "write-pair"), "{}", &recipe.replace(",\"revision\":1", ""), "write"]
+    {
+        project.write("out/loud/a.txt", theirs);
+        assert!(told(&project).contains("a.txt is in the way"), "{theirs}");
+        assert_eq!(project.read("out/loud/a.txt"), theirs);
+        project.remove(".specula");
+    }
+    project.remove("out");
+    project.write("other.toml", &project.read("pipeline.toml"));
+    let other = Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
+    crate::build(&other, &project.options, &project.cancel, &|_| {}).unwrap();
+    project.write("out/loud/a.txt", recipe);
+    assert!(told(&project).contains("a.txt is in the way"));
+    assert_eq!(project.read("out/loud/a.txt"), recipe);
+}
