@@ -7,103 +7,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use engine::{
-    Artifact, BuildOptions, Cancel, Context, Failure, Kind, Kinds, Output, Plan, Port, Product, Workbench,
-    parameters,
-};
+use engine::{BuildOptions, Cancel, Kinds, Plan, Workbench};
 use tempfile::TempDir;
+use texts::kinds;
 
-struct Text(String);
-
-impl Artifact for Text {
-    const TYPE: &'static str = "text";
-
-    fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(self.0.clone().into_bytes())
-    }
-
-    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        Ok(Self(String::from_utf8(bytes.to_vec())?))
-    }
-}
-
-parameters! {
-    /// No parameters.
-    struct Nothing {}
-}
-
-parameters! {
-    /// What is added.
-    struct Added {
-        /// The text.
-        text: String = "!".into(),
-    }
-}
-
-struct Source;
-
-impl Kind for Source {
-    type Parameters = Nothing;
-    const NAME: &'static str = "source";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Reads a text.\n";
-    const SOURCE: bool = true;
-
-    fn ports() -> Vec<Port> {
-        Vec::new()
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact(Text::TYPE)
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let bytes = context.read(context.source()?)?;
-        Output::artifact(Text(String::from_utf8(bytes.to_vec())?))
-    }
-}
-
-struct Add;
-
-impl Kind for Add {
-    type Parameters = Added;
-    const NAME: &'static str = "add";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Adds to a text.\n";
-
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Added, _: &[(&str, &'static str)]) -> Product {
-        Product::Artifact(Text::TYPE)
-    }
-
-    fn run(parameters: &Added, context: &Context<'_>) -> Result<Output, Failure> {
-        Output::artifact(Text(format!("{}{}", context.get::<Text>("text")?.0, parameters.text)))
-    }
-}
-
-struct Write;
-
-impl Kind for Write {
-    type Parameters = Nothing;
-    const NAME: &'static str = "write";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Writes a text.\n";
-
-    fn ports() -> Vec<Port> {
-        vec![Port::one::<Text>("text")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(vec![".txt".into()])
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        Ok(Output::Files(vec![context.get::<Text>("text")?.0.clone().into_bytes()]))
-    }
-}
+mod texts;
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -150,10 +58,6 @@ fn run_on(bench: &Workbench, folder: &Path, kinds: &Kinds) -> usize {
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let ran = bench.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
     ran.expect("the build goes on").ran
-}
-
-fn kinds() -> Kinds {
-    Kinds::new().with(Source).with(Add).with(Write)
 }
 
 /// A project of so many sources that is up to date.

@@ -106,9 +106,15 @@ impl Workbench {
         let disk = Arc::new(Disk::new(state.now, self.begin_noting(), cancel));
         let underway = Arc::new(Underway::new(plan, selected, &disk));
         cancel.begin(&underway);
-        let (judge, publisher) = self.pool.install(|| {
-            rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
+        let (mut judge, publisher) = self.pool.install(|| {
+            rayon::join(
+                || Judge::with_records(plan, &state, &disk, selected),
+                || Publisher::new(plan, &state),
+            )
         });
+        // Before the files are looked at: a change between the two must not go unseen.
+        (0..plan.items.len()).for_each(|item| underway.saw(item, judge.seen_before(item)));
+        self.pool.install(|| judge.look());
         judge.mark_gone()?;
         let workshop = Workshop {
             judge: &judge,
@@ -119,7 +125,8 @@ impl Workbench {
             underway: &underway,
         };
         let jobs = self.pool.current_num_threads();
-        let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
+        let scheduler = || Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
+        let mut scheduler = self.pool.install(scheduler);
         let mut told = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told);
         for (item, told) in told {
@@ -133,7 +140,7 @@ impl Workbench {
         let summary = scheduler.summary;
         let mut between = self.between();
         between.stored += state.store.stored();
-        between.journal = Some(state.rest());
+        between.journal = state.rest();
         Ok(summary)
     }
 

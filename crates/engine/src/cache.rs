@@ -138,7 +138,7 @@ pub fn stats(folder: &Path) -> Result<Stats, Error> {
         earlier: inventory.amount(|kind| kind == Holding::Earlier),
         garbage: inventory.amount(|kind| kind == Holding::Garbage),
         temporary: state.store.unfinished(),
-        journal: Amount { count: lines as u64, bytes: bytes as u64 },
+        journal: Amount { count: lines, bytes },
         stages: inventory.shares(),
     })
 }
@@ -238,7 +238,7 @@ impl Workbench {
         // Where the last good outputs alone are about as large, there is little to gain before more has been added.
         between.room = if freed.in_effect.bytes > limit - limit / 10 { limit / 10 } else { spare };
         between.stored = 0;
-        between.journal = Some(state.rest());
+        between.journal = state.rest();
         Ok(freed)
     }
 }
@@ -303,7 +303,7 @@ struct Inventory {
     /// The records in effect.
     items: Vec<Made>,
     /// The results, the one used longest ago first, each with the place of its line.
-    results: Vec<(usize, Made)>,
+    results: Vec<(u64, Made)>,
 }
 
 impl Inventory {
@@ -313,8 +313,9 @@ impl Inventory {
         let items = items.filter(|made| !made.gone && manifests.has(&made.manifest)).collect::<Vec<_>>();
         let results = state.journal.results_by_age::<Made>();
         let mut in_effect = digests(&items).collect::<HashSet<_>>();
-        let ledger = state.journal.all::<Published>(Tag::Published);
-        in_effect.extend(ledger.iter().filter(|line| manifests.has(&line.manifest)).map(|line| line.digest));
+        let ledger = state.journal.subjects::<Published>(Tag::Published);
+        let lines = ledger.iter().map(|(_, line)| line);
+        in_effect.extend(lines.filter(|line| manifests.has(&line.manifest)).map(|line| line.digest));
         let remembered = results.iter().flat_map(|(_, made)| digests(std::slice::from_ref(made))).collect();
         Self { blobs: state.store.blobs(), in_effect, remembered, items, results }
     }
@@ -378,7 +379,7 @@ fn digests(made: &[Made]) -> impl Iterator<Item = Digest> {
 /// What goes.
 struct Collection {
     /// The places of the results' lines.
-    lines: HashSet<usize>,
+    lines: HashSet<u64>,
     blobs: Vec<Digest>,
     freed: Freed,
 }

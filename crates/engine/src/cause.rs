@@ -67,7 +67,7 @@ impl Judge<'_> {
 
     /// What began the last run of an item.
     pub(crate) fn last_causes(&self, item: ItemIndex) -> Vec<Cause> {
-        self.record(item).map_or_else(Vec::new, |record| self.causes_of(item, record))
+        self.record(item).map_or_else(Vec::new, |record| self.causes_of(item, &record))
     }
 
     /// What began a run, by its record.

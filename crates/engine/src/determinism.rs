@@ -168,7 +168,7 @@ impl Trial {
         let state = State::read(&self.plan.state)?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let judge = Judge::new(&self.plan, &state, &disk, selected);
-        let records = (0..self.plan.items.len()).map(|item| judge.record(item).cloned()).collect();
+        let records = (0..self.plan.items.len()).map(|item| judge.record(item).map(Arc::new)).collect();
         Ok(Results { records, state })
     }
 }

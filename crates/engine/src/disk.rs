@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::context::listing_digest;
 use crate::journal::{Journal, Line, Tag, subject};
@@ -42,7 +42,7 @@ impl Noted {
     }
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize)]
 struct Stamped {
     stamp: Stamp,
     digest: Digest,
@@ -111,9 +111,8 @@ impl Disk {
         }
         let Ok(metadata) = fs::metadata(path) else { return (None, None) };
         let stamp = Stamp::of(&metadata);
-        let known = journal.known::<Stamped>(Tag::Stamp, place(path));
-        if let Some(known) = known.filter(|known| known.stamp == stamp) {
-            return (Some(known.digest), None);
+        if let Some((_, digest)) = journal.stamped(place(path)).filter(|(known, _)| *known == stamp) {
+            return (Some(digest), None);
         }
         let Ok(digest) = hash_until(path, &|| self.cancel.is_cancelled()) else { return (None, None) };
         let same = fs::metadata(path).is_ok_and(|after| Stamp::of(&after) == stamp);

@@ -49,7 +49,7 @@ pub struct ItemName {
 impl fmt::Display for ItemName {
     /// `reflection [sky, gold]`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.key.0.is_empty() {
+        if self.key.is_empty() {
             f.write_str(&self.stage)
         } else {
             write!(f, "{} [{}]", self.stage, self.key)

@@ -151,7 +151,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
             causes: if reasons.is_some() { std::mem::take(&mut causes[item]) } else { Vec::new() },
             reasons: reasons.unwrap_or_default(),
             restored,
-            last: judge.record(item).map(|record| last_run(&judge, item, record)),
+            last: judge.record(item).map(|record| last_run(&judge, item, &record)),
             files: files.collect(),
         }
     });
@@ -184,7 +184,7 @@ pub(crate) fn forecast_causes(judge: &Judge<'_>, forecasts: &[Option<Forecast>])
 
 /// What became of a file of `out`.
 fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile {
-    let digest = publisher.entry(file).and_then(Published::owned);
+    let digest = publisher.entry(file).as_ref().and_then(Published::owned);
     let place = plan.out.join(file);
     let state = match digest {
         None => FileState::NeverPublished,

@@ -2,41 +2,46 @@
 //!
 //! A line is `CHECK TAG KEY JSON`: 16 hex digits of the BLAKE3 digest of the rest, a letter for what it is, 32 hex
 //! digits that name its subject, and the content. Of the lines on one subject the last holds, but of [`Tag::Result`]
-//! the last few. A line whose check fails (a torn tail, a damaged disk) is ignored. When it has grown to twice its
-//! size the file is written anew beside itself, without what is out of date or forgotten, and renamed. The first line
+//! the last few. A line whose check fails (a torn tail, a damaged disk) is ignored. When it has twice the lines that
+//! are worth keeping, the file is written anew beside itself, without what is out of date or forgotten, and renamed. The first line
 //! names the format; that line's shape never changes. The second names this writing of the file and says how many lines
 //! it began with.
 //!
-//! Lines are indexed when the journal is opened and parsed when they are asked for. What a build appends it does not
-//! see itself: what it does cannot depend on the order in which its items finish. A process that builds again and again
-//! keeps the journal, its index and what was parsed but not its text, and takes it up with what has been appended since
-//! by whoever.
+//! What every build asks is in tables ([`tables`]), which a file beside the journal, the index, holds too: only what was
+//! appended since is read when the journal is opened. The rest is read when it is asked for. What a build appends it does
+//! not see itself: what it does cannot depend on the order in which its items finish. A process that builds again and
+//! again keeps the tables, and takes the journal up with what has been appended since, whoever did that.
 
-use std::any::Any;
-use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use tables::{Fact, Tables};
 use text::Text;
 
+pub(crate) use tables::{Effect, PublishedStamp};
+
+use crate::platform::Stamp;
 use crate::regular::write_new;
 use crate::retention::Retention;
 use crate::{Digest, Error, ErrorKind, platform};
 
+mod index;
+mod tables;
 mod text;
 
 /// Raised when an older version would misunderstand the journal or the folder.
 pub(crate) const FORMAT: u32 = 1;
 
-/// So many results are remembered for one key and different contents of the files read.
-const RESULTS: usize = 8;
+/// The index is written anew when so many lines are not in it, and of those in it one in so many.
+const UNINDEXED: u64 = 1000;
+const UNINDEXED_OF: u64 = 16;
 
 /// The letter of the line that names a writing of the file.
 const WRITING: u8 = b'w';
@@ -58,10 +63,10 @@ pub(crate) enum Tag {
 }
 
 impl Tag {
+    const ALL: [Self; 5] = [Self::Item, Self::Result, Self::Stamp, Self::Published, Self::Publishing];
+
     fn of(letter: u8) -> Option<Self> {
-        [Self::Item, Self::Result, Self::Stamp, Self::Published, Self::Publishing]
-            .into_iter()
-            .find(|tag| *tag as u8 == letter)
+        Self::ALL.into_iter().find(|tag| *tag as u8 == letter)
     }
 }
 
@@ -127,35 +132,24 @@ fn check(rest: &[u8]) -> [u8; CHECK] {
 pub(crate) struct Journal {
     path: PathBuf,
     text: Text,
-    latest: HashMap<(Tag, Subject), Latest>,
-    results: HashMap<Subject, Vec<Range<usize>>>,
-    /// The lines in the text, those out of date among them.
-    lines: usize,
+    tables: Tables,
+    /// The lines in the file, those out of date among them.
+    lines: u64,
+    /// Those that the index covers.
+    indexed: u64,
     end: Option<Mutex<End>>,
 }
-
-/// The last line on a subject.
-struct Latest {
-    range: Range<usize>,
-    /// What it says, once [`Journal::known`] was asked.
-    known: OnceLock<Arc<dyn Any + Send + Sync>>,
-}
-
-/// What can be known to all who ask.
-pub(crate) trait Known: DeserializeOwned + Any + Send + Sync {}
-
-impl<T: DeserializeOwned + Any + Send + Sync> Known for T {}
 
 /// A line that holds.
 pub(crate) struct Held {
     pub(crate) tag: Tag,
     pub(crate) subject: Subject,
-    range: Range<usize>,
+    range: Range<u64>,
 }
 
 impl Held {
     /// Where it is in the file: a later line has a greater one.
-    pub(crate) fn place(&self) -> usize {
+    pub(crate) fn place(&self) -> u64 {
         self.range.start
     }
 }
@@ -173,11 +167,21 @@ impl Journal {
     /// # Errors
     /// Where it cannot be read or has a newer format.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
-        let text = Text::read(path).map_err(|error| Error::io(&error, "read", path))?;
-        check_format(text.head(), path)?;
-        let (latest, results) = (HashMap::new(), HashMap::new());
-        let mut journal = Self { path: path.into(), text, latest, results, lines: 0, end: None };
-        journal.index(0);
+        let broken = |error: io::Error| Error::io(&error, "read", path);
+        if let Some((covered, tables)) = index::read(&index_of(path)) {
+            let index::Covered { head, tail, length, lines } = covered;
+            let text = Text::known(head, tail, length);
+            let mut journal = Self { path: path.into(), text, tables, lines, indexed: lines, end: None };
+            // What is wrong with the journal shows when all of it is read.
+            if journal.take_up().is_ok_and(|same| same) {
+                check_format(journal.text.head(), path)?;
+                return Ok(journal);
+            }
+        }
+        let (text, tables) = (Text::default(), Tables::default());
+        let mut journal = Self { path: path.into(), text, tables, lines: 0, indexed: 0, end: None };
+        journal.take_up().map_err(broken)?;
+        check_format(journal.text.head(), path)?;
         Ok(journal)
     }
 
@@ -205,7 +209,7 @@ impl Journal {
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;
-        journal.end = Some(Mutex::new(End { file, length: journal.text.len() as u64, torn: false }));
+        journal.end = Some(Mutex::new(End { file, length: journal.text.length(), torn: false }));
         Ok(journal)
     }
 
@@ -217,65 +221,91 @@ impl Journal {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
 
-    /// The journal as it can be kept without the lock: its file is not open, its text not in memory.
-    pub(crate) fn rest(mut self) -> Self {
+    /// The journal as it can be kept without the lock, which is still held: with what was appended, its file not open.
+    /// The index is written if much is not in it. `None` if the file is no longer the one that is known.
+    pub(crate) fn rest(mut self) -> Option<Self> {
         self.end = None;
-        self.text.rest();
-        self
+        if !self.take_up().is_ok_and(|same| same) {
+            return None;
+        }
+        self.save_index();
+        self.text.close();
+        Some(self)
     }
 
     /// The bytes and lines of the file, as it was read.
-    pub(crate) fn size(&self) -> (usize, usize) {
-        (self.text.len(), self.lines)
+    pub(crate) fn size(&self) -> (u64, u64) {
+        (self.text.length(), self.lines)
+    }
+
+    /// What every build asks of the record in effect of an item.
+    pub(crate) fn effect(&self, subject: Subject) -> Option<Effect<'_>> {
+        self.tables.effect(subject)
+    }
+
+    /// The same of all items, by subject.
+    pub(crate) fn effects(&self) -> impl Iterator<Item = (Subject, Effect<'_>)> {
+        self.tables.effects()
+    }
+
+    /// The stamp and digest that a file had.
+    pub(crate) fn stamped(&self, subject: Subject) -> Option<(Stamp, Digest)> {
+        self.tables.stamped(subject)
+    }
+
+    /// What the ledger says of a file, as far as every build asks.
+    pub(crate) fn published(&self, subject: Subject) -> Option<PublishedStamp> {
+        self.tables.published(subject)
     }
 
     /// What the last line of a tag on a subject says.
     pub(crate) fn get<T: DeserializeOwned>(&self, tag: Tag, subject: Subject) -> Option<T> {
-        self.latest.get(&(tag, subject)).and_then(|line| self.parse(&line.range))
-    }
-
-    /// The same, parsed once for as long as the journal is kept: for what every build asks.
-    pub(crate) fn known<T: Known>(&self, tag: Tag, subject: Subject) -> Option<Arc<T>> {
-        self.latest.get(&(tag, subject)).and_then(|line| self.know(line))
-    }
-
-    /// What the lines of a tag say, in no order; parsed once.
-    pub(crate) fn all<T: Known>(&self, tag: Tag) -> Vec<Arc<T>> {
-        let lines = self.latest.par_iter().filter(|((other, _), _)| *other == tag);
-        lines.filter_map(|(_, line)| self.know(line)).collect()
-    }
-
-    /// The subjects of a tag, each with what its last line says, in no order.
-    pub(crate) fn subjects<T: DeserializeOwned + Send>(&self, tag: Tag) -> Vec<(Subject, T)> {
-        let lines = self.latest.par_iter().filter(|((other, _), _)| *other == tag);
-        lines.filter_map(|((_, subject), line)| Some((*subject, self.parse(&line.range)?))).collect()
+        self.parse(&self.tables.line(tag, subject)?.range())
     }
 
     /// The subjects of a tag, in no order.
     pub(crate) fn named(&self, tag: Tag) -> impl Iterator<Item = Subject> {
-        self.latest.keys().filter(move |(other, _)| *other == tag).map(|(_, subject)| *subject)
+        self.tables.lines(tag).map(tables::Line::subject)
+    }
+
+    /// The subjects of a tag, each with what its last line says, in the order of the file.
+    pub(crate) fn subjects<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
+        self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
+    }
+
+    /// The same of these subjects.
+    pub(crate) fn subjects_among<T: DeserializeOwned>(
+        &self,
+        tag: Tag,
+        subjects: &[Subject],
+    ) -> Vec<(Subject, T)> {
+        let lines = subjects.iter().filter_map(|subject| self.tables.line(tag, *subject));
+        self.all(lines.collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
     /// Every result, the oldest first; each with its place.
-    pub(crate) fn results_by_age<T: DeserializeOwned + Send>(&self) -> Vec<(usize, T)> {
-        let mut ranges = self.results.values().flatten().cloned().collect::<Vec<_>>();
-        ranges.sort_unstable_by_key(|range| range.start);
-        let parsed = ranges.into_par_iter().filter_map(|range| Some((range.start, self.parse(&range)?)));
-        parsed.collect()
+    pub(crate) fn results_by_age<T: DeserializeOwned>(&self) -> Vec<(u64, T)> {
+        let all = self.all(self.tables.lines(Tag::Result).collect());
+        all.map(|(line, content)| (line.range().start, content)).collect()
     }
 
     /// The last few results of a key, the newest first.
     pub(crate) fn results<T: DeserializeOwned>(&self, subject: Subject) -> impl Iterator<Item = T> {
-        let ranges = self.results.get(&subject).map_or(&[][..], Vec::as_slice);
-        ranges.iter().rev().filter_map(|range| self.parse(range))
+        let lines = self.tables.results_of(subject).iter().rev();
+        lines.filter_map(|line| self.parse(&line.range()))
     }
 
-    /// All results that are remembered, in no order.
-    pub(crate) fn all_results<T: DeserializeOwned + Send>(&self) -> Vec<T> {
-        self.results
-            .par_iter()
-            .flat_map_iter(|(_, ranges)| ranges.iter().filter_map(|range| self.parse(range)))
-            .collect()
+    /// What some lines say, in the order of the file.
+    fn all<'a, T: DeserializeOwned>(
+        &'a self,
+        mut lines: Vec<&'a tables::Line>,
+    ) -> impl Iterator<Item = (&'a tables::Line, T)> {
+        lines.sort_unstable_by_key(|line| line.range().start);
+        let mut window = self.text.window();
+        lines.into_iter().filter_map(move |line| {
+            let content = serde_json::from_slice(window.get(&line.range())?).ok()?;
+            Some((line, content))
+        })
     }
 
     /// Appends lines, all or (should the process be killed or the disk be full) the first few.
@@ -304,80 +334,54 @@ impl Journal {
         Ok(())
     }
 
-    fn parse<T: DeserializeOwned>(&self, range: &Range<usize>) -> Option<T> {
+    fn parse<T: DeserializeOwned>(&self, range: &Range<u64>) -> Option<T> {
         serde_json::from_slice(&self.text.get(range)?).ok()
-    }
-
-    fn know<T: Known>(&self, line: &Latest) -> Option<Arc<T>> {
-        let known = line.known.get().and_then(|known| Arc::clone(known).downcast().ok());
-        known.or_else(|| {
-            let parsed = Arc::new(self.parse::<T>(&line.range)?);
-            // Where it is known as another type, it stays that.
-            let _ = line.known.set(Arc::clone(&parsed) as _);
-            Some(parsed)
-        })
     }
 
     /// Reads what was appended since; whether this is still the same writing of the file.
     fn take_up(&mut self) -> io::Result<bool> {
-        let known = self.text.len();
-        let same = self.text.take_up(&self.path)?;
-        if same {
-            self.index(known);
+        let Self { text, tables, lines, path, .. } = self;
+        text.take_up(path, |start, piece| {
+            *lines += piece.iter().filter(|byte| **byte == b'\n').count() as u64;
+            tables.enter(facts_of(start, piece));
+        })
+    }
+
+    fn save_index(&mut self) {
+        if self.lines - self.indexed <= UNINDEXED + self.indexed / UNINDEXED_OF {
+            return;
         }
-        Ok(same)
+        let covered = index::Covered {
+            head: self.text.head().to_vec(),
+            tail: self.text.tail().to_vec(),
+            length: self.text.length(),
+            lines: self.lines,
+        };
+        index::write(&index_of(&self.path), &covered, &self.tables);
+        self.indexed = self.lines;
     }
 
     fn is_whole(&self) -> bool {
-        self.text.ends_with_a_line()
+        !self.text.is_torn()
             && self.text.head().starts_with(header().as_bytes())
             && lines_at_first(self.text.head()).is_some()
     }
 
     fn is_overgrown(&self) -> bool {
-        lines_at_first(self.text.head()).is_none_or(|first| self.lines > 2 * first + 1000)
+        self.lines > self.limit()
     }
 
     /// Whether it will soon be written anew: better now, where nobody waits.
     pub(crate) fn is_large(&self) -> bool {
-        lines_at_first(self.text.head()).is_none_or(|first| 4 * self.lines > 3 * (2 * first + 1000))
+        4 * self.lines > 3 * self.limit()
     }
 
-    /// Indexes the lines from a place on, which is in memory.
-    fn index(&mut self, from: usize) {
-        let (start, text) = self.text.recent();
-        let text = &text[from - start..];
-        // Whole lines, in pieces that are checked in parallel.
-        let mut pieces = Vec::new();
-        let mut begin = 0;
-        while begin < text.len() {
-            let rest = &text[begin..];
-            let reach = rest.len().min(1 << 18);
-            let end =
-                rest[reach..].iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| reach + at + 1);
-            pieces.push(begin..begin + end);
-            begin += end;
-        }
-        let lines = pieces.into_par_iter().map(|piece| lines(text, piece)).collect::<Vec<_>>();
-        self.lines += text.iter().filter(|byte| **byte == b'\n').count();
-        self.latest.reserve(lines.iter().map(Vec::len).sum());
-        for (tag, subject, json) in lines.into_iter().flatten() {
-            let is_null = &text[json.clone()] == b"null";
-            let range = from + json.start..from + json.end;
-            if tag == Tag::Result {
-                let results = self.results.entry(subject).or_default();
-                // A result that came into effect again is told again.
-                results.retain(|known| self.text.get(known) != self.text.get(&range));
-                if results.len() == RESULTS {
-                    results.remove(0);
-                }
-                results.push(range);
-            } else if is_null {
-                self.latest.remove(&(tag, subject));
-            } else {
-                self.latest.insert((tag, subject), Latest { range, known: OnceLock::new() });
-            }
-        }
+    /// So many lines it may have: twice those that would be kept, and 1000.
+    fn limit(&self) -> u64 {
+        let rows = |tag| self.tables.lines(tag).count();
+        let gone = self.tables.effects().filter(|(_, effect)| effect.is_gone()).count();
+        let kept = Retention::most(rows(Tag::Item) - gone, gone, rows(Tag::Result), rows(Tag::Stamp));
+        2 * (kept + rows(Tag::Published) + rows(Tag::Publishing)) as u64 + 1000
     }
 
     /// Writes the lines that hold and that `keeps` wants beside the file, and renames. It is asked from the newest line to
@@ -386,73 +390,53 @@ impl Journal {
     /// # Errors
     /// Where the file cannot be written; it is as it was then.
     pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&Held) -> bool) -> Result<(), Error> {
-        let results = self.results.iter().flat_map(|(subject, ranges)| {
-            ranges.iter().map(|range| Held { tag: Tag::Result, subject: *subject, range: range.clone() })
-        });
-        let latest = self.latest.iter().map(|((tag, subject), line)| Held {
-            tag: *tag,
-            subject: *subject,
-            range: line.range.clone(),
-        });
-        let mut held = latest.chain(results).collect::<Vec<_>>();
+        let mut held = Vec::new();
+        for tag in Tag::ALL {
+            let lines = self.tables.lines(tag);
+            held.extend(lines.map(|line| Held { tag, subject: line.subject(), range: line.range() }));
+        }
         held.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
         held.retain(|line| keeps(line));
         held.reverse();
         let temporary = self.path.with_extension("new");
-        let written = self.copy(&held, &temporary).and_then(|copy| {
-            let file = OpenOptions::new().append(true).open(&temporary)?;
-            platform::replace(&temporary, &self.path)?;
-            Ok((copy, file))
-        });
-        let ((text, ranges), file) = written.map_err(|error| {
+        let written = self.copy(&held, &temporary).and_then(|()| platform::replace(&temporary, &self.path));
+        written.map_err(|error| {
             let _ = fs::remove_file(&temporary);
             Error::io(&error, "write", &self.path)
         })?;
-        // Where it is open for appending, that was the file before.
-        if let Some(end) = &self.end {
-            let end = &mut *end.lock().unwrap_or_else(PoisonError::into_inner);
-            *end = End { file, length: text.len() as u64, torn: false };
-        }
-        self.text = text;
-        self.lines = held.len() + 2;
-        let mut before = std::mem::take(&mut self.latest);
-        self.results.clear();
-        for (line, range) in held.into_iter().zip(ranges) {
-            if line.tag == Tag::Result {
-                self.results.entry(line.subject).or_default().push(range);
-            } else {
-                let name = (line.tag, line.subject);
-                let known = before.remove(&name).map(|line| line.known).unwrap_or_default();
-                self.latest.insert(name, Latest { range, known });
-            }
+        drop(held);
+        let before = self.end.take();
+        *self = Self::read(&self.path)?;
+        // Where it was open for appending, that was the file before.
+        if before.is_some() {
+            let file = OpenOptions::new().append(true).open(&self.path);
+            let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;
+            self.end = Some(Mutex::new(End { file, length: self.text.length(), torn: false }));
         }
         Ok(())
     }
 
-    /// Writes lines to a file of their own; returns its text and where the contents of the lines are in it. The text is
-    /// not gathered in memory: a process that lives long would have to keep room for it.
-    fn copy(&self, lines: &[Held], to: &Path) -> io::Result<(Text, Vec<Range<usize>>)> {
+    /// Writes lines to a file of their own.
+    fn copy(&self, lines: &[Held], to: &Path) -> io::Result<()> {
         let mut file = BufWriter::new(write_new(to, b"")?);
         let mut buffer = header().into_bytes();
         write_line(&mut buffer, WRITING, new_name(), lines.len().to_string().as_bytes());
         file.write_all(&buffer)?;
-        let mut text = Text::that_begins(&buffer);
-        let mut ranges = Vec::with_capacity(lines.len());
+        let mut window = self.text.window();
         for line in lines {
-            let json = self.text.get(&line.range);
+            let json = window.get(&line.range);
             let json = json.ok_or_else(|| io::Error::other("what it said before cannot be read again"))?;
             buffer.clear();
-            write_line(&mut buffer, line.tag as u8, line.subject, &json);
+            write_line(&mut buffer, line.tag as u8, line.subject, json);
             file.write_all(&buffer)?;
-            ranges.push(text.len() + HEAD..text.len() + buffer.len() - 1);
-            text.pass_over(&buffer);
         }
-        file.flush()?;
-        if !text.take_up(to)? {
-            return Err(io::Error::other("it is not what was written"));
-        }
-        Ok((text, ranges))
+        file.flush()
     }
+}
+
+/// The index beside a journal.
+fn index_of(path: &Path) -> PathBuf {
+    path.with_file_name("index")
 }
 
 fn header() -> String {
@@ -460,7 +444,7 @@ fn header() -> String {
 }
 
 /// How many lines this writing of the file began with.
-fn lines_at_first(head: &[u8]) -> Option<usize> {
+fn lines_at_first(head: &[u8]) -> Option<u64> {
     let line = head.strip_suffix(b"\n")?.rsplit(|byte| *byte == b'\n').next()?;
     let intact =
         line.len() > HEAD && line[..CHECK] == check(&line[CHECK + 1..]) && line[CHECK + 1] == WRITING;
@@ -489,23 +473,41 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
     }
 }
 
-/// The lines of a piece of text whose check holds.
-fn lines(text: &[u8], piece: Range<usize>) -> Vec<(Tag, Subject, Range<usize>)> {
+/// What the lines of some text say, which begins at a place of the file. Lines are checked in parallel.
+fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
+    let mut pieces = Vec::new();
+    let mut begin = 0;
+    while begin < text.len() {
+        let rest = &text[begin..];
+        let reach = rest.len().min(1 << 17);
+        let end =
+            rest[reach..].iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| reach + at + 1);
+        pieces.push(begin..begin + end);
+        begin += end;
+    }
+    let facts = pieces.into_par_iter().map(|piece| lines(start + piece.start as u64, &text[piece]));
+    facts.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// What the lines of a piece of text say whose check holds.
+fn lines(start: u64, text: &[u8]) -> Vec<Fact> {
     let mut found = Vec::new();
-    let mut start = piece.start;
-    for line in text[piece].split_inclusive(|byte| *byte == b'\n') {
+    let mut start = start;
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
         let place = start;
-        start += line.len();
+        start += line.len() as u64;
         // A line without its end was torn, whatever its check says.
         let Some(line) = line.strip_suffix(b"\n") else { continue };
         if line.len() < HEAD || line[..CHECK] != check(&line[CHECK + 1..]) {
             continue;
         }
         let tag = Tag::of(line[CHECK + 1]);
-        let subject = std::str::from_utf8(&line[CHECK + 3..HEAD - 1]).ok();
-        let subject = subject.and_then(|subject| Subject::from_str_radix(subject, 16).ok());
-        if let (Some(tag), Some(subject)) = (tag, subject) {
-            found.push((tag, subject, place + HEAD..place + line.len()));
+        let hex = |bytes| std::str::from_utf8(bytes).ok();
+        let subject = hex(&line[CHECK + 3..HEAD - 1]).and_then(|text| Subject::from_str_radix(text, 16).ok());
+        let check = hex(&line[..CHECK]).and_then(|text| u64::from_str_radix(text, 16).ok());
+        if let (Some(tag), Some(subject), Some(check)) = (tag, subject, check) {
+            let content = place + HEAD as u64..place + line.len() as u64;
+            found.push(Fact::of(tag, tables::Line::new(tag, subject, &content, check), &line[HEAD..]));
         }
     }
     found

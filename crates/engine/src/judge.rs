@@ -6,19 +6,18 @@
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use rayon::prelude::*;
-use serde::Deserialize;
 use serde_json::Value;
 
 use crate::disk::{Disk, modified};
-use crate::journal::{Line, Subject, Tag, short, subject};
+use crate::journal::{Effect, Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::state::State;
 use crate::store::Blob;
-use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Reason};
+use crate::underway::Seen;
+use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
 
 /// What is worked out once for a stage.
 pub(crate) struct StageFacts {
@@ -40,10 +39,12 @@ pub(crate) struct Judge<'a> {
     pub(crate) stages: Vec<StageFacts>,
     /// The folder of the manifest.
     pub(crate) folder: &'a Path,
-    /// The record in effect of each selected item.
-    records: Vec<Option<Arc<Record>>>,
-    /// Whether its outputs were in the store when the build began.
-    stored: Vec<bool>,
+    manifest: String,
+    selected: &'a [bool],
+    /// The record in effect of each item.
+    effects: Vec<Option<Effect<'a>>>,
+    /// Whether its result was at hand when the build began.
+    current: Vec<bool>,
 }
 
 /// What is known of an item's result.
@@ -59,34 +60,65 @@ pub(crate) enum Verdict {
     Run,
 }
 
-/// What a record says of its item.
-#[derive(Deserialize)]
-struct Standing {
-    manifest: String,
-    #[serde(default)]
-    gone: bool,
-}
-
 impl<'a> Judge<'a> {
-    /// Reads the records of the items that `selected` names, and looks at the files that they name.
-    pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &[bool]) -> Self {
+    /// Reads the records of the items, and looks at the files that those of selected stages name.
+    pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a [bool]) -> Self {
+        let mut judge = Self::with_records(plan, state, disk, selected);
+        judge.look();
+        judge
+    }
+
+    /// Reads the records of the items.
+    pub(crate) fn with_records(
+        plan: &'a Plan,
+        state: &'a State,
+        disk: &'a Disk,
+        selected: &'a [bool],
+    ) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
         let manifest = manifest_name(plan);
-        let records = plan.items.par_iter().map(|item| {
-            let stage = &plan.stages[item.stage].name;
-            let place = item_subject(&manifest, stage, &item.key);
-            selected[item.stage].then(|| state.journal.known::<Record>(Tag::Item, place)).flatten()
+        let effects = plan.items.par_iter().map(|item| {
+            state.journal.effect(item_subject(&manifest, &plan.stages[item.stage].name, &item.key))
         });
-        let records = records.collect::<Vec<_>>();
-        let reads = records.iter().flatten().flat_map(|record| &record.reads);
-        let places = reads.map(|read| (folder.join(&read.path), read.listing)).collect::<HashSet<_>>();
-        disk.look_ahead(places.into_iter().collect::<Vec<(PathBuf, bool)>>(), &state.journal);
-        // All at once, as items are judged one after the other.
-        let is_stored = |record: &Option<Arc<Record>>| {
-            record.as_ref().is_some_and(|record| record.outputs.iter().all(|blob| state.store.has(blob)))
-        };
-        let stored = records.par_iter().map(is_stored).collect();
-        Self { plan, state, disk, stages: stage_facts(plan), folder, records, stored }
+        let effects = effects.collect();
+        let (stages, current) = (stage_facts(plan), Vec::new());
+        Self { plan, state, disk, stages, folder, manifest, selected, effects, current }
+    }
+
+    /// Looks at the files that the records name, and finds the items whose results are at hand.
+    pub(crate) fn look(&mut self) {
+        let selected = |item: &ItemIndex| self.selected[self.plan.items[*item].stage];
+        let effects = (0..self.plan.items.len()).filter(selected).filter_map(|item| self.effects[item]);
+        let places = effects.flat_map(|effect| effect.reads());
+        let places =
+            places.map(|(path, listing, _)| (self.folder.join(path), listing)).collect::<HashSet<_>>();
+        self.disk.look_ahead(places.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
+        // Stage by stage, because keys hold what arrives; the items of a stage all at once.
+        let mut current = Vec::with_capacity(self.plan.items.len());
+        for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
+            let first = current.len();
+            let is_current = |index: usize| self.is_current_after(first + index, &current);
+            let found = (0..stage.len()).into_par_iter().map(is_current).collect::<Vec<_>>();
+            current.extend(found);
+        }
+        self.current = current;
+    }
+
+    /// Whether the result of an item is at hand, given that of those before it.
+    fn is_current_after(&self, item: ItemIndex, current: &[bool]) -> bool {
+        let this = &self.plan.items[item];
+        let Some(effect) = self.effects[item].filter(|_| self.selected[this.stage]) else { return false };
+        this.inputs.iter().flatten().all(|input| current[*input])
+            && !effect.is_gone()
+            && effect.key() == self.key(item, |input| self.digest_in_effect(input))
+            && self.is_good_in_effect(item, effect)
+            && effect.outputs().iter().all(|blob| self.state.store.has(blob))
+    }
+
+    /// What an item made, by its record in effect.
+    fn digest_in_effect(&self, item: ItemIndex) -> Digest {
+        let made = self.effects[item].and_then(|effect| effect.outputs().first());
+        made.map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
     /// Marks the records of items that the manifest does not have any more.
@@ -95,14 +127,16 @@ impl<'a> Judge<'a> {
     /// Where the journal cannot be written.
     pub(crate) fn mark_gone(&self) -> Result<(), Error> {
         let journal = &self.state.journal;
+        let is_ours = |effect: &Effect<'_>| !effect.is_gone() && effect.manifest() == self.manifest;
+        let ours = journal.effects().filter(|(_, effect)| is_ours(effect));
+        if ours.count() == self.effects.iter().flatten().filter(|effect| is_ours(effect)).count() {
+            return Ok(());
+        }
         let here = (0..self.plan.items.len()).into_par_iter().map(|item| self.subject(item));
         let here = here.collect::<HashSet<_>>();
-        let manifest = manifest_name(self.plan);
-        let others = journal.named(Tag::Item).filter(|subject| !here.contains(subject));
-        let gone = others.filter_map(|subject| {
-            let standing = journal.known::<Standing>(Tag::Item, subject)?;
-            let goes = !standing.gone && standing.manifest == manifest;
-            let record = goes.then(|| journal.get::<Record>(Tag::Item, subject)).flatten()?;
+        let ours = journal.effects().filter(|(subject, effect)| is_ours(effect) && !here.contains(subject));
+        let gone = ours.filter_map(|(subject, _)| {
+            let record = journal.get::<Record>(Tag::Item, subject)?;
             Some(Line::new(Tag::Item, subject, Some(&Record { gone: true, ..record })))
         });
         journal.append(&gone.collect::<Vec<_>>())
@@ -112,15 +146,25 @@ impl<'a> Judge<'a> {
         item_name(self.plan, item)
     }
 
-    /// The record in effect.
-    pub(crate) fn record(&self, item: ItemIndex) -> Option<&Arc<Record>> {
-        self.records[item].as_ref()
+    /// What every build asks of the record in effect of an item of a selected stage.
+    pub(crate) fn effect(&self, item: ItemIndex) -> Option<Effect<'a>> {
+        self.effects[item].filter(|_| self.selected[self.plan.items[item].stage])
+    }
+
+    /// The same record, read from the journal.
+    pub(crate) fn record(&self, item: ItemIndex) -> Option<Record> {
+        self.effect(item).and_then(|_| self.state.journal.get(Tag::Item, self.subject(item)))
+    }
+
+    /// Whether the result of an item was at hand when the build began.
+    pub(crate) fn is_current(&self, item: ItemIndex) -> bool {
+        self.current[item]
     }
 
     /// The subject of the record in effect.
     pub(crate) fn subject(&self, item: ItemIndex) -> Subject {
         let item = &self.plan.items[item];
-        item_subject(&manifest_name(self.plan), &self.plan.stages[item.stage].name, &item.key)
+        item_subject(&self.manifest, &self.plan.stages[item.stage].name, &item.key)
     }
 
     /// The source as records hold it.
@@ -160,14 +204,34 @@ impl<'a> Judge<'a> {
         hasher.finish()
     }
 
+    /// What the record in effect of an item rests on.
+    pub(crate) fn seen_before(&self, item: ItemIndex) -> Seen {
+        let reads = self.effect(item).into_iter().flat_map(|effect| effect.reads());
+        let reads =
+            reads.map(|(path, listing, digest)| Read { path: self.folder.join(path), listing, digest });
+        Seen::before(reads.collect())
+    }
+
+    /// What a record rests on.
+    pub(crate) fn seen(&self, record: &Record) -> Seen {
+        let read = |read: &FileRead| Read {
+            path: self.folder.join(&read.path),
+            listing: read.listing,
+            digest: read.digest,
+        };
+        Seen::before(record.reads.iter().map(read).collect())
+    }
+
     /// Whether a result with this key is at hand.
     pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Verdict {
-        let in_effect = self.record(item).filter(|record| !record.gone && record.key == key);
-        if let Some(record) = in_effect.filter(|record| self.stored[item] && self.is_good(item, record)) {
-            return Verdict::Current { outputs: record.outputs.clone(), restored: None };
+        let is_stored = |outputs: &[Blob]| outputs.iter().all(|blob| self.state.store.has(blob));
+        let in_effect = self.effect(item).filter(|effect| !effect.is_gone() && effect.key() == key);
+        let in_effect = in_effect.filter(|effect| self.is_good_in_effect(item, *effect));
+        if let Some(effect) = in_effect.filter(|effect| is_stored(effect.outputs())) {
+            return Verdict::Current { outputs: effect.outputs().to_vec(), restored: None };
         }
         let mut results = self.state.journal.results::<Record>(short(key));
-        let is_stored = |record: &Record| record.outputs.iter().all(|blob| self.state.store.has(blob));
+        let is_stored = |record: &Record| is_stored(&record.outputs);
         match results.find(|record| record.key == key && self.is_good(item, record) && is_stored(record)) {
             Some(record) => {
                 Verdict::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
@@ -189,9 +253,9 @@ impl<'a> Judge<'a> {
         if record.failure.is_some() {
             reasons.push(Reason::FailedBefore);
         }
-        reasons.extend(self.revisions(item, record));
-        self.differing_inputs(item, record, digest, &mut reasons);
-        self.differing_files(item, record, &mut reasons);
+        reasons.extend(self.revisions(item, &record));
+        self.differing_inputs(item, &record, digest, &mut reasons);
+        self.differing_files(item, &record, &mut reasons);
         if reasons.is_empty() {
             reasons.push(Reason::ResultLost);
         }
@@ -218,6 +282,16 @@ impl<'a> Judge<'a> {
         record.failure.is_none()
             && record.outputs.len() == expected
             && record.reads.iter().all(|read| self.now(read) == read.digest)
+    }
+
+    /// The same of the record in effect.
+    fn is_good_in_effect(&self, item: ItemIndex, effect: Effect<'_>) -> bool {
+        let expected = self.plan.items[item].files.len().max(1);
+        let now =
+            |path: &str, listing| self.disk.digest(&self.folder.join(path), listing, &self.state.journal);
+        !effect.has_failed()
+            && effect.outputs().len() == expected
+            && effect.reads().all(|(path, listing, digest)| now(path, listing) == digest)
     }
 
     /// What a file or folder that was read holds now.
@@ -309,13 +383,13 @@ pub(crate) fn manifest_name(plan: &Plan) -> String {
 /// The subject of the record in effect of an item.
 pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subject {
     let mut parts = vec![manifest, stage];
-    parts.extend(key.0.iter().flat_map(|(stage, stem)| [stage.as_str(), stem.as_str()]));
+    parts.extend(key.iter().flat_map(|(stage, stem)| [stage, stem]));
     subject(&parts)
 }
 
 fn stage_facts(plan: &Plan) -> Vec<StageFacts> {
     let mut facts = Vec::with_capacity(plan.stages.len());
-    for stage in &plan.stages {
+    for stage in plan.stages.iter() {
         let parameters = canonical(&stage.configured.canonical());
         facts.push(StageFacts {
             parameters_text: parameters.to_string(),

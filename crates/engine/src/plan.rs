@@ -77,10 +77,10 @@ pub struct Plan {
     pub out: PathBuf,
     /// The folder in which `.specula` keeps the state: the manifest's, but for trials. Absolute.
     pub state: PathBuf,
-    /// The stages, in topological order, ties in the order of the manifest.
-    pub stages: Vec<Stage>,
-    /// The items, stage by stage in the order of `stages`, sorted by key within one.
-    pub items: Vec<Item>,
+    /// The stages, in topological order, ties in the order of the manifest. Clones of the plan share them.
+    pub stages: Arc<[Stage]>,
+    /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share them.
+    pub items: Arc<[Item]>,
     /// Finds the recipes in exported files.
     pub recipe_reader: RecipeReader,
 }
@@ -165,8 +165,9 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
             kind,
         })
     });
-    match stages.collect() {
+    match stages.collect::<Option<Arc<[Stage]>>>() {
         Some(stages) => {
+            let items = items.into();
             let (manifest, out) = (graph.manifest.clone(), graph.out.clone());
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
             Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::Timestamp;
 
 /// What the file system says of a file without reading it: size, times of change in nanoseconds, identity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct Stamp {
     size: u64,
     modified: i64,

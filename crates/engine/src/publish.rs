@@ -19,12 +19,12 @@ use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::journal::{Line, Tag, subject};
+use crate::journal::{Line, Subject, Tag, subject};
 use crate::judge::{item_name, manifest_name};
 use crate::plan::template;
 use crate::platform::{self, Stamp};
@@ -54,9 +54,12 @@ pub(crate) struct Published {
 }
 
 impl Published {
-    /// Whether a record is one that a build can have written: its file lies in `out`.
-    fn is_sound(&self) -> bool {
-        template::check(&self.file, "out").is_ok()
+    /// Whether a record is one that a build of this manifest can have written under a subject: its file lies in `out`.
+    fn is_of(&self, manifest: &str, out: &str, subject: Subject) -> bool {
+        self.manifest == manifest
+            && self.out == out
+            && file_subject(manifest, out, &self.file) == subject
+            && template::check(&self.file, "out").is_ok()
     }
 
     /// What the manifest has put there, whatever a person made of it; `None` where it never came to that.
@@ -96,14 +99,11 @@ pub(crate) struct Publisher<'a> {
     root: &'a Path,
     manifest: String,
     out: String,
-    ledger: HashMap<String, Arc<Published>>,
     /// The files in the same folder that other manifests have published.
-    others: HashSet<String>,
-    /// The files that were there as they were published when the build began.
-    intact: HashSet<&'a str>,
-    /// The files that the plan's items export.
-    wanted: HashSet<&'a str>,
-    /// The same by their names in lower case: no two are one file where case does not count.
+    others: OnceLock<HashSet<String>>,
+    /// The subjects in the ledger of the files that the plan's items export, sorted.
+    wanted: Vec<Subject>,
+    /// The same files by their names in lower case: no two are one file where case does not count.
     folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that nobody wants any more, by item.
     stale: BTreeMap<ItemName, Vec<String>>,
@@ -146,23 +146,17 @@ impl<'a> Publisher<'a> {
     pub(crate) fn new(plan: &'a Plan, state: &'a State) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
         let (manifest, out) = (manifest_name(plan), path_name(folder, &plan.out));
-        let (mut ledger, mut others) = (HashMap::new(), HashSet::new());
-        let lines = state.journal.all::<Published>(Tag::Published).into_iter();
-        for line in lines.filter(|line| line.out == out && line.is_sound()) {
-            if line.manifest == manifest {
-                ledger.insert(line.file.clone(), line);
-            } else {
-                others.insert(line.file.clone());
-            }
-        }
-        let wanted =
-            plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str)).collect::<HashSet<_>>();
-        // All at once, as items are judged one after the other.
-        let is_intact = |file: &&str| ledger.get(*file).is_some_and(|line| is_as_told(&plan.out, line));
-        let intact = wanted.par_iter().copied().filter(is_intact).collect();
+        let subject_of = |file: &String| file_subject(&manifest, &out, file);
+        let mut wanted =
+            plan.items.par_iter().flat_map_iter(|item| item.files.iter().map(subject_of)).collect::<Vec<_>>();
+        wanted.par_sort_unstable();
+        let unwanted = state.journal.named(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
+        let unwanted = unwanted.collect::<Vec<_>>();
         let mut stale = BTreeMap::<_, Vec<_>>::new();
-        for (file, line) in ledger.iter().filter(|(file, _)| !wanted.contains(file.as_str())) {
-            stale.entry(line.item.clone()).or_default().push(file.clone());
+        for (subject, line) in state.journal.subjects_among::<Published>(Tag::Published, &unwanted) {
+            if line.is_of(&manifest, &out, subject) {
+                stale.entry(line.item).or_default().push(line.file);
+            }
         }
         stale.values_mut().for_each(|files| files.sort_unstable());
         Self {
@@ -171,9 +165,7 @@ impl<'a> Publisher<'a> {
             root: &plan.out,
             manifest,
             out,
-            ledger,
-            others,
-            intact,
+            others: OnceLock::new(),
             wanted,
             folded: OnceLock::new(),
             stale,
@@ -185,18 +177,18 @@ impl<'a> Publisher<'a> {
     }
 
     /// What was published under a name.
-    pub(crate) fn entry(&self, file: &str) -> Option<&Published> {
-        self.ledger.get(file).map(Arc::as_ref)
+    pub(crate) fn entry(&self, file: &str) -> Option<Published> {
+        let subject = self.subject(file);
+        let line = self.state.journal.get::<Published>(Tag::Published, subject);
+        line.filter(|line| line.is_of(&self.manifest, &self.out, subject))
     }
 
     /// Whether a file is there as it was published.
     pub(crate) fn is_intact(&self, file: &str, digest: Digest) -> bool {
-        self.entry(file).is_some_and(|line| line.digest == digest && is_as_told(self.root, line))
-    }
-
-    /// Whether it was when the build began.
-    pub(crate) fn was_intact(&self, file: &str, digest: Digest) -> bool {
-        self.intact.contains(file) && self.is_restored(file, digest)
+        let line = self.state.journal.published(self.subject(file)).filter(|line| line.digest == digest);
+        let stamp = line.and_then(|line| line.stamp);
+        let found = || fs::symlink_metadata(self.root.join(file)).ok().map(|found| Stamp::of(&found));
+        stamp.is_some() && found() == stamp
     }
 
     /// Whether a file is there with this content, whatever its stamp says.
@@ -209,7 +201,7 @@ impl<'a> Publisher<'a> {
 
     /// Whether publishing a file would only bring back what was published there.
     pub(crate) fn is_restored(&self, file: &str, digest: Digest) -> bool {
-        self.ledger.get(file).is_some_and(|line| line.digest == digest)
+        self.state.journal.published(self.subject(file)).is_some_and(|line| line.digest == digest)
     }
 
     /// Puts an item's files in place. `bytes` are their contents where they are at hand.
@@ -275,8 +267,8 @@ impl<'a> Publisher<'a> {
     }
 
     /// Whether an item does not export any more what it exported.
-    pub(crate) fn has_stale(&self, item: &ItemName) -> bool {
-        self.stale.contains_key(item)
+    pub(crate) fn has_stale(&self, item: &dyn Fn() -> ItemName) -> bool {
+        !self.stale.is_empty() && self.stale.contains_key(&item())
     }
 
     /// The files that [`Publisher::remove_gone`] and [`Publisher::remove_stale`] would remove.
@@ -324,6 +316,7 @@ impl<'a> Publisher<'a> {
         }
         let place = self.clear_way(file, told)?;
         let line = self.entry(file).or_else(|| self.other_spelling(file, &place));
+        let line = line.as_ref();
         let found = match fs::symlink_metadata(&place) {
             Ok(found) => Some(found),
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
@@ -374,7 +367,7 @@ impl<'a> Publisher<'a> {
     /// exported by a stage of this kind: the ledger has been lost.
     fn is_export(&self, item: &ItemName, files: &[(String, Blob)], file: &str) -> bool {
         let stage = self.plan.stages.iter().find(|stage| stage.name == item.stage);
-        let Some(stage) = stage.filter(|_| !self.others.contains(file)) else { return false };
+        let Some(stage) = stage.filter(|_| !self.others().contains(file)) else { return false };
         let others = files.iter().map(|(other, _)| other.as_str()).filter(|other| *other != file);
         std::iter::once(file).chain(others).any(|file| {
             let place = self.root.join(file);
@@ -382,6 +375,15 @@ impl<'a> Publisher<'a> {
             let bytes = is_file.then(|| read_file(&place).ok()).flatten();
             let recipe = bytes.and_then(|bytes| (self.plan.recipe_reader)(&bytes));
             recipe.and_then(|recipe| kind_of_recipe(&recipe)).as_deref() == Some(stage.kind.name())
+        })
+    }
+
+    fn others(&self) -> &HashSet<String> {
+        self.others.get_or_init(|| {
+            let lines =
+                self.state.journal.subjects::<Published>(Tag::Published).into_iter().map(|(_, line)| line);
+            let others = lines.filter(|line| line.out == self.out && line.manifest != self.manifest);
+            others.map(|line| line.file).collect()
         })
     }
 
@@ -475,8 +477,12 @@ impl<'a> Publisher<'a> {
         Line::new(Tag::Published, self.subject(&action.file), Some(&content))
     }
 
-    fn subject(&self, file: &str) -> u128 {
-        subject(&[&self.manifest, &self.out, file])
+    fn subject(&self, file: &str) -> Subject {
+        file_subject(&self.manifest, &self.out, file)
+    }
+
+    fn is_wanted(&self, file: &str) -> bool {
+        self.wanted.binary_search(&self.subject(file)).is_ok()
     }
 
     /// Tells the journal once that temporary files may be left in `out` from now on.
@@ -527,7 +533,7 @@ impl<'a> Publisher<'a> {
                 return Err(Error::new(ErrorKind::FileInTheWay, message)
                     .with_help("files are published inside out only: remove the link, or change path"));
             }
-            Ok(_) if self.ledger.contains_key(name) && !self.wanted.contains(name) => {
+            Ok(_) if self.entry(name).is_some() && !self.is_wanted(name) => {
                 self.remove(&[name.to_owned()], &mut |what| told.push(what))?;
             }
             Ok(_) => return Err(in_the_way(folder)),
@@ -542,7 +548,7 @@ impl<'a> Publisher<'a> {
 
     /// A file of the ledger whose name differs in case only, on a file system that takes the two for one: it gets its
     /// new spelling.
-    fn other_spelling(&self, file: &str, place: &Path) -> Option<&Published> {
+    fn other_spelling(&self, file: &str, place: &Path) -> Option<Published> {
         if fs::symlink_metadata(place).is_err() {
             return None;
         }
@@ -561,13 +567,13 @@ impl<'a> Publisher<'a> {
             if !removed.insert(file.clone()) {
                 continue;
             }
-            let Some(line) = self.ledger.get(file) else { continue };
+            let Some(line) = self.entry(file) else { continue };
             let place = self.root.join(file);
             let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
             if let Some(found) = found
                 && !self.is_wanted_in_other_spelling(file, &place)
             {
-                let content = self.content(&found, Some(line), &place)?;
+                let content = self.content(&found, Some(&line), &place)?;
                 if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
                     platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
                     told(Told::Removed { file: file.clone() });
@@ -585,7 +591,8 @@ impl<'a> Publisher<'a> {
     }
 
     fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {
-        let folded = || self.wanted.iter().map(|wanted| (wanted.to_lowercase(), *wanted)).collect();
+        let wanted = self.plan.items.iter().flat_map(|item| &item.files);
+        let folded = || wanted.map(|wanted| (wanted.to_lowercase(), wanted.as_str())).collect();
         let wanted = self.folded.get_or_init(folded).get(&file.to_lowercase());
         wanted.is_some_and(|wanted| platform::is_one_file(&self.root.join(wanted), place))
     }
@@ -630,10 +637,9 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
     serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
 }
 
-/// Whether a file is there with the stamp that the ledger says, if that can be relied on.
-fn is_as_told(root: &Path, line: &Published) -> bool {
-    let found = || fs::symlink_metadata(root.join(&line.file)).ok();
-    line.settled && line.stamp.is_some() && found().is_some_and(|found| Some(Stamp::of(&found)) == line.stamp)
+/// The subject of a line of the ledger.
+fn file_subject(manifest: &str, out: &str, file: &str) -> Subject {
+    subject(&[manifest, out, file])
 }
 
 fn sweep_folder(folder: &Path) {

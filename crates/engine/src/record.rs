@@ -83,8 +83,8 @@ impl KeyHasher {
     }
 
     pub(crate) fn item_key(&mut self, key: &ItemKey) -> &mut Self {
-        self.number(key.0.len() as u64);
-        for (stage, stem) in &key.0 {
+        self.number(key.iter().len() as u64);
+        for (stage, stem) in key.iter() {
             self.text(stage).text(stem);
         }
         self

@@ -134,7 +134,7 @@ impl Workshop<'_> {
         {
             return Ok(outcome);
         }
-        let before = self.judge.record(order.item).map(|record| record.outputs.clone()).unwrap_or_default();
+        let before = self.judge.effect(order.item).map_or_else(Vec::new, |effect| effect.outputs().to_vec());
         let record = Record {
             manifest: manifest_name(self.judge.plan),
             item: self.judge.name(order.item),
@@ -178,6 +178,14 @@ impl Workshop<'_> {
             }
         };
         Ok(outcome)
+    }
+
+    /// Whether an item's files are there as these outputs, and nothing else is that it exported before.
+    pub(crate) fn is_published(&self, item: ItemIndex, outputs: &[Blob]) -> bool {
+        let files = &self.judge.plan.items[item].files;
+        files.len() <= outputs.len()
+            && files.iter().zip(outputs).all(|(file, blob)| self.publisher.is_intact(file, blob.digest))
+            && !self.publisher.has_stale(&|| self.judge.name(item))
     }
 
     /// Puts an item's files in place, and removes those that it does not export any more.

@@ -15,6 +15,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
+use rayon::prelude::*;
 use rayon::{Scope, ThreadPool};
 
 use crate::journal::{Line, Tag, short};
@@ -54,7 +55,8 @@ struct Progress {
     users: usize,
     /// The inputs that have to be fetched before it can run.
     missing: usize,
-    outputs: Vec<Blob>,
+    /// What it made or was found to have made; `None`: what its record in effect says.
+    outputs: Option<Vec<Blob>>,
     handle: Option<Arc<Handle>>,
     /// The consumers that cannot run before the artifact is fetched or made again.
     fetchers: Vec<ItemIndex>,
@@ -98,6 +100,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// The items that need each item's artifact.
     consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
+    /// The items of which nothing has to be done, not yet told.
+    settled: Vec<ItemIndex>,
     to_judge: BTreeSet<ItemIndex>,
     tasks: Tasks,
     busy: usize,
@@ -116,16 +120,26 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     ) -> Self {
         let judge = workshop.judge;
         let plan = judge.plan;
+        // Most items of most builds: their files are looked at all at once.
+        let is_settled = (0..plan.items.len()).into_par_iter().map(|item| {
+            judge.is_current(item)
+                && workshop.is_published(item, judge.effect(item).map_or(&[], |effect| effect.outputs()))
+        });
+        let is_settled = is_settled.collect::<Vec<_>>();
         let mut consumers = vec![Vec::new(); plan.items.len()];
         let mut items = Vec::with_capacity(plan.items.len());
-        let mut chosen = Vec::new();
+        let (mut chosen, mut settled) = (Vec::new(), Vec::new());
         for (index, item) in plan.items.iter().enumerate() {
             let mut waiting = 0;
             if selected[item.stage] {
                 chosen.push(index);
-                for input in distinct(&item.inputs) {
-                    consumers[input].push(index);
-                    waiting += 1;
+                if is_settled[index] {
+                    settled.push(index);
+                } else {
+                    for input in distinct(&item.inputs) {
+                        consumers[input].push(index);
+                        waiting += usize::from(!is_settled[input]);
+                    }
                 }
             }
             items.push(Progress {
@@ -133,10 +147,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 waiting,
                 users: 0,
                 missing: 0,
-                outputs: Vec::new(),
+                outputs: None,
                 handle: None,
                 fetchers: Vec::new(),
-                announced: false,
+                announced: is_settled[index],
                 lost: false,
                 causes: Vec::new(),
                 ran: false,
@@ -145,7 +159,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         for (progress, consumers) in items.iter_mut().zip(&consumers) {
             progress.users = consumers.len();
         }
-        let to_judge = chosen.iter().copied().filter(|item| items[*item].waiting == 0).collect();
+        let is_first = |item: &ItemIndex| !is_settled[*item] && items[*item].waiting == 0;
+        let to_judge = chosen.iter().copied().filter(is_first).collect();
         Self {
             workshop,
             judge,
@@ -156,6 +171,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             items,
             consumers,
             selected: chosen,
+            settled,
             to_judge,
             tasks: Tasks::default(),
             busy: 0,
@@ -169,6 +185,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     /// # Errors
     /// Where the journal cannot be written.
     pub(crate) fn settle_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
+        for item in std::mem::take(&mut self.settled) {
+            if self.is_stopping() {
+                break;
+            }
+            self.items[item].phase = Phase::Done;
+            self.summary.up_to_date += 1;
+            self.tell(Event::UpToDate { item: self.judge.name(item) });
+        }
         let (sender, receiver) = channel();
         pool.in_place_scope(|scope| {
             loop {
@@ -217,8 +241,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             return self.skip(item, Some(root));
         }
         // Before the files are looked at: a change between the two must not go unseen.
-        let before = self.judge.record(item).map_or(Seen::Nothing, |record| Seen::Before(Arc::clone(record)));
-        self.workshop.underway.saw(item, before);
+        self.workshop.underway.saw(item, self.judge.seen_before(item));
         let verdict = self.judge.verdict(item, self.key(item));
         match verdict {
             Verdict::Run => {
@@ -228,10 +251,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             Verdict::Current { outputs, restored } => {
                 if let Some(record) = restored {
                     let record = self.bring_into_effect(item, *record);
-                    self.workshop.underway.saw(item, Seen::Before(Arc::new(record)));
+                    self.workshop.underway.saw(item, self.judge.seen(&record));
                 }
-                self.items[item].outputs = outputs;
-                if self.is_published(item) {
+                let is_published = self.workshop.is_published(item, &outputs);
+                self.items[item].outputs = Some(outputs);
+                if is_published {
                     self.up_to_date(item, Vec::new());
                 } else {
                     self.items[item].phase = Phase::Busy;
@@ -256,17 +280,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             self.fatal = Some(error);
         }
         record
-    }
-
-    fn is_published(&self, item: ItemIndex) -> bool {
-        let files = &self.judge.plan.items[item].files;
-        let outputs = &self.items[item].outputs;
-        files.len() <= outputs.len()
-            && files
-                .iter()
-                .zip(outputs)
-                .all(|(file, blob)| self.workshop.publisher.was_intact(file, blob.digest))
-            && !self.workshop.publisher.has_stale(&self.judge.name(item))
     }
 
     /// Makes an item run as soon as the artifacts that it needs are there.
@@ -307,7 +320,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 (item, Work::Fetch, Box::new(move || Message::Fetched(item, workshop.fetch(item, digest))))
             }
             Task::Publish(item) => {
-                let outputs = self.items[item].outputs.clone();
+                let outputs = self.outputs(item).to_vec();
                 let act = move || {
                     let mut told = Vec::new();
                     let result = workshop.publish(item, &outputs, None, &mut told);
@@ -434,19 +447,19 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             self.tell_all(item, told);
             return self.fail(item, &failure);
         }
-        let before = self.judge.record(item).map(|record| record.outputs.as_slice());
+        let before = self.judge.effect(item).map(|effect| effect.outputs());
         let changed = before != Some(outputs.as_slice());
         self.summary.ran += 1;
         self.tell(Event::Finished { item: name, milliseconds, changed });
         self.tell_all(item, told);
         let artifact = self.judge.stages[self.judge.plan.items[item].stage].artifact;
         let progress = &mut self.items[item];
-        progress.outputs = outputs;
         progress.ran = true;
         if let (Some(value), Some((type_name, _)), true) = (value, artifact, progress.users > 0) {
-            let handle = self.workshop.handle(type_name, progress.outputs[0].digest).with_value(value);
+            let handle = self.workshop.handle(type_name, outputs[0].digest).with_value(value);
             progress.handle = Some(Arc::new(handle));
         }
+        progress.outputs = Some(outputs);
         self.done(item);
         self.release_fetchers(item);
     }
@@ -571,8 +584,15 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.judge.key(item, |input| self.digest(input))
     }
 
+    fn outputs(&self, item: ItemIndex) -> &[Blob] {
+        match &self.items[item].outputs {
+            Some(outputs) => outputs,
+            None => self.judge.effect(item).map_or(&[], |effect| effect.outputs()),
+        }
+    }
+
     fn digest(&self, item: ItemIndex) -> Digest {
-        self.items[item].outputs.first().map_or(Digest([0; 32]), |blob| blob.digest)
+        self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
     fn tell_all(&mut self, item: ItemIndex, told: Vec<Told>) {

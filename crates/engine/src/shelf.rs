@@ -25,7 +25,7 @@ pub struct Shelf {
 
 /// What is kept of an item.
 struct Kept {
-    record: Arc<Record>,
+    record: Record,
     /// The artifact; `None` of an item that exports files.
     handle: Option<Arc<Handle>>,
 }
@@ -41,9 +41,10 @@ impl Shelf {
         let items = plan.items.par_iter().map(|item| {
             let stage = &plan.stages[item.stage];
             let subject = item_subject(&manifest, &stage.name, &item.key);
-            let record = journal.known::<Record>(Tag::Item, subject)?;
             // Another kind may have made something else.
-            let fits = record.kind == stage.kind.name() && record.outputs.iter().all(|blob| store.has(blob));
+            let effect = journal.effect(subject).filter(|effect| effect.kind() == stage.kind.name())?;
+            let fits = effect.outputs().iter().all(|blob| store.has(blob));
+            let record: Record = journal.get(Tag::Item, subject)?;
             let handle = match (&stage.product, &record.outputs[..]) {
                 (Product::Artifact(type_name), [Blob { digest, .. }]) => {
                     Some(Arc::new(handle(&store, type_name, *digest)))
@@ -89,7 +90,7 @@ impl Shelf {
     }
 
     fn good(&self, item: ItemIndex) -> Option<&Record> {
-        self.kept(item).map(|kept| &*kept.record).filter(|record| record.failure.is_none())
+        self.kept(item).map(|kept| &kept.record).filter(|record| record.failure.is_none())
     }
 
     fn kept(&self, item: ItemIndex) -> Option<&Kept> {

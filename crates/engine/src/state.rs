@@ -6,6 +6,7 @@
 //!   lock         locked by the build at work; the system frees it when the process ends, however it ends
 //!   holder       who holds the lock, for people
 //!   journal      what is remembered
+//!   index        what of that every build asks, so that the journal need not be read
 //!   blobs/ab/... results by digest
 //!   tmp/         blobs that are being written and items' scratch folders; what is here when a build begins is left
 //!                over from a killed one
@@ -74,7 +75,7 @@ impl State {
     }
 
     /// Frees the lock, and keeps the journal for the next time.
-    pub(crate) fn rest(self) -> Journal {
+    pub(crate) fn rest(self) -> Option<Journal> {
         self.journal.rest()
     }
 }
@@ -108,7 +109,7 @@ fn check(folder: &Path) -> Result<(), Error> {
         Err(Error::new(ErrorKind::BadState, message).with_help(help))
     };
     let folders = ["", "blobs", "tmp", "screenshots"].map(|name| (name, true));
-    let files = ["lock", "holder", "journal", ".gitignore"].map(|name| (name, false));
+    let files = ["lock", "holder", "journal", "index", ".gitignore"].map(|name| (name, false));
     for (name, is_folder) in folders.into_iter().chain(files) {
         let path = if name.is_empty() { folder.to_path_buf() } else { folder.join(name) };
         if let Err(why) = check_own(&path, is_folder) {

@@ -18,7 +18,8 @@ use crate::regular::{read_file, write_new};
 use crate::{Digest, Error, platform};
 
 /// A stored output: its digest and size.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct Blob {
     pub(crate) digest: Digest,
     pub(crate) bytes: u64,

@@ -13,7 +13,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use crate::disk::{Disk, digest_now};
 use crate::explain::normal;
-use crate::record::Record;
 use crate::{Digest, ItemIndex, Plan, Read, Stage};
 
 /// Tells running work to stop. Clones share one flag.
@@ -62,9 +61,16 @@ pub(crate) enum Seen {
     /// Nothing yet.
     Nothing,
     /// What an earlier run read, which is still so.
-    Before(Arc<Record>),
+    Before(Box<[Read]>),
     /// What a run of this build has read so far.
     Now(Arc<Mutex<Vec<Read>>>),
+}
+
+impl Seen {
+    /// What an earlier run read.
+    pub(crate) fn before(reads: Box<[Read]>) -> Self {
+        if reads.is_empty() { Self::Nothing } else { Self::Before(reads) }
+    }
 }
 
 /// What a build works on.
@@ -129,7 +135,6 @@ impl Underway {
 
     /// For each item, whether a changed file is not what its result rests on.
     fn with_changed_reads(&self, changes: &Changes) -> Vec<bool> {
-        let folder = self.plan.manifest.parent().unwrap_or(Path::new("."));
         // Files are hashed after the lock is let go: the build wants it too.
         let mut concerned = Vec::new();
         for (index, seen) in lock(&self.seen).iter().enumerate() {
@@ -140,11 +145,8 @@ impl Underway {
             };
             match seen {
                 Seen::Nothing => {}
-                Seen::Before(record) => {
-                    record
-                        .reads
-                        .iter()
-                        .for_each(|read| add(&folder.join(&read.path), read.listing, read.digest));
+                Seen::Before(reads) => {
+                    reads.iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
                 Seen::Now(reads) => {
                     lock(reads).iter().for_each(|read| add(&read.path, read.listing, read.digest));

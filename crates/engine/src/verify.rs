@@ -3,7 +3,7 @@
 //! A file is known by its place in `out`, or, where it was moved or copied away, by its digest or by the recipe that it
 //! holds. From the record of the run that made it, its ancestry is followed up to the source files.
 
-use std::cell::LazyCell;
+use std::cell::{LazyCell, OnceCell};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -177,7 +177,7 @@ fn unknown(file: &Path) -> Error {
 }
 
 fn published(judge: &Judge<'_>, name: &str) -> Option<Digest> {
-    Publisher::new(judge.plan, judge.state).entry(name).and_then(Published::owned)
+    Publisher::new(judge.plan, judge.state).entry(name).as_ref().and_then(Published::owned)
 }
 
 /// The run that made a file.
@@ -195,6 +195,8 @@ struct Archive<'a> {
     judge: &'a Judge<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
+    /// The records in effect, as far as they were asked for.
+    last: Vec<OnceCell<Option<Record>>>,
     earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
 }
 
@@ -202,17 +204,29 @@ impl<'a> Archive<'a> {
     fn new(judge: &'a Judge<'a>) -> Self {
         let items = (0..judge.plan.items.len()).map(|item| (judge.name(item), item)).collect();
         let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
-            let mut records = judge.state.journal.all_results::<Record>();
+            let mut records = judge
+                .state
+                .journal
+                .results_by_age::<Record>()
+                .into_iter()
+                .map(|(_, record)| record)
+                .collect::<Vec<_>>();
             // The newest first.
             records.sort_by_key(|record| std::cmp::Reverse(record.started));
             records
         });
-        Self { judge, manifest: manifest_name(judge.plan), items, earlier: LazyCell::new(read) }
+        let last = vec![OnceCell::new(); judge.plan.items.len()];
+        Self { judge, manifest: manifest_name(judge.plan), items, last, earlier: LazyCell::new(read) }
+    }
+
+    /// The record in effect of an item.
+    fn record(&self, item: ItemIndex) -> Option<&Record> {
+        self.last[item].get_or_init(|| self.judge.record(item)).as_ref()
     }
 
     /// The good record in effect of an item.
     fn last(&self, item: ItemIndex) -> Option<&Record> {
-        self.judge.record(item).map(|record| &**record).filter(|record| record.failure.is_none())
+        self.record(item).filter(|record| record.failure.is_none())
     }
 
     /// A file of the plan, whatever it holds now.
@@ -238,7 +252,7 @@ impl<'a> Archive<'a> {
                 content: Content::Earlier,
             });
         }
-        let made = self.judge.record(item)?.outputs.get(output)?.digest;
+        let made = self.record(item)?.outputs.get(output)?.digest;
         let of_made = |record: &&Record| record.outputs.get(output).is_some_and(|blob| blob.digest == made);
         let record = self.last(item).or_else(|| self.earlier.iter().find(of_made))?.clone();
         Some(Found { item: Some(item), record, output, content: Content::Altered { made: None } })

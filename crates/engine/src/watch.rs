@@ -342,7 +342,7 @@ fn places(manifest: &Path, outlook: &Outlook, bench: &Workbench) -> Places {
     let state = manifest.with_file_name(crate::state::FOLDER);
     let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
     places.add_search(&outlook.asked, outlook.sources.iter().cloned());
-    let items = outlook.plan.iter().flat_map(|plan| &plan.items);
+    let items = outlook.plan.iter().flat_map(|plan| plan.items.iter());
     let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
     places.add_reads(&sources);
     bench.noted().iter().for_each(|noted| places.add_reads(&*noted.places()));

@@ -137,7 +137,7 @@ impl Kind for ContactSheet {
         let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
         context.check_cancelled()?;
 
-        let title = if own.0.is_empty() { "Environment".into() } else { own.to_string() };
+        let title = if own.is_empty() { "Environment".into() } else { own.to_string() };
         let tone = match parameters.curve {
             Curve::Filmic => ToneMap::Filmic,
             Curve::Plain => ToneMap::Plain,
@@ -223,10 +223,10 @@ fn material(own: &ItemKey, key: &ItemKey, reflection: &shrm::Reflection) -> Resu
 /// What tells an item from the others of a sheet: the stems of the keys that are not the sheet's own. Of several, each
 /// with its stage.
 fn name(own: &ItemKey, key: &ItemKey) -> String {
-    let rest: Vec<_> = key.0.iter().filter(|(stage, _)| !own.0.contains_key(*stage)).collect();
+    let rest: Vec<_> = key.iter().filter(|(stage, _)| own.get(stage).is_none()).collect();
     match rest.as_slice() {
         [] => "Reflection".into(),
-        [(_, stem)] => (*stem).clone(),
+        [(_, stem)] => (*stem).to_owned(),
         several => {
             several.iter().map(|(stage, stem)| format!("{stage} {stem}")).collect::<Vec<_>>().join(" · ")
         }
@@ -273,7 +273,7 @@ mod tests {
     const DEFAULTS: Parameters = Parameters { exposure: None, curve: Curve::Filmic, degrees: Vec::new() };
 
     fn key(pairs: &[(&str, &str)]) -> ItemKey {
-        ItemKey(pairs.iter().map(|(stage, stem)| ((*stage).into(), (*stem).into())).collect())
+        pairs.iter().copied().collect()
     }
 
     fn handle<T: Artifact>(value: T) -> Arc<Handle> {

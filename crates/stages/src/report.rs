@@ -204,7 +204,7 @@ impl Kind for ReportKind {
             report.pairs.len(),
             percent(parameters.accept)
         ));
-        let title = if own.0.is_empty() { "Reflections".to_owned() } else { own.to_string() };
+        let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
         let page = page::page(&title, &report, &pictures, context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
         json.push(b'\n');
@@ -226,13 +226,13 @@ fn choice(parameters: &Parameters) -> Result<Exported<'static>, Failure> {
 
 /// Whether a key names everything that another one does.
 fn holds(key: &ItemKey, part: &ItemKey) -> bool {
-    part.0.iter().all(|(stage, stem)| key.0.get(stage) == Some(stem))
+    part.iter().all(|(stage, stem)| key.get(stage) == Some(stem))
 }
 
 /// An item's name on the page: the stems of its key.
 fn name(key: &ItemKey, otherwise: &str) -> String {
-    if key.0.is_empty() {
+    if key.is_empty() {
         return otherwise.to_owned();
     }
-    key.0.values().cloned().collect::<Vec<_>>().join(" · ")
+    key.stems().collect::<Vec<_>>().join(" · ")
 }

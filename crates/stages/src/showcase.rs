@@ -214,8 +214,7 @@ struct Coat {
 impl Coat {
     fn of(plan: &Plan, exhibit: &Exhibit) -> Self {
         let (item, environment) = (&plan.items[exhibit.reflection], &plan.items[exhibit.environment]);
-        let rest = item.key.0.iter().filter(|(stage, _)| !environment.key.0.contains_key(*stage));
-        let rest = ItemKey(rest.map(|(stage, stem)| (stage.clone(), stem.clone())).collect());
+        let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
         let material = exhibit.material.map(|item| plan.items[item].stage);
         Self { reflection: item.stage, rest, material }
     }
@@ -239,7 +238,7 @@ impl<'p> Named<'p> {
     /// An item, by its key.
     fn of(plan: &'p Plan, item: ItemIndex) -> Self {
         let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
-        let name = if key.0.is_empty() { stage.to_owned() } else { key.to_string() };
+        let name = if key.is_empty() { stage.to_owned() } else { key.to_string() };
         Self { name, stages: vec![stage] }
     }
 

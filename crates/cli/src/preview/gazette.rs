@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     fn item(stage: &str, stem: &str) -> ItemName {
-        ItemName { stage: stage.into(), key: ItemKey(BTreeMap::from([("material".into(), stem.into())])) }
+        ItemName { stage: stage.into(), key: ItemKey::from_iter([("material", stem)]) }
     }
 
     fn finished(stage: &str, stem: &str) -> Event {

@@ -47,8 +47,7 @@ impl Watched {
 }
 
 fn item(stage: &str, stems: &[(&str, &str)]) -> ItemName {
-    let key = stems.iter().map(|(stage, stem)| ((*stage).into(), (*stem).into())).collect();
-    ItemName { stage: stage.into(), key: ItemKey(key) }
+    ItemName { stage: stage.into(), key: stems.iter().copied().collect() }
 }
 
 fn of_gold(stage: &str) -> ItemName {

@@ -89,7 +89,7 @@ fn every_damaged_byte_costs_at_most_its_own_line_and_the_next() {
         assert!(opened.results::<u32>(7).count() >= 6, "damaged at {at}");
     }
     fs::write(&path, [0xff; 5000]).unwrap();
-    assert!(open(&path, None).unwrap().latest.is_empty());
+    assert_eq!(open(&path, None).unwrap().named(Tag::Item).count(), 0);
 }
 
 #[test]
@@ -105,45 +105,154 @@ fn a_newer_format_is_refused_and_left_alone() {
 fn a_kept_journal_is_taken_up_with_what_others_appended() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
-    let mut kept = Some(journal(&path).rest());
+    let mut kept = journal(&path).rest();
     for n in 100..110_u32 {
         let other = open(&path, None).unwrap();
         other.append(&[Line::new(Tag::Stamp, n.into(), Some(&n))]).unwrap();
         // Only what was appended is read: what is known is not looked at again.
         let mut known = kept.take().unwrap();
-        let before = known.text.len();
-        assert!(known.text.recent().1.is_empty(), "the text is not kept");
-        assert!(known.take_up().unwrap());
-        let length = fs::metadata(&path).unwrap().len() as usize;
-        assert_eq!(known.text.recent().0, before);
-        assert_eq!(known.text.len(), length);
-        let ours = open(&path, Some(known)).unwrap();
+        let before = known.text.length();
+        let mut read = 0;
+        let same = known.text.take_up(&path, |start, piece| {
+            assert!(start >= before);
+            read += piece.len() as u64;
+        });
+        assert!(same.unwrap());
+        let length = fs::metadata(&path).unwrap().len();
+        assert_eq!((known.text.length(), read), (length, length - before));
+        kept = open(&path, None).unwrap().rest();
+        let other = open(&path, None).unwrap();
+        other.append(&[Line::new(Tag::Stamp, (n + 100).into(), Some(&n))]).unwrap();
+        let ours = open(&path, kept.take()).unwrap();
         assert_eq!(ours.get::<u32>(Tag::Stamp, n.into()), Some(n));
+        assert_eq!(ours.get::<u32>(Tag::Stamp, (n + 100).into()), Some(n));
         assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "two");
         ours.append(&[Line::new(Tag::Item, 2, Some(&"two"))]).unwrap();
-        kept = Some(ours.rest());
+        kept = ours.rest();
     }
 }
 
 #[test]
-fn what_is_known_stays_known_until_a_later_line_and_nothing_else_stays_in_memory() {
+fn what_was_appended_is_known_after_a_rest() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
-    let ours = open(&path, Some(journal(&path).rest())).unwrap();
-    let known = |journal: &Journal| journal.known::<String>(Tag::Item, 2).unwrap();
-    let first = known(&ours);
-    let mut ours = open(&path, Some(ours.rest())).unwrap();
-    assert!(Arc::ptr_eq(&first, &known(&ours)));
+    let ours = open(&path, journal(&path).rest()).unwrap();
+    ours.append(&[Line::new(Tag::Item, 2, Some(&"due"))]).unwrap();
+    assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "two", "a build does not see what it appends");
+    let mut ours = open(&path, ours.rest()).unwrap();
+    assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "due");
     ours.compact(|_| true).unwrap();
-    assert!(ours.text.recent().1.is_empty());
-    assert!(Arc::ptr_eq(&first, &known(&ours)));
-    assert_eq!(ours.known::<u32>(Tag::Item, 2), None, "it is no number");
     assert_eq!(ours.get::<String>(Tag::Item, 1).unwrap(), "uno");
     assert_eq!(ours.results::<u32>(7).collect::<Vec<_>>(), [9, 8, 7, 6, 5, 4, 3, 2]);
-    ours.append(&[Line::new(Tag::Item, 2, Some(&"due"))]).unwrap();
-    let ours = open(&path, Some(ours.rest())).unwrap();
-    assert_eq!(*known(&ours), "due");
     assert_eq!(ours.lines, Journal::read(&path).unwrap().lines);
+}
+
+/// What a journal says, all of it.
+fn said(journal: &Journal) -> Vec<(Tag, Vec<(Subject, serde_json::Value)>)> {
+    let of = |tag| {
+        let mut lines = journal.subjects::<serde_json::Value>(tag);
+        lines.sort_by_key(|(subject, _)| *subject);
+        (tag, lines)
+    };
+    Tag::ALL.map(of).into()
+}
+
+/// A journal of so many lines that it has an index, and some lines more.
+fn indexed(path: &Path) {
+    let ours = open(path, None).unwrap();
+    let line = |n: usize| {
+        let digest = Digest::of(&n.to_le_bytes());
+        let record = serde_json::json!({
+            "manifest": "pipeline.toml", "key": digest, "kind": "write", "milliseconds": n,
+            "outputs": [{ "digest": digest, "bytes": n }], "failure": null, "gone": n % 5 == 0,
+            "reads": [{ "path": format!("{}.txt", n % 7), "listing": false, "digest": digest }],
+        });
+        Line::new(if n % 2 == 0 { Tag::Item } else { Tag::Result }, short(digest), Some(&record))
+    };
+    ours.append(&(0..3000).map(line).collect::<Vec<_>>()).unwrap();
+    let ours = open(path, ours.rest()).unwrap();
+    assert_eq!(ours.indexed, ours.lines, "all is in the index");
+    ours.append(&(2900..3100).map(line).collect::<Vec<_>>()).unwrap();
+    ours.append(&[Line::new::<()>(Tag::Item, short(Digest::of(&2_usize.to_le_bytes())), None)]).unwrap();
+}
+
+#[test]
+fn a_journal_says_the_same_with_its_index_and_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("journal");
+    indexed(&path);
+    let with = Journal::read(&path).unwrap();
+    assert!(with.indexed > 3000 && with.lines > with.indexed, "most was not read");
+    fs::remove_file(index_of(&path)).unwrap();
+    let without = Journal::read(&path).unwrap();
+    assert_eq!(without.indexed, 0);
+    assert_eq!((with.size(), said(&with)), (without.size(), said(&without)));
+    let effects = |journal: &Journal| {
+        let of = |(subject, effect): (Subject, Effect<'_>)| {
+            let reads = effect.reads().map(|(path, listing, digest)| (path.to_owned(), listing, digest));
+            let facts = (effect.key(), effect.is_gone(), effect.has_failed(), effect.milliseconds());
+            (subject, facts, effect.outputs().to_vec(), reads.collect::<Vec<_>>(), effect.kind().to_owned())
+        };
+        journal.effects().map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(effects(&with).len(), 1549);
+    assert_eq!(effects(&with), effects(&without));
+}
+
+#[test]
+fn an_index_that_is_damaged_or_of_another_journal_is_not_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("journal");
+    indexed(&path);
+    let (journal, index) = (fs::read(&path).unwrap(), fs::read(index_of(&path)).unwrap());
+    let expected = said(&Journal::read(&path).unwrap());
+    let opened = |what: &str| {
+        let opened = Journal::read(&path).unwrap();
+        assert_eq!(opened.indexed, 0, "{what}");
+        said(&opened)
+    };
+    for at in (0..index.len()).step_by(index.len() / 97) {
+        let mut damaged = index.clone();
+        damaged[at] ^= 1;
+        fs::write(index_of(&path), &damaged).unwrap();
+        assert_eq!(opened("damaged"), expected);
+        fs::write(index_of(&path), &index[..at]).unwrap();
+        assert_eq!(opened("cut"), expected);
+    }
+    fs::write(index_of(&path), &index).unwrap();
+    fs::write(&path, &journal[..journal.len() / 2]).unwrap();
+    opened("the journal is shorter");
+    fs::remove_file(&path).unwrap();
+    indexed(&path);
+    fs::write(index_of(&path), &index).unwrap();
+    assert_eq!(opened("of a journal with the same lines that was written at another time"), expected);
+}
+
+/// An index that somebody made, whose check holds: its numbers lead anywhere, or its texts are none.
+#[test]
+fn a_forged_index_is_not_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("journal");
+    indexed(&path);
+    let index = fs::read(index_of(&path)).unwrap();
+    let body = &index[..index.len() - 32];
+    let mut used = 0;
+    // Each number of the header, and some of the rest.
+    let places = (0..104).step_by(4).chain((104..body.len()).step_by(1012));
+    for at in places {
+        let mut forged = body.to_vec();
+        let end = forged.len().min(at + 4);
+        forged[at..end].fill(0xff);
+        let check = Digest::of(&forged);
+        forged.extend_from_slice(&check.0);
+        fs::write(index_of(&path), &forged).unwrap();
+        // Whatever it says, asking is safe.
+        let opened = Journal::read(&path).unwrap();
+        used += usize::from(opened.indexed > 0);
+        said(&opened);
+        opened.effects().for_each(|(_, effect)| _ = (effect.outputs().len(), effect.reads().count()));
+    }
+    assert!(used > 0, "digests can be any");
 }
 
 #[test]
@@ -169,12 +278,12 @@ fn a_kept_journal_is_read_anew_where_the_file_is_another() {
     for (what, change) in changes {
         let _ = fs::remove_file(&path);
         let kept = journal(&path).rest();
-        let kept = open(&path, Some(kept)).unwrap().rest();
+        let kept = open(&path, kept).unwrap().rest();
         change();
-        let ours = open(&path, Some(kept)).unwrap();
+        let ours = open(&path, kept).unwrap();
         let fresh = Journal::read(&path).unwrap();
-        assert_eq!(ours.text.len(), fresh.text.len(), "{what}");
+        assert_eq!(ours.text.length(), fresh.text.length(), "{what}");
         assert_eq!(ours.text.head(), fresh.text.head(), "{what}");
-        assert_eq!(ours.latest.len(), fresh.latest.len(), "{what}");
+        assert_eq!(said(&ours), said(&fresh), "{what}");
     }
 }

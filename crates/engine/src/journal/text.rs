@@ -1,8 +1,7 @@
-//! The text of a journal. What was read last is in memory; what lies before is read again where it is asked for, so that
-//! a process which keeps a journal all day keeps only where its lines are.
+//! The file of a journal, read piece by piece. Nothing of it stays in memory but its first two lines and its last bytes, by
+//! which it is known again.
 
-use std::borrow::Cow;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
@@ -13,43 +12,34 @@ use crate::regular;
 /// So much of what is known is compared with the file: the last lines.
 const OVERLAP: usize = 256;
 
-/// The bytes of the file as far as they are known.
+/// The longest first two lines: a format and a name have less.
+const LONGEST_HEAD: usize = 256;
+
+/// The file is read in pieces of this size, or of a line if that is longer.
+const PIECE: usize = 1 << 22;
+
+/// What is known of the file: its whole lines so far.
 #[derive(Default)]
 pub(super) struct Text {
     /// The first two lines.
     head: Vec<u8>,
     /// The last bytes.
     tail: Vec<u8>,
-    /// Where what is in memory begins.
-    start: usize,
-    recent: Vec<u8>,
-    /// Open while what is not in memory may be asked for.
+    length: u64,
+    /// Whether the file has more, which is not a whole line.
+    torn: bool,
+    /// Open while lines may be asked for.
     file: Option<Mutex<File>>,
 }
 
 impl Text {
-    /// The text of a file; where there is none, nothing.
-    pub(super) fn read(path: &Path) -> io::Result<Self> {
-        match fs::read(path) {
-            Ok(recent) => {
-                let mut text = Self { head: head(&recent).to_vec(), ..Self::default() };
-                text.end_with(&recent);
-                Ok(Self { recent, ..text })
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
-            Err(error) => Err(error),
-        }
+    /// A text that was known at another time.
+    pub(super) fn known(head: Vec<u8>, tail: Vec<u8>, length: u64) -> Self {
+        Self { head, tail, length, ..Self::default() }
     }
 
-    /// A text that is being written, of which the first two lines are.
-    pub(super) fn that_begins(head: &[u8]) -> Self {
-        let mut text = Self { head: head.to_vec(), ..Self::default() };
-        text.pass_over(head);
-        text
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.start + self.recent.len()
+    pub(super) fn length(&self) -> u64 {
+        self.length
     }
 
     /// The first two lines, or what there is of them.
@@ -57,68 +47,106 @@ impl Text {
         &self.head
     }
 
-    pub(super) fn ends_with_a_line(&self) -> bool {
-        self.tail.ends_with(b"\n")
+    /// The last bytes.
+    pub(super) fn tail(&self) -> &[u8] {
+        &self.tail
     }
 
-    /// What was read last, and where it begins.
-    pub(super) fn recent(&self) -> (usize, &[u8]) {
-        (self.start, &self.recent)
+    /// Whether half a line stands at the end.
+    pub(super) fn is_torn(&self) -> bool {
+        self.torn
     }
 
-    /// Some bytes; `None` where they cannot be read.
-    pub(super) fn get(&self, range: &Range<usize>) -> Option<Cow<'_, [u8]>> {
-        if let Some(begin) = range.start.checked_sub(self.start) {
-            return self.recent.get(begin..begin + range.len()).map(Cow::Borrowed);
-        }
+    /// The bytes of a line; `None` if they cannot be read.
+    pub(super) fn get(&self, range: &Range<u64>) -> Option<Vec<u8>> {
         let mut file = self.file.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut bytes = vec![0; range.len()];
-        file.seek(SeekFrom::Start(range.start as u64)).ok()?;
-        file.read_exact(&mut bytes).ok()?;
-        Some(Cow::Owned(bytes))
+        read_at(&mut file, range).ok()
     }
 
-    /// Reads what was appended since; whether the file still is the one that is known.
-    pub(super) fn take_up(&mut self, path: &Path) -> io::Result<bool> {
-        let known = self.len();
-        let (mut file, _) = regular::open(path)?;
-        if file.metadata()?.len() < known as u64 {
+    /// Passes over lines in the order of the file: reads ahead, so that many are cheap.
+    pub(super) fn window(&self) -> Window<'_> {
+        Window { text: self, start: 0, bytes: Vec::new() }
+    }
+
+    /// Reads what was appended since, in pieces of whole lines with their places; whether the file is still the one that is
+    /// known. A file that is not there is an empty one.
+    pub(super) fn take_up(&mut self, path: &Path, mut each: impl FnMut(u64, &[u8])) -> io::Result<bool> {
+        let (mut file, metadata) = match regular::open(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound && self.length == 0 => return Ok(true),
+            opened => opened?,
+        };
+        if metadata.len() < self.length {
             return Ok(false);
         }
-        let mut first = vec![0; self.head.len()];
-        file.read_exact(&mut first)?;
-        let mut last = Vec::new();
-        file.seek(SeekFrom::Start((known - self.tail.len()) as u64))?;
-        file.read_to_end(&mut last)?;
-        if first != self.head || !last.starts_with(&self.tail) {
+        let known_end = self.length - self.tail.len() as u64..self.length;
+        if read_at(&mut file, &(0..self.head.len() as u64))? != self.head
+            || read_at(&mut file, &known_end)? != self.tail
+        {
             return Ok(false);
         }
-        let appended = last.split_off(self.tail.len());
-        self.end_with(&appended);
-        self.recent.extend_from_slice(&appended);
+        let mut piece = Vec::new();
+        loop {
+            let before = piece.len();
+            (&mut file).take(PIECE as u64).read_to_end(&mut piece)?;
+            let Some(end) = piece.iter().rposition(|byte| *byte == b'\n').map(|end| end + 1) else {
+                if piece.len() == before {
+                    break;
+                }
+                continue;
+            };
+            let lines = &piece[..end];
+            self.add_to_head(lines);
+            each(self.length, lines);
+            self.length += end as u64;
+            self.tail.extend_from_slice(&lines[end.saturating_sub(OVERLAP)..]);
+            self.tail.drain(..self.tail.len().saturating_sub(OVERLAP));
+            piece.drain(..end);
+        }
+        self.torn = !piece.is_empty();
         self.file = Some(Mutex::new(file));
         Ok(true)
     }
 
-    /// Lets go of what is in memory, and of the file.
-    pub(super) fn rest(&mut self) {
-        (self.start, self.recent, self.file) = (self.len(), Vec::new(), None);
+    /// Closes the file.
+    pub(super) fn close(&mut self) {
+        self.file = None;
     }
 
-    /// Knows more bytes without keeping them.
-    pub(super) fn pass_over(&mut self, bytes: &[u8]) {
-        self.end_with(bytes);
-        self.start += bytes.len();
-    }
-
-    fn end_with(&mut self, appended: &[u8]) {
-        self.tail.extend_from_slice(&appended[appended.len().saturating_sub(OVERLAP)..]);
-        self.tail.drain(..self.tail.len().saturating_sub(OVERLAP));
+    fn add_to_head(&mut self, lines: &[u8]) {
+        for line in lines.split_inclusive(|byte| *byte == b'\n') {
+            let known = self.head.iter().filter(|byte| **byte == b'\n').count();
+            if known == 2 || self.head.len() + line.len() > LONGEST_HEAD {
+                return;
+            }
+            self.head.extend_from_slice(line);
+        }
     }
 }
 
-/// The first two lines: the format, and the name of this writing.
-fn head(text: &[u8]) -> &[u8] {
-    let mut ends = text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-    ends.nth(1).map_or(text, |(end, _)| &text[..=end])
+fn read_at(file: &mut File, range: &Range<u64>) -> io::Result<Vec<u8>> {
+    let length = range.end.saturating_sub(range.start);
+    file.seek(SeekFrom::Start(range.start))?;
+    let mut bytes = Vec::new();
+    file.take(length).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == length { Ok(bytes) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+}
+
+/// A piece of the file.
+pub(super) struct Window<'a> {
+    text: &'a Text,
+    start: u64,
+    bytes: Vec<u8>,
+}
+
+impl Window<'_> {
+    /// The bytes of a line; `None` if they cannot be read.
+    pub(super) fn get(&mut self, range: &Range<u64>) -> Option<&[u8]> {
+        let is_inside = self.start <= range.start && range.end <= self.start + self.bytes.len() as u64;
+        if !is_inside {
+            let end = range.end.max(range.start.saturating_add(PIECE as u64).min(self.text.length));
+            (self.start, self.bytes) = (range.start, self.text.get(&(range.start..end))?);
+        }
+        let start = usize::try_from(range.start - self.start).ok()?;
+        self.bytes.get(start..start + usize::try_from(range.end - range.start).ok()?)
+    }
 }

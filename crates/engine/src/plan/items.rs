@@ -10,8 +10,11 @@
 //! A `many` port receives the items that agree: those digits that the stage keeps are fixed, the others run over all
 //! their values.
 
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use super::folders::Folders;
 use super::graph::{Graph, Node, Place};
@@ -35,6 +38,7 @@ pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Faul
     let mut items = Vec::new();
     let (mut firsts, mut arrivals) = (vec![0; graph.nodes.len()], 0_usize);
     let mut known = vec![false; graph.nodes.len()];
+    let mut named = HashMap::<&[Place], Vec<ItemKey>>::new();
     for (place, node) in graph.nodes.iter().enumerate() {
         firsts[place] = items.len();
         known[place] = node.edges.iter().all(|edge| known[edge.from]);
@@ -51,7 +55,13 @@ pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Faul
             // All that follows would have too many, too.
             return Vec::new();
         }
-        items.extend((0..count).map(|number| item(graph, place, keys, number, &assets, &firsts)));
+        // Stages with the same keys share them.
+        let named = named.entry(keys).or_insert_with(|| self::named(graph, keys, count, &assets));
+        let made = (0..count).into_par_iter().map(|number| {
+            let key = named[number].clone();
+            item(graph, place, keys, key, number, &assets, &firsts)
+        });
+        items.par_extend(made);
     }
     publish(graph, &known, &mut items, &assets, faults);
     items
@@ -93,27 +103,44 @@ fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Faul
         .expected(format!("expected at most {MOST_ITEMS} items, and {MOST_ARRIVALS} gathered, in all"))
 }
 
-fn item(
-    graph: &Graph,
-    place: Place,
-    keys: &[Place],
-    number: usize,
-    assets: &Assets,
-    firsts: &[ItemIndex],
-) -> Item {
-    let node = &graph.nodes[place];
+/// The keys of the items of a stage.
+fn named(graph: &Graph, keys: &[Place], count: usize, assets: &Assets) -> Vec<ItemKey> {
+    let stages = keys.iter().map(|&key| Arc::<str>::from(graph.nodes[key].name.as_str())).collect::<Vec<_>>();
+    let named = (0..count).into_par_iter().map(|number| {
+        let digits = digits(keys, number, assets);
+        let pairs = (0..keys.len())
+            .map(|index| (Arc::clone(&stages[index]), Arc::clone(&assets[keys[index]][digits[index]].stem)));
+        pairs.collect()
+    });
+    named.collect()
+}
+
+/// Which asset of each key an item stands for.
+fn digits(keys: &[Place], number: usize, assets: &Assets) -> Vec<usize> {
     let mut digits = vec![0; keys.len()];
     let mut rest = number;
     for (digit, &key) in digits.iter_mut().zip(keys).rev() {
         (*digit, rest) = (rest % assets[key].len(), rest / assets[key].len());
     }
+    digits
+}
+
+fn item(
+    graph: &Graph,
+    place: Place,
+    keys: &[Place],
+    key: ItemKey,
+    number: usize,
+    assets: &Assets,
+    firsts: &[ItemIndex],
+) -> Item {
+    let node = &graph.nodes[place];
+    let digits = digits(keys, number, assets);
     let asset = |index: usize| &assets[keys[index]][digits[index]];
-    let named =
-        (0..keys.len()).map(|index| (graph.nodes[keys[index]].name.clone(), asset(index).stem.clone()));
     let own = keys.iter().position(|key| *key == place);
     Item {
         stage: place,
-        key: ItemKey(named.collect::<BTreeMap<_, _>>()),
+        key,
         inputs: node
             .edges
             .iter()
@@ -172,7 +199,7 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
         else {
             continue;
         };
-        let stems: Vec<_> = item.key.0.values().collect();
+        let stems: Vec<_> = item.key.stems().collect();
         let path = template.path(|key| stems[key]);
         item.files = endings.iter().map(|ending| format!("{path}{ending}")).collect();
         if let Some((file, problem)) =
@@ -210,7 +237,7 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
         };
         faults.push(Fault::at(span, message).expected("expected a path of its own").help(help));
     };
-    let name = |item: usize| match items[item].key.0.len() {
+    let name = |item: usize| match items[item].key.iter().len() {
         0 => graph.nodes[items[item].stage].name.clone(),
         _ => format!("{} [{}]", graph.nodes[items[item].stage].name, items[item].key),
     };

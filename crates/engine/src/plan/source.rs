@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
 
@@ -48,7 +49,7 @@ struct Pattern {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Asset {
     /// The name of the file without its extension, or the name of the folder.
-    pub(crate) stem: String,
+    pub(crate) stem: Arc<str>,
     /// Absolute.
     pub(crate) path: PathBuf,
 }
@@ -178,9 +179,9 @@ impl Source {
                 fault.help("a stem names an item: rename a file, or give each glob a stage of its own"),
             );
         }
-        let assets = stems
-            .into_iter()
-            .flat_map(|(stem, paths)| paths.into_iter().map(move |path| Asset { stem: stem.clone(), path }));
+        let assets = stems.into_iter().flat_map(|(stem, paths)| {
+            paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path })
+        });
         (faults.len() == before).then(|| assets.collect())
     }
 

@@ -83,7 +83,7 @@ fn check_items(files: &str, manifest: &str, expected: Expect) {
 fn drawn(plan: &Plan) -> String {
     let name = |item: &Item| format!("{}[{}]", plan.stages[item.stage].name, item.key);
     let mut text = String::new();
-    for item in &plan.items {
+    for item in plan.items.iter() {
         text += &name(item);
         for ((port, _), arriving) in plan.stages[item.stage].inputs.iter().zip(&item.inputs) {
             let names: Vec<_> = arriving.iter().map(|&index| name(&plan.items[index])).collect();

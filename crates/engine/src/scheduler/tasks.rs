@@ -31,7 +31,7 @@ impl Urgency {
         match judge.plan.stages[stage].product {
             Product::Artifact(_) => Self::Artifact(stage),
             Product::Files(_) => {
-                let milliseconds = judge.record(item).map_or(0.0, |record| record.milliseconds);
+                let milliseconds = judge.effect(item).map_or(0.0, |effect| effect.milliseconds());
                 // In doublings, from what nobody waits for on: small differences are chance.
                 let doublings = (milliseconds / 32.0).max(1.0).log2() as u32;
                 Self::Export(Reverse(doublings), stage)

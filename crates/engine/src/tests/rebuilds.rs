@@ -105,13 +105,13 @@ fn a_changed_source_reruns_what_depends_on_it_and_a_revert_runs_nothing() {
     project.write("a.txt", "one");
     expect![[r#"
         planned 4 stages, 8 items
-        up to date text [a]
         up to date text [b]
-        up to date loud [a]
         up to date loud [b]
-        up to date marked [a]
         up to date marked [b]
         up to date file [b]
+        up to date text [a]
+        up to date loud [a]
+        up to date marked [a]
         up to date file [a]
         published file/a.txt 4
         ended: 0 ran, 8 up to date, 0 failed, 0 skipped, 1 published, 0 removed

@@ -89,8 +89,7 @@ impl Case {
         key: &[(&str, &str)],
         value: T,
     ) -> Self {
-        let key = key.iter().map(|(stage, stem)| ((*stage).to_owned(), (*stem).to_owned())).collect();
-        self.inputs.push((port, ItemKey(key), handle(value)));
+        self.inputs.push((port, key.iter().copied().collect(), handle(value)));
         self
     }
 
@@ -132,7 +131,7 @@ impl Case {
             .with_folder(absolute(""))
             .with_recipe(format!("{{\"kind\":\"{}\"}}", self.kind));
         if stages::kinds().get(self.kind).unwrap().shows_keys() {
-            context = context.with_key(ItemKey([("environment".into(), "sky".into())].into()));
+            context = context.with_key(ItemKey::from_iter([("environment", "sky")]));
         }
         if let Some(source) = &self.source {
             context = context.with_source(source.clone());

@@ -98,7 +98,7 @@ fn watching() -> Letter {
 }
 
 fn failed(stage: &str) -> Letter {
-    let key = ItemKey([("environment".to_owned(), "studio".to_owned())].into());
+    let key = ItemKey::from_iter([("environment", "studio")]);
     let item = ItemName { stage: stage.into(), key };
     event(Event::Failed { item, error: vec!["it is broken".into()], help: None })
 }

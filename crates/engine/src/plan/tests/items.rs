@@ -154,7 +154,7 @@ inputs = { left = "mixed", right = "sky", end = "paint" }
         plan.items.iter().filter(move |item| stages[item.stage].name == name)
     };
     let agree =
-        |a: &ItemKey, b: &ItemKey| a.0.iter().all(|(name, stem)| b.0.get(name).is_none_or(|own| own == stem));
+        |a: &ItemKey, b: &ItemKey| a.iter().all(|(name, stem)| b.get(name).is_none_or(|own| own == stem));
     let mut expected = Vec::new();
     for mixed in of("mixed") {
         for sky in of("sky").filter(|sky| agree(&sky.key, &mixed.key)) {

@@ -1,0 +1,153 @@
+//! What a build costs for a large graph: 200 texts by 200 others, joined and exported, 80,800 items and 40,000 files.
+//!
+//! ```sh
+//! cargo run --release -p engine --example large-graph -- make FOLDER
+//! cargo run --release -p engine --example large-graph -- build FOLDER         # again: nothing to do
+//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # so many edits of one text
+//! ```
+//!
+//! It prints milliseconds and the most memory that the process had.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+use engine::{BuildOptions, Cancel, Event, Plan, WatchOptions};
+
+#[path = "../benches/texts/mod.rs"]
+mod texts;
+
+const MANIFEST: &str = r#"
+schema = 1
+out = "out"
+
+[stage.left]
+kind = "source"
+source = "left/*.txt"
+
+[stage.right]
+kind = "source"
+source = "right/*.txt"
+
+[stage.loud-left]
+kind = "add"
+input = "left"
+
+[stage.loud-right]
+kind = "add"
+input = "right"
+text = "!!"
+
+[stage.pair]
+kind = "join"
+inputs = { left = "loud-left", right = "loud-right" }
+
+[stage.file]
+kind = "write"
+input = "pair"
+path = "{left}/{right}/text"
+"#;
+
+fn main() {
+    let arguments = std::env::args().skip(1).collect::<Vec<_>>();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["make", folder] => make(Path::new(folder)),
+        ["build", folder] => build(&Path::new(folder).join("pipeline.toml")),
+        ["watch", folder, edits] => watch(Path::new(folder), edits.parse().expect("a number of edits")),
+        _ => println!("large-graph make FOLDER | build FOLDER | watch FOLDER EDITS"),
+    }
+}
+
+fn make(folder: &Path) {
+    for side in ["left", "right"] {
+        fs::create_dir_all(folder.join(side)).expect("a folder");
+        for n in 0..200 {
+            fs::write(folder.join(format!("{side}/{n:03}.txt")), format!("{side} {n}")).expect("a text");
+        }
+    }
+    fs::write(folder.join("pipeline.toml"), MANIFEST).expect("the manifest");
+}
+
+fn build(manifest: &Path) {
+    let clock = Instant::now();
+    let plan = Plan::load(manifest, &texts::kinds()).expect("the manifest has no faults");
+    let loaded = milliseconds(clock.elapsed());
+    let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
+    let summary = engine::build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on");
+    println!(
+        "{} items: {} ran; {:.0} ms, {loaded:.0} of them for the plan; {} MiB",
+        plan.items.len(),
+        summary.ran,
+        milliseconds(clock.elapsed()),
+        peak_memory() >> 10,
+    );
+}
+
+/// Edits one text again and again; prints how long it takes from the edit to the end of the build.
+fn watch(folder: &Path, edits: usize) {
+    let manifest: PathBuf = folder.join("pipeline.toml");
+    let options = WatchOptions {
+        build: BuildOptions { keep_going: true, ..BuildOptions::default() },
+        debounce: Duration::from_millis(20),
+        poll: None,
+        once: false,
+        memory: 1 << 30,
+        cache_limit: None,
+    };
+    let cancel = Cancel::default();
+    let (told, heard) = channel();
+    std::thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            let events = |event: Event| {
+                if matches!(event, Event::Ended(_) | Event::Watching { .. }) {
+                    let _ = told.send((Instant::now(), event));
+                }
+            };
+            engine::watch(&manifest, &texts::kinds(), &options, &cancel, &events).expect("it watches");
+        });
+        while let Ok((_, event)) = heard.recv() {
+            if matches!(event, Event::Watching { .. }) {
+                break;
+            }
+        }
+        let mut times = Vec::new();
+        for edit in 0..edits {
+            std::thread::sleep(Duration::from_millis(1500));
+            while heard.try_recv().is_ok() {}
+            let began = Instant::now();
+            let name = format!("left/{:03}.txt", (edit * 7) % 200);
+            fs::write(folder.join(name), format!("edit {edit} of {}", std::process::id())).expect("an edit");
+            let ended = loop {
+                match heard.recv().expect("the watcher goes on") {
+                    (time, Event::Ended(summary)) if summary.ran > 0 => {
+                        println!("{} items ran, {} files", summary.ran, summary.published);
+                        break time;
+                    }
+                    _ => {}
+                }
+            };
+            times.push(milliseconds(ended - began));
+        }
+        cancel.cancel();
+        watcher.join().expect("it ends");
+        times.sort_by(f64::total_cmp);
+        println!(
+            "{edits} edits: median {:.0} ms, longest {:.0} ms; {} MiB",
+            times[times.len() / 2],
+            times.last().copied().unwrap_or_default(),
+            peak_memory() >> 10,
+        );
+    });
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// The most resident memory so far, in KiB; 0 if the system does not tell.
+fn peak_memory() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok()).unwrap_or_default()
+}
