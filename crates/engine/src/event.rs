@@ -299,6 +299,10 @@ pub struct Summary {
     pub up_to_date: usize,
     /// Items that failed.
     pub failed: usize,
+    /// How many of them failed because of the system rather than the project: a full disk, a folder that cannot be
+    /// written.
+    #[serde(default)]
+    pub system_errors: usize,
     /// Items that were skipped.
     pub skipped: usize,
     /// Files that were published or restored.

@@ -171,7 +171,9 @@ impl Workshop<'_> {
                 let published = self.publish(order.item, &outputs, files, &mut outcome.told);
                 let unpublished = match published {
                     Ok(()) => None,
-                    Err(Obstacle::Lost) => Some(Failure::new("a result that was just stored is gone")),
+                    Err(Obstacle::Lost) => {
+                        Some(Failure::new("a result that was just stored is gone").system_error())
+                    }
                     Err(Obstacle::Error(error)) => Some(failure_of(error)),
                 };
                 Ok(Made { outputs, value, unpublished })
@@ -231,7 +233,8 @@ impl Workshop<'_> {
         Handle::new(type_name, digest, move || match store.get(digest) {
             Ok(Some(bytes)) => Ok(bytes),
             Ok(None) => {
-                Err(Failure::new(format!("the stored artifact {digest} is gone")).help("build again"))
+                let message = format!("the stored artifact {digest} is gone");
+                Err(Failure::new(message).help("build again").system_error())
             }
             Err(error) => Err(failure_of(error)),
         })
@@ -338,7 +341,12 @@ fn unsteady<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
 
 /// The failure of an item that met an error of the engine.
 pub(crate) fn failure_of(error: Error) -> Failure {
-    Failure { chain: error.chain().to_vec(), help: error.help().map(str::to_owned), cancelled: false }
+    Failure {
+        chain: error.chain().to_vec(),
+        help: error.help().map(str::to_owned),
+        cancelled: false,
+        system_error: error.kind().is_of_system(),
+    }
 }
 
 fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {

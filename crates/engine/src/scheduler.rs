@@ -480,6 +480,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     fn fail(&mut self, item: ItemIndex, failure: &Failure) {
         let name = self.judge.name(item);
         self.summary.failed += 1;
+        self.summary.system_errors += usize::from(failure.system_error);
         let (error, help) = (failure.chain.clone(), failure.help.clone());
         self.tell(Event::Failed { item: name.clone(), error, help });
         self.lose(item, &name);
