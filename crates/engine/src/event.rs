@@ -245,8 +245,8 @@ pub enum Event {
     },
     /// The manifest and what it names are sound again, after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. The next
-    /// change is tried again.
+    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. It is tried again, after a pause
+    /// and at the next change; told once for the same error, unless it is the answer to a change.
     Hindered {
         /// What happened, then its causes.
         error: Vec<String>,
