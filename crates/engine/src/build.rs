@@ -118,6 +118,7 @@ impl Workbench {
             cancel,
             memory: &self.memory,
             underway: &underway,
+            unfinished: &self.unfinished,
         };
         let jobs = self.pool.current_num_threads();
         let mut scheduler = Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
@@ -128,6 +129,7 @@ impl Workbench {
         }
         removed?;
         let settled = scheduler.settle_all(&self.pool);
+        *self.failed_on.lock() = underway.read_by(&scheduler.failed);
         self.end_noting();
         publisher.finish()?;
         settled?;

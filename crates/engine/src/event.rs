@@ -196,11 +196,12 @@ pub enum Event {
         /// What to do.
         help: Option<String>,
     },
-    /// An item was not run because one that it needs failed, or the build was stopped.
+    /// An item was not run because one that it needs failed, because the build was stopped, or because somebody is writing
+    /// its file.
     Skipped {
         /// The item.
         item: ItemName,
-        /// The item that failed; `None` where the build was stopped.
+        /// The item that failed; `None` where the build was stopped or the file is being written.
         because: Option<ItemName>,
     },
     /// A file appeared in `out`, whole.
@@ -309,7 +310,7 @@ pub struct Summary {
     pub published: usize,
     /// Files that were removed.
     pub removed: usize,
-    /// Whether it was stopped before it was done.
+    /// Whether it was stopped before it was done, or left out an item whose file is being written.
     pub cancelled: bool,
     /// How long it took.
     pub milliseconds: f64,

@@ -19,6 +19,7 @@ use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe};
 use crate::store::Blob;
 use crate::underway::{Seen, Underway};
+use crate::workbench::PathSet;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
@@ -32,6 +33,7 @@ pub(crate) struct Workshop<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) underway: &'a Arc<Underway>,
+    pub(crate) unfinished: &'a PathSet,
 }
 
 /// What arrives at a port, sorted by key.
@@ -120,6 +122,11 @@ impl Workshop<'_> {
                 Err(Failure::new(message).help(WHEN_WRITTEN))
             }
             _ => output,
+        };
+        // Half a file is no news: it is built when it is finished.
+        let output = match output {
+            Err(failure) if !failure.system_error && self.is_unfinished(&reads) => Err(Failure::cancelled()),
+            output => output,
         };
         // A kind tells what is wrong inside its source; here is known which file of the project that is.
         let output = output.map_err(|failure| match self.judge.source(order.item) {
@@ -318,6 +325,12 @@ impl Workshop<'_> {
                 Ok(Stored { outputs: outputs.map_err(failure_of)?, value: None, files: Some(files) })
             }
         }
+    }
+
+    /// Whether somebody is writing one of these files.
+    fn is_unfinished(&self, reads: &[Read]) -> bool {
+        let unfinished = self.unfinished.lock();
+        !unfinished.is_empty() && reads.iter().any(|read| unfinished.contains(&read.path))
     }
 
     fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {

@@ -102,6 +102,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     tasks: Tasks,
     busy: usize,
     pub(crate) summary: Summary,
+    /// The items that failed, but for those that the system failed.
+    pub(crate) failed: Vec<ItemIndex>,
     fatal: Option<Error>,
 }
 
@@ -160,6 +162,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             tasks: Tasks::default(),
             busy: 0,
             summary: Summary::default(),
+            failed: Vec::new(),
             fatal: None,
         }
     }
@@ -418,6 +421,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if let Err(failure) = &made
             && failure.cancelled
         {
+            // Also where no other is stopped, because only this one's file is being written.
+            self.summary.cancelled = true;
             return self.skip(item, None);
         }
         for message in warnings {
@@ -480,7 +485,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     fn fail(&mut self, item: ItemIndex, failure: &Failure) {
         let name = self.judge.name(item);
         self.summary.failed += 1;
-        self.summary.system_errors += usize::from(failure.system_error);
+        if failure.system_error {
+            self.summary.system_errors += 1;
+        } else {
+            self.failed.push(item);
+        }
         let (error, help) = (failure.chain.clone(), failure.help.clone());
         self.tell(Event::Failed { item: name.clone(), error, help });
         self.lose(item, &name);
@@ -544,7 +553,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn skip_the_rest(&mut self) {
-        self.summary.cancelled = self.is_cancelled();
+        self.summary.cancelled |= self.is_cancelled();
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {

@@ -10,7 +10,12 @@
 //! - Hints that come during a build stop what they make stale, and lead to another pass.
 //! - A queue that overflowed leads to new watches and a pass.
 //! - Folders from which events do not arrive are looked at instead ([`probe`], [`poller`]).
+//!
+//! A file that is still being written makes no hint before it is finished ([`unfinished`]). What the system refuses is
+//! tried again after a pause ([`backoff`]), and a pass that no change asked for is reported only if it has something
+//! new to say ([`hush`]).
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,11 +41,14 @@ mod listener;
 mod places;
 mod poller;
 mod probe;
+mod unfinished;
 
 pub(crate) use attention::Attention;
 pub(crate) use backoff::Backoff;
 pub(crate) use listener::Heard;
 pub(crate) use probe::is_probe;
+#[cfg(test)]
+pub(crate) use unfinished::WritePauses;
 
 /// The time between two looks where events do not arrive and the options say nothing.
 const POLL: Duration = Duration::from_millis(500);
@@ -108,6 +116,8 @@ pub(crate) struct Watcher<'a> {
     outstanding: OutstandingErrors,
     /// The pauses before what the system refused is tried again.
     pub(crate) retry: Backoff,
+    /// What changed that the pass at work answers.
+    changed: BTreeSet<PathBuf>,
     /// Whether a build has been done.
     has_built: bool,
     /// Whether a change was noticed that no build has answered yet.
@@ -131,9 +141,11 @@ impl<'a> Watcher<'a> {
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
-        attention: Attention,
+        mut attention: Attention,
     ) -> Result<Self, Error> {
         let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
+        let bench = Workbench::new(options.build.jobs, options.memory)?;
+        attention.share_unfinished(Arc::clone(&bench.unfinished));
         Ok(Self {
             // Faults name the file as it was given.
             draft: Draft::new(manifest.into(), kinds),
@@ -147,11 +159,12 @@ impl<'a> Watcher<'a> {
             },
             cancel,
             events,
-            bench: Workbench::new(options.build.jobs, options.memory)?,
+            bench,
             attention,
             rejected: None,
             outstanding: OutstandingErrors::default(),
             retry: Backoff::new(RETRIES[0], RETRIES[1]),
+            changed: BTreeSet::new(),
             has_built: false,
             owes: false,
         })
@@ -243,6 +256,7 @@ impl<'a> Watcher<'a> {
             changes.push(Change { path: ".".into(), what: Changed::Unknown });
         }
         changes.sort_unstable();
+        self.changed = hints.paths.keys().cloned().collect();
         if changes.is_empty() {
             return false;
         }
@@ -263,7 +277,10 @@ impl<'a> Watcher<'a> {
         }
         let told = self.tell_faults(&outlook);
         let plan = outlook.plan.as_ref().filter(|plan| outlook.faults.is_none() || has_all_sources(plan));
+        // Half a manifest is waited for as half of any other file is.
+        let broken = outlook.faults.is_some().then(|| self.manifest.clone());
         let Some(plan) = plan else {
+            self.attention.judge(&self.changed, &broken.into_iter().collect(), false);
             if let (true, false, Some(faults)) = (is_asked_for, told, outlook.faults) {
                 // What was noticed has an answer.
                 (self.events)(Event::Rejected { faults });
@@ -275,6 +292,8 @@ impl<'a> Watcher<'a> {
             Ok(summary) => {
                 self.has_built = true;
                 let has_ended = !summary.cancelled;
+                let failed = self.bench.failed_on.lock().iter().cloned().chain(broken).collect();
+                self.attention.judge(&self.changed, &failed, has_ended);
                 Ok(Passed { has_ended, is_refused: has_ended && summary.system_errors > 0, again })
             }
             Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),

@@ -10,6 +10,7 @@ mod manifests;
 mod reads;
 mod retries;
 mod underway;
+mod writing;
 
 use std::fs::{self, File};
 use std::sync::{Arc, Condvar, Mutex};
@@ -120,7 +121,7 @@ impl<'a> Watched<'a> {
                 ears.events.lock().unwrap().push(event);
                 ears.more.notify_all();
             };
-            let kinds = kinds().with(underway::Patient).with(retries::Refused);
+            let kinds = kinds().with(underway::Patient).with(retries::Refused).with(writing::Sentence);
             let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, attention)?;
             watcher.retry = Backoff::new(first, longest);
             watcher.run()
