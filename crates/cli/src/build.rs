@@ -88,6 +88,9 @@ fn draw(timeline: Timeline, arguments: &BuildArguments) -> bool {
 pub(crate) fn exit_of(summary: &Summary) -> Exit {
     if summary.cancelled {
         Exit::Interrupted
+    } else if summary.system_errors > 0 {
+        // Whatever else failed: once the system is mended, another build says what is wrong with the project.
+        Exit::Machine
     } else if summary.failed + summary.skipped > 0 {
         Exit::Failed
     } else {

@@ -2,6 +2,7 @@
 //! threads.
 
 use std::fmt::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use engine::{Cancel, Determinism, Event, Kinds, Plan};
 use serde_json::json;
@@ -26,12 +27,16 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
     };
     let cancel = Cancel::default();
     build::stop_on_interrupt(&cancel, || {});
+    let is_of_system = AtomicBool::new(false);
     let told = |threads: usize, event: Event| match event {
         Event::Planned { items, .. } => {
             say!("{}: {} from nothing", count(threads, "thread"), count(items, "item"))
         }
         Event::Failed { item, error, .. } => say!("  FAILED {item}: {}", error.join(": ")),
-        Event::Ended(summary) => say!("  {}", duration(summary.milliseconds)),
+        Event::Ended(summary) => {
+            is_of_system.fetch_or(summary.system_errors > 0, Ordering::Relaxed);
+            say!("  {}", duration(summary.milliseconds));
+        }
         _ => {}
     };
     match engine::determinism(&plan, &arguments.stages, &threads, &cancel, &told) {
@@ -43,6 +48,7 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
             };
             match printed {
                 Exit::Success if found.cancelled => Exit::Interrupted,
+                Exit::Success if !found.is_proven() && is_of_system.into_inner() => Exit::Machine,
                 Exit::Success if !found.is_proven() => Exit::Failed,
                 exit => exit,
             }

@@ -18,8 +18,8 @@ pub enum Exit {
     Usage = 2,
     /// 3: the manifest has faults or is not there; nothing ran.
     Manifest = 3,
-    /// 4: the machine is in the way: a folder that cannot be written, a full disk, another process at work there, no
-    /// display for a window.
+    /// 4: a system error: a folder that cannot be written, a full disk, another process at work there, no display for
+    /// a window. Also where items failed because of one, whatever else failed.
     Machine = 4,
     /// 130: stopped by Ctrl-C. For `watch` and the window of `preview` that is the usual end, and 0.
     Interrupted = 130,
@@ -33,8 +33,8 @@ impl Exit {
        altered file, or outputs that differ
   2    the command line cannot be understood, or names something that is not there
   3    the manifest has faults or is not there; nothing ran
-  4    the machine is in the way: unwritable folder, full disk, another process at work, no
-       display
+  4    a system error, whatever else failed: unwritable folder, full disk, another process at
+       work, no display
   130  stopped by Ctrl-C; watch and a preview's window end so with 0";
 }
 

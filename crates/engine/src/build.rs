@@ -123,6 +123,7 @@ impl Workbench {
             cancel,
             memory: &self.memory,
             underway: &underway,
+            unfinished: &self.unfinished,
         };
         let jobs = self.pool.current_num_threads();
         let scheduler = || Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
@@ -134,6 +135,7 @@ impl Workbench {
         }
         removed?;
         let settled = scheduler.settle_all(&self.pool);
+        *self.failed_on.lock() = underway.read_by(&scheduler.failed);
         self.end_noting();
         publisher.finish()?;
         settled?;

@@ -19,17 +19,19 @@ pub struct Failure {
     pub help: Option<String>,
     /// Whether the item stopped because it was told to.
     pub cancelled: bool,
+    /// Whether the system caused it rather than the project: a full disk, a folder that cannot be written.
+    pub system_error: bool,
 }
 
 impl Failure {
     /// A failure with one message: what happened, where, what was expected.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { chain: vec![message.into()], help: None, cancelled: false }
+        Self { chain: vec![message.into()], help: None, cancelled: false, system_error: false }
     }
 
     /// The failure of an item that was told to stop.
     pub fn cancelled() -> Self {
-        Self { chain: vec!["cancelled".into()], help: None, cancelled: true }
+        Self { cancelled: true, ..Self::new("cancelled") }
     }
 
     /// Puts a message before the chain: where or while doing what.
@@ -43,6 +45,14 @@ impl Failure {
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    /// Says that the system caused it rather than the project: for an error of the scratch folder, which the item made
+    /// itself, or of starting a thread; not for one of a file that the project names.
+    #[must_use]
+    pub fn system_error(mut self) -> Self {
+        self.system_error = true;
         self
     }
 }
@@ -61,7 +71,7 @@ impl<E: Error> From<E> for Failure {
             chain.push(cause.to_string());
             source = cause.source();
         }
-        Self { chain, help: None, cancelled: false }
+        Self { chain, help: None, cancelled: false, system_error: false }
     }
 }
 

@@ -28,6 +28,18 @@ pub enum ErrorKind {
     Io,
 }
 
+impl ErrorKind {
+    /// Whether the system causes it, so that the same build may go through later; not the project or what was asked for.
+    pub(crate) fn is_of_system(self) -> bool {
+        match self {
+            Self::BadState | Self::NewerState | Self::Locked | Self::DiskFull | Self::ReadOnly | Self::Io => {
+                true
+            }
+            Self::Cancelled | Self::UnknownTarget | Self::FileInTheWay => false,
+        }
+    }
+}
+
 /// Why a build or an explanation could not be made: a kind, a chain of messages and what to do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Error {

@@ -196,11 +196,12 @@ pub enum Event {
         /// What to do.
         help: Option<String>,
     },
-    /// An item was not run because one that it needs failed, or the build was stopped.
+    /// An item was not run because one that it needs failed, because the build was stopped, or because somebody is writing
+    /// its file.
     Skipped {
         /// The item.
         item: ItemName,
-        /// The item that failed; `None` where the build was stopped.
+        /// The item that failed; `None` where the build was stopped or the file is being written.
         because: Option<ItemName>,
     },
     /// A file appeared in `out`, whole.
@@ -245,8 +246,8 @@ pub enum Event {
     },
     /// The manifest and what it names are sound again, after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. The next
-    /// change is tried again.
+    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. It is tried again, after a pause
+    /// and at the next change; told once for the same error, unless it is the answer to a change.
     Hindered {
         /// What happened, then its causes.
         error: Vec<String>,
@@ -299,13 +300,17 @@ pub struct Summary {
     pub up_to_date: usize,
     /// Items that failed.
     pub failed: usize,
+    /// How many of them failed because of the system rather than the project: a full disk, a folder that cannot be
+    /// written.
+    #[serde(default)]
+    pub system_errors: usize,
     /// Items that were skipped.
     pub skipped: usize,
     /// Files that were published or restored.
     pub published: usize,
     /// Files that were removed.
     pub removed: usize,
-    /// Whether it was stopped before it was done.
+    /// Whether it was stopped before it was done, or left out an item whose file is being written.
     pub cancelled: bool,
     /// How long it took.
     pub milliseconds: f64,

@@ -19,6 +19,7 @@ use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe};
 use crate::store::Blob;
 use crate::underway::{Seen, Underway};
+use crate::workbench::PathSet;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
@@ -32,6 +33,7 @@ pub(crate) struct Workshop<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) underway: &'a Arc<Underway>,
+    pub(crate) unfinished: &'a PathSet,
 }
 
 /// What arrives at a port, sorted by key.
@@ -121,6 +123,11 @@ impl Workshop<'_> {
             }
             _ => output,
         };
+        // Half a file is no news: it is built when it is finished.
+        let output = match output {
+            Err(failure) if !failure.system_error && self.is_unfinished(&reads) => Err(Failure::cancelled()),
+            output => output,
+        };
         // A kind tells what is wrong inside its source; here is known which file of the project that is.
         let output = output.map_err(|failure| match self.judge.source(order.item) {
             Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
@@ -171,7 +178,9 @@ impl Workshop<'_> {
                 let published = self.publish(order.item, &outputs, files, &mut outcome.told);
                 let unpublished = match published {
                     Ok(()) => None,
-                    Err(Obstacle::Lost) => Some(Failure::new("a result that was just stored is gone")),
+                    Err(Obstacle::Lost) => {
+                        Some(Failure::new("a result that was just stored is gone").system_error())
+                    }
                     Err(Obstacle::Error(error)) => Some(failure_of(error)),
                 };
                 Ok(Made { outputs, value, unpublished })
@@ -239,7 +248,8 @@ impl Workshop<'_> {
         Handle::new(type_name, digest, move || match store.get(digest) {
             Ok(Some(bytes)) => Ok(bytes),
             Ok(None) => {
-                Err(Failure::new(format!("the stored artifact {digest} is gone")).help("build again"))
+                let message = format!("the stored artifact {digest} is gone");
+                Err(Failure::new(message).help("build again").system_error())
             }
             Err(error) => Err(failure_of(error)),
         })
@@ -325,6 +335,12 @@ impl Workshop<'_> {
         }
     }
 
+    /// Whether somebody is writing one of these files.
+    fn is_unfinished(&self, reads: &[Read]) -> bool {
+        let unfinished = self.unfinished.lock();
+        !unfinished.is_empty() && reads.iter().any(|read| unfinished.contains(&read.path))
+    }
+
     fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {
         let named = reads.iter().map(|read| FileRead {
             path: path_name(self.judge.folder, &read.path),
@@ -346,7 +362,12 @@ fn unsteady<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
 
 /// The failure of an item that met an error of the engine.
 pub(crate) fn failure_of(error: Error) -> Failure {
-    Failure { chain: error.chain().to_vec(), help: error.help().map(str::to_owned), cancelled: false }
+    Failure {
+        chain: error.chain().to_vec(),
+        help: error.help().map(str::to_owned),
+        cancelled: false,
+        system_error: error.kind().is_of_system(),
+    }
 }
 
 fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {

@@ -106,6 +106,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     tasks: Tasks,
     busy: usize,
     pub(crate) summary: Summary,
+    /// The items that failed, but for those that the system failed.
+    pub(crate) failed: Vec<ItemIndex>,
     fatal: Option<Error>,
 }
 
@@ -176,6 +178,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             tasks: Tasks::default(),
             busy: 0,
             summary: Summary::default(),
+            failed: Vec::new(),
             fatal: None,
         }
     }
@@ -431,6 +434,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if let Err(failure) = &made
             && failure.cancelled
         {
+            // Also where no other is stopped, because only this one's file is being written.
+            self.summary.cancelled = true;
             return self.skip(item, None);
         }
         for message in warnings {
@@ -493,6 +498,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     fn fail(&mut self, item: ItemIndex, failure: &Failure) {
         let name = self.judge.name(item);
         self.summary.failed += 1;
+        if failure.system_error {
+            self.summary.system_errors += 1;
+        } else {
+            self.failed.push(item);
+        }
         let (error, help) = (failure.chain.clone(), failure.help.clone());
         self.tell(Event::Failed { item: name.clone(), error, help });
         self.lose(item, &name);
@@ -556,7 +566,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn skip_the_rest(&mut self) {
-        self.summary.cancelled = self.is_cancelled();
+        self.summary.cancelled |= self.is_cancelled();
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {

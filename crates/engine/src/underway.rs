@@ -102,6 +102,18 @@ impl Underway {
         lock(&self.seen)[item] = seen;
     }
 
+    /// The files and folders that items have read in this build.
+    pub(crate) fn read_by(&self, items: &[ItemIndex]) -> HashSet<PathBuf> {
+        let seen = lock(&self.seen);
+        let mut paths = HashSet::new();
+        for item in items {
+            if let Seen::Now(reads) = &seen[*item] {
+                paths.extend(lock(reads).iter().map(|read| read.path.clone()));
+            }
+        }
+        paths
+    }
+
     /// Whether an item is to stop.
     pub(crate) fn is_stale(&self, item: ItemIndex) -> bool {
         self.stale[item].load(Ordering::Relaxed)

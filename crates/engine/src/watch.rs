@@ -10,14 +10,20 @@
 //! - Hints that come during a build stop what they make stale, and lead to another pass.
 //! - A queue that overflowed leads to new watches and a pass.
 //! - Folders from which events do not arrive are looked at instead ([`probe`], [`poller`]).
+//!
+//! A file that is still being written makes no hint before it is finished ([`unfinished`]). What the system refuses is
+//! tried again after a pause ([`backoff`]), and a pass that no change asked for is reported only if it has something
+//! new to say ([`hush`]).
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use attention::{Hints, Woken};
 use draft::{Draft, Outlook};
+use hush::{Hush, OutstandingErrors};
 use places::Places;
 
 use crate::disk::Noted;
@@ -28,18 +34,27 @@ use crate::{
 };
 
 mod attention;
+mod backoff;
 mod draft;
+mod hush;
 mod listener;
 mod places;
 mod poller;
 mod probe;
+mod unfinished;
 
 pub(crate) use attention::Attention;
+pub(crate) use backoff::Backoff;
 pub(crate) use listener::Heard;
 pub(crate) use probe::is_probe;
+#[cfg(test)]
+pub(crate) use unfinished::WritePauses;
 
 /// The time between two looks where events do not arrive and the options say nothing.
 const POLL: Duration = Duration::from_millis(500);
+
+/// The first and the longest pause before a build that the system refused is tried again.
+const RETRIES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(60)];
 
 /// A disk that gives way to no two equal looks is taken as it is; what changes is heard.
 const MOST_LOOKS: usize = 8;
@@ -55,7 +70,7 @@ pub struct WatchOptions {
     pub debounce: Duration,
     /// To look at the files this often rather than to listen for events.
     pub poll: Option<Duration>,
-    /// To return after the first rebuild that a change caused.
+    /// To return after the first rebuild that a change caused, also if it could not go on.
     pub once: bool,
     /// Decoded artifacts of at most so many encoded bytes are kept in memory.
     pub memory: u64,
@@ -66,7 +81,9 @@ pub struct WatchOptions {
 /// Builds, then builds again whenever a file changes that the graph reads, until `cancel` is cancelled.
 ///
 /// Events come one at a time, from the calling thread. A fault of the manifest and an error of a build are told as
-/// events; the watcher goes on. What follows an [`Event::Noticed`] is a build's events up to its end, also where nothing
+/// events; the watcher goes on. What the system refuses (a full disk, a folder that cannot be written) is tried again
+/// after a pause, at first a second and then longer and longer up to a minute, and without a word as long as nothing
+/// comes of it. What follows an [`Event::Noticed`] is a build's events up to its end, also where nothing
 /// was to be done, or [`Event::Rejected`] or [`Event::Hindered`] where nothing can be built; a look that nobody asked for
 /// tells nothing unless it finds something to do.
 ///
@@ -95,8 +112,12 @@ pub(crate) struct Watcher<'a> {
     attention: Attention,
     /// The faults that were told and stand.
     rejected: Option<Faults>,
-    /// The error that was told and stands.
-    hindered: Option<ErrorKind>,
+    /// The errors of builds that were told and stand.
+    outstanding: OutstandingErrors,
+    /// The pauses before what the system refused is tried again.
+    pub(crate) retry: Backoff,
+    /// What changed that the pass at work answers.
+    changed: BTreeSet<PathBuf>,
     /// Whether a build has been done.
     has_built: bool,
     /// Whether a change was noticed that no build has answered yet.
@@ -105,8 +126,10 @@ pub(crate) struct Watcher<'a> {
 
 /// What a pass came to.
 struct Passed {
-    /// What the build did; `None` where there was none, or it could not go on.
-    summary: Option<Summary>,
+    /// Whether there was a build and it was not stopped: it went to its end, or could not go on.
+    has_ended: bool,
+    /// Whether the system kept it from making all that it should: it is tried again without a change.
+    is_refused: bool,
     /// Whether the disk has to be looked at again, because not everything was attended to before.
     again: bool,
 }
@@ -118,9 +141,11 @@ impl<'a> Watcher<'a> {
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
-        attention: Attention,
+        mut attention: Attention,
     ) -> Result<Self, Error> {
         let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
+        let bench = Workbench::new(options.build.jobs, options.memory)?;
+        attention.share_unfinished(Arc::clone(&bench.unfinished));
         Ok(Self {
             // Faults name the file as it was given.
             draft: Draft::new(manifest.into(), kinds),
@@ -134,10 +159,12 @@ impl<'a> Watcher<'a> {
             },
             cancel,
             events,
-            bench: Workbench::new(options.build.jobs, options.memory)?,
+            bench,
             attention,
             rejected: None,
-            hindered: None,
+            outstanding: OutstandingErrors::default(),
+            retry: Backoff::new(RETRIES[0], RETRIES[1]),
+            changed: BTreeSet::new(),
             has_built: false,
             owes: false,
         })
@@ -154,7 +181,7 @@ impl<'a> Watcher<'a> {
             if !passed.again {
                 self.tell_way();
             }
-            if passed.summary.as_ref().is_some_and(|summary| !summary.cancelled) {
+            if passed.has_ended {
                 if self.options.once && self.owes {
                     return Ok(());
                 }
@@ -164,12 +191,23 @@ impl<'a> Watcher<'a> {
                 return Ok(());
             }
             is_asked_for = self.notice();
+            if is_asked_for {
+                self.retry.reset();
+            }
         }
     }
 
     /// Waits until there is something to do; `false` where it is to stop.
     fn wait(&mut self, passed: &Passed) -> bool {
-        let due = passed.again.then(Instant::now);
+        let pause = match passed {
+            Passed { again: true, .. } => Some(Duration::ZERO),
+            Passed { is_refused: true, .. } => Some(self.retry.pause()),
+            _ => {
+                self.retry.reset();
+                None
+            }
+        };
+        let due = pause.map(|pause| Instant::now() + pause);
         if passed.again {
             // What changed is told before it is acted on.
             self.attention.look();
@@ -218,6 +256,7 @@ impl<'a> Watcher<'a> {
             changes.push(Change { path: ".".into(), what: Changed::Unknown });
         }
         changes.sort_unstable();
+        self.changed = hints.paths.keys().cloned().collect();
         if changes.is_empty() {
             return false;
         }
@@ -238,26 +277,34 @@ impl<'a> Watcher<'a> {
         }
         let told = self.tell_faults(&outlook);
         let plan = outlook.plan.as_ref().filter(|plan| outlook.faults.is_none() || has_all_sources(plan));
+        // Half a manifest is waited for as half of any other file is.
+        let broken = outlook.faults.is_some().then(|| self.manifest.clone());
         let Some(plan) = plan else {
+            self.attention.judge(&self.changed, &broken.into_iter().collect(), false);
             if let (true, false, Some(faults)) = (is_asked_for, told, outlook.faults) {
                 // What was noticed has an answer.
                 (self.events)(Event::Rejected { faults });
             }
-            return Ok(Passed { summary: None, again: false });
+            return Ok(Passed { has_ended: false, is_refused: false, again: false });
         };
         let (built, again) = self.build(plan, &outlook, is_asked_for);
         match built {
             Ok(summary) => {
-                (self.has_built, self.hindered) = (true, None);
-                Ok(Passed { summary: Some(summary), again })
+                self.has_built = true;
+                let has_ended = !summary.cancelled;
+                let failed = self.bench.failed_on.lock().iter().cloned().chain(broken).collect();
+                self.attention.judge(&self.changed, &failed, has_ended);
+                Ok(Passed { has_ended, is_refused: has_ended && summary.system_errors > 0, again })
             }
             Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),
             Err(error) => {
-                if self.hindered.replace(error.kind()) != Some(error.kind()) || is_asked_for {
+                let is_refused = error.kind().is_of_system();
+                if is_asked_for || !self.outstanding.has(&error) {
                     let help = error.help().map(str::to_owned);
                     (self.events)(Event::Hindered { error: error.chain().to_vec(), help });
+                    self.outstanding.hindered(error);
                 }
-                Ok(Passed { summary: None, again })
+                Ok(Passed { has_ended: true, is_refused, again })
             }
         }
     }
@@ -283,11 +330,11 @@ impl<'a> Watcher<'a> {
         outlook: &Outlook,
         is_asked_for: bool,
     ) -> (Result<Summary, Error>, bool) {
-        let Self { manifest, attention, draft, bench, cancel, events, build, .. } = self;
+        let Self { manifest, attention, draft, bench, cancel, events, build, outstanding, .. } = self;
         let (bench, cancel) = (&*bench, *cancel);
         let teller = attention.teller();
         let has_ended = AtomicBool::new(false);
-        let hush = Hush::new(*events, is_asked_for);
+        let hush = Hush::new(*events, is_asked_for, outstanding);
         std::thread::scope(|scope| {
             let attendant = scope.spawn(|| {
                 let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
@@ -351,36 +398,4 @@ fn places(manifest: &Path, outlook: &Outlook, bench: &Workbench) -> Places {
 
 fn has_all_sources(plan: &Plan) -> bool {
     plan.items.iter().filter_map(|item| item.source.as_ref()).all(|source| source.exists())
-}
-
-/// Holds events back until there is something to tell.
-struct Hush<'a> {
-    events: &'a (dyn Fn(Event) + Sync),
-    is_asked_for: bool,
-    /// What is held back; `None` once there was something.
-    held: Mutex<Option<Vec<Event>>>,
-}
-
-impl<'a> Hush<'a> {
-    fn new(events: &'a (dyn Fn(Event) + Sync), is_asked_for: bool) -> Self {
-        Self { events, is_asked_for, held: Mutex::new(Some(Vec::new())) }
-    }
-
-    /// A build that cannot begin has told its plan only, and that it is done only where all was up to date.
-    fn tell(&self, event: Event) {
-        let is_quiet = match &event {
-            Event::Planned { .. } => true,
-            Event::UpToDate { .. } => !self.is_asked_for,
-            Event::Ended(summary) => !self.is_asked_for && !summary.cancelled,
-            _ => false,
-        };
-        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        match &mut *held {
-            Some(waiting) if is_quiet => waiting.push(event),
-            waiting => {
-                waiting.take().into_iter().flatten().for_each(self.events);
-                (self.events)(event);
-            }
-        }
-    }
 }

@@ -1,5 +1,7 @@
 //! What stays between the builds of one process, so that a watcher's next build begins warm.
 
+use std::collections::HashSet;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -22,6 +24,20 @@ pub struct Workbench {
     noted: Mutex<(Arc<Noted>, Arc<Noted>)>,
     pub(crate) memory: Memory,
     between: Mutex<Between>,
+    /// The files that somebody is writing, as far as a watcher knows: that an item fails on half of one is not reported.
+    pub(crate) unfinished: Arc<PathSet>,
+    /// What the items read that failed in the last build.
+    pub(crate) failed_on: PathSet,
+}
+
+/// Paths that several threads know of.
+#[derive(Debug, Default)]
+pub(crate) struct PathSet(Mutex<HashSet<PathBuf>>);
+
+impl PathSet {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, HashSet<PathBuf>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// What is known of the state folder between two builds. Others may write there meanwhile, so that it is checked before
@@ -49,8 +65,14 @@ impl Workbench {
         let built = pool.thread_name(|index| format!("{WORKER} {index}")).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
-        let (noted, between) = (Mutex::default(), Mutex::default());
-        Ok(Self { pool, noted, memory: Memory::new(memory), between })
+        Ok(Self {
+            pool,
+            noted: Mutex::default(),
+            memory: Memory::new(memory),
+            between: Mutex::default(),
+            unfinished: Arc::default(),
+            failed_on: PathSet::default(),
+        })
     }
 
     /// A build begins: what it notes here is what its items read.

@@ -243,6 +243,9 @@ impl Scratch {
                 Ok(Self { folder })
             });
         let place = context.scratch().display();
-        made.map_err(|error| Failure::from(error).context(format!("cannot make a scratch folder in {place}")))
+        made.map_err(|error| {
+            let failure = Failure::from(error).context(format!("cannot make a scratch folder in {place}"));
+            failure.system_error()
+        })
     }
 }

@@ -76,7 +76,7 @@ fn failure(faults: &Faults) -> Failure {
 }
 
 fn failure_of(chain: Vec<String>) -> Failure {
-    Failure { chain, help: None, cancelled: false }
+    Failure { chain, help: None, cancelled: false, system_error: false }
 }
 
 /// The endings of measured files and what they mean.

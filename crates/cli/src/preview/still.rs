@@ -71,10 +71,11 @@ pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase,
     let scene = match Gallery::default().scene(&showcase, &shelf, exhibit, &subject.mesh) {
         Ok(scene) => scene,
         Err(failure) => {
+            let is_of_system = built == Exit::Machine || failure.system_error;
             let mut chain = vec![format!("{} cannot be shown", subject::told(&subject))];
             chain.extend(failure.chain);
             print::error(&chain, failure.help.as_deref());
-            return Exit::Failed;
+            return if is_of_system { Exit::Machine } else { Exit::Failed };
         }
     };
     let shot = Shot { exposure: arguments.exposure, ..window.shot(scene.framing(), arguments.size) };

@@ -304,6 +304,77 @@ fn errors_of_the_system_are_told_apart() {
     }
 }
 
+/// How many items failed, and how many of them because of the system.
+fn failed(project: &Project) -> (usize, usize) {
+    let summary = project.try_build().1.unwrap();
+    (summary.failed, summary.system_errors)
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_the_system_refuses_is_counted_apart_from_what_is_wrong_with_the_project() {
+    let project = refusing();
+    assert_eq!(failed(&project), (1, 0));
+    project.remove("out");
+    // Not even root can make a folder where a link leads nowhere.
+    std::os::unix::fs::symlink(project.path("missing/drive"), project.path("out")).unwrap();
+    assert_eq!(failed(&project), (2, 1));
+    project.write("a.txt", "fine");
+    assert_eq!(failed(&project), (2, 2));
+    project.remove_link("out");
+    assert_eq!(failed(&project), (0, 0));
+}
+
+#[test]
+fn a_result_that_cannot_be_stored_is_counted_as_an_error_of_the_system() {
+    let project = refusing();
+    project.write(".specula/blobs", "not a folder");
+    assert_eq!(failed(&project), (2, 2));
+    project.remove(".specula/blobs");
+    assert_eq!(failed(&project), (1, 0));
+}
+
+#[test]
+fn a_stranger_in_the_way_is_no_error_of_the_system() {
+    let project = refusing();
+    project.write("out/file/b.txt", "mine");
+    assert_eq!(failed(&project), (2, 0));
+}
+
+/// Cannot make its scratch folder.
+struct Homeless;
+
+impl Kind for Homeless {
+    type Parameters = Nothing;
+    const NAME: &'static str = "upper";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Has no room.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(_: &Nothing, _: &Context<'_>) -> Result<Output, Failure> {
+        let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
+        Err(Failure::from(full).context("cannot make a scratch folder").system_error())
+    }
+}
+
+#[test]
+fn a_kind_says_that_the_system_failed_it() {
+    let mut project = refusing();
+    let mut list = Kinds::new().with(Homeless);
+    for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
+        list = list.with_erased(Arc::clone(kind));
+    }
+    project.kinds = list;
+    assert_eq!(failed(&project), (2, 1));
+}
+
 /// Root may write anywhere; where the test runs as root it has nothing to show.
 #[cfg(unix)]
 fn is_enforced(folder: &Path) -> bool {

@@ -8,7 +8,9 @@ mod folders;
 mod loss;
 mod manifests;
 mod reads;
+mod retries;
 mod underway;
+mod writing;
 
 use std::fs::{self, File};
 use std::sync::{Arc, Condvar, Mutex};
@@ -17,12 +19,14 @@ use std::time::{Duration, Instant};
 
 use super::{Project, log};
 use crate::testkit::kinds;
-use crate::watch::{Attention, Watcher};
+use crate::watch::{Attention, Backoff, Watcher};
 use crate::{Cancel, Change, Changed, Error, Event, Summary, WatchOptions};
 
 /// Far longer than anything takes.
 const DEADLINE: Duration = Duration::from_secs(60);
 const QUIET: Duration = Duration::from_millis(20);
+/// The first and the longest pause before another try, after which a test need not wait.
+const TRIES: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(20)];
 
 /// Every text of `in` in capitals, under its name.
 const CAPITALS: &str = r#"
@@ -100,6 +104,16 @@ impl<'a> Watched<'a> {
     }
 
     fn with(project: &'a Project, options: WatchOptions, attention: Attention) -> Self {
+        Self::trying(project, options, attention, TRIES)
+    }
+
+    /// The same, with other pauses before what the system refused is tried again.
+    fn trying(
+        project: &'a Project,
+        options: WatchOptions,
+        attention: Attention,
+        [first, longest]: [Duration; 2],
+    ) -> Self {
         let (told, cancel) = (Arc::new(Told::default()), Cancel::default());
         let (manifest, ears, stop) = (project.path("pipeline.toml"), Arc::clone(&told), cancel.clone());
         let thread = std::thread::spawn(move || {
@@ -107,8 +121,10 @@ impl<'a> Watched<'a> {
                 ears.events.lock().unwrap().push(event);
                 ears.more.notify_all();
             };
-            Watcher::new(&manifest, &kinds().with(underway::Patient), &options, &stop, &events, attention)?
-                .run()
+            let kinds = kinds().with(underway::Patient).with(retries::Refused).with(writing::Sentence);
+            let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, attention)?;
+            watcher.retry = Backoff::new(first, longest);
+            watcher.run()
         });
         Self { project, told, cancel, thread: Some(thread) }
     }

@@ -5,21 +5,26 @@
 //! lose a change: of a file that is written beside, renamed over the old one and removed at once it tells nothing at
 //! all. Here nothing is merged. An event is only a hint of where to look: contents decide.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use super::listener::{Heard, Listener};
+use super::listener::{Heard, Listener, Step};
 use super::places::Places;
 use super::poller::Poller;
 use super::probe::Probes;
+#[cfg(test)]
+use super::unfinished::WritePauses;
+use super::unfinished::{Awaited, Unfinished};
+use crate::workbench::PathSet;
 use crate::{Event, platform};
 
 /// How often a waiting watcher asks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);
 /// However busy a file is, what was heard is told after so many times the quiet time.
-const PATIENCE: u32 = 10;
+pub(super) const PATIENCE: u32 = 10;
 
 /// What came, not yet acted on.
 #[derive(Debug, Default)]
@@ -30,14 +35,34 @@ pub(super) struct Hints {
     pub(super) lost: bool,
     /// Whether something may have changed that cannot be told.
     perhaps: bool,
-    /// When the first and the last came.
+    /// When the first was heard of.
+    heard: Option<Instant>,
+    /// When the first and the last came that could be acted on.
     times: Option<(Instant, Instant)>,
 }
 
 impl Hints {
     fn came(&mut self) {
         let now = Instant::now();
-        self.times = Some((self.times.map_or(now, |(first, _)| first), now));
+        self.came_at(now, now, now);
+    }
+
+    /// Something was heard of at a time, could be acted on since another, and is to be from now on.
+    fn came_at(&mut self, heard: Instant, since: Instant, now: Instant) {
+        self.heard = Some(self.heard.map_or(heard, |first| first.min(heard)));
+        let times = self.times.unwrap_or((since, now));
+        self.times = Some((times.0.min(since), times.1.max(now)));
+    }
+
+    /// Takes a path out. Returns whether it led somewhere before, when it was heard of, and since when it could be acted
+    /// on.
+    fn take(&mut self, path: &Path) -> Option<(bool, Instant, Instant)> {
+        let knew = self.paths.remove(path)?;
+        let taken = (knew, self.heard?, self.times?.0);
+        if self.paths.is_empty() && !self.lost && !self.perhaps {
+            *self = Self::default();
+        }
+        Some(taken)
     }
 
     /// When they are to be acted on: after a quiet time.
@@ -47,7 +72,7 @@ impl Hints {
 
     /// The time since the first of them came.
     pub(super) fn age(&self) -> Duration {
-        self.times.map_or(Duration::ZERO, |(first, _)| first.elapsed())
+        self.heard.map_or(Duration::ZERO, |first| first.elapsed())
     }
 
     /// Adds others.
@@ -57,6 +82,7 @@ impl Hints {
         }
         self.lost |= others.lost;
         self.perhaps |= others.perhaps;
+        self.heard = self.heard.into_iter().chain(others.heard).min();
         self.times = match (self.times, others.times) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
             (own, others) => own.or(others),
@@ -90,6 +116,7 @@ pub(crate) struct Attention {
     probed: BTreeSet<PathBuf>,
     because: Option<String>,
     hints: Hints,
+    unfinished: Unfinished,
     /// The way that was told last: whether it polls.
     told: Option<bool>,
 }
@@ -109,6 +136,7 @@ impl Attention {
             probed: BTreeSet::new(),
             because: None,
             hints: Hints::default(),
+            unfinished: Unfinished::default(),
             told: None,
             teller,
         };
@@ -135,6 +163,23 @@ impl Attention {
         let mut attention = Self::new(quiet, None, fallback);
         attention.listener = Listener::new(channel().0).ok();
         attention
+    }
+
+    /// Waits for files that are being written in other ways than by default.
+    #[cfg(test)]
+    pub(crate) fn with_pauses(mut self, pauses: WritePauses) -> Self {
+        self.unfinished.pauses = pauses;
+        self
+    }
+
+    /// Lets builds know which files are being written.
+    pub(super) fn share_unfinished(&mut self, paths: Arc<PathSet>) {
+        self.unfinished.share(paths);
+    }
+
+    /// What came of acting on changes: the files that items failed on, and whether the build went to its end.
+    pub(super) fn judge(&mut self, changed: &BTreeSet<PathBuf>, failed: &HashSet<PathBuf>, has_ended: bool) {
+        self.unfinished.judge(changed, failed, has_ended, Instant::now());
     }
 
     /// Lets others be heard: an end of waiting, and in tests what the system may tell.
@@ -214,13 +259,19 @@ impl Attention {
         })
     }
 
-    /// Waits for hints and then for quiet; until `due` where none came, or until `stop` says so.
+    /// Waits for hints and then for quiet; until `due` where none came, or until `stop` says so. A file that is being
+    /// written makes no hint before it is finished.
     pub(super) fn wait(&mut self, due: Option<Instant>, stop: &dyn Fn() -> bool) -> Woken {
         loop {
             self.take_all();
             let now = Instant::now();
             if self.poller.as_ref().is_some_and(|poller| poller.next() <= now) {
                 self.look();
+            }
+            for (path, file) in self.unfinished.take_ripe(now) {
+                // At once: it was waited for long enough.
+                let since = file.first;
+                self.finished(path, &file, since);
             }
             let ripe = self.hints.ripe(self.quiet);
             if stop() {
@@ -233,7 +284,8 @@ impl Attention {
                 return Woken::Due;
             }
             let look = self.poller.as_ref().map(Poller::next);
-            let next = [Some(now + PULSE), ripe, due, look].into_iter().flatten().min();
+            let next =
+                [Some(now + PULSE), ripe, due, look, self.unfinished.next()].into_iter().flatten().min();
             let pause = next.map_or(PULSE, |next| next.saturating_duration_since(now));
             match self.heard.recv_timeout(pause) {
                 Ok(heard) => self.take(heard),
@@ -275,25 +327,56 @@ impl Attention {
                 self.listener.iter_mut().for_each(Listener::forget_all);
                 self.hints.lost = true;
                 self.hints.came();
+                // A close may be among what was lost.
+                for (path, file) in self.unfinished.take_all() {
+                    self.finished(path, &file, file.first);
+                }
             }
             Heard::Event(event) => {
                 self.listener.iter_mut().for_each(|listener| listener.forget_moved(&event));
                 for path in &event.paths {
                     self.probes.heard(path);
-                    self.concern(path);
+                    let step = Step::of(&event.kind, path);
+                    for path in self.places.concerned(path) {
+                        self.hear(path, step);
+                    }
                 }
             }
         }
     }
 
-    fn concern(&mut self, path: &Path) {
-        for path in self.places.concerned(path) {
-            self.changed(path);
+    fn hear(&mut self, path: PathBuf, step: Step) {
+        let (knew, now) = (self.places.knew(&path), Instant::now());
+        match step {
+            Step::Written => {
+                let pending = self.hints.take(&path);
+                self.unfinished.written(path, knew, pending, now);
+            }
+            Step::Closed => {
+                if let Some(file) = self.unfinished.closed(&path, now) {
+                    let since = file.whole.unwrap_or(now);
+                    self.finished(path, &file, since);
+                }
+            }
+            Step::Replaced => match self.unfinished.take(&path) {
+                Some(file) => self.finished(path, &file, file.whole.unwrap_or(now)),
+                None => self.changed(path, knew),
+            },
+            Step::Changed => {
+                if !self.unfinished.changed(&path, knew, now) {
+                    self.changed(path, knew);
+                }
+            }
         }
     }
 
-    fn changed(&mut self, path: PathBuf) {
-        let knew = self.places.knew(&path);
+    /// A file is not waited for any more; it could be acted on since some time.
+    fn finished(&mut self, path: PathBuf, file: &Awaited, since: Instant) {
+        self.hints.paths.entry(path).or_insert(file.knew);
+        self.hints.came_at(file.first, since, Instant::now());
+    }
+
+    fn changed(&mut self, path: PathBuf, knew: bool) {
         self.hints.paths.entry(path).or_insert(knew);
         self.hints.came();
     }
@@ -302,7 +385,7 @@ impl Attention {
     pub(super) fn look(&mut self) {
         let Some(poller) = &mut self.poller else { return };
         let seen = poller.look(&self.places);
-        seen.changed.into_iter().for_each(|path| self.changed(path));
+        seen.changed.into_iter().for_each(|path| self.hear(path, Step::Changed));
         if seen.perhaps {
             self.hints.perhaps = true;
             self.hints.came();

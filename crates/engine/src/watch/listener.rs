@@ -5,11 +5,12 @@
 //! forgotten at the event of that, before its name can come back: the system, or `notify`, has dropped it by then.
 
 use std::collections::{HashMap, HashSet};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 
-use notify::event::{EventKind, ModifyKind};
+use notify::event::{AccessKind, AccessMode, CreateKind, EventKind, ModifyKind};
 use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watcher};
 
 use super::places::Places;
@@ -24,6 +25,41 @@ pub(crate) enum Heard {
     Lost,
     /// Nothing; somebody wants to be heard.
     Nudge,
+}
+
+/// What an event says of the file at a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// It was written to; a close follows.
+    Written,
+    /// It was closed by who could write to it.
+    Closed,
+    /// Another file, or none, stands in its place: whole, if it is one.
+    Replaced,
+    /// Something changed.
+    Changed,
+}
+
+/// Whether the system reports when a file is closed.
+const CLOSES: bool = cfg!(any(target_os = "linux", target_os = "android"));
+
+impl Step {
+    /// What an event of some kind says of a path.
+    pub(super) fn of(kind: &EventKind, path: &Path) -> Self {
+        match kind {
+            EventKind::Access(_) => Self::Closed,
+            EventKind::Remove(_) | EventKind::Modify(ModifyKind::Name(_)) => Self::Replaced,
+            EventKind::Modify(ModifyKind::Data(_)) if CLOSES => Self::Written,
+            // One that has content was linked, or is told of once more when it was written.
+            EventKind::Create(CreateKind::File) if CLOSES && is_empty_file(path) => Self::Written,
+            EventKind::Create(_) if CLOSES => Self::Replaced,
+            _ => Self::Changed,
+        }
+    }
+}
+
+fn is_empty_file(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.len() == 0)
 }
 
 /// The watches.
@@ -47,8 +83,8 @@ impl Listener {
     pub(super) fn new(heard: Sender<Heard>) -> Result<Self, String> {
         let tell = move |event: notify::Result<Event>| {
             let heard_of = match event {
-                // Builds open many files.
-                Ok(event) if event.kind.is_access() => return,
+                // Builds open many files; of what is done with open ones only the end of writing matters.
+                Ok(event) if event.kind.is_access() && !is_close(&event.kind) => return,
                 Ok(event) if event.need_rescan() => Heard::Lost,
                 Ok(event) => Heard::Event(event),
                 Err(_) => Heard::Lost,
@@ -129,6 +165,10 @@ impl Listener {
         // It may have gone with its folder.
         let _ = self.watcher.unwatch(folder);
     }
+}
+
+fn is_close(kind: &EventKind) -> bool {
+    matches!(kind, EventKind::Access(AccessKind::Close(AccessMode::Write)))
 }
 
 fn is_gone(error: &notify::Error) -> bool {

@@ -138,7 +138,7 @@ pub(super) fn write_input(
     let name = format!("input/{port}.{}", format.name());
     let written = fs::create_dir_all(work.join("input")).and_then(|()| fs::write(work.join(&name), bytes));
     written.map_err(|error| {
-        Failure::from(error).context(format!("cannot write {name} in the scratch folder"))
+        Failure::from(error).context(format!("cannot write {name} in the scratch folder")).system_error()
     })?;
     Ok(name)
 }
@@ -200,7 +200,9 @@ impl Made {
     /// Makes the place ready for the program, and says what `{output}` stands for.
     pub(super) fn prepare(&self, work: &Path) -> Result<String, Failure> {
         if matches!(self, Self::Files(_)) {
-            fs::create_dir(work.join(self.place()))?;
+            fs::create_dir(work.join(self.place())).map_err(|error| {
+                Failure::from(error).context("cannot make the folder for the output").system_error()
+            })?;
         }
         Ok(self.place())
     }

@@ -50,7 +50,8 @@ impl Process {
         let began = Instant::now();
         let mut pause = Duration::from_millis(1);
         let status = loop {
-            let ended = running.0.try_wait().map_err(|error| self.failure("cannot be waited for", error))?;
+            let ended = running.0.try_wait();
+            let ended = ended.map_err(|error| self.failure("cannot be waited for", error).system_error())?;
             if let Some(status) = ended {
                 break status;
             }
@@ -87,7 +88,8 @@ impl Process {
         inner.args(&self.arguments).current_dir(work).stdin(Stdio::null());
         inner.env_clear().envs(self.environment.iter().map(|(name, value)| (name, value)));
         let files = File::create(stdout).and_then(|stdout| Ok((stdout, File::create(stderr)?)));
-        let (stdout, stderr) = files.map_err(|error| self.failure("cannot be given files", error))?;
+        let (stdout, stderr) =
+            files.map_err(|error| self.failure("cannot be given files", error).system_error())?;
         inner.stdout(stdout).stderr(stderr);
         #[cfg(unix)]
         command.wrap(process_wrap::std::ProcessGroup::leader());

@@ -1,0 +1,267 @@
+//! Files that are written slowly: half of one is waited for, and nothing else is.
+
+use std::fs::OpenOptions;
+use std::io::Write as _;
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::watch::WritePauses;
+use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
+
+/// Reads a text that is whole when it ends with a full stop, which it leaves out.
+pub(super) struct Sentence;
+
+impl Kind for Sentence {
+    type Parameters = Nothing;
+    const NAME: &'static str = "sentence";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Reads a sentence.\n";
+    const SOURCE: bool = true;
+
+    fn ports() -> Vec<Port> {
+        Vec::new()
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(Text::TYPE)
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+        let sentence = text.strip_suffix('.');
+        Output::artifact(Text(
+            sentence.ok_or_else(|| Failure::new(format!("{text:?} is half a sentence")))?.into(),
+        ))
+    }
+}
+
+/// Longer than any test.
+const FOR_EVER: Duration = Duration::from_secs(86_400);
+/// A pause between two pieces, longer than the quiet time and the time between two looks.
+const PAUSE: Duration = Duration::from_millis(60);
+const LETTERS: &str = "abcdefghijklmnopqrstuvwx.";
+const BEFORE: [(&str, &str); 2] = [("gold.txt", "WARM"), ("sky.txt", "BLUE")];
+const AFTER: [(&str, &str); 2] = [("gold.txt", "WARM"), ("sky.txt", "ABCDEFGHIJKLMNOPQRSTUVWX")];
+
+fn sentences() -> Project {
+    let project = Project::new(&CAPITALS.replace("text-source", "sentence"));
+    project.write("in/sky.txt", "blue.");
+    project.write("in/gold.txt", "warm.");
+    project
+}
+
+/// Pauses that leave no doubt what was waited for, however slow the machine is.
+fn pauses() -> WritePauses {
+    WritePauses {
+        open: FOR_EVER,
+        longest: FOR_EVER,
+        failed: [Duration::from_secs(2), Duration::from_secs(8)],
+        calm: FOR_EVER,
+    }
+}
+
+/// Watches until all is built and settled.
+fn watched(project: &Project, way: Way, pauses: WritePauses) -> Watched<'_> {
+    let options = way.options();
+    let attention = Attention::new(options.debounce, options.poll, Duration::from_millis(25));
+    let watched = Watched::with(project, options, attention.with_pauses(pauses));
+    watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
+    watched.until_out(&BEFORE);
+    watched
+}
+
+fn failures(events: &[Event]) -> usize {
+    events.iter().filter(|event| matches!(event, Event::Failed { .. })).count()
+}
+
+/// The times that the text of `sky` was read with success.
+fn made(events: &[Event]) -> usize {
+    let is =
+        |event: &&Event| matches!(event, Event::Finished { item, .. } if item.to_string() == "text [sky]");
+    events.iter().filter(is).count()
+}
+
+/// Writes `sky` anew, piece by piece, and closes it at the end.
+fn write_slowly(project: &Project) {
+    let mut file = File::create(project.path("in/sky.txt")).unwrap();
+    for letter in LETTERS.chars() {
+        std::thread::sleep(PAUSE);
+        write!(file, "{letter}").unwrap();
+    }
+    std::thread::sleep(PAUSE);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_slow_copy_through_one_handle_is_built_once_and_never_fails() {
+    let project = sentences();
+    let watched = watched(&project, Way::Listening, pauses());
+    write_slowly(&project);
+    watched.until_out(&AFTER);
+    let told = watched.events();
+    assert_eq!((failures(&told), made(&told), changes(&told).count()), (0, 2, 1), "{}", log(&told));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_new_file_that_is_copied_slowly_is_built_once_and_never_fails() {
+    let project = sentences();
+    let watched = watched(&project, Way::Listening, pauses());
+    project.remove("in/sky.txt");
+    watched.until_out(&BEFORE[..1]);
+    write_slowly(&project);
+    watched.until_out(&AFTER);
+    let told = watched.events();
+    assert_eq!((failures(&told), made(&told), changes(&told).count()), (0, 2, 2), "{}", log(&told));
+}
+
+#[test]
+fn a_slow_copy_fails_once_where_no_close_is_heard_of() {
+    let project = sentences();
+    let watched = watched(&project, Way::Polling, pauses());
+    write_slowly(&project);
+    watched.until_out(&AFTER);
+    // The first piece fails. Then two seconds without a change are waited for, which come after the last piece; or
+    // before, if the machine stops for as long, and then four are.
+    assert!(failures(&watched.events()) <= 3, "{}", log(&watched.events()));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn another_edit_does_not_wait_for_a_slow_copy_and_half_of_that_is_not_reported() {
+    let project = sentences();
+    let watched = watched(&project, Way::Listening, pauses());
+    let mut file = File::create(project.path("in/sky.txt")).unwrap();
+    write!(file, "gr").unwrap();
+    save(&project, "in/gold.txt", "hot.");
+    watched.until_out(&[("gold.txt", "HOT"), BEFORE[1]]);
+    write!(file, "ey.").unwrap();
+    drop(file);
+    watched.until_out(&[("gold.txt", "HOT"), ("sky.txt", "GREY")]);
+    let told = watched.events();
+    assert_eq!((failures(&told), made(&told)), (0, 2), "{}", log(&told));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_stays_open_is_built_when_it_is_quiet() {
+    let project = sentences();
+    let open = Duration::from_millis(50);
+    let watched = watched(&project, Way::Listening, WritePauses { open, ..pauses() });
+    let mut file = File::create(project.path("in/sky.txt")).unwrap();
+    for text in ["grey", "pink"] {
+        file.set_len(0).unwrap();
+        std::io::Seek::rewind(&mut file).unwrap();
+        write!(file, "{text}.").unwrap();
+        watched.until_out(&[BEFORE[0], ("sky.txt", &text.to_uppercase())]);
+    }
+}
+
+#[test]
+fn opening_a_file_without_writing_is_not_noticed() {
+    let project = sentences();
+    let watched = watched(&project, Way::Listening, pauses());
+    drop(OpenOptions::new().append(true).open(project.path("in/sky.txt")).unwrap());
+    drop(OpenOptions::new().read(true).write(true).open(project.path("in/sky.txt")).unwrap());
+    assert_eq!(project.read("in/sky.txt"), "blue.");
+    // What comes of one folder comes in order.
+    project.write("in/gold.txt", "hot.");
+    watched.until_out(&[("gold.txt", "HOT"), BEFORE[1]]);
+    assert_eq!(watched.noticed(), [("in/gold.txt".into(), Changed::Changed)]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_is_right_after_a_failure_is_a_file_like_any_other() {
+    let project = sentences();
+    let failed = [FOR_EVER, FOR_EVER];
+    let watched = watched(&project, Way::Listening, WritePauses { failed, ..pauses() });
+    project.write("in/sky.txt", "half");
+    watched.until("the failure", |events| failures(events) == 1);
+    // Whole at once, so that it is not waited for.
+    save(&project, "in/sky.txt", "pink.");
+    watched.until_out(&[BEFORE[0], ("sky.txt", "PINK")]);
+    project.write("in/sky.txt", "grey.");
+    watched.until_out(&[BEFORE[0], ("sky.txt", "GREY")]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_close_that_was_lost_is_not_waited_for() {
+    let project = sentences();
+    let options = Way::Listening.options();
+    let attention = Attention::new(options.debounce, None, Duration::from_secs(3600)).with_pauses(pauses());
+    let system = attention.teller();
+    let watched = Watched::with(&project, options, attention);
+    watched.until_out(&BEFORE);
+    let mut file = File::create(project.path("in/sky.txt")).unwrap();
+    write!(file, "grey.").unwrap();
+    system.send(crate::watch::Heard::Lost).unwrap();
+    watched.until_out(&[BEFORE[0], ("sky.txt", "GREY")]);
+}
+
+each_way! {
+    fn a_slow_copy_through_many_handles_fails_once(way: Way) {
+        let project = sentences();
+        let watched = watched(&project, way, pauses());
+        File::create(project.path("in/sky.txt")).unwrap();
+        for letter in LETTERS.chars() {
+            std::thread::sleep(PAUSE);
+            let mut file = OpenOptions::new().append(true).open(project.path("in/sky.txt")).unwrap();
+            write!(file, "{letter}").unwrap();
+        }
+        watched.until_out(&AFTER);
+        // As above.
+        assert!(failures(&watched.events()) <= 3, "{}", log(&watched.events()));
+    }
+
+    fn a_good_file_that_is_saved_again_and_again_is_built_meanwhile(way: Way) {
+        let project = sentences();
+        let failed = [FOR_EVER, FOR_EVER];
+        let watched = watched(&project, way, WritePauses { failed, ..pauses() });
+        // It ends when results come, whenever that is: a watcher that waited for a pause would wait for ever.
+        let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
+        for number in 0.. {
+            save(&project, "in/gold.txt", &format!("{number}."));
+            std::thread::sleep(Duration::from_millis(30));
+            seen.insert(project.read("out/gold.txt"));
+            if seen.len() == 6 {
+                break;
+            }
+            assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
+        }
+    }
+
+    fn a_good_file_that_is_saved_in_place_is_built_meanwhile(way: Way) {
+        let project = capitals();
+        let failed = [FOR_EVER, FOR_EVER];
+        let watched = watched(&project, way, WritePauses { failed, ..pauses() });
+        let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
+        for number in 0.. {
+            project.write("in/gold.txt", &number.to_string());
+            std::thread::sleep(Duration::from_millis(3));
+            seen.insert(project.read("out/gold.txt"));
+            if seen.len() == 6 {
+                break;
+            }
+            assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
+        }
+    }
+
+    fn a_manifest_that_is_written_in_pieces_is_rejected_once(way: Way) {
+        let project = sentences();
+        let watched = watched(&project, way, pauses());
+        let text = format!("{CAPITALS}\n[stage.again]\nkind = \"write\"\ninput = \"text\"\n").replace("text-source", "sentence");
+        project.write("pipeline.toml", "");
+        for piece in text.as_bytes().chunks(20) {
+            std::thread::sleep(PAUSE);
+            let mut file = OpenOptions::new().append(true).open(project.path("pipeline.toml")).unwrap();
+            file.write_all(piece).unwrap();
+        }
+        watched.until_out(&[BEFORE[0], BEFORE[1], ("again/gold.txt", "warm"), ("again/sky.txt", "blue")]);
+        let rejected = |event: &&Event| matches!(event, Event::Rejected { .. });
+        let rejected = watched.events().iter().filter(rejected).count();
+        // As above.
+        assert!(rejected <= 3, "{rejected} of {}", log(&watched.events()));
+    }
+}
