@@ -54,9 +54,14 @@ fn main() {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["make", folder] => make(Path::new(folder)),
         ["build", folder] => build(&Path::new(folder).join("pipeline.toml")),
-        ["watch", folder, edits] => watch(Path::new(folder), edits.parse().expect("a number of edits")),
-        _ => println!("large-graph make FOLDER | build FOLDER | watch FOLDER EDITS"),
+        ["watch", folder, edits] => watch(Path::new(folder), number(edits), 1500),
+        ["watch", folder, edits, pause] => watch(Path::new(folder), number(edits), number(pause) as u64),
+        _ => println!("large-graph make FOLDER | build FOLDER | watch FOLDER EDITS [MILLISECONDS BETWEEN]"),
     }
+}
+
+fn number(text: &str) -> usize {
+    text.parse().expect("a number")
 }
 
 fn make(folder: &Path) {
@@ -85,7 +90,7 @@ fn build(manifest: &Path) {
 }
 
 /// Edits one text again and again; prints how long it takes from the edit to the end of the build.
-fn watch(folder: &Path, edits: usize) {
+fn watch(folder: &Path, edits: usize, pause: u64) {
     let manifest: PathBuf = folder.join("pipeline.toml");
     let options = WatchOptions {
         build: BuildOptions { keep_going: true, ..BuildOptions::default() },
@@ -113,7 +118,7 @@ fn watch(folder: &Path, edits: usize) {
         }
         let mut times = Vec::new();
         for edit in 0..edits {
-            std::thread::sleep(Duration::from_millis(1500));
+            std::thread::sleep(Duration::from_millis(pause));
             while heard.try_recv().is_ok() {}
             let began = Instant::now();
             let name = format!("left/{:03}.txt", (edit * 7) % 200);

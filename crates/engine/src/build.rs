@@ -1,17 +1,19 @@
 //! The build: runs what is out of date and publishes what it exports.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 use crate::disk::Disk;
-use crate::judge::{Judge, Verdict, manifest_name};
+use crate::judge::{Judge, Known, Verdict, manifest_name};
 use crate::lock::Request;
 use crate::publish::{Publisher, sweep};
 use crate::run::Workshop;
 use crate::scheduler::{Scheduler, event_of};
 use crate::state::State;
 use crate::store::Blob;
-use crate::underway::Underway;
+use crate::underway::{Changes, Underway};
+use crate::workbench::Settled;
 use crate::{Cancel, Errand, Error, ErrorKind, Event, Patience, Plan, Reason, Summary, Workbench, nearest};
 
 /// What a build is asked to do.
@@ -29,6 +31,11 @@ pub struct BuildOptions {
     pub errand: Errand,
     /// How long to wait for another process that works in the folder.
     pub patience: Patience,
+    /// The only files and folders, absolute, that have changed since the last build of the workbench; `None` if any may
+    /// have. Nothing else is looked at: an item that these do not concern is as that build left it, with its files, and
+    /// no event names it. If the workbench cannot know that (another plan, or another process that built), it looks at
+    /// everything all the same.
+    pub changed: Option<Vec<PathBuf>>,
 }
 
 /// Builds once: [`Workbench::build`] with threads of its own and nothing kept in memory afterwards.
@@ -69,14 +76,11 @@ impl Workbench {
             stages: selected.iter().filter(|chosen| **chosen).count(),
             items,
         });
-        let mut summary = if options.dry_run {
-            self.rehearse(plan, options, &selected, events)?
-        } else {
-            self.work(plan, options, &selected, clock, cancel, events)?
-        };
-        summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
-        events(Event::Ended(summary.clone()));
-        Ok(summary)
+        if options.dry_run {
+            let summary = self.rehearse(plan, options, &selected, events)?;
+            return Ok(ended(summary, clock, events));
+        }
+        self.work(plan, options, &selected, clock, cancel, events)
     }
 
     fn work(
@@ -96,25 +100,38 @@ impl Workbench {
         let lock = match State::lock(&plan.state, &Request { errand, patience, cancel, waiting: &waiting }) {
             Err(error) if error.kind() == ErrorKind::Cancelled => {
                 let skipped = plan.items.iter().filter(|item| selected[item.stage]).count();
-                return Ok(Summary { skipped, cancelled: true, ..Summary::default() });
+                let summary = Summary { skipped, cancelled: true, ..Summary::default() };
+                return Ok(ended(summary, clock, events));
             }
             lock => lock?,
         };
-        let kept = self.between().journal.take();
+        let (kept, settled) = {
+            let mut between = self.between();
+            (between.journal.take(), between.settled.take())
+        };
         let state = self.pool.install(|| State::open(lock, kept))?;
         sweep(&state, plan)?;
+        let before = settled.filter(|_| state.journal.is_as_kept());
+        let before = before.and_then(|settled| settled.known(plan, selected));
+        let changes = options.changed.as_deref().map(Changes::new);
+        let known = before.clone().filter(|_| changes.is_some());
         let disk = Arc::new(Disk::new(state.now, self.begin_noting(), cancel));
         let underway = Arc::new(Underway::new(plan, selected, &disk));
         cancel.begin(&underway);
         let (mut judge, publisher) = self.pool.install(|| {
             rayon::join(
-                || Judge::with_records(plan, &state, &disk, selected),
-                || Publisher::new(plan, &state),
+                || Judge::with_records(plan, &state, &disk, selected, known.clone()),
+                || match known {
+                    Some(_) => Publisher::without_stale(plan, &state),
+                    None => Publisher::new(plan, &state),
+                },
             )
         });
         // Before the files are looked at: a change between the two must not go unseen.
-        (0..plan.items.len()).for_each(|item| underway.saw(item, judge.seen_before(item)));
-        self.pool.install(|| judge.look());
+        let mut readers = judge.readers();
+        readers.iter().for_each(|item| underway.saw(*item, judge.seen_before(*item)));
+        let stop = || cancel.is_cancelled() || underway.is_outdated();
+        self.pool.install(|| judge.look(&readers, changes.as_ref(), &stop));
         judge.mark_gone()?;
         let workshop = Workshop {
             judge: &judge,
@@ -134,15 +151,27 @@ impl Workbench {
             scheduler.tell(event_of(&item, told));
         }
         removed?;
-        let settled = scheduler.settle_all(&self.pool);
+        let outcome = scheduler.settle_all(&self.pool);
         *self.failed_on.lock() = underway.read_by(&scheduler.failed);
         self.end_noting();
         publisher.finish()?;
-        settled?;
-        let summary = scheduler.summary;
+        outcome?;
+        let before = judge.known().or(before.as_ref());
+        let settled = scheduler.items_settled(before.map(|known| &known.settled[..]));
+        let at_work = scheduler.items_at_work().map(|item| (item, judge.subject(item))).collect::<Vec<_>>();
+        let summary = ended(scheduler.summary, clock, events);
+        // What is left to do is for the next build, and nobody waits for it.
         let mut between = self.between();
         between.stored += state.store.stored();
         between.journal = state.rest();
+        if let Some(journal) = &between.journal {
+            let reads =
+                |subject| journal.effect(subject).is_some_and(|effect| effect.reads().next().is_some());
+            readers.extend(at_work.into_iter().filter(|(_, subject)| reads(*subject)).map(|(item, _)| item));
+            readers.sort_unstable();
+            readers.dedup();
+            between.settled = Some(Settled::new(plan, selected, Known { settled, readers }));
+        }
         Ok(summary)
     }
 
@@ -188,6 +217,13 @@ impl Workbench {
         }
         Ok(summary)
     }
+}
+
+/// Tells the end of a build that began with the clock.
+fn ended(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sync)) -> Summary {
+    summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
+    events(Event::Ended(summary.clone()));
+    summary
 }
 
 /// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.

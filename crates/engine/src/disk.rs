@@ -74,9 +74,13 @@ impl Disk {
         lock(&self.digests).retain(|(path, listing), _| !is_concerned(path, *listing));
     }
 
+    /// Notes what items read in their last runs.
+    pub(crate) fn note_places(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
+        self.noted.places().extend(places);
+    }
+
     /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
     pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
-        self.noted.places().extend(places.iter().cloned());
         let looked = places.into_par_iter().map(|place| {
             let (digest, line) = self.look(&place.0, place.1, journal);
             ((place, digest), line)

@@ -137,6 +137,8 @@ pub(crate) struct Journal {
     lines: u64,
     /// Those that the index covers.
     indexed: u64,
+    /// Whether nobody else has written to it since it was kept.
+    as_kept: bool,
     end: Option<Mutex<End>>,
 }
 
@@ -171,7 +173,8 @@ impl Journal {
         if let Some((covered, tables)) = index::read(&index_of(path)) {
             let index::Covered { head, tail, length, lines } = covered;
             let text = Text::known(head, tail, length);
-            let mut journal = Self { path: path.into(), text, tables, lines, indexed: lines, end: None };
+            let mut journal =
+                Self { path: path.into(), text, tables, lines, indexed: lines, as_kept: false, end: None };
             // What is wrong with the journal shows when all of it is read.
             if journal.take_up().is_ok_and(|same| same) {
                 check_format(journal.text.head(), path)?;
@@ -179,7 +182,8 @@ impl Journal {
             }
         }
         let (text, tables) = (Text::default(), Tables::default());
-        let mut journal = Self { path: path.into(), text, tables, lines: 0, indexed: 0, end: None };
+        let mut journal =
+            Self { path: path.into(), text, tables, lines: 0, indexed: 0, as_kept: false, end: None };
         journal.take_up().map_err(broken)?;
         check_format(journal.text.head(), path)?;
         Ok(journal)
@@ -197,7 +201,12 @@ impl Journal {
     ) -> Result<Self, Error> {
         let kept = kept.filter(|kept| kept.path == path);
         // Whatever is wrong with a journal that was kept shows when it is read anew.
-        let taken_up = kept.and_then(|mut kept| kept.take_up().is_ok_and(|same| same).then_some(kept));
+        let taken_up = kept.and_then(|mut kept| {
+            let before = kept.text.length();
+            let is_same = kept.take_up().is_ok_and(|same| same);
+            kept.as_kept = kept.text.length() == before;
+            is_same.then_some(kept)
+        });
         let mut journal = taken_up.map_or_else(|| Self::read(path), Ok)?;
         if !journal.is_whole() {
             let retention = retention(&journal);
@@ -231,6 +240,11 @@ impl Journal {
         self.save_index();
         self.text.close();
         Some(self)
+    }
+
+    /// Whether it was kept, and nobody else has written to it since.
+    pub(crate) fn is_as_kept(&self) -> bool {
+        self.as_kept
     }
 
     /// The bytes and lines of the file, as it was read.
@@ -341,10 +355,17 @@ impl Journal {
     /// Reads what was appended since; whether this is still the same writing of the file.
     fn take_up(&mut self) -> io::Result<bool> {
         let Self { text, tables, lines, path, .. } = self;
-        text.take_up(path, |start, piece| {
+        let mut facts = Vec::new();
+        let same = text.take_up(path, |start, piece| {
             *lines += piece.iter().filter(|byte| **byte == b'\n').count() as u64;
-            tables.enter(facts_of(start, piece));
-        })
+            facts.extend(facts_of(start, piece));
+            // To enter many costs hardly more than to enter a few.
+            if facts.len() > 1 << 14 {
+                tables.enter(std::mem::take(&mut facts));
+            }
+        });
+        tables.enter(facts);
+        same
     }
 
     fn save_index(&mut self) {

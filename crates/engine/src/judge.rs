@@ -16,7 +16,7 @@ use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::state::State;
 use crate::store::Blob;
-use crate::underway::Seen;
+use crate::underway::{Changes, Seen};
 use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
 
 /// What is worked out once for a stage.
@@ -41,10 +41,21 @@ pub(crate) struct Judge<'a> {
     pub(crate) folder: &'a Path,
     manifest: String,
     selected: &'a [bool],
-    /// The record in effect of each item.
+    /// The record in effect of each item; empty: each is looked up when it is asked for.
     effects: Vec<Option<Effect<'a>>>,
     /// Whether its result was at hand when the build began.
     current: Vec<bool>,
+    /// What an earlier build left, as far as nothing has changed since.
+    known: Option<Known>,
+}
+
+/// What is known of the items of a plan without looking.
+#[derive(Clone)]
+pub(crate) struct Known {
+    /// Whether an item is as an earlier build left it, its result and its files.
+    pub(crate) settled: Vec<bool>,
+    /// The items that read files, and perhaps others.
+    pub(crate) readers: Vec<ItemIndex>,
 }
 
 /// What is known of an item's result.
@@ -63,41 +74,75 @@ pub(crate) enum Verdict {
 impl<'a> Judge<'a> {
     /// Reads the records of the items, and looks at the files that those of selected stages name.
     pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a [bool]) -> Self {
-        let mut judge = Self::with_records(plan, state, disk, selected);
-        judge.look();
+        let mut judge = Self::with_records(plan, state, disk, selected, None);
+        let readers = judge.readers();
+        judge.look(&readers, None, &|| false);
         judge
     }
 
-    /// Reads the records of the items.
+    /// Reads the records of the items; but if something is `known`, only when they are asked for.
     pub(crate) fn with_records(
         plan: &'a Plan,
         state: &'a State,
         disk: &'a Disk,
         selected: &'a [bool],
+        known: Option<Known>,
     ) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
         let manifest = manifest_name(plan);
-        let effects = plan.items.par_iter().map(|item| {
-            state.journal.effect(item_subject(&manifest, &plan.stages[item.stage].name, &item.key))
-        });
-        let effects = effects.collect();
-        let (stages, current) = (stage_facts(plan), Vec::new());
-        Self { plan, state, disk, stages, folder, manifest, selected, effects, current }
+        let (stages, effects, current) = (stage_facts(plan), Vec::new(), Vec::new());
+        let mut judge =
+            Self { plan, state, disk, stages, folder, manifest, selected, effects, current, known };
+        if judge.known.is_none() {
+            let items = (0..plan.items.len()).into_par_iter();
+            judge.effects = items.map(|item| state.journal.effect(judge.subject(item))).collect();
+        }
+        judge
     }
 
-    /// Looks at the files that the records name, and finds the items whose results are at hand.
-    pub(crate) fn look(&mut self) {
-        let selected = |item: &ItemIndex| self.selected[self.plan.items[*item].stage];
-        let effects = (0..self.plan.items.len()).filter(selected).filter_map(|item| self.effects[item]);
-        let places = effects.flat_map(|effect| effect.reads());
-        let places =
-            places.map(|(path, listing, _)| (self.folder.join(path), listing)).collect::<HashSet<_>>();
-        self.disk.look_ahead(places.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
+    /// The items that read files in their last runs, and perhaps others.
+    pub(crate) fn readers(&self) -> Vec<ItemIndex> {
+        match &self.known {
+            Some(known) => known.readers.clone(),
+            None => {
+                let reads = |item: &ItemIndex| {
+                    self.effect(*item).is_some_and(|effect| effect.reads().next().is_some())
+                };
+                (0..self.plan.items.len()).filter(reads).collect()
+            }
+        }
+    }
+
+    /// Looks at the files that the records name, and finds the items whose results are at hand. Of what is known before,
+    /// only that is looked at which changes concern. Where `stop` says so, the rest is left.
+    pub(crate) fn look(
+        &mut self,
+        readers: &[ItemIndex],
+        changes: Option<&Changes>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) {
+        let mut known = self.known.take();
+        let (mut places, mut read) = (HashSet::new(), HashSet::new());
+        for &item in readers {
+            for (path, listing, _) in self.effect(item).iter().flat_map(Effect::reads) {
+                let path = self.folder.join(path);
+                if let Some(known) = &mut known {
+                    known.settled[item] &= !changes.is_some_and(|changes| changes.concern(&path, listing));
+                }
+                if known.as_ref().is_none_or(|known| !known.settled[item]) {
+                    read.insert((path.clone(), listing));
+                }
+                places.insert((path, listing));
+            }
+        }
+        self.known = known;
+        self.disk.note_places(places);
+        self.disk.look_ahead(read.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
         // Stage by stage, because keys hold what arrives; the items of a stage all at once.
         let mut current = Vec::with_capacity(self.plan.items.len());
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
             let first = current.len();
-            let is_current = |index: usize| self.is_current_after(first + index, &current);
+            let is_current = |index: usize| !stop() && self.is_current_after(first + index, &current);
             let found = (0..stage.len()).into_par_iter().map(is_current).collect::<Vec<_>>();
             current.extend(found);
         }
@@ -107,17 +152,35 @@ impl<'a> Judge<'a> {
     /// Whether the result of an item is at hand, given that of those before it.
     fn is_current_after(&self, item: ItemIndex, current: &[bool]) -> bool {
         let this = &self.plan.items[item];
-        let Some(effect) = self.effects[item].filter(|_| self.selected[this.stage]) else { return false };
-        this.inputs.iter().flatten().all(|input| current[*input])
-            && !effect.is_gone()
-            && effect.key() == self.key(item, |input| self.digest_in_effect(input))
-            && self.is_good_in_effect(item, effect)
-            && effect.outputs().iter().all(|blob| self.state.store.has(blob))
+        if !self.selected[this.stage] || !this.inputs.iter().flatten().all(|input| current[*input]) {
+            return false;
+        }
+        let is_good = |effect: Effect<'_>| {
+            !effect.is_gone()
+                && effect.key() == self.key(item, |input| self.digest_in_effect(input))
+                && self.is_good_in_effect(item, effect)
+                && effect.outputs().iter().all(|blob| self.state.store.has(blob))
+        };
+        self.is_known_settled(item) || self.effect(item).is_some_and(is_good)
+    }
+
+    fn is_known_settled(&self, item: ItemIndex) -> bool {
+        self.known.as_ref().is_some_and(|known| known.settled[item])
+    }
+
+    /// What is known without looking; `None` if everything was looked at.
+    pub(crate) fn known(&self) -> Option<&Known> {
+        self.known.as_ref()
+    }
+
+    /// Whether an item is known, without looking, to be as an earlier build left it.
+    pub(crate) fn is_settled(&self, item: ItemIndex) -> bool {
+        self.current[item] && self.is_known_settled(item)
     }
 
     /// What an item made, by its record in effect.
     fn digest_in_effect(&self, item: ItemIndex) -> Digest {
-        let made = self.effects[item].and_then(|effect| effect.outputs().first());
+        let made = self.effect_of(item).and_then(|effect| effect.outputs().first());
         made.map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
@@ -128,6 +191,9 @@ impl<'a> Judge<'a> {
     pub(crate) fn mark_gone(&self) -> Result<(), Error> {
         let journal = &self.state.journal;
         let is_ours = |effect: &Effect<'_>| !effect.is_gone() && effect.manifest() == self.manifest;
+        if self.known.is_some() {
+            return Ok(());
+        }
         let ours = journal.effects().filter(|(_, effect)| is_ours(effect));
         if ours.count() == self.effects.iter().flatten().filter(|effect| is_ours(effect)).count() {
             return Ok(());
@@ -148,7 +214,14 @@ impl<'a> Judge<'a> {
 
     /// What every build asks of the record in effect of an item of a selected stage.
     pub(crate) fn effect(&self, item: ItemIndex) -> Option<Effect<'a>> {
-        self.effects[item].filter(|_| self.selected[self.plan.items[item].stage])
+        self.effect_of(item).filter(|_| self.selected[self.plan.items[item].stage])
+    }
+
+    fn effect_of(&self, item: ItemIndex) -> Option<Effect<'a>> {
+        match self.effects.get(item) {
+            Some(effect) => *effect,
+            None => self.state.journal.effect(self.subject(item)),
+        }
     }
 
     /// The same record, read from the journal.

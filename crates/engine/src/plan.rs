@@ -96,6 +96,13 @@ impl Plan {
         Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
     }
 
+    /// Whether it is a clone of another plan.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.items, &other.items)
+            && Arc::ptr_eq(&self.stages, &other.stages)
+            && (&self.manifest, &self.out, &self.state) == (&other.manifest, &other.out, &other.state)
+    }
+
     /// The plan of a manifest that has been read, among these folders.
     pub(crate) fn of_bytes(
         manifest: &Path,
@@ -104,7 +111,8 @@ impl Plan {
         folders: &dyn Folders,
     ) -> Result<Self, Faults> {
         let (graph, mut faults) = draft(manifest, bytes, kinds)?;
-        let items = items::expand(&graph, folders, &mut faults);
+        let assets = items::assets(&graph, folders, &mut faults);
+        let items = items::expand(&graph, &assets, &mut faults);
         assemble(&graph, items, faults)
     }
 }
@@ -129,10 +137,31 @@ impl Graph {
     /// # Errors
     /// Every fault of files and of the paths that items are to be written to.
     pub fn expand(&self, folders: &dyn Folders) -> Result<Plan, Faults> {
-        let mut faults = Vec::new();
-        let items = items::expand(self, folders, &mut faults);
-        assemble(self, items, faults)
+        self.expand_after(folders, None).map(|expansion| expansion.plan)
     }
+
+    /// The same, given an earlier expansion of this graph: if the files are the same, it is that plan.
+    pub(crate) fn expand_after(
+        &self,
+        folders: &dyn Folders,
+        before: Option<&Expansion>,
+    ) -> Result<Expansion, Faults> {
+        let mut faults = Vec::new();
+        let assets = items::assets(self, folders, &mut faults);
+        if let Some(before) = before.filter(|before| faults.is_empty() && before.assets == assets) {
+            return Ok(before.clone());
+        }
+        let items = items::expand(self, &assets, &mut faults);
+        let plan = assemble(self, items, faults)?;
+        Ok(Expansion { plan, assets })
+    }
+}
+
+/// A plan with the files that its items were made of.
+#[derive(Clone)]
+pub(crate) struct Expansion {
+    pub(crate) plan: Plan,
+    assets: Arc<items::Assets>,
 }
 
 fn draft(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Fault>), Faults> {

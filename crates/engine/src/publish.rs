@@ -102,7 +102,7 @@ pub(crate) struct Publisher<'a> {
     /// The files in the same folder that other manifests have published.
     others: OnceLock<HashSet<String>>,
     /// The subjects in the ledger of the files that the plan's items export, sorted.
-    wanted: Vec<Subject>,
+    wanted: OnceLock<Vec<Subject>>,
     /// The same files by their names in lower case: no two are one file where case does not count.
     folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that nobody wants any more, by item.
@@ -144,21 +144,25 @@ struct Temporary {
 
 impl<'a> Publisher<'a> {
     pub(crate) fn new(plan: &'a Plan, state: &'a State) -> Self {
-        let folder = plan.manifest.parent().unwrap_or(Path::new("."));
-        let (manifest, out) = (manifest_name(plan), path_name(folder, &plan.out));
-        let subject_of = |file: &String| file_subject(&manifest, &out, file);
-        let mut wanted =
-            plan.items.par_iter().flat_map_iter(|item| item.files.iter().map(subject_of)).collect::<Vec<_>>();
-        wanted.par_sort_unstable();
+        let mut publisher = Self::without_stale(plan, state);
+        let wanted = publisher.wanted();
         let unwanted = state.journal.named(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
         let unwanted = unwanted.collect::<Vec<_>>();
         let mut stale = BTreeMap::<_, Vec<_>>::new();
         for (subject, line) in state.journal.subjects_among::<Published>(Tag::Published, &unwanted) {
-            if line.is_of(&manifest, &out, subject) {
+            if line.is_of(&publisher.manifest, &publisher.out, subject) {
                 stale.entry(line.item).or_default().push(line.file);
             }
         }
         stale.values_mut().for_each(|files| files.sort_unstable());
+        publisher.stale = stale;
+        publisher
+    }
+
+    /// The same, where it is known that every file of the ledger is wanted.
+    pub(crate) fn without_stale(plan: &'a Plan, state: &'a State) -> Self {
+        let folder = plan.manifest.parent().unwrap_or(Path::new("."));
+        let (manifest, out) = (manifest_name(plan), path_name(folder, &plan.out));
         Self {
             state,
             plan,
@@ -166,9 +170,9 @@ impl<'a> Publisher<'a> {
             manifest,
             out,
             others: OnceLock::new(),
-            wanted,
+            wanted: OnceLock::new(),
             folded: OnceLock::new(),
-            stale,
+            stale: BTreeMap::new(),
             removed: Mutex::default(),
             thinned: Mutex::default(),
             announced: AtomicBool::new(false),
@@ -482,7 +486,18 @@ impl<'a> Publisher<'a> {
     }
 
     fn is_wanted(&self, file: &str) -> bool {
-        self.wanted.binary_search(&self.subject(file)).is_ok()
+        self.wanted().binary_search(&self.subject(file)).is_ok()
+    }
+
+    fn wanted(&self) -> &[Subject] {
+        self.wanted.get_or_init(|| {
+            let items = self.plan.items.par_iter();
+            let mut wanted = items
+                .flat_map_iter(|item| item.files.iter().map(|file| self.subject(file)))
+                .collect::<Vec<_>>();
+            wanted.par_sort_unstable();
+            wanted
+        })
     }
 
     /// Tells the journal once that temporary files may be left in `out` from now on.

@@ -102,6 +102,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     selected: Vec<ItemIndex>,
     /// The items of which nothing has to be done, not yet told.
     settled: Vec<ItemIndex>,
+    was_settled: Vec<bool>,
     to_judge: BTreeSet<ItemIndex>,
     tasks: Tasks,
     busy: usize,
@@ -124,8 +125,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let plan = judge.plan;
         // Most items of most builds: their files are looked at all at once.
         let is_settled = (0..plan.items.len()).into_par_iter().map(|item| {
-            judge.is_current(item)
-                && workshop.is_published(item, judge.effect(item).map_or(&[], |effect| effect.outputs()))
+            judge.is_settled(item)
+                || judge.is_current(item)
+                    && workshop.is_published(item, judge.effect(item).map_or(&[], |effect| effect.outputs()))
         });
         let is_settled = is_settled.collect::<Vec<_>>();
         let mut consumers = vec![Vec::new(); plan.items.len()];
@@ -174,6 +176,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             consumers,
             selected: chosen,
             settled,
+            was_settled: is_settled,
             to_judge,
             tasks: Tasks::default(),
             busy: 0,
@@ -194,7 +197,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             }
             self.items[item].phase = Phase::Done;
             self.summary.up_to_date += 1;
-            self.tell(Event::UpToDate { item: self.judge.name(item) });
+            if !self.judge.is_settled(item) {
+                self.tell(Event::UpToDate { item: self.judge.name(item) });
+            }
         }
         let (sender, receiver) = channel();
         pool.in_place_scope(|scope| {
@@ -224,6 +229,24 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
         self.skip_the_rest();
         Ok(())
+    }
+
+    /// Which items have their results and files at hand; of those that a build which was stopped did not come to, which
+    /// had them before, by `before`.
+    pub(crate) fn items_settled(&self, before: Option<&[bool]>) -> Vec<bool> {
+        let had = |item: ItemIndex| before.is_some_and(|before| before[item]);
+        let items = self.items.iter().enumerate();
+        let is_settled = items.map(|(item, progress)| match progress.phase {
+            Phase::Done => true,
+            Phase::Waiting => had(item),
+            _ => false,
+        });
+        is_settled.collect()
+    }
+
+    /// The items of selected stages of which something had to be done.
+    pub(crate) fn items_at_work(&self) -> impl Iterator<Item = ItemIndex> {
+        self.selected.iter().copied().filter(|item| !self.was_settled[*item])
     }
 
     fn is_stopping(&self) -> bool {

@@ -178,6 +178,9 @@ impl Underway {
     /// Marks the items that another plan does not have or makes otherwise. Returns whether the plans are the same in
     /// what else matters: that there is nothing more to make, and where files go.
     fn compare(&self, plan: &Plan, stale: &mut [bool]) -> bool {
+        if self.plan.is_same(plan) {
+            return true;
+        }
         let places = plan.items.iter().enumerate();
         let places = places.map(|(index, item)| ((plan.stages[item.stage].name.as_str(), &item.key), index));
         let places = places.collect::<HashMap<_, _>>();
@@ -220,21 +223,21 @@ fn does_the_same(old: &Stage, new: &Stage) -> bool {
 }
 
 /// The files and folders that may have changed.
-struct Changes {
+pub(crate) struct Changes {
     paths: HashSet<PathBuf>,
     /// The folders that they are in.
     folders: HashSet<PathBuf>,
 }
 
 impl Changes {
-    fn new(paths: &[PathBuf]) -> Self {
+    pub(crate) fn new(paths: &[PathBuf]) -> Self {
         let paths = paths.iter().map(|path| normal(path)).collect::<HashSet<_>>();
         let folders = paths.iter().filter_map(|path| path.parent()).map(Path::to_path_buf).collect();
         Self { paths, folders }
     }
 
     /// Whether they bear on a file's content, or on the names in a folder.
-    fn concern(&self, path: &Path, listing: bool) -> bool {
+    pub(crate) fn concern(&self, path: &Path, listing: bool) -> bool {
         let path = normal(path);
         listing && self.folders.contains(&path)
             || path.ancestors().any(|ancestor| self.paths.contains(ancestor))

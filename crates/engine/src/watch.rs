@@ -8,6 +8,8 @@
 //! - Where a pass comes to attend to more than the one before, another follows: what happened between reading a place
 //!   and attending to it is found then.
 //! - Hints that come during a build stop what they make stale, and lead to another pass.
+//! - A pass that hints lead to looks only at what they name, so that an edit of a large project takes no longer than its own
+//!   work. Once it is quiet, another looks at everything, also at what was published.
 //! - A queue that overflowed leads to new watches and a pass.
 //! - Folders from which events do not arrive are looked at instead ([`probe`], [`poller`]).
 //!
@@ -58,6 +60,8 @@ const RETRIES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(60)]
 
 /// A disk that gives way to no two equal looks is taken as it is; what changes is heard.
 const MOST_LOOKS: usize = 8;
+/// The quiet time after an edit before everything is looked at.
+const CHECK_AFTER: Duration = Duration::from_secs(1);
 /// How often it is looked what a build has read by then.
 const PULSE: Duration = Duration::from_millis(100);
 
@@ -118,6 +122,10 @@ pub(crate) struct Watcher<'a> {
     pub(crate) retry: Backoff,
     /// What changed that the pass at work answers.
     changed: BTreeSet<PathBuf>,
+    /// Whether that is all that can have changed since the build before.
+    is_all: bool,
+    /// So long after a build that looked only at what had changed, everything is looked at.
+    pub(crate) check_after: Duration,
     /// Whether a build has been done.
     has_built: bool,
     /// Whether a change was noticed that no build has answered yet.
@@ -132,6 +140,8 @@ struct Passed {
     is_refused: bool,
     /// Whether the disk has to be looked at again, because not everything was attended to before.
     again: bool,
+    /// Whether only what had changed was looked at.
+    is_partial: bool,
 }
 
 impl<'a> Watcher<'a> {
@@ -165,6 +175,8 @@ impl<'a> Watcher<'a> {
             outstanding: OutstandingErrors::default(),
             retry: Backoff::new(RETRIES[0], RETRIES[1]),
             changed: BTreeSet::new(),
+            is_all: false,
+            check_after: CHECK_AFTER,
             has_built: false,
             owes: false,
         })
@@ -191,6 +203,8 @@ impl<'a> Watcher<'a> {
                 return Ok(());
             }
             is_asked_for = self.notice();
+            // What happened before everything was attended to is not among the hints.
+            self.is_all &= !passed.again;
             if is_asked_for {
                 self.retry.reset();
             }
@@ -202,9 +216,9 @@ impl<'a> Watcher<'a> {
         let pause = match passed {
             Passed { again: true, .. } => Some(Duration::ZERO),
             Passed { is_refused: true, .. } => Some(self.retry.pause()),
-            _ => {
+            Passed { is_partial, .. } => {
                 self.retry.reset();
-                None
+                is_partial.then_some(self.check_after)
             }
         };
         let due = pause.map(|pause| Instant::now() + pause);
@@ -257,6 +271,7 @@ impl<'a> Watcher<'a> {
         }
         changes.sort_unstable();
         self.changed = hints.paths.keys().cloned().collect();
+        self.is_all = hints.are_all();
         if changes.is_empty() {
             return false;
         }
@@ -285,8 +300,10 @@ impl<'a> Watcher<'a> {
                 // What was noticed has an answer.
                 (self.events)(Event::Rejected { faults });
             }
-            return Ok(Passed { has_ended: false, is_refused: false, again: false });
+            return Ok(Passed { has_ended: false, is_refused: false, again: false, is_partial: false });
         };
+        let is_partial = is_asked_for && self.is_all;
+        self.build.changed = is_partial.then(|| self.changed.iter().cloned().collect());
         let (built, again) = self.build(plan, &outlook, is_asked_for);
         match built {
             Ok(summary) => {
@@ -294,7 +311,12 @@ impl<'a> Watcher<'a> {
                 let has_ended = !summary.cancelled;
                 let failed = self.bench.failed_on.lock().iter().cloned().chain(broken).collect();
                 self.attention.judge(&self.changed, &failed, has_ended);
-                Ok(Passed { has_ended, is_refused: has_ended && summary.system_errors > 0, again })
+                Ok(Passed {
+                    has_ended,
+                    is_refused: has_ended && summary.system_errors > 0,
+                    again,
+                    is_partial,
+                })
             }
             Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),
             Err(error) => {
@@ -304,7 +326,7 @@ impl<'a> Watcher<'a> {
                     (self.events)(Event::Hindered { error: error.chain().to_vec(), help });
                     self.outstanding.hindered(error);
                 }
-                Ok(Passed { has_ended: true, is_refused, again })
+                Ok(Passed { has_ended: true, is_refused, again, is_partial: false })
             }
         }
     }
@@ -380,7 +402,7 @@ fn outdate(cancel: &Cancel, draft: &mut Draft<'_>, hints: &Hints, places: &Place
     }
     let Outlook { plan, faults, .. } = draft.look();
     // Faults are told by the next pass; until then the last good graph is right.
-    cancel.outdate(&paths, plan.filter(|_| faults.is_none()).as_deref());
+    cancel.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
 }
 
 /// All that the graph depends on, as far as it is known.

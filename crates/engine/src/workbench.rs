@@ -8,8 +8,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::disk::Noted;
 use crate::journal::Journal;
+use crate::judge::Known;
 use crate::memory::Memory;
-use crate::{Error, ErrorKind};
+use crate::{Error, ErrorKind, Plan};
 
 /// How the names of a workbench's threads begin. Kinds run on these: their panics are caught there and told as failures
 /// of their items, so that a hook for panics need not print them a second time.
@@ -46,10 +47,31 @@ impl PathSet {
 pub(crate) struct Between {
     /// The journal as the last build left it.
     pub(crate) journal: Option<Journal>,
+    /// The items as the last build left them.
+    pub(crate) settled: Option<Settled>,
     /// The bytes stored since somebody looked how large the cache is.
     pub(crate) stored: u64,
     /// How many more may be stored until somebody has to look again.
     pub(crate) room: u64,
+}
+
+/// Which items of a plan a build left with their results and files at hand.
+pub(crate) struct Settled {
+    plan: Plan,
+    selected: Vec<bool>,
+    known: Known,
+}
+
+impl Settled {
+    pub(crate) fn new(plan: &Plan, selected: &[bool], known: Known) -> Self {
+        Self { plan: plan.clone(), selected: selected.to_vec(), known }
+    }
+
+    /// What is known of the items, if it was the same plan.
+    pub(crate) fn known(self, plan: &Plan, selected: &[bool]) -> Option<Known> {
+        let is_same = self.plan.is_same(plan) && self.selected == selected;
+        is_same.then_some(self.known)
+    }
 }
 
 impl Workbench {

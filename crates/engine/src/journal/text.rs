@@ -16,7 +16,7 @@ const OVERLAP: usize = 256;
 const LONGEST_HEAD: usize = 256;
 
 /// The file is read in pieces of this size, or of a line if that is longer.
-const PIECE: usize = 1 << 22;
+const PIECE: usize = 1 << 19;
 
 /// What is known of the file: its whole lines so far.
 #[derive(Default)]

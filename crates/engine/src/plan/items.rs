@@ -28,13 +28,17 @@ const MOST_ITEMS: usize = 1_000_000;
 const MOST_ARRIVALS: usize = 16_000_000;
 
 /// The assets of source stages, by place; none where a stage has no source, or a fault in it.
-type Assets = Vec<Vec<Asset>>;
+pub(crate) type Assets = Vec<Vec<Asset>>;
 
-/// The items of the stages whose keys and assets are known, and the faults of the others.
-pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Vec<Item> {
+/// What lies on the disk for the source stages.
+pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Arc<Assets> {
     faults.extend(linked_out(graph, folders));
     let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, faults));
-    let assets: Assets = found.map(Option::unwrap_or_default).collect();
+    Arc::new(found.map(Option::unwrap_or_default).collect())
+}
+
+/// The items of the stages whose keys and assets are known, and the faults of the others.
+pub(crate) fn expand(graph: &Graph, assets: &Assets, faults: &mut Vec<Fault>) -> Vec<Item> {
     let mut items = Vec::new();
     let (mut firsts, mut arrivals) = (vec![0; graph.nodes.len()], 0_usize);
     let mut known = vec![false; graph.nodes.len()];
@@ -47,23 +51,23 @@ pub(crate) fn expand(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Faul
             known[place] = false;
             continue;
         };
-        let count = count(keys, &assets);
-        let gathered = node.edges.iter().map(|edge| gathered(graph, keys, edge.from, &assets));
+        let count = count(keys, assets);
+        let gathered = node.edges.iter().map(|edge| gathered(graph, keys, edge.from, assets));
         arrivals = gathered.fold(arrivals, |sum, each| sum.saturating_add(each.saturating_mul(count)));
         if items.len().saturating_add(count) > MOST_ITEMS || arrivals > MOST_ARRIVALS {
-            faults.push(too_many(graph, node, keys, &assets));
+            faults.push(too_many(graph, node, keys, assets));
             // All that follows would have too many, too.
             return Vec::new();
         }
         // Stages with the same keys share them.
-        let named = named.entry(keys).or_insert_with(|| self::named(graph, keys, count, &assets));
+        let named = named.entry(keys).or_insert_with(|| self::named(graph, keys, count, assets));
         let made = (0..count).into_par_iter().map(|number| {
             let key = named[number].clone();
-            item(graph, place, keys, key, number, &assets, &firsts)
+            item(graph, place, keys, key, number, assets, &firsts)
         });
         items.par_extend(made);
     }
-    publish(graph, &known, &mut items, &assets, faults);
+    publish(graph, &known, &mut items, assets, faults);
     items
 }
 

@@ -328,7 +328,7 @@ fn a_file_that_the_system_refuses_is_counted_apart_from_what_is_wrong_with_the_p
 #[test]
 fn a_result_that_cannot_be_stored_is_counted_as_an_error_of_the_system() {
     let project = refusing();
-    project.write(".specula/blobs", "not a folder");
+    (0..256).for_each(|n| project.write(&format!(".specula/blobs/{n:02x}"), "not a folder"));
     assert_eq!(failed(&project), (2, 2));
     project.remove(".specula/blobs");
     assert_eq!(failed(&project), (1, 0));

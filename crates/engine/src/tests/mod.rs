@@ -2,6 +2,7 @@
 
 mod artifacts;
 mod cache;
+mod changed;
 mod determinism;
 mod explanations;
 mod failures;

@@ -70,6 +70,11 @@ impl Hints {
         self.times.map(|(first, last)| (last + quiet).min(first + quiet * PATIENCE))
     }
 
+    /// Whether they name all that can have changed.
+    pub(super) fn are_all(&self) -> bool {
+        !self.lost && !self.perhaps
+    }
+
     /// The time since the first of them came.
     pub(super) fn age(&self) -> Duration {
         self.heard.map_or(Duration::ZERO, |first| first.elapsed())

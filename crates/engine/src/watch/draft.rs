@@ -1,9 +1,8 @@
 //! The manifest and its graph as they are now, and the last good ones.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use crate::plan::{self, Asked, RecordingFolders};
+use crate::plan::{self, Asked, Expansion, RecordingFolders};
 use crate::{Faults, Graph, Kinds, Plan, Source};
 
 /// A manifest that is read again and again.
@@ -13,13 +12,16 @@ pub(super) struct Draft<'a> {
     /// The text that `latest` was made of.
     bytes: Option<Vec<u8>>,
     latest: Result<Graph, Faults>,
-    good: Option<(Graph, Arc<Plan>)>,
+    /// The last good graph, and its items.
+    good: Option<(Graph, Expansion)>,
+    /// Whether that is the latest.
+    is_latest_good: bool,
 }
 
 /// What a look at the manifest and at the folders that it names gave.
 pub(super) struct Outlook {
     /// What is to be built: of the last good graph where there are faults; `None` where there never was one.
-    pub(super) plan: Option<Arc<Plan>>,
+    pub(super) plan: Option<Plan>,
     /// What is wrong with what the manifest says now.
     pub(super) faults: Option<Faults>,
     /// What was asked of the disk.
@@ -31,7 +33,7 @@ pub(super) struct Outlook {
 impl<'a> Draft<'a> {
     pub(super) fn new(manifest: PathBuf, kinds: &'a Kinds) -> Self {
         let latest = Err(Faults::new("", "", Vec::new()));
-        Self { manifest, kinds, bytes: None, latest, good: None }
+        Self { manifest, kinds, bytes: None, latest, good: None, is_latest_good: false }
     }
 
     /// Reads the manifest where it changed, and expands its sources.
@@ -41,33 +43,37 @@ impl<'a> Draft<'a> {
                 if self.bytes.as_ref() != Some(&bytes) {
                     self.latest = Graph::of_bytes(&self.manifest, &bytes, self.kinds);
                     self.bytes = Some(bytes);
+                    self.is_latest_good = false;
                 }
             }
             Err(faults) => {
                 self.latest = Err(faults);
                 self.bytes = None;
+                self.is_latest_good = false;
             }
         }
         let folders = RecordingFolders::default();
+        let before = self.good.as_ref().filter(|_| self.is_latest_good).map(|(_, expansion)| expansion);
         let expanded = self.latest.as_ref().map_err(Clone::clone);
-        let expanded = expanded.and_then(|graph| Ok((graph.clone(), Arc::new(graph.expand(&folders)?))));
+        let expanded = expanded.and_then(|graph| Ok((graph.clone(), graph.expand_after(&folders, before)?)));
         let faults = match expanded {
             Ok(good) => {
                 self.good = Some(good);
+                self.is_latest_good = true;
                 None
             }
             Err(faults) => {
-                if let Some((graph, plan)) = &mut self.good
-                    && let Ok(expanded) = graph.expand(&folders)
+                if let Some((graph, expansion)) = &mut self.good
+                    && let Ok(expanded) = graph.expand_after(&folders, Some(expansion))
                 {
-                    *plan = Arc::new(expanded);
+                    *expansion = expanded;
                 }
                 Some(faults)
             }
         };
         let graphs = self.latest.as_ref().ok().into_iter().chain(self.good.as_ref().map(|(graph, _)| graph));
         let sources = graphs.flat_map(|graph| graph.sources().map(|(_, source)| source.clone())).collect();
-        let plan = self.good.as_ref().map(|(_, plan)| Arc::clone(plan));
+        let plan = self.good.as_ref().map(|(_, expansion)| expansion.plan.clone());
         Outlook { plan, faults, asked: folders.asked(), sources }
     }
 }

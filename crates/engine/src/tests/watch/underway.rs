@@ -100,4 +100,15 @@ each_way! {
         watched.cancel.cancel();
         watched.ended().unwrap();
     }
+
+    /// Nothing is heard of it: a rebuild for another reason leads to a look at everything, once it is quiet.
+    fn a_published_file_that_somebody_deletes_comes_back_after_the_next_rebuild(way: Way) {
+        let project = Project::new(CAPITALS);
+        project.write("in/sky.txt", "blue");
+        project.write("in/sea.txt", "deep");
+        let watched = Watched::new(&project, way);
+        project.remove("out/sea.txt");
+        project.write("in/sky.txt", "grey");
+        watched.until_out(&[("sea.txt", "DEEP"), ("sky.txt", "GREY")]);
+    }
 }
