@@ -511,7 +511,7 @@ fn is_sorted<E: Entry>(table: &[E]) -> bool {
 fn find<E: Entry>(table: &[E], subject: Subject) -> Option<&E> {
     let wanted = subject.to_be_bytes();
     let at = |index: usize| table[index].line().subject;
-    let guess = ((subject >> 64) * table.len() as u128 >> 64) as usize;
+    let guess = (((subject >> 64) * table.len() as u128) >> 64) as usize;
     let (mut first, mut last, mut step) = (guess, guess, 4);
     while first > 0 && at(first.min(table.len() - 1)) > wanted {
         first = first.saturating_sub(step);

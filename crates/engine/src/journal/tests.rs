@@ -164,10 +164,10 @@ fn indexed(path: &Path) {
         let digest = Digest::of(&n.to_le_bytes());
         let record = serde_json::json!({
             "manifest": "pipeline.toml", "key": digest, "kind": "write", "milliseconds": n,
-            "outputs": [{ "digest": digest, "bytes": n }], "failure": null, "gone": n % 5 == 0,
+            "outputs": [{ "digest": digest, "bytes": n }], "failure": null, "gone": n.is_multiple_of(5),
             "reads": [{ "path": format!("{}.txt", n % 7), "listing": false, "digest": digest }],
         });
-        Line::new(if n % 2 == 0 { Tag::Item } else { Tag::Result }, short(digest), Some(&record))
+        Line::new(if n.is_multiple_of(2) { Tag::Item } else { Tag::Result }, short(digest), Some(&record))
     };
     ours.append(&(0..3000).map(line).collect::<Vec<_>>()).unwrap();
     let ours = open(path, ours.rest()).unwrap();
