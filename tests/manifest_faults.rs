@@ -73,7 +73,7 @@ fn a_missing_manifest_is_told_with_what_to_do() {
 fn an_empty_manifest_is_told_what_belongs_there() {
     let run = Project::new("").specula(&["build"]);
     assert_eq!(run.code, Some(3), "{run:?}");
-    assert!(run.stderr.contains("help: expected schema = 1"), "{}", run.stderr);
+    assert!(run.stderr.contains("expected schema = 1"), "{}", run.stderr);
 }
 
 #[test]

@@ -171,7 +171,7 @@ impl Session {
                 }
             }
             Event::Rejected { faults } => {
-                manifest::drawn(faults).lines().for_each(|line| self.screen.line(line));
+                self.screen.painted(&manifest::drawn(faults));
                 let next = if state.built { "the last good graph goes on" } else { "nothing runs" };
                 self.line("", &format!("{}; {next} until it is mended", manifest::counted(faults)));
                 state.changed.clear();
