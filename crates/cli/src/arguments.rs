@@ -149,7 +149,7 @@ pub(crate) struct BuildArguments {
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Name the items that were up to date too, and facts about results
+    /// Name the items that were up to date too, all that failed, and facts about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Write what every worker did when, as timings.html and (for Perfetto) timings.json [default: into .specula]

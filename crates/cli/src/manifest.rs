@@ -12,7 +12,7 @@ use miette::{
 use crate::arguments::ManifestArgument;
 use crate::escape::{Painted, escaped};
 use crate::print::{painted, say};
-use crate::quantity::count;
+use crate::quantity::{count, more};
 use crate::{Exit, terminal};
 
 /// The plan of a manifest; where it has faults, they are printed and the exit code is given.
@@ -28,7 +28,7 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     })
 }
 
-/// Every fault with its place, what was expected there and what to do.
+/// The faults that are shown, each with its place, what was expected there and what to do.
 pub(crate) fn drawn(faults: &Faults) -> Painted {
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
         (true, true) => GraphicalTheme::unicode(),
@@ -40,7 +40,7 @@ pub(crate) fn drawn(faults: &Faults) -> Painted {
 
 fn drawn_with(theme: GraphicalTheme, faults: &Faults) -> Painted {
     let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
-    let drawn = faults.faults.iter().map(|fault| {
+    let drawn = faults.shown().iter().map(|fault| {
         let mut text = String::new();
         let report = Report::new(faults, fault);
         // A report that cannot be drawn is still told, without its picture.
@@ -49,7 +49,9 @@ fn drawn_with(theme: GraphicalTheme, faults: &Faults) -> Painted {
         }
         text.trim_end_matches('\n').to_owned()
     });
-    Painted::of_escaped(drawn.collect::<Vec<_>>().join("\n"))
+    let mut drawn = drawn.collect::<Vec<_>>();
+    drawn.extend(more(faults.more(), "more fault"));
+    Painted::of_escaped(drawn.join("\n"))
 }
 
 /// `pipeline.toml: 2 faults`
