@@ -70,6 +70,11 @@ fn every_line_of_a_watcher_is_what_the_schema_says() {
     events.extend(watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 7));
     project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
     events.extend(watcher.wait("rejected", |event| event.to_string().contains("resolutoin")));
+    let keys = (0..60).map(|n| format!("key-{n} = 1\n")).collect::<String>();
+    project.write("pipeline.toml", &format!("{keys}{}", support::SMALL));
+    events.extend(watcher.wait("rejected", |event| event.to_string().contains("key-0")));
+    let faults = &events[events.len() - 1]["faults"];
+    assert_eq!((faults["faults"].as_array().unwrap().len(), &faults["more"]), (50, &10.into()));
     project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolution = 8"));
     events.extend(watcher.wait("accepted", |_| true));
     events.extend(watcher.wait_for_build());

@@ -73,7 +73,7 @@ fn a_missing_manifest_is_told_with_what_to_do() {
 fn an_empty_manifest_is_told_what_belongs_there() {
     let run = Project::new("").specula(&["build"]);
     assert_eq!(run.code, Some(3), "{run:?}");
-    assert!(run.stderr.contains("help: expected schema = 1"), "{}", run.stderr);
+    assert!(run.stderr.contains("expected schema = 1"), "{}", run.stderr);
 }
 
 #[test]
@@ -82,4 +82,16 @@ fn an_unknown_stage_is_a_usage_error_with_the_nearest_name() {
     let run = project.specula(&["build", "lightning"]);
     assert_eq!(run.code, Some(2), "{run:?}");
     assert!(run.stderr.contains("\"lighting\""), "{}", run.stderr);
+}
+
+#[test]
+fn of_thousands_of_faults_the_first_are_drawn_and_the_others_counted() {
+    let stages = (0..5000).map(|n| format!("[stage.s{n}]\nkind = \"project-hs\"\ninput = \"t{n}\"\n"));
+    let project = Project::new(&format!("schema = 1\n{}", stages.collect::<String>()));
+    let run = project.specula(&["check"]);
+    assert_eq!(run.code, Some(3), "{}", run.stderr);
+    assert!(run.stderr.ends_with("\n... and 9950 more faults\npipeline.toml: 10000 faults; nothing ran.\n"));
+    assert_eq!(run.stderr.matches("pipeline.toml:").count(), 51, "50 places and the count:\n{}", run.stderr);
+    assert_eq!(run.stderr.matches("did you mean \"project-sh\"?").count(), 25, "in order of their place");
+    assert!(run.stderr.len() < 40_000, "{} bytes", run.stderr.len());
 }

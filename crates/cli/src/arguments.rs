@@ -1,12 +1,15 @@
 //! What can be typed after `specula`.
 
+use std::env;
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use ::preview::Mode;
 use ::preview::window::Wish;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::{Exit, preview, quantity};
+use crate::escape::escaped;
+use crate::{Exit, preview, print, quantity};
 
 /// Turns light and materials into reflection maps, and keeps them up to date.
 #[derive(Debug, Parser)]
@@ -14,6 +17,22 @@ use crate::{Exit, preview, quantity};
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Arguments {
+    /// What was typed. If that asks for help or cannot be understood, this is printed, and the exit code is given.
+    pub(crate) fn of_process() -> Result<Self, ExitCode> {
+        let typed = env::args_os().collect::<Vec<_>>();
+        Self::try_parse_from(&typed).map_err(|error| {
+            // clap colours what it quotes, so that it has to be escaped before clap sees it.
+            let shown = typed.iter().map(|argument| escaped(&argument.to_string_lossy()).into_owned());
+            match Self::try_parse_from(shown) {
+                Err(shown) if shown.kind() == error.kind() => _ = shown.print(),
+                _ => print::message(error.to_string().trim_end()),
+            }
+            ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))
+        })
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -130,7 +149,7 @@ pub(crate) struct BuildArguments {
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Name the items that were up to date too, and facts about results
+    /// Name the items that were up to date too, all that failed, and facts about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Write what every worker did when, as timings.html and (for Perfetto) timings.json [default: into .specula]

@@ -1,15 +1,17 @@
 //! `specula check`: whether the manifest is sound, and with `--determinism` whether outputs depend on the number of
 //! threads.
 
+use std::collections::HashMap;
 use std::fmt::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use engine::{Cancel, Determinism, Event, Kinds, Plan};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
 use crate::print::say;
-use crate::quantity::{count, duration};
+use crate::quantity::{SHOWN, count, duration, more};
+use crate::standing::few;
 use crate::{Exit, build, exit, manifest, print};
 
 pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
@@ -28,13 +30,19 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
     build::stop_on_interrupt(&cancel, || {});
     let is_of_system = AtomicBool::new(false);
+    let failed = AtomicUsize::new(0);
     let told = |threads: usize, event: Event| match event {
         Event::Planned { items, .. } => {
+            failed.store(0, Ordering::Relaxed);
             say!("{}: {} from nothing", count(threads, "thread"), count(items, "item"))
         }
-        Event::Failed { item, error, .. } => say!("  FAILED {item}: {}", error.join(": ")),
+        Event::Failed { item, error, .. } if failed.fetch_add(1, Ordering::Relaxed) < SHOWN => {
+            say!("  FAILED {item}: {}", error.join(": "));
+        }
         Event::Ended(summary) => {
             is_of_system.fetch_or(summary.system_errors > 0, Ordering::Relaxed);
+            let more = more(failed.load(Ordering::Relaxed).saturating_sub(SHOWN), "more failed item");
+            more.iter().for_each(|more| say!("  {more}"));
             say!("  {}", duration(summary.milliseconds));
         }
         _ => {}
@@ -78,8 +86,12 @@ fn describe(found: &Determinism) -> String {
     let threads = format!("{} threads", threads.join(", "));
     let (items, outputs) = (count(found.items, "item"), count(found.outputs, "output"));
     let mut text = String::new();
+    let mut after = HashMap::<_, Vec<_>>::new();
+    for difference in &found.differences {
+        after.entry(difference.because.as_ref()).or_default().push(difference.item.to_string());
+    }
     let began = found.differences.iter().filter(|difference| difference.because.is_none());
-    for difference in began {
+    for difference in began.clone().take(SHOWN) {
         let [one, other] = difference.threads;
         let [bytes, other_bytes] = difference.bytes;
         let size = if bytes == other_bytes {
@@ -100,15 +112,17 @@ fn describe(found: &Determinism) -> String {
             count(other, "thread"),
             difference.at
         );
-        let after = found.differences.iter().filter(|after| after.because.as_ref() == Some(&difference.item));
-        let after = after.map(|after| after.item.to_string()).collect::<Vec<_>>();
-        if !after.is_empty() {
-            let _ = writeln!(text, "  only because of it: {}", after.join("; "));
+        if let Some(after) = after.get(&Some(&difference.item)) {
+            let _ = writeln!(text, "  only because of it: {}", few(after, "; "));
         }
     }
-    for failed in &found.failures {
+    for failed in found.failures.iter().take(SHOWN) {
         let threads = count(failed.threads, "thread");
         let _ = writeln!(text, "{} failed with {threads}: {}", failed.item, failed.error.join(": "));
+    }
+    for (number, what) in [(began.count(), "more difference"), (found.failures.len(), "more failure")] {
+        let more = more(number.saturating_sub(SHOWN), what);
+        let _ = more.map_or(Ok(()), |more| writeln!(text, "{more}; --json tells all"));
     }
     for path in &found.disturbed {
         let _ = writeln!(text, "{path} changed while the check ran: check again");

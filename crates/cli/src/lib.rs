@@ -12,6 +12,7 @@ mod arguments;
 mod build;
 mod cache;
 mod check;
+mod escape;
 mod exit;
 mod explain;
 mod graph;
@@ -36,7 +37,6 @@ mod watch;
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use engine::Kinds;
 
 use crate::arguments::{Arguments, Command};
@@ -44,8 +44,10 @@ pub use crate::exit::Exit;
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
-    let arguments = Arguments::parse();
-    panics::told_once(|| run(arguments.command, &kinds)).into()
+    match Arguments::of_process() {
+        Ok(arguments) => panics::told_once(|| run(arguments.command, &kinds)).into(),
+        Err(exit) => exit,
+    }
 }
 
 fn run(command: Command, kinds: &Kinds) -> Exit {

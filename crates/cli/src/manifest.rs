@@ -1,20 +1,24 @@
 //! The manifest as every command loads it: a plan, or its faults drawn at their places.
 
 use std::fmt;
-use std::sync::Arc;
+use std::ops::Range;
 
-use engine::{Fault, Faults, Kinds, Plan};
-use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use engine::{Fault, Faults, Kinds, Plan, line_and_column};
+use miette::{
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
+    SourceCode, SourceSpan, SpanContents,
+};
 
 use crate::arguments::ManifestArgument;
-use crate::print::say;
-use crate::quantity::count;
+use crate::escape::{Painted, escaped};
+use crate::print::{painted, say};
+use crate::quantity::{count, more};
 use crate::{Exit, terminal};
 
 /// The plan of a manifest; where it has faults, they are printed and the exit code is given.
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
     Plan::load(&argument.manifest, kinds).map_err(|found| {
-        say!("{}", drawn(&found));
+        painted(&drawn(&found));
         say!("{}; nothing ran.", counted(&found));
         let manifest = &argument.manifest;
         if !manifest.exists() && !manifest.with_file_name("pipeline.toml").exists() {
@@ -24,25 +28,30 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     })
 }
 
-/// Every fault with its place, what was expected there and what to do.
-pub(crate) fn drawn(faults: &Faults) -> String {
-    let source = Arc::new(NamedSource::new(&faults.file, faults.text.clone()).with_language("TOML"));
+/// The faults that are shown, each with its place, what was expected there and what to do.
+pub(crate) fn drawn(faults: &Faults) -> Painted {
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
         (true, true) => GraphicalTheme::unicode(),
         (true, false) => GraphicalTheme::unicode_nocolor(),
         (false, _) => GraphicalTheme::none(),
     };
+    drawn_with(theme, faults)
+}
+
+fn drawn_with(theme: GraphicalTheme, faults: &Faults) -> Painted {
     let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
-    let drawn = faults.faults.iter().map(|fault| {
+    let drawn = faults.shown().iter().map(|fault| {
         let mut text = String::new();
-        let report = Report { fault, source: Arc::clone(&source) };
+        let report = Report::new(faults, fault);
         // A report that cannot be drawn is still told, without its picture.
         if handler.render_report(&mut text, &report).is_err() {
-            text = format!("{}: {}", faults.file, fault.message);
+            text = format!("{}: {}", escaped(&faults.file), report.message);
         }
         text.trim_end_matches('\n').to_owned()
     });
-    drawn.collect::<Vec<_>>().join("\n")
+    let mut drawn = drawn.collect::<Vec<_>>();
+    drawn.extend(more(faults.more(), "more fault"));
+    Painted::of_escaped(drawn.join("\n"))
 }
 
 /// `pipeline.toml: 2 faults`
@@ -50,40 +59,246 @@ pub(crate) fn counted(faults: &Faults) -> String {
     format!("{}: {}", faults.file, count(faults.faults.len(), "fault"))
 }
 
-struct Report<'a> {
-    fault: &'a Fault,
-    source: Arc<NamedSource<String>>,
+/// A fault as miette draws it, with all that is from outside escaped.
+#[derive(Debug)]
+struct Report {
+    message: String,
+    label: Option<String>,
+    help: Option<String>,
+    excerpt: Option<Excerpt>,
 }
 
-impl fmt::Debug for Report<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self.fault, f)
+impl Report {
+    fn new(faults: &Faults, fault: &Fault) -> Self {
+        let shown = |text: &String| escaped(text).into_owned();
+        Self {
+            message: shown(&fault.message),
+            label: fault.expected.as_ref().map(shown),
+            help: fault.help.as_ref().map(shown),
+            excerpt: fault.span.clone().map(|span| Excerpt::new(faults, span)),
+        }
     }
 }
 
-impl fmt::Display for Report<'_> {
+impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.fault.message)
+        f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Report<'_> {}
+impl std::error::Error for Report {}
 
-impl Diagnostic for Report<'_> {
+impl Diagnostic for Report {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        // No place of an empty file can be drawn, so that its label would be lost.
-        let expected = self.fault.expected.as_ref().filter(|_| self.source.inner().is_empty());
-        let lines = expected.into_iter().chain(&self.fault.help).cloned().collect::<Vec<_>>();
-        (!lines.is_empty()).then(|| Box::new(lines.join("; ")) as Box<dyn fmt::Display>)
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(self.source.as_ref())
+        self.excerpt.as_ref().map(|excerpt| excerpt as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.fault.span.clone()?;
-        let label = LabeledSpan::new(self.fault.expected.clone(), span.start, span.len());
+        let span = self.excerpt.as_ref()?.span.clone();
+        let label = LabeledSpan::new(self.label.clone(), span.start, span.len());
         Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// The lines around a fault.
+#[derive(Debug)]
+struct Excerpt {
+    file: String,
+    text: String,
+    /// The fault's place in `text`.
+    span: Range<usize>,
+    /// The line that `text` begins in, counted from 0.
+    line: usize,
+    /// The fault's line and column in the file, counted from 1.
+    place: (usize, usize),
+}
+
+impl Excerpt {
+    /// So many bytes of a place are drawn, and so many before and after it: a line may be as long as a file.
+    const LONGEST: usize = 200;
+
+    fn new(faults: &Faults, span: Range<usize>) -> Self {
+        let text = faults.text.as_str();
+        let start = text.floor_char_boundary(span.start);
+        let end = text.ceil_char_boundary(span.end.clamp(start, start + Self::LONGEST));
+        let (first, last) = lines_around(text, start..end);
+        let from = text.ceil_char_boundary(first.max(start.saturating_sub(Self::LONGEST)));
+        let to = text.floor_char_boundary(last.min(end + Self::LONGEST));
+        let [before, at, after] = [from..start, start..end, end..to].map(|part| shown(text, part));
+        let before = if from > first { format!("...{before}") } else { before };
+        let after = if to < last { after + "..." } else { after };
+        Self {
+            file: escaped(&faults.file).into_owned(),
+            span: before.len()..before.len() + at.len(),
+            // miette draws no place behind the last line.
+            text: before + &at + &after + "\n",
+            line: line_and_column(text, from).0 - 1,
+            place: line_and_column(text, start),
+        }
+    }
+}
+
+/// From the line before a place to the line after it.
+fn lines_around(text: &str, place: Range<usize>) -> (usize, usize) {
+    let breaks = text[..place.start].match_indices('\n').map(|(at, _)| at + 1);
+    let first = breaks.rev().nth(1).unwrap_or(0);
+    let mut breaks = text[place.end..].match_indices('\n').map(|(at, _)| place.end + at);
+    (first, breaks.nth(1).unwrap_or(text.len()))
+}
+
+/// A part of a text as it is drawn.
+fn shown(text: &str, part: Range<usize>) -> String {
+    let mut shown = text[part.clone()].replace("\r\n", "\n");
+    if shown.ends_with('\r') && text[part.end..].starts_with('\n') {
+        shown.pop();
+    }
+    escaped(&shown).into_owned()
+}
+
+impl SourceCode for Excerpt {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        lines_before: usize,
+        _lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        // Without lines around it, it is asked where the place is.
+        let (data, span, line, column) = if lines_before == 0 {
+            let (line, column) = self.place;
+            let data = self.text.get(self.span.clone()).unwrap_or_default();
+            (data, *span, line - 1, column - 1)
+        } else {
+            (self.text.as_str(), (0..self.text.len()).into(), self.line, 0)
+        };
+        let lines = data.matches('\n').count() + 1;
+        let contents =
+            MietteSpanContents::new_named(self.file.clone(), data.as_bytes(), span, line, column, lines);
+        Ok(Box::new(contents))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+
+    use super::*;
+
+    fn check(text: &str, faults: Vec<Fault>, expected: Expect) {
+        let faults = Faults::new("a\u{1b}b.toml", text, faults);
+        let plain = drawn_with(GraphicalTheme::unicode_nocolor(), &faults).to_string();
+        assert_eq!(escaped(&plain), plain, "nothing is left that a terminal acts on");
+        let lines = plain.lines().map(|line| format!("{}\n", format!("|{line}").trim_end()));
+        expected.assert_eq(&lines.collect::<String>());
+    }
+
+    #[test]
+    fn a_fault_is_drawn_with_what_is_hostile_escaped_and_its_place_as_it_is() {
+        let text = "x = 1\r\nkind = \"a\u{1b}[31m\u{202e}é\" # \u{9b}\r\nlast\u{7f} = 2\r\nmore = 3\r\n";
+        let place = text.find("\u{202e}").unwrap()..text.find("\" #").unwrap();
+        let fault = Fault::at(place, "there is no \u{1b}[31mkind").expected("a \u{9b}").help("try \u{7}");
+        check(
+            text,
+            vec![fault],
+            expect![[r#"
+                |  × there is no \u{1b}[31mkind
+                |   ╭─[a\u{1b}b.toml:2:15]
+                | 1 │ x = 1
+                | 2 │ kind = "a\u{1b}[31m\u{202e}é" # \u{9b}
+                |   ·                    ────┬────
+                |   ·                        ╰── a \u{9b}
+                | 3 │ last\u{7f} = 2
+                |   ╰────
+                |  help: try \u{7}
+            "#]],
+        );
+    }
+
+    #[test]
+    fn places_at_the_ends_of_a_text_and_of_its_lines_are_drawn() {
+        let text = "a = \r\n\r\nb = 1";
+        let at = |place: Range<usize>| Fault::at(place.clone(), format!("at {place:?}")).expected("here");
+        check(
+            text,
+            vec![at(0..1), at(4..4), at(5..5), at(6..7), at(8..9), at(13..13)],
+            expect![[r#"
+                |  × at 0..1
+                |   ╭─[a\u{1b}b.toml:1:1]
+                | 1 │ a =
+                |   · ┬
+                |   · ╰── here
+                | 2 │
+                |   ╰────
+                |  × at 4..4
+                |   ╭─[a\u{1b}b.toml:1:5]
+                | 1 │ a =
+                |   ·     ▲
+                |   ·     ╰── here
+                | 2 │
+                |   ╰────
+                |  × at 5..5
+                |   ╭─[a\u{1b}b.toml:1:6]
+                | 1 │ a =
+                |   ·     ▲
+                |   ·     ╰── here
+                | 2 │
+                |   ╰────
+                |  × at 6..7
+                |   ╭─[a\u{1b}b.toml:2:1]
+                | 1 │ a =
+                | 2 │
+                |   · ▲
+                |   · ╰── here
+                | 3 │ b = 1
+                |   ╰────
+                |  × at 8..9
+                |   ╭─[a\u{1b}b.toml:3:1]
+                | 2 │
+                | 3 │ b = 1
+                |   · ┬
+                |   · ╰── here
+                |   ╰────
+                |  × at 13..13
+                |   ╭─[a\u{1b}b.toml:3:6]
+                | 2 │
+                | 3 │ b = 1
+                |   ·      ▲
+                |   ·      ╰── here
+                |   ╰────
+            "#]],
+        );
+        check(
+            "",
+            vec![at(0..0)],
+            expect![[r#"
+                |  × at 0..0
+                |   ╭─[a\u{1b}b.toml:1:1]
+                | 1 │
+                |   · ▲
+                |   · ╰── here
+                |   ╰────
+            "#]],
+        );
+    }
+
+    #[test]
+    fn of_a_line_as_long_as_a_file_a_part_is_drawn() {
+        let text = format!("a = [{}]\nb = 1\n", "\u{1b}ü, ".repeat(100_000));
+        let fault = |span| Fault::at(span, "wrong").expected("something else");
+        let faults = Faults::new("x.toml", text, vec![fault(0..300_000), fault(300_005..300_009)]);
+        let drawn = drawn_with(GraphicalTheme::unicode_nocolor(), &faults).to_string();
+        assert!(drawn.contains("[x.toml:1:1]") && drawn.contains("[x.toml:1:240006]"), "{drawn}");
+        assert_eq!(drawn.matches("something else").count(), 2, "{drawn}");
+        assert!(drawn.len() < 20_000, "{} bytes", drawn.len());
+    }
+
+    #[test]
+    fn colours_of_our_own_are_kept() {
+        let faults = Faults::new("x.toml", "a\u{1b}[31m", vec![Fault::at(0..1, "wrong").expected("right")]);
+        let drawn = drawn_with(GraphicalTheme::unicode(), &faults).to_string();
+        assert!(drawn.contains("\u{1b}[") && drawn.contains(r"a\u{1b}[31m"), "{drawn:?}");
     }
 }

@@ -1,6 +1,8 @@
 //! Panics of kinds: the engine catches them and tells them as failures of their items, so that Rust's own lines about
-//! them would only be in the way. With `RUST_BACKTRACE` set they are printed all the same.
+//! them would only be in the way. With `RUST_BACKTRACE` set they are printed all the same. They are printed as Rust does, but
+//! through `print.rs`: a panic may quote what a file holds.
 
+use std::backtrace::Backtrace;
 use std::env;
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::Mutex;
@@ -14,16 +16,21 @@ static KEPT: Mutex<Option<String>> = Mutex::new(None);
 
 /// Does something during which panics of workers are printed only where they end it.
 pub(crate) fn told_once<T>(act: impl FnOnce() -> T) -> T {
-    if env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0") {
-        return act();
-    }
-    let usual = panic::take_hook();
+    let backtrace = env::var_os("RUST_BACKTRACE").filter(|value| value != "0");
     panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
-        let is_worker = thread::current().name().is_some_and(|name| name.starts_with(engine::WORKER));
-        *locked(&KEPT) = is_worker.then(|| info.to_string());
-        if !is_worker {
-            usual(info);
+        let thread = thread::current();
+        let name = thread.name().unwrap_or("<unnamed>");
+        let trace = match &backtrace {
+            None => "note: run with `RUST_BACKTRACE=1` to see where it comes from".into(),
+            Some(value) if value == "full" => format!("{:#}", Backtrace::force_capture()),
+            Some(_) => Backtrace::force_capture().to_string(),
+        };
+        let told = format!("\nthread '{name}' {info}\n{}", trace.trim_end());
+        let is_kept = backtrace.is_none() && name.starts_with(engine::WORKER);
+        if !is_kept {
+            print::message(&told);
         }
+        *locked(&KEPT) = is_kept.then_some(told);
     }));
     panic::catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|ended| {
         if let Some(kept) = locked(&KEPT).take() {
@@ -69,7 +76,7 @@ mod tests {
         }
 
         fn run(_: &Nothing, _: &Context<'_>) -> Result<Output, Failure> {
-            panic!("ouch");
+            panic!("ouch\u{1b}[31m");
         }
     }
 
@@ -93,7 +100,7 @@ mod tests {
         }
         told_once(|| {
             let worker = std::thread::Builder::new().name(format!("{} 0", engine::WORKER));
-            let ended = worker.spawn(|| panic!("ouch")).unwrap().join();
+            let ended = worker.spawn(|| panic!("ouch\u{1b}[31m")).unwrap().join();
             std::panic::resume_unwind(ended.unwrap_err());
         })
     }
@@ -111,7 +118,9 @@ mod tests {
             .output()
             .unwrap();
         assert!(String::from_utf8_lossy(&output.stdout).contains("running 1 test"));
-        String::from_utf8(output.stderr).unwrap()
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(told.contains(r"ouch\u{1b}[31m") && !told.contains('\u{1b}'), "{told:?}");
+        told
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The two streams, and the only place that writes to them. `println!` and its like panic where the reader has gone
-//! away (`specula stages | head -1`), so Clippy forbids them here as everywhere.
+//! away (`specula stages | head -1`), so Clippy forbids them here as everywhere. What is written is fit for a terminal,
+//! whether or not there is one: `escape.rs` has gone over it.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,6 +9,7 @@ use engine::{Event, EventLine};
 use serde_json::Value;
 
 use crate::Exit;
+use crate::escape::{Painted, escaped, escaped_json};
 
 /// [`message`] with the arguments of `format!`.
 macro_rules! say {
@@ -17,7 +19,11 @@ pub(crate) use say;
 
 /// Writes a command's whole result to standard output. A reader that wants no more of it is no error.
 pub(crate) fn data(text: &str) -> Exit {
-    match written(text) {
+    finished(written(&escaped(text)))
+}
+
+fn finished(written: io::Result<()>) -> Exit {
+    match written {
         Ok(()) => Exit::Success,
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Exit::Success,
         Err(error) => {
@@ -41,7 +47,7 @@ pub(crate) fn json(mut found: Value) -> Exit {
     if let Some(object) = found.as_object_mut() {
         object.insert("v".into(), VERSION.into());
     }
-    data(&format!("{found}\n"))
+    finished(written(&escaped_json(&format!("{found}\n"))))
 }
 
 /// The events of a command on standard output, a line of JSON each. A reader that has gone away does not stop the build,
@@ -58,7 +64,7 @@ impl EventStream {
             return;
         }
         let line = serde_json::to_string(&EventLine::now(event)).map_err(io::Error::other);
-        match line.and_then(|line| written(&(line + "\n"))) {
+        match line.and_then(|line| written(&escaped_json(&(line + "\n")))) {
             Ok(()) => {}
             Err(error) if error.kind() == ErrorKind::BrokenPipe => {
                 self.is_unheard.store(true, Ordering::Relaxed);
@@ -91,7 +97,12 @@ pub(crate) fn error(chain: &[String], help: Option<&str>) {
     }
 }
 
-/// Writes a line to standard error. Where even that fails, nobody is left to be told.
+/// Writes a line to standard error.
 pub(crate) fn message(line: &str) {
+    painted(&Painted::plain(line));
+}
+
+/// Writes a line that has colours to standard error. If even that fails, nobody is left to be told.
+pub(crate) fn painted(line: &Painted) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }

@@ -1,5 +1,7 @@
-//! The build as a person sees it: a bar while it works, a line for what happened, a summary at the end.
+//! The build as a person sees it: a bar while it works, a line for what happened, a summary at the end. If thousands of items
+//! fail, the first are told and the others counted, unless all are asked for.
 
+use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
@@ -7,9 +9,10 @@ use std::sync::{Mutex, MutexGuard};
 use engine::{Event, ItemName, Summary};
 
 use crate::print::{message, say};
-use crate::quantity::{count, duration};
+use crate::quantity::{SHOWN, count, duration, more};
 use crate::reasons;
 use crate::screen::{Screen, locked};
+use crate::standing::few;
 
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
@@ -67,9 +70,12 @@ impl Progress {
                 }
             }
             Event::Failed { item, error, help } => {
-                self.line("FAILED", item);
+                let mut state = self.state();
+                if state.failures.len() < self.shown() {
+                    self.line("FAILED", item);
+                }
                 self.screen.ended(item);
-                self.state().failures.push((item.clone(), error.clone(), help.clone()));
+                state.failures.push((item.clone(), error.clone(), help.clone()));
             }
             Event::Skipped { item, because } => {
                 self.screen.settled();
@@ -111,7 +117,11 @@ impl Progress {
     pub(crate) fn tell_failures(&self) {
         self.screen.close();
         let state = self.state();
-        for (item, chain, help) in &state.failures {
+        let mut skipped = HashMap::<_, Vec<_>>::new();
+        for (item, because) in &state.skipped {
+            skipped.entry(because.as_ref()).or_default().push(item.to_string());
+        }
+        for (item, chain, help) in state.failures.iter().take(self.shown()) {
             say!("\nerror: {item} failed");
             for cause in chain {
                 say!("  {}", cause.replace('\n', "\n  "));
@@ -119,12 +129,19 @@ impl Progress {
             if let Some(help) = help {
                 say!("  hint: {help}");
             }
-            let lost = state.skipped.iter().filter(|(_, because)| because.as_ref() == Some(item));
-            let lost = lost.map(|(skipped, _)| skipped.to_string()).collect::<Vec<_>>();
-            if !lost.is_empty() {
-                say!("  not run because of it: {}", lost.join("; "));
+            if let Some(lost) = skipped.get(&Some(item)) {
+                let lost = if self.verbose { lost.join("; ") } else { few(lost, "; ") };
+                say!("  not run because of it: {lost}");
             }
         }
+        if let Some(more) = more(state.failures.len().saturating_sub(self.shown()), "more failed item") {
+            say!("\n{more}; --verbose shows all");
+        }
+    }
+
+    /// How many failures are told.
+    fn shown(&self) -> usize {
+        if self.verbose { usize::MAX } else { SHOWN }
     }
 
     /// A line above the bar: what happened, to what.

@@ -7,6 +7,14 @@ pub(crate) fn count<N: Display + PartialEq + From<u8>>(number: N, what: &str) ->
     format!("{number} {what}{}", if number == N::from(1) { "" } else { "s" })
 }
 
+/// Of thousands of failed items so many are told in full; the others are counted.
+pub(crate) const SHOWN: usize = 50;
+
+/// `... and 4950 more faults`: the line for those of many things that are not shown, if there are any.
+pub(crate) fn more(number: usize, what: &str) -> Option<String> {
+    (number > 0).then(|| format!("... and {}", count(number, what)))
+}
+
 /// A size, in powers of 1000: `12 B`, `3.4 MB`.
 pub(crate) fn size(bytes: u64) -> String {
     let mut size = bytes as f64;

@@ -8,6 +8,7 @@ use std::time::Duration;
 use engine::ItemName;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
+use crate::escape::{Painted, escaped};
 use crate::{print, terminal};
 
 /// Draws are limited to some a second: a tick shows what changed since the last one.
@@ -16,7 +17,7 @@ const TICK: Duration = Duration::from_millis(100);
 /// Standard error as people see it.
 pub(crate) struct Screen {
     /// Where lines go when nothing moves.
-    plain: Box<dyn Fn(&str) + Send + Sync>,
+    plain: Box<dyn Fn(&Painted) + Send + Sync>,
     moving: Option<Moving>,
     running: Mutex<BTreeSet<ItemName>>,
 }
@@ -29,21 +30,31 @@ struct Moving {
     pinned: ProgressBar,
 }
 
+impl Moving {
+    fn on(all: MultiProgress) -> Self {
+        let pinned = all.add(ProgressBar::new(0).with_style(style("{msg}")));
+        Self { all, bar: Mutex::default(), pinned }
+    }
+}
+
 impl Screen {
     /// Standard error; where it is a terminal and `moving` is asked for, with a bar.
     pub(crate) fn new(moving: bool) -> Self {
-        let moving = (moving && terminal::is_watched()).then(|| {
-            let all = MultiProgress::new();
-            let pinned = all.add(ProgressBar::new(0).with_style(style("{msg}")));
-            Moving { all, bar: Mutex::default(), pinned }
-        });
-        Self { plain: Box::new(print::message), moving, running: Mutex::default() }
+        let moving = (moving && terminal::is_watched()).then(|| Moving::on(MultiProgress::new()));
+        Self { plain: Box::new(print::painted), moving, running: Mutex::default() }
     }
 
     /// Lines for whoever asks, and nothing that moves.
     #[cfg(test)]
     pub(crate) fn plain(lines: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self { plain: Box::new(lines), moving: None, running: Mutex::default() }
+        let plain = move |line: &Painted| lines(&line.to_string());
+        Self { plain: Box::new(plain), moving: None, running: Mutex::default() }
+    }
+
+    /// A terminal of a test's own.
+    #[cfg(test)]
+    fn moving(terminal: MultiProgress) -> Self {
+        Self { plain: Box::new(|_| {}), moving: Some(Moving::on(terminal)), running: Mutex::default() }
     }
 
     /// Whether something is pinned and moves; if not, lines have to say everything.
@@ -53,10 +64,15 @@ impl Screen {
 
     /// A line that stays.
     pub(crate) fn line(&self, line: &str) {
+        self.painted(&Painted::plain(line));
+    }
+
+    /// Lines with colours that stay.
+    pub(crate) fn painted(&self, lines: &Painted) {
         match &self.moving {
             // What cannot be written to a terminal has nobody to be told to.
-            Some(moving) => _ = moving.all.println(line),
-            None => (self.plain)(line),
+            Some(moving) => _ = moving.all.println(lines.to_string()),
+            None => (self.plain)(lines),
         }
     }
 
@@ -101,7 +117,7 @@ impl Screen {
     /// What stays at the bottom from now on.
     pub(crate) fn pin(&self, text: String) {
         if let Some(moving) = &self.moving {
-            moving.pinned.set_message(text);
+            moving.pinned.set_message(escaped(&text).into_owned());
             moving.pinned.tick();
         }
     }
@@ -118,7 +134,8 @@ impl Screen {
         let mut running = locked(&self.running);
         change(&mut running);
         self.with_bar(|bar| {
-            bar.set_message(running.iter().map(ItemName::to_string).collect::<Vec<_>>().join(", "));
+            let names = running.iter().map(ItemName::to_string).collect::<Vec<_>>();
+            bar.set_message(escaped(&names.join(", ")).into_owned());
         });
     }
 
@@ -139,4 +156,85 @@ fn style(template: &str) -> ProgressStyle {
 /// What a mutex holds, also after a panic.
 pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::sync::Arc;
+
+    use engine::ItemKey;
+    use indicatif::{ProgressDrawTarget, TermLike};
+
+    use super::*;
+
+    /// A terminal that remembers what was written to it, less what moves the cursor.
+    #[derive(Clone, Debug, Default)]
+    struct Terminal(Arc<Mutex<String>>);
+
+    impl TermLike for Terminal {
+        fn width(&self) -> u16 {
+            200
+        }
+
+        fn height(&self) -> u16 {
+            50
+        }
+
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn write_line(&self, line: &str) -> io::Result<()> {
+            self.write_str(&format!("{line}\n"))
+        }
+
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            locked(&self.0).push_str(text);
+            Ok(())
+        }
+
+        fn clear_line(&self) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn what_moves_on_a_terminal_is_escaped_and_what_is_painted_is_not() {
+        let terminal = Terminal::default();
+        let drawn_to = ProgressDrawTarget::term_like(Box::new(terminal.clone()));
+        let screen = Screen::moving(MultiProgress::with_draw_target(drawn_to));
+        let key = ItemKey([("paint".into(), "gold\u{1b}]0;title\u{7}".into())].into());
+        screen.begin(2);
+        screen.started(&ItemName { stage: "map".into(), key });
+        screen.pin("a pin\u{9b}\u{202e}".into());
+        // A line draws all anew, whenever the last tick was.
+        screen.line("a line\u{1b}[31m");
+        let written = locked(&terminal.0).clone();
+        for shown in [r"gold\u{1b}]0;title\u{7}", r"a line\u{1b}[31m", r"a pin\u{9b}\u{202e}"] {
+            assert!(written.contains(shown), "no {shown} in {written:?}");
+        }
+        for raw in ["\u{1b}]", "\u{1b}[31m", "\u{7}", "\u{9b}", "\u{202e}"] {
+            assert!(!written.contains(raw), "{raw:?} in {written:?}");
+        }
+        screen.painted(&Painted::of_escaped("\u{1b}[1mbold\u{1b}[0m".into()));
+        assert!(locked(&terminal.0).contains("\u{1b}[1mbold\u{1b}[0m"));
+        screen.close();
+    }
 }

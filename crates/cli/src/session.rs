@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use engine::{Change, Changed, Event, ItemName, Reason, Summary};
 
-use crate::quantity::{count, duration};
+use crate::quantity::{SHOWN, count, duration, more};
 use crate::screen::{Screen, locked};
 use crate::standing::{Standing, Turn, few};
 use crate::{manifest, reasons, terminal};
@@ -62,6 +62,8 @@ struct State {
     removed: Vec<String>,
     /// The files that this build published.
     published: usize,
+    /// How many items this build broke, and how many it mended.
+    turned: [usize; 2],
 }
 
 /// What the items of one stage did.
@@ -116,6 +118,7 @@ impl Session {
                     }
                 }
                 (state.published, state.spoken, state.built) = (0, now.milliseconds, true);
+                state.turned = [0; 2];
                 self.screen.begin(*items);
             }
             Event::Waiting { holder, .. } => self.line("waiting", &format!("for {holder}")),
@@ -124,7 +127,7 @@ impl Session {
                 if self.verbose {
                     self.line("", &format!("{item} is up to date"));
                 }
-                self.tell_turn(&turn, item);
+                self.tell_turn(&mut state, &turn, item);
             }
             Event::Started { item, reasons } => {
                 state.running.push((item.clone(), reasons.clone()));
@@ -132,7 +135,7 @@ impl Session {
             }
             Event::Finished { item, changed, .. } => {
                 self.screen.ended(item);
-                self.tell_turn(&turn, item);
+                self.tell_turn(&mut state, &turn, item);
                 let why = state.ended(item);
                 if self.verbose {
                     let same = if *changed { "" } else { "; the same result as before" };
@@ -159,19 +162,26 @@ impl Session {
                 state.ended(item);
                 self.screen.ended(item);
                 if turn == Turn::Broke {
-                    self.tell_error(&item.to_string(), error, help.as_deref());
+                    state.turned[0] += 1;
+                    if state.turned[0] <= self.shown() {
+                        self.tell_error(&item.to_string(), error, help.as_deref());
+                    }
                 }
             }
             Event::Skipped { .. } => self.screen.settled(),
             Event::Ended(summary) => {
                 self.screen.clear();
                 self.speak(&mut state, now.milliseconds);
+                for (turned, what) in state.turned.into_iter().zip(["more failed item", "more mended item"]) {
+                    let more = more(turned.saturating_sub(self.shown()), what);
+                    more.iter().for_each(|more| self.line("", &format!("{more}; --verbose shows all")));
+                }
                 if state.unannounced.take().is_none() {
                     self.conclude(&mut state, summary, &since);
                 }
             }
             Event::Rejected { faults } => {
-                manifest::drawn(faults).lines().for_each(|line| self.screen.line(line));
+                self.screen.painted(&manifest::drawn(faults));
                 let next = if state.built { "the last good graph goes on" } else { "nothing runs" };
                 self.line("", &format!("{}; {next} until it is mended", manifest::counted(faults)));
                 state.changed.clear();
@@ -255,10 +265,18 @@ impl Session {
         }
     }
 
-    fn tell_turn(&self, turn: &Turn, item: &ItemName) {
+    fn tell_turn(&self, state: &mut State, turn: &Turn, item: &ItemName) {
         if *turn == Turn::Mended {
-            self.line("mended", &item.to_string());
+            state.turned[1] += 1;
+            if state.turned[1] <= self.shown() {
+                self.line("mended", &item.to_string());
+            }
         }
+    }
+
+    /// How many items that broke, or were mended, a build names.
+    fn shown(&self) -> usize {
+        if self.verbose { usize::MAX } else { SHOWN }
     }
 
     fn tell_error(&self, what: &str, error: &[String], help: Option<&str>) {

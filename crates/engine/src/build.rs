@@ -189,7 +189,7 @@ impl Workbench {
             rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
         let mut summary = Summary::default();
-        for file in publisher.would_remove(plan, selected, options.stages.is_empty()) {
+        for file in publisher.would_remove(plan, selected, options.stages.is_empty())? {
             summary.removed += 1;
             events(Event::Removed { file });
         }

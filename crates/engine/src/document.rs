@@ -6,12 +6,12 @@
 //! Memory is bounded: a text is refused past [`Document::MAX_BYTES`], and the parser refuses values nested deeper
 //! than 80.
 
-use std::collections::HashSet;
+use std::cell::OnceCell;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-use crate::fault::line_and_column;
 use crate::{Fault, Faults};
 
 /// A TOML value and its byte range in the text.
@@ -135,9 +135,7 @@ fn not_utf8(file: &str, bytes: &[u8], place: usize) -> Faults {
 
 /// The faults of the parser's errors: the first of each line, with duplicates named.
 fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Fault> {
-    /// More are not told: a binary file may have a million.
-    const MOST: usize = 50;
-
+    let known = Known::new(text, table);
     for (span, _) in &mut errors {
         *span = text.floor_char_boundary(span.start)..text.ceil_char_boundary(span.end.max(span.start));
     }
@@ -148,27 +146,88 @@ fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Tabl
     let mut twice = false;
     let mut place = 0;
     for (span, message) in errors {
-        let start = text[..span.start].rfind('\n').map_or(0, |newline| newline + 1);
+        let start = known.line_start(span.start);
         twice = twice && !text[place..span.start].contains("\n[");
         place = span.start;
         let duplicate = message == "duplicate key";
         if (twice && duplicate) || !lines.insert(start) {
             continue;
         }
-        if faults.len() == MOST {
-            let fault =
-                Fault::at(span, format!("after {MOST} errors of syntax, this and others are not told"));
-            faults.push(fault.help("is this a TOML file?"));
-            break;
-        }
         let header = text[start..].trim_start().starts_with('[');
         faults.push(match duplicate {
-            true => duplicate_fault(text, span, start, header, table),
+            true => duplicate_fault(&known, span, header),
             false => syntax_fault(text, span, message),
         });
         twice |= duplicate && header;
     }
+    if faults.len() > Faults::SHOWN
+        && let Some(first) = faults.first_mut()
+    {
+        first.help.get_or_insert_with(|| "is this a TOML file?".into());
+    }
     faults
+}
+
+/// Where keys and headers stand: what the faults of thousands of duplicates ask again and again.
+struct Known<'a> {
+    text: &'a str,
+    table: &'a Table,
+    /// Where each line begins.
+    lines: Vec<usize>,
+    /// The first line, counted from 0, of each header.
+    headers: OnceCell<HashMap<&'a str, usize>>,
+    /// The places of each key, in any table.
+    keys: OnceCell<HashMap<&'a str, Vec<usize>>>,
+}
+
+impl<'a> Known<'a> {
+    fn new(text: &'a str, table: &'a Table) -> Self {
+        let lines = [0].into_iter().chain(text.match_indices('\n').map(|(newline, _)| newline + 1));
+        Self { text, table, lines: lines.collect(), headers: OnceCell::new(), keys: OnceCell::new() }
+    }
+
+    /// The line of a place, counted from 0.
+    fn line(&self, place: usize) -> usize {
+        self.lines.partition_point(|start| *start <= place).saturating_sub(1)
+    }
+
+    fn line_start(&self, place: usize) -> usize {
+        self.lines[self.line(place)]
+    }
+
+    /// The header in the line of a place, and the first line before that has the same.
+    fn header(&self, place: usize) -> (&'a str, Option<usize>) {
+        let headers = self.headers.get_or_init(|| {
+            let mut headers = HashMap::new();
+            for (line, text) in self.text.lines().enumerate() {
+                headers.entry(text.trim()).or_insert(line);
+            }
+            headers
+        });
+        let header = self.text[self.line_start(place)..].lines().next().unwrap_or_default().trim();
+        (header, headers.get(header).copied().filter(|first| *first < self.line(place)))
+    }
+
+    /// The line where a key stands last before a place.
+    fn key_before(&self, key: &str, place: usize) -> Option<usize> {
+        let keys = self.keys.get_or_init(|| {
+            let mut keys = HashMap::<_, Vec<_>>::new();
+            let mut open = vec![self.table];
+            while let Some(table) = open.pop() {
+                for entry in &table.entries {
+                    keys.entry(entry.key.as_str()).or_default().push(entry.key_span.start);
+                    if let ValueKind::Table(inner) = &entry.value.kind {
+                        open.push(inner);
+                    }
+                }
+            }
+            keys.values_mut().for_each(|places| places.sort_unstable());
+            keys
+        });
+        let places = keys.get(key)?;
+        let before = places.partition_point(|known| *known < place).checked_sub(1)?;
+        Some(self.line(places[before]))
+    }
 }
 
 fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Fault {
@@ -188,40 +247,23 @@ fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Fault {
     }
 }
 
-fn duplicate_fault(text: &str, span: Range<usize>, line: usize, header: bool, table: &Table) -> Fault {
-    let key = &text[span.clone()];
-    if header {
-        let header = text[line..].lines().next().unwrap_or_default().trim();
-        let mut before = text[..line].lines().enumerate();
-        let first = before.find(|(_, line)| line.trim() == header).map(|(index, _)| index + 1);
-        let fault = match header.strip_prefix("[stage.") {
-            Some(_) => Fault::at(span.clone(), format!("two stages are named {key:?}")),
-            None => Fault::at(span.clone(), format!("the table {header} is there twice")),
+fn duplicate_fault(known: &Known<'_>, span: Range<usize>, header: bool) -> Fault {
+    let key = &known.text[span.clone()];
+    let (fault, first) = if header {
+        let (header, first) = known.header(span.start);
+        let message = match header.strip_prefix("[stage.") {
+            Some(_) => format!("two stages are named {key:?}"),
+            None => format!("the table {header} is there twice"),
         };
-        let fault = fault.expected("expected another name");
-        return match first {
-            Some(line) => fault.help(format!("the first is in line {line}")),
-            None => fault,
-        };
-    }
-    let fault = Fault::at(span.clone(), format!("the key {key:?} is there twice in its table"));
-    match last_before(table, key, span.start) {
-        Some(first) => fault.help(format!("the first is in line {}", line_and_column(text, first).0)),
+        (Fault::at(span, message).expected("expected another name"), first)
+    } else {
+        let first = known.key_before(key, span.start);
+        (Fault::at(span, format!("the key {key:?} is there twice in its table")), first)
+    };
+    match first {
+        Some(line) => fault.help(format!("the first is in line {}", line + 1)),
         None => fault,
     }
-}
-
-/// Where a key stands last before a place.
-fn last_before(table: &Table, key: &str, place: usize) -> Option<usize> {
-    let inner = |value: &Value| match &value.kind {
-        ValueKind::Table(table) => last_before(table, key, place),
-        _ => None,
-    };
-    let found = table.entries.iter().map(|entry| {
-        let own = (entry.key == key && entry.key_span.start < place).then_some(entry.key_span.start);
-        own.max(inner(&entry.value))
-    });
-    found.max().flatten()
 }
 
 fn table_of(parsed: &DeTable<'_>, span: Range<usize>, faults: &mut Vec<Fault>) -> Table {
@@ -371,7 +413,11 @@ mod tests {
     #[test]
     fn a_binary_file_does_not_flood() {
         let faults = Document::parse("x.toml", "=\n".repeat(1000).as_bytes()).unwrap_err();
-        assert_eq!(faults.faults.len(), 51);
+        assert_eq!(faults.faults.len(), 1000);
+        let text = faults.to_string();
+        let lines = text.lines().collect::<Vec<_>>();
+        assert_eq!((lines.len(), lines[50]), (51, "... and 950 more faults"));
+        assert!(lines[0].ends_with("; is this a TOML file?"), "{text}");
         check(
             &"[".repeat(100_000),
             expect![[r#"

@@ -241,7 +241,7 @@ pub enum Event {
     /// The changed manifest, or what it names, has faults; the last good graph goes on. Told once for the same faults,
     /// unless they are all that there is to say of what was noticed.
     Rejected {
-        /// The faults.
+        /// The first 50 of the faults, and how many more there are.
         faults: Faults,
     },
     /// The manifest and what it names are sound again, after they were rejected.

@@ -58,18 +58,31 @@ pub struct Faults {
 }
 
 impl Faults {
+    /// So many faults are shown, the first in order of their place; the others are counted.
+    pub const SHOWN: usize = 50;
+
     /// The faults of a file, put in order of their place.
     pub fn new(file: impl Into<String>, text: impl Into<String>, mut faults: Vec<Fault>) -> Self {
         faults.sort_by_key(|fault| fault.span.as_ref().map(|span| span.start));
         faults.dedup();
         Self { file: file.into(), text: text.into(), faults }
     }
+
+    /// The faults that are shown.
+    pub fn shown(&self) -> &[Fault] {
+        &self.faults[..self.faults.len().min(Self::SHOWN)]
+    }
+
+    /// The number of those that are not.
+    pub fn more(&self) -> usize {
+        self.faults.len() - self.shown().len()
+    }
 }
 
 impl fmt::Display for Faults {
-    /// A line for each fault: `pipeline.toml:3:1: unknown key "sorce"; did you mean "source"?`
+    /// A line for each fault that is shown: `pipeline.toml:3:1: unknown key "sorce"; did you mean "source"?`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, fault) in self.faults.iter().enumerate() {
+        for (index, fault) in self.shown().iter().enumerate() {
             if index > 0 {
                 writeln!(f)?;
             }
@@ -83,19 +96,25 @@ impl fmt::Display for Faults {
                 write!(f, "; {more}")?;
             }
         }
-        Ok(())
+        match self.more() {
+            0 => Ok(()),
+            1 => write!(f, "\n... and 1 more fault"),
+            more => write!(f, "\n... and {more} more faults"),
+        }
     }
 }
 
 impl std::error::Error for Faults {}
 
-/// All faults of one file, with lines and columns in place of the text.
+/// The faults of one file, with lines and columns in place of the text.
 #[derive(Serialize, JsonSchema)]
 struct PlacedFaults<'a> {
     /// The file's name, for people.
     file: &'a str,
-    /// The faults in order of their place.
+    /// The first 50 faults in order of their place.
     faults: Vec<PlacedFault<'a>>,
+    /// How many faults there are beside those.
+    more: usize,
 }
 
 /// A fault with its line and column.
@@ -115,7 +134,7 @@ struct PlacedFault<'a> {
 
 impl Serialize for Faults {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let faults = self.faults.iter().map(|fault| {
+        let faults = self.shown().iter().map(|fault| {
             let place = fault.span.as_ref().map(|span| line_and_column(&self.text, span.start));
             PlacedFault {
                 message: &fault.message,
@@ -125,7 +144,7 @@ impl Serialize for Faults {
                 help: fault.help.as_deref(),
             }
         });
-        PlacedFaults { file: &self.file, faults: faults.collect() }.serialize(serializer)
+        PlacedFaults { file: &self.file, faults: faults.collect(), more: self.more() }.serialize(serializer)
     }
 }
 
@@ -171,5 +190,25 @@ mod tests {
         ];
         let text = Faults::new("a.toml", "a\nb", faults).to_string();
         assert_eq!(text, "a.toml: whole\na.toml:1:1: first\na.toml:2:1: second; expected b; write b");
+    }
+
+    #[test]
+    fn the_first_faults_are_told_and_the_others_counted() {
+        let told = |count: usize| {
+            // The last come first, so that the order is that of the places.
+            let faults = (0..count).rev().map(|at| Fault::at(at..at + 1, format!("fault {at}"))).collect();
+            let faults = Faults::new("a.toml", "a\n".repeat(count), faults);
+            assert_eq!(faults.faults.len(), count, "all are known");
+            let json = serde_json::to_value(&faults).unwrap();
+            assert_eq!(json["faults"].as_array().unwrap().len(), count.min(Faults::SHOWN));
+            assert_eq!(json["more"], count.saturating_sub(Faults::SHOWN));
+            let text = faults.to_string();
+            let lines = text.lines().map(str::to_owned).collect::<Vec<_>>();
+            assert!(lines[0].ends_with(": fault 0") && lines[49].ends_with(": fault 49"), "{text}");
+            lines[50..].to_vec()
+        };
+        assert_eq!(told(50), [""; 0]);
+        assert_eq!(told(51), ["... and 1 more fault"]);
+        assert_eq!(told(5000), ["... and 4950 more faults"]);
     }
 }

@@ -5,7 +5,7 @@
 
 use serde_json::json;
 
-use crate::{Fault, Table, Value, ValueKind};
+use crate::{Fault, Table, Value, ValueKind, nearest};
 
 /// A type that a parameter can have.
 pub trait Parameter: Sized {
@@ -102,16 +102,6 @@ pub fn schema_of_words(words: &[(&str, &str)]) -> serde_json::Value {
         "description": lines.collect::<Vec<_>>().join("\n"),
         "x-taplo": { "docs": { "enumValues": meanings.collect::<Vec<_>>() } },
     })
-}
-
-/// The candidate that `name` is most likely a misspelling of.
-pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let scored =
-        candidates.into_iter().map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate));
-    let best = scored.min_by_key(|(distance, _)| *distance)?;
-    let length = name.chars().count();
-    // A word of which nothing is left is no misspelling.
-    (best.0 <= 1 + length / 3 && best.0 < length).then_some(best.1)
 }
 
 impl Parameter for f64 {
@@ -519,16 +509,5 @@ mod tests {
         assert_eq!(fields[3].default, Some(serde_json::Value::Null));
         assert_eq!(fields[5].expected, "\"none\" or \"hanning\" or \"lanczos\"");
         assert_eq!(fields[5].default, Some(json!("none")));
-    }
-
-    #[test]
-    fn the_nearest_spelling_is_near() {
-        let kinds = ["project-sh", "project-brdf", "rotate", "convolve"];
-        assert_eq!(nearest("projectsh", kinds), Some("project-sh"));
-        assert_eq!(nearest("Convolve", kinds), Some("convolve"));
-        assert_eq!(nearest("roatte", kinds), Some("rotate"));
-        assert_eq!(nearest("export", kinds), None);
-        assert_eq!(nearest("x", ["a"]), None);
-        assert_eq!(nearest("x", []), None);
     }
 }

@@ -276,12 +276,26 @@ impl<'a> Publisher<'a> {
     }
 
     /// The files that [`Publisher::remove_gone`] and [`Publisher::remove_stale`] would remove.
-    pub(crate) fn would_remove(&self, plan: &Plan, selected: &[bool], all: bool) -> Vec<String> {
+    ///
+    /// # Errors
+    /// Where a file cannot be read.
+    pub(crate) fn would_remove(
+        &self,
+        plan: &Plan,
+        selected: &[bool],
+        all: bool,
+    ) -> Result<Vec<String>, Error> {
         let stages =
             plan.stages.iter().zip(selected).map(|(stage, selected)| (stage.name.as_str(), *selected));
         let stages = stages.collect::<HashMap<_, _>>();
         let stale = self.stale.iter().filter(|(item, _)| *stages.get(item.stage.as_str()).unwrap_or(&all));
-        stale.flat_map(|(_, files)| files.iter().cloned()).collect()
+        let left = stale.flat_map(|(_, files)| files).filter_map(|file| self.left_over(file).transpose());
+        let removed = left.filter_map(|left| match left {
+            Ok(Told::Removed { file }) => Some(Ok(file)),
+            Ok(_) => None,
+            Err(error) => Some(Err(error)),
+        });
+        removed.collect()
     }
 
     /// Removes the folders that are empty now, and says that nothing is being published any more.
@@ -582,27 +596,39 @@ impl<'a> Publisher<'a> {
             if !removed.insert(file.clone()) {
                 continue;
             }
-            let Some(line) = self.entry(file) else { continue };
-            let place = self.root.join(file);
-            let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
-            if let Some(found) = found
-                && !self.is_wanted_in_other_spelling(file, &place)
-            {
-                let content = self.content(&found, Some(&line), &place)?;
-                if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
+            if self.entry(file).is_none() {
+                continue;
+            }
+            if let Some(left) = self.left_over(file)? {
+                if let Told::Removed { .. } = left {
+                    let place = self.root.join(file);
                     platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
-                    told(Told::Removed { file: file.clone() });
                     lock(&self.thinned).extend(place.parent().map(Path::to_path_buf));
-                } else {
-                    told(Told::Warning(format!(
-                        "{} has been changed since it was published; nothing exports it now, and it was left there",
-                        place.display()
-                    )));
                 }
+                told(left);
             }
             self.state.journal.append(&[Line::new::<()>(Tag::Published, self.subject(file), None)])?;
         }
         Ok(())
+    }
+
+    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` where it is
+    /// not there any more.
+    fn left_over(&self, file: &str) -> Result<Option<Told>, Error> {
+        let place = self.root.join(file);
+        let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
+        let (Some(line), Some(found)) = (self.entry(file), found) else { return Ok(None) };
+        if self.is_wanted_in_other_spelling(file, &place) {
+            return Ok(None);
+        }
+        let content = self.content(&found, Some(&line), &place)?;
+        if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
+            return Ok(Some(Told::Removed { file: file.into() }));
+        }
+        Ok(Some(Told::Warning(format!(
+            "{} has been changed since it was published; nothing exports it now, and it was left there",
+            place.display()
+        ))))
     }
 
     fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {

@@ -102,6 +102,35 @@ fn listening() -> Event {
     Event::Watching { folders: 3, poll_milliseconds: None, because: None }
 }
 
+#[test]
+fn of_many_failures_the_first_are_told_and_the_others_counted() {
+    let items = (0..60).map(|n| item("material", &[("material", &format!("m{n:02}"))])).collect::<Vec<_>>();
+    let change = || noticed(&[("assets/materials", Changed::Changed)]);
+    let ends =
+        |failed: usize| Event::Ended(Summary { failed, up_to_date: 60 - failed, ..Summary::default() });
+    for (verbose, shown) in [(false, 50), (true, 60)] {
+        let watched = Watched::new(verbose);
+        let broken = items.iter().map(|item| failed(item, &["no such model"]));
+        watched.after(1, &[vec![change(), planned(60)], broken.collect(), vec![ends(60)]].concat());
+        let told = watched.told();
+        assert_eq!(told.matches("  FAILED  material").count(), shown, "{told}");
+        assert_eq!(
+            told.contains("          ... and 10 more failed items; --verbose shows all\n"),
+            !verbose,
+            "{told}"
+        );
+        let mended = items.iter().map(finished);
+        watched.after(1, &[vec![change(), planned(60)], mended.collect(), vec![ends(0)]].concat());
+        let told = watched.told();
+        assert_eq!(told.matches("  mended  material").count(), shown, "{told}");
+        assert_eq!(
+            told.contains("          ... and 10 more mended items; --verbose shows all\n"),
+            !verbose,
+            "{told}"
+        );
+    }
+}
+
 /// An edit of gold under two skies, with two exports of each reflection.
 fn edit(watched: &Watched) {
     let gold = "assets/materials/gold.toml";

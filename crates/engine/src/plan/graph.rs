@@ -3,7 +3,7 @@
 //! A stage with a fault is kept, as far as it is known, so that the others can be looked at; what depends on the
 //! unknown part is passed over in silence, so that one mistake is told once.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use super::cycles;
 use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
 use super::source::{Source, listed};
 use super::template::{Template, check};
+use crate::spelling::Spelling;
 use crate::{
     Configured, Document, ErasedKind, Fault, Faults, Kinds, Port, Product, RecipeReader, Table, nearest,
     unknown_keys,
@@ -73,7 +74,8 @@ impl Graph {
         let Manifest { out, stages } = Manifest::parse(&document, faults)?;
         let folder = manifest.parent().unwrap_or(&manifest).to_path_buf();
         let out = out_folder(&out, &folder, faults);
-        let mut nodes = connect(&stages, kinds, &folder, out.as_deref(), faults);
+        let spelling = Spelling::default();
+        let mut nodes = connect(&stages, kinds, &folder, out.as_deref(), &spelling, faults);
         let order = cycles::order(&nodes, faults);
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(new, &old)| place[old] = new);
@@ -84,7 +86,7 @@ impl Graph {
         let out = out.unwrap_or_else(|| folder.join("out"));
         let mut graph =
             Self { manifest, out, document: Arc::new(document), nodes, recipe_reader: kinds.recipe_reader() };
-        graph.resolve(&declarations, faults);
+        graph.resolve(&declarations, &spelling, faults);
         Some(graph)
     }
 
@@ -108,7 +110,7 @@ impl Graph {
     }
 
     /// Types, keys, paths: what a stage knows from those before it.
-    fn resolve(&mut self, declarations: &[&Declaration], faults: &mut Vec<Fault>) {
+    fn resolve(&mut self, declarations: &[&Declaration], spelling: &Spelling, faults: &mut Vec<Fault>) {
         let mut unconnected = Vec::new();
         let mut unfit = Vec::new();
         for place in 0..self.nodes.len() {
@@ -146,17 +148,21 @@ impl Graph {
                 }
                 _ => None,
             };
-            let keys = if whole { self.keys(place, &ports, declaration, faults) } else { None };
-            let template = self.template(place, &keys, product.as_ref(), declaration, faults);
+            let keys = if whole { self.keys(place, &ports, declaration, spelling, faults) } else { None };
+            let template = self.template(place, &keys, product.as_ref(), declaration, spelling, faults);
             let node = &mut self.nodes[place];
             (node.product, node.keys, node.template) = (product, keys, template);
         }
-        for (place, index) in unconnected {
-            faults.push(self.unconnected(place, index));
-        }
-        for (place, edge) in unfit {
-            faults.push(self.unfit(place, edge));
-        }
+        let unconnected = unconnected.into_iter().map(|(place, index)| self.unconnected(place, index));
+        let unfit = unfit.into_iter().map(|(place, edge)| self.unfit(place, edge));
+        let mut unfed = unconnected.chain(unfit).collect::<Vec<_>>();
+        // Who could feed them is looked for among all stages: for those alone that can be among the first.
+        unfed.sort_by_key(|(_, _, fault)| fault.span.as_ref().map(|span| span.start));
+        let helped = unfed.into_iter().enumerate().map(|(index, (place, port, fault))| match index {
+            ..Faults::SHOWN => fault.help(self.makers(place, &self.nodes[place].ports[port])),
+            _ => fault,
+        });
+        faults.extend(helped);
     }
 
     /// The types that arrive; `None` where one is unknown or does not fit, which is added to `unfit`.
@@ -193,6 +199,7 @@ impl Graph {
         place: Place,
         ports: &[Port],
         declaration: &Declaration,
+        spelling: &Spelling,
         faults: &mut Vec<Fault>,
     ) -> Option<Vec<Place>> {
         let node = &self.nodes[place];
@@ -223,34 +230,33 @@ impl Graph {
             Key::Given(per) => {
                 let before = faults.len();
                 let all = sorted(kept.iter().chain(&gathered).copied().collect());
-                let mut chosen = Vec::new();
+                let named: HashMap<&str, Place> = all.iter().map(|key| (name(key), *key)).collect();
+                let mut chosen = HashSet::new();
                 for word in &per.value {
-                    match all.iter().find(|key| name(key) == word.value) {
-                        Some(key) if chosen.contains(key) => faults.push(
+                    match named.get(word.value.as_str()) {
+                        Some(key) if !chosen.insert(*key) => faults.push(
                             Fault::at(word.span.clone(), format!("{:?} is there twice", word.value))
                                 .expected("expected each key once"),
                         ),
-                        Some(key) => chosen.push(*key),
-                        None => faults.push(unknown(
-                            &format!("{:?} is not a key of what arrives here", word.value),
-                            word,
-                            &all.iter().map(name).collect::<Vec<_>>(),
-                            "no key",
-                        )),
+                        Some(_) => {}
+                        None => {
+                            let message = format!("{:?} is not a key of what arrives here", word.value);
+                            let near = spelling.nearest(&word.value, all.iter().map(name));
+                            faults.push(unknown(&message, word, all.iter().map(name), near, "no key"));
+                        }
                     }
                 }
-                let lost = kept.iter().filter(|key| !chosen.contains(key)).map(|key| name(key).to_owned());
-                let lost: Vec<_> = lost.collect();
+                let lost: Vec<_> = kept.iter().filter(|key| !chosen.contains(*key)).map(name).collect();
                 if faults.len() == before && !lost.is_empty() {
                     let message =
                         format!("\"per\" leaves out {}, but a port takes one item of each", listed(lost));
-                    let expected = kept.iter().map(|key| format!("{:?}", name(key))).collect();
+                    let expected = kept.iter().map(|key| format!("{:?}", name(key)));
                     faults.push(
                         Fault::at(per.span.clone(), message)
                             .expected(format!("expected at least {}", listed(expected))),
                     );
                 }
-                (faults.len() == before).then(|| sorted(chosen))
+                (faults.len() == before).then(|| sorted(chosen.into_iter().collect()))
             }
         }
     }
@@ -261,6 +267,7 @@ impl Graph {
         keys: &Option<Vec<Place>>,
         product: Option<&Product>,
         declaration: &Declaration,
+        spelling: &Spelling,
         faults: &mut Vec<Fault>,
     ) -> Option<Template> {
         let node = &self.nodes[place];
@@ -278,12 +285,13 @@ impl Graph {
             Key::Absent => Some(Template::of_stage(&node.name, declaration.name.span.clone(), keys.len())),
             Key::Given(path) => {
                 let names: Vec<_> = keys.iter().map(|&key| self.nodes[key].name.as_str()).collect();
-                Template::parse(path, &node.name, &names, faults)
+                Template::parse(path, &node.name, &names, spelling, faults)
             }
         }
     }
 
-    fn unconnected(&self, place: Place, index: usize) -> Fault {
+    /// The fault of a port that nothing feeds, with its stage and its index there.
+    fn unconnected(&self, place: Place, index: usize) -> (Place, usize, Fault) {
         let node = &self.nodes[place];
         let port = &node.ports[index];
         let expected = match node.ports.as_slice() {
@@ -291,23 +299,23 @@ impl Graph {
             _ => format!("expected inputs = {{ {} = \"STAGE\", ... }}", port.name),
         };
         let message = format!("port {:?} of stage {:?} is not connected", port.name, node.name);
-        let fault = Fault::at(node.header.clone(), message).expected(expected);
-        fault.help(self.makers(place, port))
+        (place, index, Fault::at(node.header.clone(), message).expected(expected))
     }
 
-    fn unfit(&self, place: Place, edge: usize) -> Fault {
+    /// The same of a port that the wrong stage feeds.
+    fn unfit(&self, place: Place, edge: usize) -> (Place, usize, Fault) {
         let node = &self.nodes[place];
         let edge = &node.edges[edge];
-        let port = &node.ports[edge.port.unwrap_or_default()];
+        let index = edge.port.unwrap_or_default();
+        let port = &node.ports[index];
         let (from, types) = (&self.nodes[edge.from], port.types.join(" or "));
         let made = match &from.product {
             Some(Product::Artifact(made)) => format!("makes {made}"),
             _ => "exports files".into(),
         };
         let message = format!("port {:?} takes {types}, but stage {:?} {made}", port.name, from.name);
-        Fault::at(edge.span.clone(), message)
-            .expected(format!("expected a stage that makes {types}"))
-            .help(self.makers(place, port))
+        let fault = Fault::at(edge.span.clone(), message);
+        (place, index, fault.expected(format!("expected a stage that makes {types}")))
     }
 
     /// The stages that could feed a port, for help: not those that need the stage itself.
@@ -322,7 +330,7 @@ impl Graph {
             let fits = |made: &Product| matches!(made, Product::Artifact(made) if port.types.contains(made));
             !**needs && node.product.as_ref().is_some_and(fits)
         });
-        let names: Vec<_> = makers.map(|(node, _)| node.name.clone()).collect();
+        let names: Vec<_> = makers.map(|(node, _)| &node.name).collect();
         match names.len() {
             0 => format!("no stage makes {}", port.types.join(" or ")),
             1 => format!("stage {:?} does", names[0])
@@ -374,6 +382,7 @@ fn connect(
     kinds: &Kinds,
     folder: &Path,
     out: Option<&Path>,
+    spelling: &Spelling,
     faults: &mut Vec<Fault>,
 ) -> Vec<Node> {
     let places: HashMap<&str, Place> =
@@ -387,7 +396,7 @@ fn connect(
                 name: stage.name.value.clone(),
                 header: stage.header.clone(),
                 configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), faults)),
-                edges: edges(stage, kind.as_deref().zip(ports.as_deref()), &places, stages, faults),
+                edges: edges(stage, kind.as_deref().zip(ports.as_deref()), &places, stages, spelling, faults),
                 ports: ports.unwrap_or_default(),
                 source: source(stage, kind.as_deref(), folder, out, faults),
                 product: None,
@@ -404,7 +413,9 @@ fn kind(stage: &Declaration, kinds: &Kinds, faults: &mut Vec<Fault>) -> Option<A
     let kind = kinds.get(&written.value).cloned();
     if kind.is_none() {
         let names: Vec<_> = kinds.iter().map(|kind| kind.name()).collect();
-        faults.push(unknown(&format!("there is no kind {:?}", written.value), written, &names, "no kind"));
+        let near = nearest(&written.value, names.iter().copied());
+        let message = format!("there is no kind {:?}", written.value);
+        faults.push(unknown(&message, written, names.iter().copied(), near, "no kind"));
     }
     kind
 }
@@ -465,6 +476,7 @@ fn edges(
     kind: Option<(&dyn ErasedKind, &[Port])>,
     places: &HashMap<&str, Place>,
     stages: &[Declaration],
+    spelling: &Spelling,
     faults: &mut Vec<Fault>,
 ) -> Vec<Edge> {
     let ports = kind.map_or(&[][..], |(_, ports)| ports);
@@ -495,20 +507,31 @@ fn edges(
     let mut connect = |port: Option<usize>, from: &Written<String>| match places.get(from.value.as_str()) {
         Some(&place) => edges.push(Edge { port, from: place, span: from.span.clone() }),
         None => {
-            let names: Vec<_> = stages.iter().map(|stage| stage.name.value.as_str()).collect();
-            faults.push(unknown(&format!("there is no stage {:?}", from.value), from, &names, "no stage"));
+            let names = stages.iter().map(|stage| stage.name.value.as_str());
+            let near = spelling.nearest(&from.value, names.clone());
+            faults.push(unknown(
+                &format!("there is no stage {:?}", from.value),
+                from,
+                names,
+                near,
+                "no stage",
+            ));
         }
     };
     if let Key::Given(input) = &stage.input {
         connect(kind.map(|_| 0), input);
     }
     let mut unknown_ports = Vec::new();
+    let names = ports.iter().map(|port| port.name.as_str());
+    // Of two with one name the first is meant.
+    let named: HashMap<&str, usize> =
+        names.clone().enumerate().map(|(place, name)| (name, place)).rev().collect();
     for (port, from) in stage.inputs.given().map_or(&[][..], |inputs| &inputs.value) {
-        let names: Vec<_> = ports.iter().map(|port| port.name.as_str()).collect();
-        let place = names.iter().position(|name| *name == port.value);
+        let place = named.get(port.value.as_str()).copied();
         if let (None, Some((kind, _))) = (place, kind) {
             let message = format!("{} has no port {:?}", kind.name(), port.value);
-            unknown_ports.push(unknown(&message, port, &names, "no port"));
+            let near = spelling.nearest(&port.value, names.clone());
+            unknown_ports.push(unknown(&message, port, names.clone(), near, "no port"));
         }
         connect(place, from);
     }
@@ -518,16 +541,19 @@ fn edges(
 }
 
 /// The fault of a word that is none of some names.
-fn unknown(message: &str, word: &Written<String>, names: &[&str], none: &str) -> Fault {
+fn unknown<'n>(
+    message: &str,
+    word: &Written<String>,
+    names: impl ExactSizeIterator<Item = &'n str>,
+    near: Option<&str>,
+    none: &str,
+) -> Fault {
     let fault = Fault::at(word.span.clone(), message);
-    let fault = match names {
-        [] => fault.expected(format!("expected {none}")),
-        _ => fault.expected(format!(
-            "expected one of: {}",
-            listed(names.iter().map(|&name| name.into()).collect())
-        )),
+    let fault = match names.len() {
+        0 => fault.expected(format!("expected {none}")),
+        _ => fault.expected(format!("expected one of: {}", listed(names))),
     };
-    match nearest(&word.value, names.iter().copied()) {
+    match near {
         Some(near) => fault.help(format!("did you mean {near:?}?")),
         None => fault,
     }

@@ -10,8 +10,8 @@
 //! A `many` port receives the items that agree: those digits that the stage keeps are fixed, the others run over all
 //! their values.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -20,6 +20,7 @@ use super::folders::Folders;
 use super::graph::{Graph, Node, Place};
 use super::source::{Asset, listed};
 use super::template::{self, Template};
+use crate::spelling::Spelling;
 use crate::{Fault, Item, ItemIndex, ItemKey, Product};
 
 /// The most items of a plan.
@@ -33,7 +34,8 @@ pub(crate) type Assets = Vec<Vec<Asset>>;
 /// What lies on the disk for the source stages.
 pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Arc<Assets> {
     faults.extend(linked_out(graph, folders));
-    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, faults));
+    let spelling = Spelling::default();
+    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, faults));
     Arc::new(found.map(Option::unwrap_or_default).collect())
 }
 
@@ -101,7 +103,7 @@ fn gathered(graph: &Graph, keys: &[Place], from: Place, assets: &Assets) -> usiz
 
 fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Fault {
     let factors = keys.iter().map(|&key| format!("{} of {}", assets[key].len(), graph.nodes[key].name));
-    let factors = listed(factors.collect()).replace(", ", " times ");
+    let factors = listed(factors).replace(", ", " times ");
     let message = format!("with stage {:?} there are too many items: {factors}", node.name);
     Fault::at(node.header.clone(), message)
         .expected(format!("expected at most {MOST_ITEMS} items, and {MOST_ARRIVALS} gathered, in all"))
@@ -223,15 +225,14 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
 /// only are one name on Windows and macOS.
 fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
     let mut writers: HashMap<String, (usize, &str)> = HashMap::new();
-    let mut told = Vec::new();
-    let mut tell = |first: usize, second: usize, message: String, faults: &mut Vec<Fault>| {
+    let mut told = HashSet::new();
+    let mut tell = |first: usize, second: usize, message: &dyn Fn() -> String, faults: &mut Vec<Fault>| {
         let (a, b) = (items[first].stage, items[second].stage);
         let (first, second) = if b >= a { (a, b) } else { (b, a) };
         // One pair of files stands for all of two stages.
-        if told.contains(&(first, second)) {
+        if !told.insert((first, second)) {
             return;
         }
-        told.push((first, second));
         let span = |template: &Option<Template>| template.as_ref().map(|template| template.span.clone());
         let span = span(&graph.nodes[second].template).unwrap_or(graph.nodes[second].header.clone());
         let help = if first == second {
@@ -239,7 +240,7 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
         } else {
             "give one of them another path"
         };
-        faults.push(Fault::at(span, message).expected("expected a path of its own").help(help));
+        faults.push(Fault::at(span, message()).expected("expected a path of its own").help(help));
     };
     let name = |item: usize| match items[item].key.iter().len() {
         0 => graph.nodes[items[item].stage].name.clone(),
@@ -253,15 +254,16 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
                 }
                 Entry::Occupied(place) => {
                     let &(first, other) = place.get();
-                    let names = format!("{} and {}", name(first), name(index));
-                    let message = if file == other {
-                        format!("{names} both write {file:?}")
-                    } else {
+                    let message = || {
+                        let names = format!("{} and {}", name(first), name(index));
+                        if file == other {
+                            return format!("{names} both write {file:?}");
+                        }
                         format!(
                             "{names} write {other:?} and {file:?}, which are one file where case does not count"
                         )
                     };
-                    tell(first, index, message, faults);
+                    tell(first, index, &message, faults);
                 }
             }
         }
@@ -274,10 +276,12 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
     // In the order of items, not of the hash table.
     blocked.sort_unstable();
     for (other, folder, index, file) in blocked {
-        let (writer, other_writer) = (name(other), name(index));
-        let message = format!(
-            "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
-        );
-        tell(other, index, message, faults);
+        let message = || {
+            let (writer, other_writer) = (name(other), name(index));
+            format!(
+                "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
+            )
+        };
+        tell(other, index, &message, faults);
     }
 }

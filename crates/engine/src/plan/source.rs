@@ -17,7 +17,8 @@ use globset::{GlobBuilder, GlobMatcher};
 
 use super::folders::{Folders, Found, Name};
 use super::manifest::Written;
-use crate::{Fault, nearest};
+use crate::Fault;
+use crate::spelling::Spelling;
 
 /// The most folders that one glob searches.
 const MOST_FOLDERS: usize = 1 << 16;
@@ -151,11 +152,16 @@ impl Source {
     }
 
     /// The assets that are there now, sorted by stem.
-    pub(crate) fn assets(&self, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Option<Vec<Asset>> {
+    pub(crate) fn assets(
+        &self,
+        folders: &dyn Folders,
+        spelling: &Spelling,
+        faults: &mut Vec<Fault>,
+    ) -> Option<Vec<Asset>> {
         let before = faults.len();
         let found = match &self.glob {
-            None => self.literal(folders, faults),
-            Some(glob) => self.search(glob, folders, faults),
+            None => self.literal(folders, spelling, faults),
+            Some(glob) => self.search(glob, folders, spelling, faults),
         };
         if faults.len() > before {
             return None;
@@ -172,7 +178,7 @@ impl Source {
             }
         }
         for (stem, paths) in stems.iter().filter(|(_, paths)| paths.len() > 1) {
-            let names = paths.iter().map(|path| self.shown(path)).collect();
+            let names = paths.iter().map(|path| self.shown(path));
             let message = format!("{} files have the stem {stem:?}: {}", paths.len(), listed(names));
             let fault = Fault::at(self.span.clone(), message).expected("expected one file for each stem");
             faults.push(
@@ -185,7 +191,12 @@ impl Source {
         (faults.len() == before).then(|| assets.collect())
     }
 
-    fn literal(&self, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Vec<(PathBuf, Found)> {
+    fn literal(
+        &self,
+        folders: &dyn Folders,
+        spelling: &Spelling,
+        faults: &mut Vec<Fault>,
+    ) -> Vec<(PathBuf, Found)> {
         match folders.find(&self.root) {
             Some(found @ (Found::File | Found::Folder)) => return vec![(self.root.clone(), found)],
             Some(Found::Other) => {
@@ -196,7 +207,7 @@ impl Source {
                 let message = format!("there is no file or folder {:?}", self.text);
                 let fault =
                     Fault::at(self.span.clone(), message).expected("expected a file, a folder or a glob");
-                faults.push(fault.help(self.surroundings(&self.root, folders)));
+                faults.push(self.with_surroundings(fault, folders, spelling));
             }
         }
         Vec::new()
@@ -206,6 +217,7 @@ impl Source {
         &self,
         glob: &Pattern,
         folders: &dyn Folders,
+        spelling: &Spelling,
         faults: &mut Vec<Fault>,
     ) -> Vec<(PathBuf, Found)> {
         let before = faults.len();
@@ -245,25 +257,30 @@ impl Source {
             }
         }
         if found.is_empty() && faults.len() == before {
-            faults.push(self.nothing(folders));
+            faults.push(self.nothing(folders, spelling));
         }
         found.sort_unstable();
         found
     }
 
-    fn nothing(&self, folders: &dyn Folders) -> Fault {
+    fn nothing(&self, folders: &dyn Folders, spelling: &Spelling) -> Fault {
         let fault = Fault::at(self.span.clone(), format!("no file matches {:?}", self.text))
             .expected(format!("expected files in {}", self.shown(&self.root)));
         if folders.find(&self.base.join(&self.text)).is_some() {
             return fault
                 .help("a file has this very name: write its special characters in brackets, [[] for [");
         }
-        fault.help(self.surroundings(&self.root, folders))
+        self.with_surroundings(fault, folders, spelling)
     }
 
-    /// What a person needs who looks for a path that leads nowhere: what is there instead.
-    fn surroundings(&self, path: &Path, folders: &dyn Folders) -> String {
-        let plain = resolved(path);
+    /// A fault with what a person needs who looks for a path that leads nowhere.
+    fn with_surroundings(&self, fault: Fault, folders: &dyn Folders, spelling: &Spelling) -> Fault {
+        if spelling.is_used_up() { fault } else { fault.help(self.surroundings(folders, spelling)) }
+    }
+
+    /// What is there instead.
+    fn surroundings(&self, folders: &dyn Folders, spelling: &Spelling) -> String {
+        let plain = resolved(&self.root);
         let above: Vec<_> = plain.ancestors().collect();
         let exists = |folder: &&&Path| folders.find(folder) == Some(Found::Folder);
         let Some(folder) = above.iter().find(exists) else {
@@ -275,6 +292,7 @@ impl Source {
         let Ok(mut names) = folders.list(folder) else {
             return format!("the folder {} cannot be read", self.shown(folder));
         };
+        spelling.has_listed(names.len());
         names.sort_unstable();
         // A hidden name is shown only as what a misspelt one may have meant.
         let shown = names.iter().filter(|name| !is_passed_over(&name.name)).map(|name| {
@@ -288,7 +306,7 @@ impl Source {
         let Some(missing) = above.iter().take_while(|above| above != &folder).last() else { return holds };
         let wanted = missing.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy()).collect();
-        let near = nearest(&wanted, names.iter().map(AsRef::as_ref));
+        let near = spelling.nearest(&wanted, names.iter().map(AsRef::as_ref));
         let near = near.map_or_else(String::new, |near| format!("; did you mean {near:?}?"));
         if missing == &above[0] && self.glob.is_none() {
             format!("{holds}{near}")
@@ -388,10 +406,11 @@ pub(crate) fn resolved(path: &Path) -> PathBuf {
 }
 
 /// The first names of a list, and how many more there are.
-pub(crate) fn listed(names: Vec<String>) -> String {
+pub(crate) fn listed<S: ToString>(names: impl IntoIterator<Item = S, IntoIter: ExactSizeIterator>) -> String {
     const SHOWN: usize = 8;
+    let names = names.into_iter();
     let more = names.len().saturating_sub(SHOWN);
-    let mut text = names.into_iter().take(SHOWN).collect::<Vec<_>>().join(", ");
+    let mut text = names.take(SHOWN).map(|name| name.to_string()).collect::<Vec<_>>().join(", ");
     if more > 0 {
         text += &format!(" and {more} more");
     }

@@ -3,11 +3,13 @@
 //! A template is text with `{source stage}` in it, which stands for the stem of the item's file of that stage. The
 //! kind's endings are put after it. The result is a path below `out` that Linux, macOS and Windows can all hold.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::manifest::Written;
 use super::source::listed;
-use crate::{Fault, nearest};
+use crate::Fault;
+use crate::spelling::Spelling;
 
 /// A `path`, taken apart.
 #[derive(Clone, Debug)]
@@ -36,9 +38,11 @@ impl Template {
         written: &Written<String>,
         stage: &str,
         keys: &[&str],
+        spelling: &Spelling,
         faults: &mut Vec<Fault>,
     ) -> Option<Self> {
         let before = faults.len();
+        let places: HashMap<&str, usize> = keys.iter().copied().zip(0..).collect();
         let mut parts = Vec::new();
         let mut rest = written.value.as_str();
         while let Some(brace) = rest.find(['{', '}']) {
@@ -50,9 +54,9 @@ impl Template {
                 faults.push(Fault::at(written.span.clone(), message).expected("expected {SOURCE STAGE}"));
                 return None;
             };
-            match keys.iter().position(|key| key == &name) {
-                Some(key) => parts.push(Part::Stem(key)),
-                None => faults.push(unknown_placeholder(name, written.span.clone(), stage, keys)),
+            match places.get(name) {
+                Some(key) => parts.push(Part::Stem(*key)),
+                None => faults.push(unknown_placeholder(name, written.span.clone(), stage, keys, spelling)),
             }
             rest = &rest[brace + name.len() + 2..];
         }
@@ -86,16 +90,20 @@ impl Template {
     }
 }
 
-fn unknown_placeholder(name: &str, span: Range<usize>, stage: &str, keys: &[&str]) -> Fault {
+fn unknown_placeholder(
+    name: &str,
+    span: Range<usize>,
+    stage: &str,
+    keys: &[&str],
+    spelling: &Spelling,
+) -> Fault {
     let fault = Fault::at(span, format!("{{{name}}} names no source stage of this stage's items"));
     let fault = match keys {
         [] => fault.expected("expected no {...}: the stage has one item, without a key"),
-        _ => fault.expected(format!(
-            "expected one of: {}",
-            listed(keys.iter().map(|key| format!("{{{key}}}")).collect())
-        )),
+        _ => fault
+            .expected(format!("expected one of: {}", listed(keys.iter().map(|key| format!("{{{key}}}"))))),
     };
-    match nearest(name, keys.iter().copied()) {
+    match spelling.nearest(name, keys.iter().copied()) {
         Some(near) => fault.help(format!("did you mean {{{near}}}?")),
         None if name == "stage" => fault.help(format!("write the stage's name itself: {stage}")),
         None => fault,

@@ -4,6 +4,7 @@ mod damage;
 mod faults;
 mod items;
 mod loading;
+mod many_faults;
 mod paths;
 mod sources;
 

@@ -170,6 +170,78 @@ fn a_changed_file_whose_item_has_gone_is_left_to_the_person() {
     assert_eq!(told(&project), "");
 }
 
+/// What a dry run says would be removed, what a build after it removes, and how many of each the summaries count.
+fn foreseen_and_removed(project: &Project) -> [(Vec<String>, usize); 2] {
+    [true, false].map(|dry_run| {
+        let options = BuildOptions { dry_run, ..project.options.clone() };
+        let removed = Mutex::new(Vec::new());
+        let hear = |event| {
+            if let Event::Removed { file } = event {
+                removed.lock().unwrap().push(file);
+            }
+        };
+        let summary = crate::build(&project.plan(), &options, &project.cancel, &hear).unwrap();
+        let mut removed = removed.into_inner().unwrap();
+        removed.sort();
+        (removed, summary.removed)
+    })
+}
+
+#[test]
+fn a_dry_run_foresees_what_is_removed_and_not_what_is_gone_or_was_changed() {
+    let project = pair();
+    project.write("b.txt", "two");
+    project.write("c.txt", "three");
+    project.build();
+    project.remove("out/pairs/b/body.txt");
+    project.write("out/loud/b.txt", "mine now");
+    // Written anew with the same content it is still what was published.
+    project.remove("out/loud/c.txt");
+    project.write("out/loud/c.txt", "THREE");
+    project.remove("b.txt");
+    project.remove("c.txt");
+    let removed = ["loud/c.txt", "pairs/b/index.txt", "pairs/c/body.txt", "pairs/c/index.txt"];
+    let [foreseen, done] = foreseen_and_removed(&project);
+    assert_eq!(done, (removed.map(str::to_owned).to_vec(), 4));
+    assert_eq!(foreseen, done);
+    assert_eq!(project.read("out/loud/b.txt"), "mine now");
+    assert_eq!(foreseen_and_removed(&project), [(Vec::new(), 0), (Vec::new(), 0)]);
+}
+
+#[test]
+fn a_dry_run_foresees_the_same_of_an_item_whose_path_changed() {
+    let mut project = pair();
+    project.write("b.txt", "two");
+    project.build();
+    project.edit("loud/{text}", "quiet/{text}");
+    project.remove("out/loud/a.txt");
+    project.options.stages = vec!["pair".into()];
+    assert_eq!(
+        foreseen_and_removed(&project),
+        [(Vec::new(), 0), (Vec::new(), 0)],
+        "another stage is selected"
+    );
+    project.options.stages.clear();
+    let [foreseen, done] = foreseen_and_removed(&project);
+    assert_eq!(done, (vec!["loud/b.txt".to_owned()], 1));
+    assert_eq!(foreseen, done);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_dry_run_does_not_foresee_a_removal_behind_a_link() {
+    let project = pair();
+    project.write("b.txt", "two");
+    project.build();
+    project.remove("b.txt");
+    let elsewhere = tempfile::tempdir().unwrap();
+    std::fs::rename(project.path("out/loud"), elsewhere.path().join("loud")).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path().join("loud"), project.path("out/loud")).unwrap();
+    let [foreseen, done] = foreseen_and_removed(&project);
+    assert_eq!(foreseen, done);
+    assert!(elsewhere.path().join("loud/b.txt").exists());
+}
+
 #[test]
 fn a_changed_path_moves_the_files_without_a_run() {
     let project = pair();

@@ -1,6 +1,8 @@
 //! A command line with placeholders, understood when the manifest is.
 
-use engine::{Fault, Parameter, Value, ValueKind, nearest, unexpected};
+use std::collections::HashSet;
+
+use engine::{Fault, Faults, Parameter, Value, ValueKind, nearest, unexpected};
 
 /// A program and its arguments.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,14 +41,13 @@ impl Command {
 
     /// The ports that the arguments name, each once.
     pub(crate) fn inputs(&self) -> Vec<&str> {
-        let mut names = Vec::new();
-        for piece in self.0.iter().flat_map(|argument| &argument.pieces) {
-            match piece {
-                Piece::Input(name) if !names.contains(&name.as_str()) => names.push(name.as_str()),
-                _ => {}
-            }
-        }
-        names
+        let mut seen = HashSet::new();
+        let pieces = self.0.iter().flat_map(|argument| &argument.pieces);
+        let names = pieces.filter_map(|piece| match piece {
+            Piece::Input(name) => Some(name.as_str()),
+            _ => None,
+        });
+        names.filter(|name| seen.insert(*name)).collect()
     }
 
     /// The command for messages: its beginning, on one line.
@@ -63,21 +64,27 @@ impl Command {
 
     /// What does not fit the ports that are connected.
     pub(crate) fn misfits(&self, ports: &[&str]) -> Vec<String> {
+        /// So many of the ports are named.
+        const NAMED: usize = 8;
+        let there = match ports {
+            [] => "the stage has no inputs".to_owned(),
+            _ if ports.len() <= NAMED => format!("inputs has {}", ports.join(", ")),
+            _ => format!("inputs has {} and {} more", ports[..NAMED].join(", "), ports.len() - NAMED),
+        };
         let used = self.inputs();
+        let [is_used, is_port] = [&used, ports].map(|names| names.iter().copied().collect::<HashSet<_>>());
         let written = |port: &str| match port {
             "input" => "{input}".to_owned(),
             _ => format!("{{input.{port}}}"),
         };
-        let unknown = used.iter().filter(|name| !ports.contains(name)).map(|name| {
+        let unknown = used.iter().filter(|name| !is_port.contains(*name)).enumerate().map(|(index, name)| {
+            // More are not shown.
+            let ports = if index < Faults::SHOWN { ports } else { &[] };
             let near = nearest(name, ports.iter().copied());
             let near = near.map_or_else(String::new, |near| format!("; did you mean {}?", written(near)));
-            let there = match ports {
-                [] => "the stage has no inputs".to_owned(),
-                _ => format!("inputs has {}", ports.join(", ")),
-            };
             format!("command: {} names no input of the stage: {there}{near}", written(name))
         });
-        let unused = ports.iter().filter(|port| !used.contains(port)).map(|port| {
+        let unused = ports.iter().filter(|port| !is_used.contains(*port)).map(|port| {
             format!("command: the input {port:?} is not used: expected {} in an argument", written(port))
         });
         unknown.chain(unused).collect()

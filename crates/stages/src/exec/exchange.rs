@@ -1,5 +1,6 @@
 //! Artifacts as files of other programs, and back.
 
+use std::collections::HashMap;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -64,8 +65,9 @@ impl Formats {
 
     /// What does not fit what arrives.
     pub(super) fn misfits(&self, types: &[(&str, &'static str)]) -> Vec<String> {
+        let types: HashMap<&str, &str> = types.iter().copied().collect();
         let misfit = |(port, format): &(String, Format)| {
-            let Some((_, arrives)) = types.iter().find(|(name, _)| name == port) else {
+            let Some(arrives) = types.get(port.as_str()) else {
                 return Some(format!("formats: the stage has no input {port:?}"));
             };
             let expected = formats_of(arrives);
