@@ -220,7 +220,7 @@ mod tests {
         let terminal = Terminal::default();
         let drawn_to = ProgressDrawTarget::term_like(Box::new(terminal.clone()));
         let screen = Screen::moving(MultiProgress::with_draw_target(drawn_to));
-        let key = ItemKey([("paint".into(), "gold\u{1b}]0;title\u{7}".into())].into());
+        let key = ItemKey::from_iter([("paint", "gold\u{1b}]0;title\u{7}")]);
         screen.begin(2);
         screen.started(&ItemName { stage: "map".into(), key });
         screen.pin("a pin\u{9b}\u{202e}".into());

@@ -138,7 +138,7 @@ pub enum Event {
         /// The longest wait; `None` where it has no limit.
         limit_milliseconds: Option<f64>,
     },
-    /// The item's result is in the cache: nothing to run.
+    /// The item's result is in the cache: nothing to run. A watcher does not name the items that a change does not concern.
     UpToDate {
         /// The item.
         item: ItemName,

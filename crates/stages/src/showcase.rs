@@ -223,7 +223,7 @@ impl Coat {
     fn named<'p>(&self, plan: &'p Plan) -> Named<'p> {
         let name = |stage: StageIndex| plan.stages[stage].name.as_str();
         let stages = self.material.into_iter().chain([self.reflection]).map(name).collect::<Vec<_>>();
-        let name = if self.rest.0.is_empty() { stages[0].into() } else { self.rest.to_string() };
+        let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
         Named { name, stages }
     }
 }

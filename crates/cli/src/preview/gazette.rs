@@ -139,7 +139,6 @@ impl Gazette {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
 
     use engine::{Change, Changed, ItemKey, Summary};
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use engine::{Digest, Fault, Faults, ItemKey};
+use engine::{Digest, Fault, Faults};
 use expect_test::{Expect, expect};
 
 use super::*;

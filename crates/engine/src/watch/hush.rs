@@ -83,7 +83,11 @@ impl<'a> Hush<'a> {
             _ => {}
         }
         if let (Some(held), false) = (&mut state.held, is_news) {
-            return held.push(event);
+            // Of a build that nobody asked for nobody wants to read what did not change, and that may be very much.
+            if self.is_asked_for || !matches!(event, Event::UpToDate { .. }) {
+                held.push(event);
+            }
+            return;
         }
         for event in state.held.take().into_iter().flatten().chain([event]) {
             state.outstanding.take(&event);
