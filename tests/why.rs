@@ -59,6 +59,37 @@ fn a_file_that_a_person_deleted_or_changed_is_in_the_first_line() {
 }
 
 #[test]
+fn a_result_from_the_cache_is_told_with_why_it_came_and_whose_run_made_it() {
+    let project = Project::small();
+    let brass = "assets/materials/brass.toml";
+    project.write(brass, "model = \"phong\"\nexponent = 3\n");
+    project.ok(&["build"]);
+    project.write(brass, &fs::read_to_string(project.path(GOLD)).unwrap());
+    project.ok(&["build"]);
+    let text = project.ok(&["explain", "maps/brass.exr"]).stdout;
+    let first = text.lines().next().unwrap();
+    let came =
+        format!("map [studio, brass]: up to date; its result came from the cache because: {brass} changed (");
+    assert!(first.starts_with(&came) && !text.contains("gold.toml"), "{text}");
+    assert!(text.contains("\n  came from the cache ") && !text.contains("last ran"), "{text}");
+    assert!(text.contains("\n  made by map [studio, gold], which ran "), "{text}");
+    let text = project.ok(&["verify", "maps/brass.exr"]).stdout;
+    assert!(text.contains("  made by   map [studio, gold], in the run of "), "{text}");
+    assert!(text.contains("; map [studio, brass] took it from the cache\n"), "{text}");
+    assert!(text.contains(&format!("as it was {brass} (")) && !text.contains("gold.toml"), "{text}");
+
+    // Of gold nothing is said that is brass's, also when it comes back.
+    let gold = fs::read_to_string(project.path(GOLD)).unwrap();
+    project.write(GOLD, "model = \"phong\"\nexponent = 7\n");
+    project.ok(&["build"]);
+    project.write(GOLD, &gold);
+    project.ok(&["build"]);
+    let text = project.ok(&["explain", "maps/gold.exr"]).stdout;
+    assert!(text.contains("came from the cache because: assets/materials/gold.toml changed"), "{text}");
+    assert!(text.contains("\n  made by map [studio, gold], which ran ") && !text.contains("brass"), "{text}");
+}
+
+#[test]
 fn items_of_which_the_same_can_be_said_share_a_line() {
     let project = edited();
     let text = project.ok(&["explain", "map"]).stdout;

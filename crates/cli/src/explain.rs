@@ -24,7 +24,11 @@ pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
             say!("hint: for one of them in full: specula explain \"{}\"", explanations[0].item);
             exit
         }
-        Ok(explanations) => print::data(&explanations.iter().map(full).collect::<Vec<_>>().join("\n")),
+        Ok(explanations) => {
+            let manifest = plan.manifest.file_name().unwrap_or_default().to_string_lossy();
+            let told = explanations.iter().map(|found| full(found, &manifest));
+            print::data(&told.collect::<Vec<_>>().join("\n"))
+        }
         Err(error) => exit::of_error(&error),
     }
 }
@@ -62,7 +66,7 @@ fn listed(items: &[&ItemName]) -> String {
     format!("{}{more}", names.join(" "))
 }
 
-/// Whether an item would run and why, or why it ran last.
+/// Whether an item would run and why, or why it has the result that it has.
 fn verdict(found: &Explanation, told: fn(&Cause) -> String) -> String {
     let because = |causes: &[Cause]| match causes {
         [only] => format!(" {}", told(only)),
@@ -76,13 +80,16 @@ fn verdict(found: &Explanation, told: fn(&Cause) -> String) -> String {
             let missing = missing.map_or_else(String::new, |missing| {
                 format!(", but {} is {}", missing.file, state(&missing.state))
             });
-            format!("up to date{missing}; it last ran because:{}", because(&last.causes))
+            let came =
+                if last.from_cache.is_some() { "its result came from the cache" } else { "it last ran" };
+            format!("up to date{missing}; {came} because:{}", because(&last.causes))
         }
         None => "up to date".into(),
     }
 }
 
-fn full(explanation: &Explanation) -> String {
+/// All of an item of this manifest.
+fn full(explanation: &Explanation, manifest: &str) -> String {
     let mut text = format!("{}: {}\n", explanation.item, verdict(explanation, cause));
     if explanation.causes.iter().any(|cause| cause.chain.len() > 1) {
         text += "  what is different for the item itself\n";
@@ -91,7 +98,7 @@ fn full(explanation: &Explanation) -> String {
         }
     }
     if let Some(last) = &explanation.last {
-        text += &describe_run(last, explanation.would_run);
+        text += &describe_run(last, explanation.would_run, manifest);
     }
     for file in &explanation.files {
         let digest = short(file.digest.as_ref());
@@ -112,10 +119,16 @@ fn state(state: &FileState) -> String {
     }
 }
 
-fn describe_run(run: &LastRun, would_run: bool) -> String {
+fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
+    let mut text = match &run.from_cache {
+        None => "  last ran".to_owned(),
+        Some(from) => {
+            let of = if from.manifest == manifest { "" } else { &format!(" of {}", from.manifest) };
+            format!("  came from the cache {}\n  made by {}{of}, which ran", from.since, from.item)
+        }
+    };
     let time = quantity::duration(run.milliseconds);
-    let mut text =
-        format!("  last ran {} for {time} as {}, by version {}\n", run.started, run.kind, run.version);
+    let _ = writeln!(text, " {} for {time} as {}, by version {}", run.started, run.kind, run.version);
     if would_run {
         for begun in &run.causes {
             let _ = writeln!(text, "    because {}", cause(begun));

@@ -67,7 +67,13 @@ fn describe(found: &Verification) -> String {
     };
     let mut text = format!("{}: {verdict}\n", found.file);
     let item = found.item.as_ref().map_or_else(|| "an item that is gone".into(), ToString::to_string);
-    let _ = writeln!(text, "  made by   {item}, in the run of {}", found.made);
+    let _ = match &found.item {
+        Some(taker) if *taker != found.maker => {
+            let (maker, made) = (&found.maker, found.made);
+            writeln!(text, "  made by   {maker}, in the run of {made}; {item} took it from the cache")
+        }
+        _ => writeln!(text, "  made by   {item}, in the run of {}", found.made),
+    };
     let now = short(Some(&found.digest));
     let _ = match &found.content {
         Content::Current => writeln!(text, "  bytes     {now}, the last result"),

@@ -116,6 +116,8 @@ pub enum Reason {
     },
     /// Its stored result is gone or damaged.
     ResultLost,
+    /// It is as it was, but had gone in between: its source or its stage is back.
+    Returned,
 }
 
 /// Something that happened during a build.

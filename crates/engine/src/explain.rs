@@ -28,13 +28,13 @@ pub struct Explanation {
     pub causes: Vec<Cause>,
     /// Whether the result of an earlier run is in effect again, so that a build takes it from the cache.
     pub restored: bool,
-    /// What made the present result, or the failure of the last run; `None` where it never ran.
+    /// What made the present result and why the item has it, or the failure of the last run; `None` where there is neither.
     pub last: Option<LastRun>,
     /// The files that it exports.
     pub files: Vec<ExportedFile>,
 }
 
-/// What a run did.
+/// What a run did. Where its result came from the cache, the run is the one that made it, and all else is this item's own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LastRun {
     /// When it began.
@@ -45,10 +45,12 @@ pub struct LastRun {
     pub version: String,
     /// The kind and its revision: `project-sh 3`.
     pub kind: String,
-    /// Why it ran.
+    /// Why it ran, or why its result came from the cache.
     pub reasons: Vec<Reason>,
     /// What began it, as [`Explanation::causes`].
     pub causes: Vec<Cause>,
+    /// Where its result came from the cache; `None` where the item ran for these reasons.
+    pub from_cache: Option<FromCache>,
     /// What it warned of.
     pub warnings: Vec<String>,
     /// What it noted.
@@ -64,6 +66,17 @@ pub struct LastRun {
     pub results: Vec<Digest>,
     /// What happened and its causes, where it failed.
     pub failure: Option<Vec<String>>,
+}
+
+/// Where a result comes from that came into effect without a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FromCache {
+    /// When it came into effect.
+    pub since: Timestamp,
+    /// The item whose run made it: this one earlier, or another one for which everything was equal.
+    pub item: ItemName,
+    /// That item's manifest: those of one folder share the cache.
+    pub manifest: String,
 }
 
 /// An artifact that a run used.
@@ -206,6 +219,7 @@ fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
         kind: record.kind_name(),
         reasons: record.reasons.clone(),
         causes: judge.causes_of(item, record),
+        from_cache: record.from_cache.clone(),
         warnings: record.warnings.clone(),
         notes: record.notes.clone(),
         inputs: record.inputs.clone(),

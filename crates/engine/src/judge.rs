@@ -240,6 +240,11 @@ impl<'a> Judge<'a> {
         item_subject(&self.manifest, &self.plan.stages[item.stage].name, &item.key)
     }
 
+    /// Whether a record is of this item.
+    pub(crate) fn is_of(&self, item: ItemIndex, record: &Record) -> bool {
+        record.item == self.name(item) && record.manifest == self.manifest
+    }
+
     /// The source as records hold it.
     pub(crate) fn source(&self, item: ItemIndex) -> Option<String> {
         self.plan.items[item].source.as_deref().map(|source| path_name(self.folder, source))
@@ -303,9 +308,12 @@ impl<'a> Judge<'a> {
         if let Some(effect) = in_effect.filter(|effect| is_stored(effect.outputs())) {
             return Verdict::Current { outputs: effect.outputs().to_vec(), restored: None };
         }
-        let mut results = self.state.journal.results::<Record>(short(key));
+        let results = self.state.journal.results::<Record>(short(key));
+        let mut results = results.filter(|record| record.key == key).collect::<Vec<_>>();
+        // Its own result says more of it than one of another item for which everything is equal.
+        results.sort_by_key(|record| !self.is_of(item, record));
         let is_stored = |record: &Record| is_stored(&record.outputs);
-        match results.find(|record| record.key == key && self.is_good(item, record) && is_stored(record)) {
+        match results.into_iter().find(|record| self.is_good(item, record) && is_stored(record)) {
             Some(record) => {
                 Verdict::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
             }
@@ -330,7 +338,7 @@ impl<'a> Judge<'a> {
         self.differing_inputs(item, &record, digest, &mut reasons);
         self.differing_files(item, &record, &mut reasons);
         if reasons.is_empty() {
-            reasons.push(Reason::ResultLost);
+            reasons.push(if record.gone { Reason::Returned } else { Reason::ResultLost });
         }
         reasons
     }

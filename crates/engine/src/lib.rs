@@ -54,7 +54,7 @@ pub use determinism::{Determinism, Difference, FailedRun, determinism, telling_t
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
-pub use explain::{Explanation, ExportedFile, FileRead, FileState, InputUsed, LastRun, explain};
+pub use explain::{Explanation, ExportedFile, FileRead, FileState, FromCache, InputUsed, LastRun, explain};
 pub use fault::{Fault, Faults, line_and_column};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product, RecipeReader};

@@ -6,15 +6,15 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::store::Blob;
-use crate::{Cause, Digest, FileRead, InputUsed, ItemKey, ItemName, Reason, Timestamp};
+use crate::{Cause, Digest, FileRead, FromCache, InputUsed, ItemKey, ItemName, Reason, Timestamp};
 
 /// Raised when the engine itself gives kinds something else for equal keys.
 const ENGINE_FORMAT: u32 = 1;
 
-/// A run: what it used, what it made, what it said.
+/// An item's result, or its failure: what was used, what was made, what was said, and why the item has it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
-    /// The manifest's name and the item that ran. They enter no key: another item may take the result over.
+    /// The manifest's name and the item. They enter no key: another item may take the result over.
     pub(crate) manifest: String,
     pub(crate) item: ItemName,
     /// Whether the manifest has no such item any more; what it made is kept for its return, as long as there is room.
@@ -34,16 +34,28 @@ pub(crate) struct Record {
     pub(crate) outputs: Vec<Blob>,
     pub(crate) started: Timestamp,
     pub(crate) milliseconds: f64,
+    /// Why the item ran; of a result from the cache, why it came into effect.
     pub(crate) reasons: Vec<Reason>,
     /// What began it, where the reasons do not tell.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) causes: Vec<Cause>,
+    /// `None` where the item ran. Otherwise `version`, `started` and `milliseconds` are those of the run that made the result.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) from_cache: Option<FromCache>,
     pub(crate) warnings: Vec<String>,
     pub(crate) notes: Vec<String>,
     pub(crate) failure: Option<Vec<String>>,
 }
 
 impl Record {
+    /// The item whose run made the result, and its manifest.
+    pub(crate) fn maker(&self) -> (&ItemName, &str) {
+        match &self.from_cache {
+            Some(from) => (&from.item, &from.manifest),
+            None => (&self.item, &self.manifest),
+        }
+    }
+
     /// Kind and revision as people read them.
     pub(crate) fn kind_name(&self) -> String {
         kind_name(&self.kind, self.revision)

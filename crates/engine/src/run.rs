@@ -159,6 +159,7 @@ impl Workshop<'_> {
             milliseconds,
             reasons: order.reasons,
             causes: worth_keeping(&order.causes),
+            from_cache: None,
             warnings: outcome.warnings.clone(),
             notes: outcome.notes.clone(),
             failure: stored.as_ref().err().map(|failure| failure.chain.clone()),

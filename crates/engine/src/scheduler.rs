@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rayon::{Scope, ThreadPool};
 
+use crate::cause::worth_keeping;
 use crate::journal::{Line, Tag, short};
 use crate::judge::{Judge, Verdict, manifest_name};
 use crate::publish::{Obstacle, Told};
@@ -25,7 +26,10 @@ use crate::record::Record;
 use crate::run::{Made, Order, Outcome, Workshop, failure_of, message_of};
 use crate::store::Blob;
 use crate::underway::Seen;
-use crate::{Cause, Digest, Error, ErrorKind, Event, Failure, Handle, ItemIndex, ItemName, Summary, Work};
+use crate::{
+    Cause, Digest, Error, ErrorKind, Event, Failure, FromCache, Handle, ItemIndex, ItemName, Summary,
+    Timestamp, Work,
+};
 
 mod tasks;
 
@@ -291,16 +295,28 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// An earlier result is the one in effect again; the next run is compared with it.
-    fn bring_into_effect(&mut self, item: ItemIndex, record: Record) -> Record {
+    /// An earlier result is the one in effect again, or another item's is taken over; the next run is compared with it.
+    fn bring_into_effect(&mut self, item: ItemIndex, found: Record) -> Record {
         let reasons = self.judge.reasons(item, |input| Some(self.digest(input)));
-        self.items[item].causes = self.judge.causes(item, &reasons, |input| self.causes(input));
-        let inputs = self.judge.inputs(item, |input| self.digest(input));
-        // Told again, so that of the earlier results it is the one used last.
-        let again = Line::new(Tag::Result, short(record.key), Some(&record));
-        let (manifest, name) = (manifest_name(self.judge.plan), self.judge.name(item));
-        let source = self.judge.source(item);
-        let record = Record { manifest, item: name, gone: false, inputs, source, ..record };
+        let causes = self.judge.causes(item, &reasons, |input| self.causes(input));
+        let (maker, made_by) = found.maker();
+        let since = Timestamp::now();
+        let record = Record {
+            manifest: manifest_name(self.judge.plan),
+            item: self.judge.name(item),
+            gone: false,
+            inputs: self.judge.inputs(item, |input| self.digest(input)),
+            source: self.judge.source(item),
+            reasons,
+            causes: worth_keeping(&causes),
+            from_cache: Some(FromCache { since, item: maker.clone(), manifest: made_by.into() }),
+            ..found.clone()
+        };
+        self.items[item].causes = causes;
+        // Told again, so that of the earlier results it is the one used last: word for word where it is this item's, so
+        // that it replaces the line before.
+        let result = if self.judge.is_of(item, &found) { &found } else { &record };
+        let again = Line::new(Tag::Result, short(record.key), Some(result));
         let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
         if let Err(error) = self.judge.state.journal.append(&[again, line]) {
             self.fatal = Some(error);

@@ -17,7 +17,10 @@ use crate::judge::{Judge, manifest_name};
 use crate::publish::{Published, Publisher};
 use crate::record::{Record, recipe};
 use crate::state::State;
-use crate::{Cancel, Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Timestamp, read_file};
+use crate::{
+    Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, Timestamp,
+    read_file,
+};
 
 /// What is known of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -30,6 +33,8 @@ pub struct Verification {
     pub item: Option<ItemName>,
     /// When the run began that made it.
     pub made: Timestamp,
+    /// The item whose run that was: another one where the item took over a result that was in the cache.
+    pub maker: ItemName,
     /// What its bytes are.
     pub content: Content,
     /// What its recipe is.
@@ -133,7 +138,7 @@ pub fn verify(
     let digest = Digest::of(bytes);
     let embedded = recipe_of(bytes);
     let names = names_by_place(plan, file);
-    let found = archive.by_place(&names, digest).or_else(|| archive.by_digest(digest));
+    let found = archive.by_place(&names, digest).or_else(|| archive.by_digest(digest, file));
     let found = found.or_else(|| archive.by_recipe(embedded.as_deref()?, file));
     let Found { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
     let content = match content {
@@ -154,6 +159,7 @@ pub fn verify(
         digest,
         item: item.map(|item| judge.name(item)),
         made: record.started,
+        maker: record.maker().0.clone(),
         content,
         recipe: archive.compare_recipe(embedded, recipe_of, file, item, output, &record),
         sources: ancestry.sources,
@@ -235,47 +241,67 @@ impl<'a> Archive<'a> {
             Some((item, this.files.iter().position(|file| names.contains(file))?))
         };
         let (item, output) = self.judge.plan.items.iter().enumerate().find_map(place)?;
-        let is_this = |record: &&Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
-        if let Some(record) = self.last(item).filter(is_this) {
-            return Some(Found {
-                item: Some(item),
-                record: record.clone(),
-                output,
-                content: Content::Current,
-            });
+        let is_this = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
+        let found = |record, content| Some(Found { item: Some(item), record, output, content });
+        if let Some(record) = self.last(item).filter(|record| is_this(record)) {
+            return found(record.clone(), Content::Current);
         }
-        if let Some(record) = self.earlier.iter().find(is_this) {
-            return Some(Found {
-                item: Some(item),
-                record: record.clone(),
-                output,
-                content: Content::Earlier,
-            });
+        if let Some(record) = self.earlier_of(item, is_this) {
+            return found(record, Content::Earlier);
         }
         let made = self.record(item)?.outputs.get(output)?.digest;
-        let of_made = |record: &&Record| record.outputs.get(output).is_some_and(|blob| blob.digest == made);
-        let record = self.last(item).or_else(|| self.earlier.iter().find(of_made))?.clone();
-        Some(Found { item: Some(item), record, output, content: Content::Altered { made: None } })
+        let of_made = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == made);
+        let record = self.last(item).cloned().or_else(|| self.earlier_of(item, of_made))?;
+        found(record, Content::Altered { made: None })
     }
 
-    /// A copy of a file that was exported, under whatever name.
-    fn by_digest(&self, digest: Digest) -> Option<Found> {
+    /// The newest earlier record of an item that is as asked for; where it has been forgotten, that of another item which
+    /// made the same, as it would have been this one's.
+    fn earlier_of(&self, item: ItemIndex, is_this: impl Fn(&Record) -> bool) -> Option<Record> {
+        let mut found = self.earlier.iter().filter(|record| is_this(record));
+        let own = found.clone().find(|record| self.judge.is_of(item, record));
+        own.cloned().or_else(|| found.find_map(|record| self.adopted(item, record)))
+    }
+
+    /// Another item's record with this item's inputs; `None` where the two have another kind or other ports.
+    fn adopted(&self, item: ItemIndex, record: &Record) -> Option<Record> {
+        let inputs = self.judge.inputs(item, |_| Digest([0; 32]));
+        let is_like = record.kind == self.judge.plan.stages[self.judge.plan.items[item].stage].kind.name()
+            && record.source == self.judge.source(item)
+            && inputs.iter().map(|used| &used.port).eq(record.inputs.iter().map(|used| &used.port));
+        let digests = record.inputs.iter().map(|used| used.digest);
+        let inputs = inputs.into_iter().zip(digests).map(|(used, digest)| InputUsed { digest, ..used });
+        let (maker, manifest) = record.maker();
+        let from_cache = FromCache { since: record.started, item: maker.clone(), manifest: manifest.into() };
+        is_like.then(|| Record {
+            item: self.judge.name(item),
+            inputs: inputs.collect(),
+            from_cache: Some(from_cache),
+            ..record.clone()
+        })
+    }
+
+    /// A copy of a file that was exported, under whatever name. Of several items that made the same it is one whose file is
+    /// called as the copy.
+    fn by_digest(&self, digest: Digest, file: &Path) -> Option<Found> {
         let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
+        let is_called = |item: ItemIndex| {
+            let mut files = self.judge.plan.items[item].files.iter();
+            files.any(|name| Path::new(name).file_name() == file.file_name())
+        };
         let place = |record: &Record| record.outputs.iter().position(|blob| blob.digest == digest);
-        let last = (0..self.judge.plan.items.len()).filter(exports).find_map(|item| {
+        let last = (0..self.judge.plan.items.len()).filter(exports).filter_map(|item| {
             let record = self.last(item)?;
             Some((item, record, place(record)?))
         });
-        if let Some((item, record, output)) = last {
-            return Some(Found {
-                item: Some(item),
-                record: record.clone(),
-                output,
-                content: Content::Current,
-            });
+        if let Some((item, record, output)) = last.min_by_key(|(item, ..)| !is_called(*item)) {
+            let content = Content::Current;
+            return Some(Found { item: Some(item), record: record.clone(), output, content });
         }
-        let (record, output) = self.earlier.iter().find_map(|record| Some((record, place(record)?)))?;
-        let item = self.item_of(record);
+        let earlier = self.earlier.iter();
+        let earlier = earlier.filter_map(|record| Some((self.item_of(record), record, place(record)?)));
+        let (item, record, output) =
+            earlier.min_by_key(|(item, ..)| item.map_or(2, |item| usize::from(!is_called(item))))?;
         Some(Found { item, record: record.clone(), output, content: Content::Earlier })
     }
 
@@ -302,11 +328,13 @@ impl<'a> Archive<'a> {
         self.items.get(&record.item).copied().filter(|_| record.manifest == self.manifest)
     }
 
-    /// The run that made an artifact: of the item's last one, or of the newest that made the same.
+    /// The record of an item's artifact: its last one, or the newest that made the same. Not that of another item, which read
+    /// other files.
     fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
         let made = |record: &&Record| record.outputs.first().is_some_and(|blob| blob.digest == digest);
         let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
-        last.or_else(|| self.earlier.iter().find(made))
+        let is_of = |record: &&Record| record.item == *name && record.manifest == self.manifest;
+        last.or_else(|| self.earlier.iter().filter(is_of).find(made))
     }
 
     fn recipe(&self, item: Option<ItemIndex>, record: &Record) -> String {

@@ -1,4 +1,4 @@
-//! Why something ran or would run: told from the far end of the chain.
+//! Why something ran or would run, or came from the cache: told from the far end of the chain. And of what a file was made.
 
 use std::fmt::Write;
 
@@ -58,7 +58,11 @@ fn told(project: &Project, target: &str) -> String {
         };
         let _ = writeln!(text, "{} {verdict}", found.item);
         if let Some(last) = &found.last {
-            let _ = writeln!(text, "  ran: {}", causes(&last.causes));
+            let how = match &last.from_cache {
+                None => "ran".into(),
+                Some(from) => format!("from the cache, made by {}", from.item),
+            };
+            let _ = writeln!(text, "  {how}: {}", causes(&last.causes));
         }
     }
     text
@@ -232,4 +236,220 @@ fn a_record_from_before_times_and_causes_is_still_read() {
         "warnings":[],"notes":[],"failure":null}"#;
     let record = serde_json::from_str::<crate::record::Record>(record).unwrap();
     assert_eq!((record.reads[0].modified, &record.causes[..]), (None, &[][..]));
+}
+
+const TWINS: &str = r#"
+schema = 1
+out = "out"
+
+[stage.paint]
+kind = "text-source"
+source = "paint/*.txt"
+
+[stage.loud]
+kind = "upper"
+input = "paint"
+
+[stage.file]
+kind = "write"
+input = "loud"
+path = "{paint}"
+"#;
+
+/// Two paints with these texts: where they are equal, all that is made of them has one key.
+fn twins(a: &str, b: &str) -> Project {
+    let project = Project::new(TWINS);
+    project.write("paint/a.txt", a);
+    project.write("paint/b.txt", b);
+    project.build();
+    project
+}
+
+/// What is said of a file: whose it is and whose run made it, of what, and what is not known any more.
+fn verified(project: &Project, file: &str) -> String {
+    let path = project.path(file);
+    let found = crate::verify(&project.plan(), &path, &std::fs::read(&path).unwrap(), &|_| None).unwrap();
+    let item = found.item.as_ref().map_or("an item that is gone".into(), ToString::to_string);
+    let content = match found.content {
+        crate::Content::Current => "the last",
+        crate::Content::Earlier => "an earlier",
+        crate::Content::Altered { .. } => "no",
+    };
+    let current = if found.is_current() { "current" } else { "stale" };
+    let mut text = format!("{file}: {current}, {content} result of {item}, made by {}\n", found.maker);
+    for source in found.sources.iter().filter(|source| !source.listing && source.old.is_some()) {
+        let is = if source.old == source.new { "as it was" } else { "changed" };
+        let _ = writeln!(text, "  {is} {}", source.path);
+    }
+    for (what, names) in [("gone", &found.gone), ("forgotten", &found.forgotten)] {
+        names.iter().for_each(|name| _ = writeln!(text, "  {what} {name}"));
+    }
+    text
+}
+
+#[test]
+fn a_result_that_another_item_made_is_there_because_of_this_items_own_file() {
+    let project = twins("grey", "blue");
+    project.write("paint/a.txt", "gold");
+    project.build();
+    project.write("paint/b.txt", "gold");
+    assert!(project.build().contains("ended: 1 ran,"), "the rest is taken from the cache");
+    let of_b = || format!("{}{}", told(&project, "loud [b]"), told(&project, "b.txt"));
+    let before = of_b();
+    expect![[r#"
+        loud [b] up to date
+          from the cache, made by loud [a]: file paint/b.txt some -> some -> paint [b] -> loud [b]
+        file [b] up to date
+          from the cache, made by file [a]: file paint/b.txt some -> some -> paint [b] -> loud [b] -> file [b]
+    "#]]
+    .assert_eq(&before);
+    expect![[r#"
+        out/b.txt: current, the last result of file [b], made by file [a]
+          as it was paint/b.txt
+    "#]]
+    .assert_eq(&verified(&project, "out/b.txt"));
+    let used = &project.explain("b.txt")[0].last.clone().unwrap().inputs;
+    assert_eq!(used.iter().map(|used| used.item.to_string()).collect::<Vec<_>>(), ["loud [b]"]);
+
+    // Whatever becomes of the other one.
+    project.write("paint/a.txt", "tin");
+    project.build();
+    assert_eq!(of_b(), before);
+    project.remove("paint/a.txt");
+    project.build();
+    assert_eq!(of_b(), before);
+    expect![[r#"
+        out/b.txt: current, the last result of file [b], made by file [a]
+          as it was paint/b.txt
+    "#]]
+    .assert_eq(&verified(&project, "out/b.txt"));
+}
+
+#[test]
+fn an_edit_taken_back_is_told_of_the_item_that_was_edited_and_of_its_own_run() {
+    // Both are made, as neither was in the cache; b is never touched.
+    let project = twins("gold", "gold");
+    project.write("paint/a.txt", "tin");
+    project.build();
+    project.write("paint/a.txt", "gold");
+    project.build();
+    expect![[r#"
+        loud [a] up to date
+          from the cache, made by loud [a]: file paint/a.txt some -> some -> paint [a] -> loud [a]
+        loud [b] up to date
+          ran: never built
+    "#]]
+    .assert_eq(&told(&project, "loud"));
+    project.write("paint/b.txt", "tin");
+    project.build();
+    project.write("paint/b.txt", "gold");
+    project.build();
+    expect![[r#"
+        loud [a] up to date
+          from the cache, made by loud [a]: file paint/a.txt some -> some -> paint [a] -> loud [a]
+        loud [b] up to date
+          from the cache, made by loud [b]: file paint/b.txt some -> some -> paint [b] -> loud [b]
+    "#]]
+    .assert_eq(&told(&project, "loud"));
+    for stem in ["a", "b"] {
+        let whole = format!(
+            "out/{stem}.txt: current, the last result of file [{stem}], made by file [{stem}]\n  as it was paint/{stem}.txt\n"
+        );
+        assert_eq!(verified(&project, &format!("out/{stem}.txt")), whole);
+    }
+}
+
+#[test]
+fn a_copy_of_a_source_is_new_and_what_is_made_of_it_is_known_by_it() {
+    let project = twins("grey", "blue");
+    project.write("paint/a.txt", "gold");
+    project.build();
+    project.write("paint/c.txt", "gold");
+    project.build();
+    expect![[r#"
+        file [c] up to date
+          from the cache, made by file [a]: never built
+    "#]]
+    .assert_eq(&told(&project, "c.txt"));
+    // An earlier file of the copy is the copy's, in its place and elsewhere, also when both have changed since.
+    std::fs::copy(project.path("out/c.txt"), project.path("kept")).unwrap();
+    std::fs::create_dir(project.path("kept-folder")).unwrap();
+    std::fs::copy(project.path("out/c.txt"), project.path("kept-folder/c.txt")).unwrap();
+    project.write("paint/c.txt", "brass");
+    project.build();
+    std::fs::copy(project.path("kept"), project.path("out/c.txt")).unwrap();
+    expect![[r#"
+        out/c.txt: stale, an earlier result of file [c], made by file [a]
+          changed paint/c.txt
+    "#]]
+    .assert_eq(&verified(&project, "out/c.txt"));
+    // It holds what a has now: a copy of what is current.
+    assert!(verified(&project, "kept").starts_with("kept: current, the last result of file [a]"));
+    project.write("paint/a.txt", "tin");
+    project.build();
+    expect![[r#"
+        kept-folder/c.txt: stale, an earlier result of file [c], made by file [a]
+          changed paint/c.txt
+    "#]]
+    .assert_eq(&verified(&project, "kept-folder/c.txt"));
+}
+
+#[test]
+fn where_an_items_own_record_is_forgotten_nothing_is_said_of_another_items_files() {
+    let project = twins("grey", "blue");
+    project.write("paint/a.txt", "gold");
+    project.build();
+    project.write("paint/b.txt", "gold");
+    project.build();
+    std::fs::copy(project.path("out/b.txt"), project.path("kept")).unwrap();
+    project.write("paint/b.txt", "brass");
+    project.build();
+    project.write("paint/a.txt", "tin");
+    project.build();
+    // As a journal has it that was written anew, or before results were noted for each item.
+    let journal = project.read(".specula/journal");
+    let is_forgotten =
+        |line: &str| line.get(17..19) == Some("r ") && line.contains(r#""key":{"paint":"b"}},"key""#);
+    let kept = journal.lines().filter(|line| !is_forgotten(line)).map(|line| format!("{line}\n"));
+    let kept = kept.collect::<String>();
+    assert!(kept.len() < journal.len());
+    project.write(".specula/journal", &kept);
+    std::fs::copy(project.path("kept"), project.path("out/b.txt")).unwrap();
+    expect![[r#"
+        out/b.txt: stale, an earlier result of file [b], made by file [a]
+          forgotten loud [b]
+    "#]]
+    .assert_eq(&verified(&project, "out/b.txt"));
+}
+
+#[test]
+fn an_item_that_had_gone_and_is_as_it_was_says_so() {
+    let project = twins("gold", "tin");
+    project.remove("paint/b.txt");
+    project.build();
+    project.write("paint/b.txt", "tin");
+    assert!(project.build().contains("ended: 0 ran,"));
+    expect![[r#"
+        paint [b] up to date
+          from the cache, made by paint [b]: returned
+        file [b] up to date
+          from the cache, made by file [b]: returned
+    "#]]
+    .assert_eq(&format!("{}{}", told(&project, "paint [b]"), told(&project, "b.txt")));
+}
+
+#[test]
+fn results_that_come_back_again_and_again_do_not_push_others_out() {
+    let project = twins("gold", "red");
+    project.write("paint/a.txt", "tin");
+    project.build();
+    for _ in 0..10 {
+        for text in ["gold", "silver"] {
+            project.write("paint/a.txt", text);
+            project.build();
+        }
+    }
+    let journal = project.read(".specula/journal");
+    project.write("paint/a.txt", "tin");
+    assert!(project.build().contains("ended: 0 ran,"), "{journal}");
 }

@@ -199,5 +199,6 @@ fn reason(reason: &Reason) -> String {
         Reason::File { path, old, new, .. } => format!("file {path} {} -> {}", known(old), known(new)),
         Reason::Kind { old, new } => format!("kind {old} -> {new}"),
         Reason::ResultLost => "result lost".into(),
+        Reason::Returned => "returned".into(),
     }
 }
