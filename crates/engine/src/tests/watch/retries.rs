@@ -70,6 +70,9 @@ each_way! {
         watched.until("the refusal", is_failed);
         project.remove_link("out");
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
+        watched.until("the end of that build", |events| {
+            summaries(events).last().is_some_and(|summary| summary.system_errors == 0)
+        });
         let told = watched.events();
         assert_eq!(failures(&told).len(), 2, "{}", log(&told));
         let ended = summaries(&told).map(|summary| summary.system_errors).collect::<Vec<_>>();
