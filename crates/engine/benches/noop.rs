@@ -3,13 +3,13 @@
 
 use std::fs;
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use engine::{BuildOptions, Cancel, Kinds, Plan, Workbench};
 use tempfile::TempDir;
-use texts::kinds;
+use texts::{kinds, make_large};
 
 mod texts;
 
@@ -117,5 +117,37 @@ fn one_changed(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, noop, one_changed);
+/// 40,000 exports: nothing to do, and one text of 400 edited, of which 402 items have to run, as a watcher does it.
+fn large(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("engine");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    make_large(folder.path());
+    assert_eq!(run(folder.path(), &kinds()), 80_800);
+    std::thread::sleep(Duration::from_millis(2100));
+    group.sample_size(10);
+    group.bench_function("noop_80800_items", |bencher| {
+        bencher.iter(|| assert_eq!(run(folder.path(), &kinds()), 0));
+    });
+    let bench = Workbench::new(None, 0).expect("threads");
+    let plan =
+        Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest has no faults");
+    let text = plan.manifest.with_file_name("left").join("007.txt");
+    let build = |changed: Option<Vec<PathBuf>>| {
+        let options = BuildOptions { keep_going: true, changed, ..BuildOptions::default() };
+        bench.build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on").ran
+    };
+    assert_eq!(build(None), 0);
+    let mut edits = 0;
+    let mut edit = || {
+        edits += 1;
+        fs::write(&text, format!("edit {edits} of {}", std::process::id())).expect("an edit");
+    };
+    let find = |()| assert_eq!(build(Some(vec![text.clone()])), 402);
+    group.bench_function("one_edit_of_80800_items_again", |bencher| {
+        bencher.iter_batched(&mut edit, find, BatchSize::PerIteration);
+    });
+    group.finish();
+}
+
+criterion_group!(benches, noop, one_changed, large);
 criterion_main!(benches);

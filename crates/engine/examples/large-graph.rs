@@ -18,41 +18,10 @@ use engine::{BuildOptions, Cancel, Event, Plan, WatchOptions};
 #[path = "../benches/texts/mod.rs"]
 mod texts;
 
-const MANIFEST: &str = r#"
-schema = 1
-out = "out"
-
-[stage.left]
-kind = "source"
-source = "left/*.txt"
-
-[stage.right]
-kind = "source"
-source = "right/*.txt"
-
-[stage.loud-left]
-kind = "add"
-input = "left"
-
-[stage.loud-right]
-kind = "add"
-input = "right"
-text = "!!"
-
-[stage.pair]
-kind = "join"
-inputs = { left = "loud-left", right = "loud-right" }
-
-[stage.file]
-kind = "write"
-input = "pair"
-path = "{left}/{right}/text"
-"#;
-
 fn main() {
     let arguments = std::env::args().skip(1).collect::<Vec<_>>();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["make", folder] => make(Path::new(folder)),
+        ["make", folder] => texts::make_large(Path::new(folder)),
         ["build", folder] => build(&Path::new(folder).join("pipeline.toml")),
         ["watch", folder, edits] => watch(Path::new(folder), number(edits), 1500),
         ["watch", folder, edits, pause] => watch(Path::new(folder), number(edits), number(pause) as u64),
@@ -62,16 +31,6 @@ fn main() {
 
 fn number(text: &str) -> usize {
     text.parse().expect("a number")
-}
-
-fn make(folder: &Path) {
-    for side in ["left", "right"] {
-        fs::create_dir_all(folder.join(side)).expect("a folder");
-        for n in 0..200 {
-            fs::write(folder.join(format!("{side}/{n:03}.txt")), format!("{side} {n}")).expect("a text");
-        }
-    }
-    fs::write(folder.join("pipeline.toml"), MANIFEST).expect("the manifest");
 }
 
 fn build(manifest: &Path) {

@@ -249,6 +249,9 @@ impl<'a> Publisher<'a> {
         all: bool,
         told: &mut Vec<(ItemName, Told)>,
     ) -> Result<(), Error> {
+        if self.stale.is_empty() {
+            return Ok(());
+        }
         let items = (0..plan.items.len()).map(|item| item_name(plan, item)).collect::<HashSet<_>>();
         for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
             let stage = plan.stages.iter().position(|stage| stage.name == item.stage);

@@ -66,10 +66,15 @@ impl Store {
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let temporary = self.temporaries().join(format!("{}-{number}", std::process::id()));
         let place = self.path(blob.digest);
-        let written = write_new(&temporary, bytes).and_then(|_| {
-            fs::create_dir_all(place.parent().unwrap_or(&place))?;
-            platform::replace(&temporary, &place)
-        });
+        let written =
+            write_new(&temporary, bytes).and_then(|_| match platform::replace(&temporary, &place) {
+                // Most folders are there.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                    fs::create_dir_all(place.parent().unwrap_or(&place))?;
+                    platform::replace(&temporary, &place)
+                }
+                replaced => replaced,
+            });
         written.map_err(|error| {
             let _ = fs::remove_file(&temporary);
             Error::io(&error, "store a result in", &self.folder)
