@@ -140,7 +140,7 @@ impl Workbench {
             cancel,
             memory: &self.memory,
             underway: &underway,
-            unfinished: &self.unfinished,
+            pending: self.pending.as_deref(),
         };
         let jobs = self.pool.current_num_threads();
         let scheduler = || Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);

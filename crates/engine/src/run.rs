@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::collections::HashMap;
+use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,6 +15,7 @@ use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
 use crate::judge::{Judge, manifest_name};
 use crate::memory::Memory;
+use crate::platform::Stamp;
 use crate::publish::{Obstacle, Publisher, Told};
 use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe};
@@ -33,7 +35,8 @@ pub(crate) struct Workshop<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) underway: &'a Arc<Underway>,
-    pub(crate) unfinished: &'a PathSet,
+    /// The paths that a watcher will act on, if one is at work.
+    pub(crate) pending: Option<&'a PathSet>,
 }
 
 /// What arrives at a port, sorted by key.
@@ -123,9 +126,10 @@ impl Workshop<'_> {
             }
             _ => output,
         };
-        // Half a file is no news: it is built when it is finished.
         let output = match output {
-            Err(failure) if !failure.system_error && self.is_unfinished(&reads) => Err(Failure::cancelled()),
+            Err(failure) if !failure.system_error && self.is_overtaken(&reader, &reads) => {
+                Err(Failure::cancelled())
+            }
             output => output,
         };
         // A kind tells what is wrong inside its source; here is known which file of the project that is.
@@ -336,10 +340,21 @@ impl Workshop<'_> {
         }
     }
 
-    /// Whether somebody is writing one of these files.
-    fn is_unfinished(&self, reads: &[Read]) -> bool {
-        let unfinished = self.unfinished.lock();
-        !unfinished.is_empty() && reads.iter().any(|read| unfinished.contains(&read.path))
+    /// Whether a watcher will build again because one of these files has changed since, or is still being written. That
+    /// an item failed on what it read is no news then.
+    fn is_overtaken(&self, reader: &Reader, reads: &[Read]) -> bool {
+        let Some(pending) = self.pending else { return false };
+        let is_pending = {
+            let pending = pending.lock();
+            !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
+        };
+        // The watcher may not have heard of it yet.
+        is_pending
+            || reads.iter().any(|read| {
+                reader.stamp(&read.path).is_some_and(|stamp| {
+                    fs::metadata(&read.path).ok().map(|found| Stamp::of(&found)) != Some(stamp)
+                })
+            })
     }
 
     fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {

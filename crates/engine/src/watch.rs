@@ -151,11 +151,11 @@ impl<'a> Watcher<'a> {
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
-        mut attention: Attention,
+        attention: Attention,
     ) -> Result<Self, Error> {
         let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
-        let bench = Workbench::new(options.build.jobs, options.memory)?;
-        attention.share_unfinished(Arc::clone(&bench.unfinished));
+        let mut bench = Workbench::new(options.build.jobs, options.memory)?;
+        bench.pending = Some(attention.pending());
         Ok(Self {
             // Faults name the file as it was given.
             draft: Draft::new(manifest.into(), kinds),
@@ -254,7 +254,7 @@ impl<'a> Watcher<'a> {
 
     /// Tells what changed; `false` where nothing that can be told did.
     fn notice(&mut self) -> bool {
-        let hints = self.attention.hints();
+        let hints = self.attention.act();
         let folder = self.manifest.parent().unwrap_or(&self.manifest);
         let changes = hints.paths.iter().filter_map(|(path, knew)| {
             let what = match (knew, path.exists()) {

@@ -25,8 +25,8 @@ pub struct Workbench {
     noted: Mutex<(Arc<Noted>, Arc<Noted>)>,
     pub(crate) memory: Memory,
     between: Mutex<Between>,
-    /// The files that somebody is writing, as far as a watcher knows: that an item fails on half of one is not reported.
-    pub(crate) unfinished: Arc<PathSet>,
+    /// The paths that a watcher has heard of and not acted on, if one is at work: it will build again because of them.
+    pub(crate) pending: Option<Arc<PathSet>>,
     /// What the items read that failed in the last build.
     pub(crate) failed_on: PathSet,
 }
@@ -92,7 +92,7 @@ impl Workbench {
             noted: Mutex::default(),
             memory: Memory::new(memory),
             between: Mutex::default(),
-            unfinished: Arc::default(),
+            pending: None,
             failed_on: PathSet::default(),
         })
     }

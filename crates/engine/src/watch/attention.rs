@@ -122,6 +122,8 @@ pub(crate) struct Attention {
     because: Option<String>,
     hints: Hints,
     unfinished: Unfinished,
+    /// The paths of which something was heard that was not acted on yet.
+    pending: Arc<PathSet>,
     /// The way that was told last: whether it polls.
     told: Option<bool>,
 }
@@ -142,6 +144,7 @@ impl Attention {
             because: None,
             hints: Hints::default(),
             unfinished: Unfinished::default(),
+            pending: Arc::default(),
             told: None,
             teller,
         };
@@ -177,9 +180,9 @@ impl Attention {
         self
     }
 
-    /// Lets builds know which files are being written.
-    pub(super) fn share_unfinished(&mut self, paths: Arc<PathSet>) {
-        self.unfinished.share(paths);
+    /// The paths of which something was heard that was not acted on yet, files that are being written among them.
+    pub(super) fn pending(&self) -> Arc<PathSet> {
+        Arc::clone(&self.pending)
     }
 
     /// What came of acting on changes: the files that items failed on, and whether the build went to its end.
@@ -304,6 +307,17 @@ impl Attention {
         std::mem::take(&mut self.hints)
     }
 
+    /// What came so far, and is acted on now.
+    pub(super) fn act(&mut self) -> Hints {
+        let hints = self.hints();
+        let mut pending = self.pending.lock();
+        for path in hints.paths.keys().filter(|path| !self.unfinished.have(path)) {
+            pending.remove(path);
+        }
+        drop(pending);
+        hints
+    }
+
     /// Gives back what is still to be acted on.
     pub(super) fn give_back(&mut self, hints: Hints) {
         self.hints.merge(hints);
@@ -352,6 +366,9 @@ impl Attention {
 
     fn hear(&mut self, path: PathBuf, step: Step) {
         let (knew, now) = (self.places.knew(&path), Instant::now());
+        if step != Step::Closed {
+            self.pending.lock().insert(path.clone());
+        }
         match step {
             Step::Written => {
                 let pending = self.hints.take(&path);

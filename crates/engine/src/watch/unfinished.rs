@@ -3,16 +3,16 @@
 //! Linux reports when a file is closed that was open for writing. So one that was written to is waited for until then,
 //! or until it has been quiet for a while, since a program may keep a file open. Where pieces come with a close after
 //! each, or no close is reported, only what comes of the file can tell: one that an item failed on, and that changes
-//! again soon, has to be quiet for longer, and longer still with each failure.
+//! again soon, has to be quiet for longer, and longer still with each failure; unless a close shows that it did not
+//! grow, for then it was written anew rather than continued.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::attention::PATIENCE;
 use super::backoff::Backoff;
-use crate::workbench::PathSet;
 
 /// How long files are waited for.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +61,8 @@ struct Restless {
     quiet: Duration,
     /// When it last changed, or an item failed on it.
     last: Instant,
+    /// Its size when it was last closed, or an item failed on it.
+    size: u64,
 }
 
 /// The files that are waited for, and those that have to be quiet for longer than others.
@@ -69,14 +71,12 @@ pub(super) struct Unfinished {
     pub(super) pauses: WritePauses,
     files: HashMap<PathBuf, Awaited>,
     restless: HashMap<PathBuf, Restless>,
-    /// The paths of `files`, for builds: that an item fails on half a file is not reported.
-    paths: Arc<PathSet>,
 }
 
 impl Unfinished {
-    /// Lets builds know from now on which files are waited for.
-    pub(super) fn share(&mut self, paths: Arc<PathSet>) {
-        self.paths = paths;
+    /// Whether a file is waited for.
+    pub(super) fn have(&self, path: &Path) -> bool {
+        self.files.contains_key(path)
     }
 
     /// A file was written to; it will be closed. `pending` says what was to be acted on: whether its path led somewhere
@@ -97,15 +97,20 @@ impl Unfinished {
             Some((knew, first, whole)) => (knew, first, Some(whole)),
             None => (knew, now, None),
         };
-        self.insert(path, Awaited { knew, first, last: now, is_open: true, whole });
+        self.files.insert(path, Awaited { knew, first, last: now, is_open: true, whole });
     }
 
     /// A file was closed. Returns it, if it has been written to and may be acted on.
     pub(super) fn closed(&mut self, path: &Path, now: Instant) -> Option<Awaited> {
-        let is_restless = self.restless.contains_key(path);
         let file = self.files.get_mut(path).filter(|file| file.is_open)?;
         (file.is_open, file.last) = (false, now);
-        if is_restless { None } else { self.take(path) }
+        if let Some(restless) = self.restless.get_mut(path) {
+            let before = std::mem::replace(&mut restless.size, size(path));
+            if restless.size > before {
+                return None;
+            }
+        }
+        self.take(path)
     }
 
     /// A file changed in a way that does not say whether it is whole. Returns whether it is waited for.
@@ -115,7 +120,7 @@ impl Unfinished {
             file.last = now;
         } else if is_restless {
             let file = Awaited { knew, first: now, last: now, is_open: false, whole: None };
-            self.insert(path.into(), file);
+            self.files.insert(path.into(), file);
         } else {
             return false;
         }
@@ -124,9 +129,7 @@ impl Unfinished {
 
     /// No longer waits for a file.
     pub(super) fn take(&mut self, path: &Path) -> Option<Awaited> {
-        let file = self.files.remove(path)?;
-        self.paths.lock().remove(path);
-        Some(file)
+        self.files.remove(path)
     }
 
     /// No longer waits for files that have been quiet for long enough, or busy for too long.
@@ -141,7 +144,6 @@ impl Unfinished {
 
     /// No longer waits for any file.
     pub(super) fn take_all(&mut self) -> Vec<(PathBuf, Awaited)> {
-        self.paths.lock().clear();
         self.files.drain().collect()
     }
 
@@ -164,9 +166,10 @@ impl Unfinished {
         for path in changed {
             if failed.contains(path) {
                 let backoff = Backoff::new(first, longest);
-                let restless = Restless { backoff, quiet: first, last: now };
+                let restless = Restless { backoff, quiet: first, last: now, size: 0 };
                 let restless = self.restless.entry(path.clone()).or_insert(restless);
                 (restless.quiet, restless.last) = (restless.backoff.pause(), now);
+                restless.size = size(path);
             } else if has_ended {
                 self.restless.remove(path);
             }
@@ -184,11 +187,6 @@ impl Unfinished {
         !is_calm
     }
 
-    fn insert(&mut self, path: PathBuf, file: Awaited) {
-        self.paths.lock().insert(path.clone());
-        self.files.insert(path, file);
-    }
-
     /// When a file is to be acted on, should nothing more come.
     fn ripe(&self, path: &Path, file: &Awaited) -> Instant {
         let restless = self.restless.get(path).map_or(Duration::ZERO, |restless| restless.quiet);
@@ -201,6 +199,10 @@ impl Unfinished {
     }
 }
 
+fn size(path: &Path) -> u64 {
+    fs::metadata(path).map_or(0, |found| found.len())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,13 +211,23 @@ mod tests {
 
     /// A file, the times of whose changes and failures a test chooses.
     struct Clocked {
+        folder: tempfile::TempDir,
         unfinished: Unfinished,
         start: Instant,
     }
 
     impl Clocked {
         fn new() -> Self {
-            Self { unfinished: Unfinished::default(), start: Instant::now() }
+            let folder = tempfile::tempdir().unwrap();
+            Self { folder, unfinished: Unfinished::default(), start: Instant::now() }
+        }
+
+        fn path(&self) -> PathBuf {
+            self.folder.path().join("sky")
+        }
+
+        fn resize(&self, bytes: usize) {
+            fs::write(self.path(), vec![b'.'; bytes]).unwrap();
         }
 
         fn at(&self, time: u32) -> Instant {
@@ -223,16 +235,16 @@ mod tests {
         }
 
         fn written(&mut self, time: u32) {
-            self.unfinished.written("sky".into(), true, None, self.at(time));
+            self.unfinished.written(self.path(), true, None, self.at(time));
         }
 
         fn closed(&mut self, time: u32) -> bool {
-            self.unfinished.closed(Path::new("sky"), self.at(time)).is_some()
+            self.unfinished.closed(&self.path(), self.at(time)).is_some()
         }
 
         /// A change that does not say whether the file is whole; whether it is waited for.
         fn changed(&mut self, time: u32) -> bool {
-            self.unfinished.changed(Path::new("sky"), true, self.at(time))
+            self.unfinished.changed(&self.path(), true, self.at(time))
         }
 
         /// When the file is acted on, in milliseconds.
@@ -242,8 +254,8 @@ mod tests {
 
         fn judge(&mut self, failed: bool, time: u32) {
             self.unfinished.take_all();
-            let failed = failed.then(|| "sky".into()).into_iter().collect();
-            self.unfinished.judge(&["sky".into()].into(), &failed, true, self.at(time));
+            let failed = failed.then(|| self.path()).into_iter().collect();
+            self.unfinished.judge(&[self.path()].into(), &failed, true, self.at(time));
         }
     }
 
@@ -283,12 +295,19 @@ mod tests {
     }
 
     #[test]
-    fn a_close_does_not_end_the_wait_for_a_restless_file() {
+    fn a_close_ends_the_wait_for_a_restless_file_only_if_it_did_not_grow() {
         let mut file = Clocked::new();
+        file.resize(10);
         file.judge(true, 0);
+        file.resize(20);
         file.written(100);
         assert!(!file.closed(200));
         assert_eq!(file.next(), Some(700));
+        file.written(300);
+        assert!(file.closed(400), "written anew");
+        file.resize(21);
+        file.written(500);
+        assert!(!file.closed(600));
     }
 
     #[test]

@@ -149,6 +149,26 @@ fn a_program_grades_an_environment() {
 }
 
 #[test]
+fn a_scratch_folder_that_cannot_be_made_is_an_error_of_the_system_and_a_program_that_fails_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let failure = |command: &str, scratch: &str| {
+        let parameters = format!(
+            "command = [\"{command}\", \"{{input.sky}}\", \"{{output}}\"]
+            output = {{ type = \"environment\" }}"
+        );
+        let case = case("exec", &parameters).input("sky", environment(8, sky));
+        case.scratch(folder.path().join(scratch)).run().err().unwrap()
+    };
+    let refused = failure("cp", "missing");
+    assert!(
+        refused.system_error && refused.to_string().contains("cannot make a scratch folder"),
+        "{refused}"
+    );
+    let failed = failure("false", "");
+    assert!(!failed.system_error, "{failed}");
+}
+
+#[test]
 fn an_environment_goes_out_as_openexr_and_comes_back_bit_for_bit() {
     let sent = environment(8, |w| [w.x.abs() * 1e-6, 1e6 + w.y, w.z.abs()]);
     let back = case(

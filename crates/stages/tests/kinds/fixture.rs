@@ -61,6 +61,7 @@ pub(crate) struct Case {
     inputs: Vec<(&'static str, ItemKey, Arc<Handle>)>,
     files: Memory,
     source: Option<PathBuf>,
+    scratch: Option<PathBuf>,
 }
 
 /// What a run made and said.
@@ -73,7 +74,14 @@ pub(crate) struct Ran {
 
 /// A case of a kind with parameters in TOML.
 pub(crate) fn case(kind: &'static str, parameters: &str) -> Case {
-    Case { kind, parameters: parameters.into(), inputs: Vec::new(), files: Memory::default(), source: None }
+    Case {
+        kind,
+        parameters: parameters.into(),
+        inputs: Vec::new(),
+        files: Memory::default(),
+        source: None,
+        scratch: None,
+    }
 }
 
 impl Case {
@@ -102,6 +110,12 @@ impl Case {
     /// Sets the source.
     pub(crate) fn source(mut self, path: &str) -> Self {
         self.source = Some(absolute(path));
+        self
+    }
+
+    /// Sets the folder for scratch folders.
+    pub(crate) fn scratch(mut self, folder: PathBuf) -> Self {
+        self.scratch = Some(folder);
         self
     }
 
@@ -135,6 +149,9 @@ impl Case {
         }
         if let Some(source) = &self.source {
             context = context.with_source(source.clone());
+        }
+        if let Some(scratch) = &self.scratch {
+            context = context.with_scratch(scratch.clone());
         }
         let mut ports: BTreeMap<&str, Vec<_>> = BTreeMap::new();
         for (port, key, handle) in &self.inputs {

@@ -8,7 +8,8 @@ use crate::testkit::{Nothing, Text};
 use crate::watch::WritePauses;
 use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
-/// Reads a text that is whole when it ends with a full stop, which it leaves out.
+/// Reads a text that is whole when it ends with a full stop, which it leaves out; `wait PATH` when there is a file at
+/// that path.
 pub(super) struct Sentence;
 
 impl Kind for Sentence {
@@ -28,6 +29,12 @@ impl Kind for Sentence {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
+        if let Some(path) = text.strip_prefix("wait ") {
+            let deadline = Instant::now() + DEADLINE;
+            while !std::path::Path::new(path).exists() && Instant::now() < deadline {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
         let sentence = text.strip_suffix('.');
         Output::artifact(Text(
             sentence.ok_or_else(|| Failure::new(format!("{text:?} is half a sentence")))?.into(),
@@ -246,6 +253,22 @@ each_way! {
             }
             assert!(Instant::now() < deadline, "{seen:?}; {}", log(&watched.events()));
         }
+    }
+
+    fn a_failure_on_a_file_that_has_changed_since_is_not_reported(way: Way) {
+        let project = sentences();
+        let watched = watched(&project, way, pauses());
+        save(&project, "in/sky.txt", &format!("wait {}", project.path("go").display()));
+        watched.until("it is read", |events| {
+            let begun = |event: &&Event| matches!(event, Event::Started { item, .. } if item.to_string() == "text [sky]");
+            events.iter().filter(begun).count() == 2
+        });
+        // Long enough that it is read; whether it was, nothing fails.
+        std::thread::sleep(QUIET);
+        save(&project, "in/sky.txt", "grey.");
+        project.write("go", "");
+        watched.until_out(&[BEFORE[0], ("sky.txt", "GREY")]);
+        assert_eq!(failures(&watched.events()), 0, "{}", log(&watched.events()));
     }
 
     fn a_manifest_that_is_written_in_pieces_is_rejected_once(way: Way) {
