@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::journal::{Journal, Tag};
+use crate::ledger::Published;
 use crate::lock::Request;
-use crate::publish::Published;
 use crate::regular::hash;
 use crate::retention::{Manifests, Retention};
 use crate::state::{FOLDER, State};

@@ -20,6 +20,7 @@ mod journal;
 mod judge;
 mod key;
 mod kind;
+mod ledger;
 mod lock;
 mod memory;
 mod parameters;

@@ -2,7 +2,7 @@
 //!
 //! A file is written beside its place under a temporary name and renamed, so that it is whole or not at all; the
 //! files of an item are all written before the first is renamed, and the last of them, the index, is renamed last.
-//! The *ledger* says what was published: the digest and the stamp of each file. It is told before a rename what is
+//! The *ledger* ([`crate::ledger`]) says what was published: the digest and the stamp of each file. It is told before a rename what is
 //! about to appear, so that a process killed at any moment leaves no file that the next build takes for a
 //! stranger's. Only files of the ledger are ever removed or replaced. A file that a person has changed is put back,
 //! with a warning, while its item exists, and left alone when its item has gone. If the ledger is lost, a file whose
@@ -11,8 +11,6 @@
 //! Whether a file is as it was published is known by its stamp. It is taken from the file that was written, before the
 //! rename: whatever happens to the file afterwards makes another. Where the file system keeps time too coarsely for that,
 //! the content is read again until the stamp is old enough to be relied on.
-//!
-//! The ledger may have been written by somebody else. A line whose file would not lie in `out` is ignored.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs::{self, Metadata};
@@ -21,52 +19,16 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use crate::journal::{Line, Subject, Tag, subject};
-use crate::judge::{item_name, manifest_name};
-use crate::plan::template;
+use crate::journal::{Line, Tag};
+use crate::judge::item_name;
+use crate::ledger::{Ledger, Published, out_name};
 use crate::platform::{self, Stamp};
-use crate::record::path_name;
 use crate::regular::{hash, read_file, write_new};
 use crate::state::State;
 use crate::store::Blob;
 use crate::{Digest, Error, ErrorKind, ItemName, Plan};
-
-/// A line of the ledger.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Published {
-    pub(crate) manifest: String,
-    /// The folder that files were published into, as records hold paths: a manifest whose `out` is changed begins a
-    /// new view and leaves the old one alone.
-    out: String,
-    pub(crate) file: String,
-    item: ItemName,
-    pub(crate) digest: Digest,
-    /// `None` while it is being renamed into place.
-    stamp: Option<Stamp>,
-    /// Whether any later change of the file must show in its stamp. Records of older versions do not say.
-    #[serde(default)]
-    settled: bool,
-    /// What the manifest had published there before, while it is being replaced.
-    replaces: Option<Digest>,
-}
-
-impl Published {
-    /// Whether a record is one that a build of this manifest can have written under a subject: its file lies in `out`.
-    fn is_of(&self, manifest: &str, out: &str, subject: Subject) -> bool {
-        self.manifest == manifest
-            && self.out == out
-            && file_subject(manifest, out, &self.file) == subject
-            && template::check(&self.file, "out").is_ok()
-    }
-
-    /// What the manifest has put there, whatever a person made of it; `None` where it never came to that.
-    pub(crate) fn owned(&self) -> Option<Digest> {
-        if self.stamp.is_some() { Some(self.digest) } else { self.replaces }
-    }
-}
 
 /// Something that publishing did.
 #[derive(Debug, PartialEq)]
@@ -97,13 +59,8 @@ pub(crate) struct Publisher<'a> {
     state: &'a State,
     plan: &'a Plan,
     root: &'a Path,
-    manifest: String,
-    out: String,
-    /// The files in the same folder that other manifests have published.
-    others: OnceLock<HashSet<String>>,
-    /// The subjects in the ledger of the files that the plan's items export, sorted.
-    wanted: OnceLock<Vec<Subject>>,
-    /// The same files by their names in lower case: no two are one file where case does not count.
+    ledger: Ledger<'a>,
+    /// The files that the plan's items export by their names in lower case: no two are one file where case does not count.
     folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that nobody wants any more, by item.
     stale: BTreeMap<ItemName, Vec<String>>,
@@ -145,32 +102,17 @@ struct Temporary {
 impl<'a> Publisher<'a> {
     pub(crate) fn new(plan: &'a Plan, state: &'a State) -> Self {
         let mut publisher = Self::without_stale(plan, state);
-        let wanted = publisher.wanted();
-        let unwanted = state.journal.named(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
-        let unwanted = unwanted.collect::<Vec<_>>();
-        let mut stale = BTreeMap::<_, Vec<_>>::new();
-        for (subject, line) in state.journal.subjects_among::<Published>(Tag::Published, &unwanted) {
-            if line.is_of(&publisher.manifest, &publisher.out, subject) {
-                stale.entry(line.item).or_default().push(line.file);
-            }
-        }
-        stale.values_mut().for_each(|files| files.sort_unstable());
-        publisher.stale = stale;
+        publisher.stale = publisher.ledger.unwanted();
         publisher
     }
 
     /// The same, where it is known that every file of the ledger is wanted.
     pub(crate) fn without_stale(plan: &'a Plan, state: &'a State) -> Self {
-        let folder = plan.manifest.parent().unwrap_or(Path::new("."));
-        let (manifest, out) = (manifest_name(plan), path_name(folder, &plan.out));
         Self {
             state,
             plan,
             root: &plan.out,
-            manifest,
-            out,
-            others: OnceLock::new(),
-            wanted: OnceLock::new(),
+            ledger: Ledger::new(plan, &state.journal),
             folded: OnceLock::new(),
             stale: BTreeMap::new(),
             removed: Mutex::default(),
@@ -182,14 +124,12 @@ impl<'a> Publisher<'a> {
 
     /// What was published under a name.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
-        let subject = self.subject(file);
-        let line = self.state.journal.get::<Published>(Tag::Published, subject);
-        line.filter(|line| line.is_of(&self.manifest, &self.out, subject))
+        self.ledger.entry(file)
     }
 
     /// Whether a file is there as it was published.
     pub(crate) fn is_intact(&self, file: &str, digest: Digest) -> bool {
-        let line = self.state.journal.published(self.subject(file)).filter(|line| line.digest == digest);
+        let line = self.ledger.stamp(file).filter(|line| line.digest == digest);
         let stamp = line.and_then(|line| line.stamp);
         let found = || fs::symlink_metadata(self.root.join(file)).ok().map(|found| Stamp::of(&found));
         stamp.is_some() && found() == stamp
@@ -205,7 +145,7 @@ impl<'a> Publisher<'a> {
 
     /// Whether publishing a file would only bring back what was published there.
     pub(crate) fn is_restored(&self, file: &str, digest: Digest) -> bool {
-        self.state.journal.published(self.subject(file)).is_some_and(|line| line.digest == digest)
+        self.ledger.stamp(file).is_some_and(|line| line.digest == digest)
     }
 
     /// Puts an item's files in place. `bytes` are their contents where they are at hand.
@@ -317,7 +257,7 @@ impl<'a> Publisher<'a> {
             }
         }
         if self.announced.load(Ordering::Acquire) {
-            self.state.journal.append(&[publishing_line::<()>(&self.out, None)])?;
+            self.state.journal.append(&[self.ledger.publishing(false)])?;
         }
         Ok(())
     }
@@ -388,7 +328,7 @@ impl<'a> Publisher<'a> {
     /// exported by a stage of this kind: the ledger has been lost.
     fn is_export(&self, item: &ItemName, files: &[(String, Blob)], file: &str) -> bool {
         let stage = self.plan.stages.iter().find(|stage| stage.name == item.stage);
-        let Some(stage) = stage.filter(|_| !self.others().contains(file)) else { return false };
+        let Some(stage) = stage.filter(|_| !self.ledger.is_of_another_manifest(file)) else { return false };
         let others = files.iter().map(|(other, _)| other.as_str()).filter(|other| *other != file);
         std::iter::once(file).chain(others).any(|file| {
             let place = self.root.join(file);
@@ -396,15 +336,6 @@ impl<'a> Publisher<'a> {
             let bytes = is_file.then(|| read_file(&place).ok()).flatten();
             let recipe = bytes.and_then(|bytes| (self.plan.recipe_reader)(&bytes));
             recipe.and_then(|recipe| kind_of_recipe(&recipe)).as_deref() == Some(stage.kind.name())
-        })
-    }
-
-    fn others(&self) -> &HashSet<String> {
-        self.others.get_or_init(|| {
-            let lines =
-                self.state.journal.subjects::<Published>(Tag::Published).into_iter().map(|(_, line)| line);
-            let others = lines.filter(|line| line.out == self.out && line.manifest != self.manifest);
-            others.map(|line| line.file).collect()
         })
     }
 
@@ -449,7 +380,9 @@ impl<'a> Publisher<'a> {
             }
         }
         let intents = actions.iter().filter(|action| action.write.is_some());
-        let intents = intents.map(|action| self.line(item, action, None, false)).collect::<Vec<_>>();
+        let intents =
+            intents.map(|action| self.ledger.intent(item, &action.file, action.blob.digest, action.replaces));
+        let intents = intents.collect::<Vec<_>>();
         self.state.journal.append(&intents)?;
         let mut lines = Vec::new();
         let mut result = Ok(());
@@ -478,49 +411,16 @@ impl<'a> Publisher<'a> {
                     (found, found.is_settled(self.state.now) && now() == Some(found))
                 }
             };
-            lines.push(self.line(item, action, Some(stamp), settled));
+            lines.push(self.ledger.line(item, &action.file, action.blob.digest, stamp, settled));
         }
         self.state.journal.append(&lines)?;
         result
     }
 
-    fn line(&self, item: &ItemName, action: &Action, stamp: Option<Stamp>, settled: bool) -> Line {
-        let content = Published {
-            manifest: self.manifest.clone(),
-            out: self.out.clone(),
-            file: action.file.clone(),
-            item: item.clone(),
-            digest: action.blob.digest,
-            stamp,
-            settled,
-            replaces: if stamp.is_some() { None } else { action.replaces },
-        };
-        Line::new(Tag::Published, self.subject(&action.file), Some(&content))
-    }
-
-    fn subject(&self, file: &str) -> Subject {
-        file_subject(&self.manifest, &self.out, file)
-    }
-
-    fn is_wanted(&self, file: &str) -> bool {
-        self.wanted().binary_search(&self.subject(file)).is_ok()
-    }
-
-    fn wanted(&self) -> &[Subject] {
-        self.wanted.get_or_init(|| {
-            let items = self.plan.items.par_iter();
-            let mut wanted = items
-                .flat_map_iter(|item| item.files.iter().map(|file| self.subject(file)))
-                .collect::<Vec<_>>();
-            wanted.par_sort_unstable();
-            wanted
-        })
-    }
-
     /// Tells the journal once that temporary files may be left in `out` from now on.
     fn announce(&self) -> Result<(), Error> {
         if !self.announced.swap(true, Ordering::AcqRel) {
-            self.state.journal.append(&[publishing_line(&self.out, Some(&self.out))])?;
+            self.state.journal.append(&[self.ledger.publishing(true)])?;
         }
         Ok(())
     }
@@ -565,7 +465,7 @@ impl<'a> Publisher<'a> {
                 return Err(Error::new(ErrorKind::FileInTheWay, message)
                     .with_help("files are published inside out only: remove the link, or change path"));
             }
-            Ok(_) if self.entry(name).is_some() && !self.is_wanted(name) => {
+            Ok(_) if self.entry(name).is_some() && !self.ledger.is_wanted(name) => {
                 self.remove(&[name.to_owned()], &mut |what| told.push(what))?;
             }
             Ok(_) => return Err(in_the_way(folder)),
@@ -610,7 +510,7 @@ impl<'a> Publisher<'a> {
                 }
                 told(left);
             }
-            self.state.journal.append(&[Line::new::<()>(Tag::Published, self.subject(file), None)])?;
+            self.state.journal.append(&[self.ledger.removal(file)])?;
         }
         Ok(())
     }
@@ -656,7 +556,7 @@ const TEMPORARY: &str = ".specula-";
 /// # Errors
 /// If the journal cannot be written.
 pub(crate) fn sweep(state: &State, plan: &Plan) -> Result<(), Error> {
-    let out = path_name(plan.manifest.parent().unwrap_or(Path::new(".")), &plan.out);
+    let out = out_name(plan);
     for (place, announced) in state.journal.subjects::<String>(Tag::Publishing) {
         if announced == out {
             sweep_folder(&plan.out);
@@ -679,11 +579,6 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
         _inputs: serde_json::Map<String, serde_json::Value>,
     }
     serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
-}
-
-/// The subject of a line of the ledger.
-fn file_subject(manifest: &str, out: &str, file: &str) -> Subject {
-    subject(&[manifest, out, file])
 }
 
 fn sweep_folder(folder: &Path) {
@@ -711,10 +606,6 @@ fn remove_empty_folders(folder: &Path) {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn publishing_line<T: Serialize>(out: &str, content: Option<&T>) -> Line {
-    Line::new(Tag::Publishing, subject(&[out]), content)
 }
 
 fn in_the_way(place: &Path) -> Error {

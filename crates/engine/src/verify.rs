@@ -14,7 +14,8 @@ use crate::build::{Forecast, forecast};
 use crate::disk::{Disk, modified};
 use crate::explain::{forecast_causes, names_by_place};
 use crate::judge::{Judge, manifest_name};
-use crate::publish::{Published, Publisher};
+use crate::ledger::Published;
+use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::state::State;
 use crate::{

@@ -273,7 +273,10 @@ fn what_is_gone_is_no_failure_and_no_shelf_of_before_stands_in_for_what_cannot_b
         lines[1].starts_with("failure: This cannot be shown; the picture is the one before; "),
         "{lines:?}"
     );
-    assert!(lines.len() == 2 && lines[1].contains(".specula cannot be used: it is a file, not a folder"), "{lines:?}");
+    assert!(
+        lines.len() == 2 && lines[1].contains(".specula cannot be used: it is a file, not a folder"),
+        "{lines:?}"
+    );
 
     fs::remove_file(project.path(".specula")).unwrap();
     fs::rename(project.path("away"), project.path(".specula")).unwrap();
