@@ -15,7 +15,7 @@ use crate::journal::{Effect, Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::state::State;
-use crate::store::Blob;
+use crate::store::{Blob, Presence};
 use crate::underway::{Changes, Seen};
 use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
 
@@ -138,11 +138,13 @@ impl<'a> Judge<'a> {
         self.known = known;
         self.disk.note_places(places);
         self.disk.look_ahead(read.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
+        let asked = if self.known.is_some() { 0 } else { self.plan.items.len() };
+        let store = self.state.store.presence(asked);
         // Stage by stage, because keys hold what arrives; the items of a stage all at once.
         let mut current = Vec::with_capacity(self.plan.items.len());
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
             let first = current.len();
-            let is_current = |index: usize| !stop() && self.is_current_after(first + index, &current);
+            let is_current = |index: usize| !stop() && self.is_current_after(first + index, &current, &store);
             let found = (0..stage.len()).into_par_iter().map(is_current).collect::<Vec<_>>();
             current.extend(found);
         }
@@ -150,7 +152,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether the result of an item is at hand, given that of those before it.
-    fn is_current_after(&self, item: ItemIndex, current: &[bool]) -> bool {
+    fn is_current_after(&self, item: ItemIndex, current: &[bool], store: &Presence<'_>) -> bool {
         let this = &self.plan.items[item];
         if !self.selected[this.stage] || !this.inputs.iter().flatten().all(|input| current[*input]) {
             return false;
@@ -159,7 +161,7 @@ impl<'a> Judge<'a> {
             !effect.is_gone()
                 && effect.key() == self.key(item, |input| self.digest_in_effect(input))
                 && self.is_good_in_effect(item, effect)
-                && effect.outputs().iter().all(|blob| self.state.store.has(blob))
+                && effect.outputs().iter().all(|blob| store.has(blob))
         };
         self.is_known_settled(item) || self.effect(item).is_some_and(is_good)
     }

@@ -4,8 +4,9 @@
 //! read verifies the digest: a blob that a crash or a bad disk has damaged is dropped and made again, so that no
 //! write has to wait for the disk. A blob that no record names is garbage; nothing else refers to it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -42,6 +43,40 @@ pub(crate) struct Store {
     next: AtomicU64,
     /// The bytes that have been stored through this.
     stored: AtomicU64,
+}
+
+/// From so many blobs on they are listed.
+const LISTED: usize = 4096;
+
+/// A digest is as good as a hash.
+#[derive(Default)]
+struct DigestHasher(u64);
+
+impl Hasher for DigestHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        if let Some(first) = bytes.first_chunk() {
+            self.0 = u64::from_le_bytes(*first);
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
+/// Which blobs are there.
+pub(crate) struct Presence<'a> {
+    store: &'a Store,
+    listed: Option<HashSet<Digest, BuildHasherDefault<DigestHasher>>>,
+}
+
+impl Presence<'_> {
+    pub(crate) fn has(&self, blob: &Blob) -> bool {
+        match &self.listed {
+            Some(listed) => listed.contains(&blob.digest),
+            None => self.store.has(blob),
+        }
+    }
 }
 
 impl Store {
@@ -90,13 +125,23 @@ impl Store {
 
     /// Every blob that is there, with its size. One that is removed meanwhile is not among them.
     pub(crate) fn blobs(&self) -> HashMap<Digest, u64> {
+        self.listed(|entry, digest| Some((digest, entry.metadata().ok()?.len()))).into_iter().collect()
+    }
+
+    /// A look at which blobs are there, to ask of so many. Many are listed, by name alone: to ask the system for each
+    /// would take most of the time of a build that has nothing to do. One that is cut short shows when it is read.
+    pub(crate) fn presence(&self, asked: usize) -> Presence<'_> {
+        let listed = || self.listed(|_, digest| Some(digest)).into_iter().collect();
+        Presence { store: self, listed: (asked >= LISTED).then(listed) }
+    }
+
+    fn listed<T: Send>(&self, of: impl Fn(&fs::DirEntry, Digest) -> Option<T> + Sync) -> Vec<T> {
         let folders = entries(&self.folder.join("blobs")).map(|entry| entry.path()).collect::<Vec<_>>();
         let found = folders.par_iter().flat_map_iter(|folder| {
+            let first = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
             entries(folder).filter_map(|entry| {
-                let name = entry.path();
-                let first = name.parent()?.file_name()?.to_str()?.to_owned();
-                let digest = blake3::Hash::from_hex(first + name.file_name()?.to_str()?).ok()?;
-                Some((Digest(*digest.as_bytes()), entry.metadata().ok()?.len()))
+                let digest = blake3::Hash::from_hex(first.to_owned() + entry.file_name().to_str()?).ok()?;
+                of(&entry, Digest(*digest.as_bytes()))
             })
         });
         found.collect()
@@ -176,6 +221,24 @@ fn entries(folder: &Path) -> impl Iterator<Item = fs::DirEntry> + use<> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn blobs_are_there_or_not_whether_they_are_listed_or_asked_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::new(folder.path());
+        store.prepare().unwrap();
+        let blobs = (0..300_u32).map(|n| store.put(&n.to_le_bytes()).unwrap()).collect::<Vec<_>>();
+        blobs.iter().step_by(3).for_each(|blob| store.forget(blob.digest));
+        fs::write(folder.path().join("blobs/stranger"), "").unwrap();
+        for asked in [0, LISTED] {
+            let presence = store.presence(asked);
+            assert_eq!(presence.listed.is_some(), asked > 0);
+            for (n, blob) in blobs.iter().enumerate() {
+                assert_eq!(presence.has(blob), !n.is_multiple_of(3));
+            }
+        }
+        assert_eq!(store.blobs().len(), 200);
+    }
 
     #[test]
     fn a_damaged_blob_is_dropped() {

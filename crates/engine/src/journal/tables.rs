@@ -509,22 +509,21 @@ fn is_sorted<E: Entry>(table: &[E]) -> bool {
 /// The row of a subject. Subjects are digests, so that one can be looked for near where it would be if they were evenly
 /// spread.
 fn find<E: Entry>(table: &[E], subject: Subject) -> Option<&E> {
-    let wanted = subject.to_be_bytes();
-    let at = |index: usize| table[index].line().subject;
+    let at = |index: usize| table[index].line().subject();
     let guess = (((subject >> 64) * table.len() as u128) >> 64) as usize;
     let (mut first, mut last, mut step) = (guess, guess, 4);
-    while first > 0 && at(first.min(table.len() - 1)) > wanted {
+    while first > 0 && at(first) > subject {
         first = first.saturating_sub(step);
         step *= 2;
     }
     step = 4;
-    while last < table.len() && at(last) < wanted {
+    while last < table.len() && at(last) < subject {
         last = last.saturating_add(step).min(table.len());
         step *= 2;
     }
     let last = (last + 1).min(table.len());
-    let found = table[first.min(last)..last].binary_search_by(|entry| entry.line().subject.cmp(&wanted));
-    found.ok().map(|index| &table[first.min(last) + index])
+    let found = table[first..last].binary_search_by_key(&subject, |entry| entry.line().subject());
+    found.ok().map(|index| &table[first + index])
 }
 
 #[cfg(test)]

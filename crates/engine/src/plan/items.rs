@@ -10,6 +10,7 @@
 //! A `many` port receives the items that agree: those digits that the stage keeps are fixed, the others run over all
 //! their values.
 
+use std::borrow::Cow;
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -221,10 +222,16 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
     clashes(graph, items, faults);
 }
 
+fn lowercase(file: &str) -> Cow<'_, str> {
+    let is_lowercase = file.bytes().all(|byte| byte.is_ascii() && !byte.is_ascii_uppercase());
+    if is_lowercase { Cow::Borrowed(file) } else { Cow::Owned(file.to_lowercase()) }
+}
+
 /// Two items that write one file, or one that writes a file where another needs a folder. Names that differ in case
 /// only are one name on Windows and macOS.
 fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
-    let mut writers: HashMap<String, (usize, &str)> = HashMap::new();
+    let files = items.iter().map(|item| item.files.len()).sum();
+    let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);
     let mut told = HashSet::new();
     let mut tell = |first: usize, second: usize, message: &dyn Fn() -> String, faults: &mut Vec<Fault>| {
         let (a, b) = (items[first].stage, items[second].stage);
@@ -248,7 +255,7 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
     };
     for (index, item) in items.iter().enumerate() {
         for file in &item.files {
-            match writers.entry(file.to_lowercase()) {
+            match writers.entry(lowercase(file)) {
                 Entry::Vacant(place) => {
                     place.insert((index, file));
                 }
