@@ -2,9 +2,9 @@
 //!
 //! A file is written beside its place under a temporary name and renamed, so that it is whole or not at all; the
 //! files of an item are all written before the first is renamed, and the last of them, the index, is renamed last.
-//! The *ledger* ([`crate::ledger`]) says what was published: the digest and the stamp of each file. It is told before a rename what is
-//! about to appear, so that a process killed at any moment leaves no file that the next build takes for a
-//! stranger's. Only files of the ledger are ever removed or replaced. A file that a person has changed is put back,
+//! The *ledger* ([`crate::ledger`]) says what was published: the digest and the stamp of each file. A line about what is
+//! to appear is written before the rename, so that a process killed at any moment leaves no file that the next build
+//! takes for a stranger's. Only files of the ledger are ever removed or replaced. A file that a person has changed is put back,
 //! with a warning, while its item exists, and left alone when its item has gone. If the ledger is lost, a file whose
 //! recipe names the kind of its stage is replaced, too.
 //!
@@ -12,7 +12,7 @@
 //! rename: whatever happens to the file afterwards makes another. Where the file system keeps time too coarsely for that,
 //! the content is read again until the stamp is old enough to be relied on.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,14 +21,16 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use serde::Deserialize;
 
-use crate::journal::{Line, Tag};
-use crate::judge::item_name;
-use crate::ledger::{Ledger, Published, out_name};
+use crate::ledger::{Ledger, Published};
 use crate::platform::{self, Stamp};
 use crate::regular::{hash, read_file, write_new};
 use crate::state::State;
 use crate::store::Blob;
 use crate::{Digest, Error, ErrorKind, ItemName, Plan};
+
+mod removal;
+
+pub(crate) use removal::sweep;
 
 /// Something that publishing did.
 #[derive(Debug, PartialEq)]
@@ -176,90 +178,6 @@ impl<'a> Publisher<'a> {
             }
         }
         result
-    }
-
-    /// Removes the files of items that have gone from selected stages (`all`: also from stages that have gone).
-    ///
-    /// # Errors
-    /// Where a file cannot be removed.
-    pub(crate) fn remove_gone(
-        &self,
-        plan: &Plan,
-        selected: &[bool],
-        all: bool,
-        told: &mut Vec<(ItemName, Told)>,
-    ) -> Result<(), Error> {
-        if self.stale.is_empty() {
-            return Ok(());
-        }
-        let items = (0..plan.items.len()).map(|item| item_name(plan, item)).collect::<HashSet<_>>();
-        for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
-            let stage = plan.stages.iter().position(|stage| stage.name == item.stage);
-            if stage.map_or(all, |stage| selected[stage]) {
-                self.remove(files, &mut |what| told.push((item.clone(), what)))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Removes the files that an item does not export any more, now that its others are in place.
-    ///
-    /// # Errors
-    /// Where a file cannot be removed.
-    pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<Told>) -> Result<(), Error> {
-        match self.stale.get(item) {
-            Some(files) => self.remove(files, &mut |what| told.push(what)),
-            None => Ok(()),
-        }
-    }
-
-    /// Whether an item does not export any more what it exported.
-    pub(crate) fn has_stale(&self, item: &dyn Fn() -> ItemName) -> bool {
-        !self.stale.is_empty() && self.stale.contains_key(&item())
-    }
-
-    /// The files that [`Publisher::remove_gone`] and [`Publisher::remove_stale`] would remove.
-    ///
-    /// # Errors
-    /// Where a file cannot be read.
-    pub(crate) fn would_remove(
-        &self,
-        plan: &Plan,
-        selected: &[bool],
-        all: bool,
-    ) -> Result<Vec<String>, Error> {
-        let stages =
-            plan.stages.iter().zip(selected).map(|(stage, selected)| (stage.name.as_str(), *selected));
-        let stages = stages.collect::<HashMap<_, _>>();
-        let stale = self.stale.iter().filter(|(item, _)| *stages.get(item.stage.as_str()).unwrap_or(&all));
-        let left = stale.flat_map(|(_, files)| files).filter_map(|file| self.left_over(file).transpose());
-        let removed = left.filter_map(|left| match left {
-            Ok(Told::Removed { file }) => Some(Ok(file)),
-            Ok(_) => None,
-            Err(error) => Some(Err(error)),
-        });
-        removed.collect()
-    }
-
-    /// Removes the folders that are empty now, and says that nothing is being published any more.
-    ///
-    /// Not before the end of a build: another item may be about to write into such a folder.
-    ///
-    /// # Errors
-    /// Where the journal cannot be written.
-    pub(crate) fn finish(&self) -> Result<(), Error> {
-        for folder in lock(&self.thinned).iter() {
-            for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
-                // Fails where the folder is not empty.
-                if fs::remove_dir(folder).is_err() {
-                    break;
-                }
-            }
-        }
-        if self.announced.load(Ordering::Acquire) {
-            self.state.journal.append(&[self.ledger.publishing(false)])?;
-        }
-        Ok(())
     }
 
     /// What has to be done for one file; `None` where it is in place.
@@ -490,81 +408,10 @@ impl<'a> Publisher<'a> {
         let _ = platform::replace(&self.root.join(stale), place);
         self.entry(stale)
     }
-
-    /// Removes files of the ledger, and the folders that they leave empty.
-    fn remove(&self, files: &[String], told: &mut dyn FnMut(Told)) -> Result<(), Error> {
-        // Whoever finds a file removed may put something in its place, so that it must have gone by then.
-        let mut removed = lock(&self.removed);
-        for file in files {
-            if !removed.insert(file.clone()) {
-                continue;
-            }
-            if self.entry(file).is_none() {
-                continue;
-            }
-            if let Some(left) = self.left_over(file)? {
-                if let Told::Removed { .. } = left {
-                    let place = self.root.join(file);
-                    platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
-                    lock(&self.thinned).extend(place.parent().map(Path::to_path_buf));
-                }
-                told(left);
-            }
-            self.state.journal.append(&[self.ledger.removal(file)])?;
-        }
-        Ok(())
-    }
-
-    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` where it is
-    /// not there any more.
-    fn left_over(&self, file: &str) -> Result<Option<Told>, Error> {
-        let place = self.root.join(file);
-        let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
-        let (Some(line), Some(found)) = (self.entry(file), found) else { return Ok(None) };
-        if self.is_wanted_in_other_spelling(file, &place) {
-            return Ok(None);
-        }
-        let content = self.content(&found, Some(&line), &place)?;
-        if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
-            return Ok(Some(Told::Removed { file: file.into() }));
-        }
-        Ok(Some(Told::Warning(format!(
-            "{} has been changed since it was published; nothing exports it now, and it was left there",
-            place.display()
-        ))))
-    }
-
-    fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {
-        let wanted = self.plan.items.iter().flat_map(|item| &item.files);
-        let folded = || wanted.map(|wanted| (wanted.to_lowercase(), wanted.as_str())).collect();
-        let wanted = self.folded.get_or_init(folded).get(&file.to_lowercase());
-        wanted.is_some_and(|wanted| platform::is_one_file(&self.root.join(wanted), place))
-    }
-
-    /// Whether no link leads from `out` to the file's folder.
-    fn is_inside(&self, place: &Path) -> bool {
-        let folders = place.ancestors().skip(1).take_while(|folder| *folder != self.root);
-        folders.into_iter().all(|folder| fs::symlink_metadata(folder).is_ok_and(|found| found.is_dir()))
-    }
 }
 
+/// How the names of files begin that are being written.
 const TEMPORARY: &str = ".specula-";
-
-/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the plan's.
-/// What the journal says of other folders is left to the builds of the manifests that name them.
-///
-/// # Errors
-/// If the journal cannot be written.
-pub(crate) fn sweep(state: &State, plan: &Plan) -> Result<(), Error> {
-    let out = out_name(plan);
-    for (place, announced) in state.journal.subjects::<String>(Tag::Publishing) {
-        if announced == out {
-            sweep_folder(&plan.out);
-            state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;
-        }
-    }
-    Ok(())
-}
 
 /// The kind that a recipe names.
 fn kind_of_recipe(recipe: &str) -> Option<String> {
@@ -579,19 +426,6 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
         _inputs: serde_json::Map<String, serde_json::Value>,
     }
     serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
-}
-
-fn sweep_folder(folder: &Path) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let Ok(kind) = entry.file_type() else { continue };
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if kind.is_dir() {
-            sweep_folder(&entry.path());
-        } else if kind.is_file() && name.starts_with(TEMPORARY) && name.ends_with(".tmp") {
-            let _ = fs::remove_file(entry.path());
-        }
-    }
 }
 
 /// Removes a folder and those in it as far as they are empty.

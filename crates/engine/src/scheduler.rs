@@ -23,14 +23,12 @@ use crate::journal::{Line, Tag, short};
 use crate::judge::{Judge, Verdict, manifest_name};
 use crate::publish::{Obstacle, Told};
 use crate::record::Record;
-use crate::run::{Made, Order, Outcome, Workshop, failure_of, message_of};
+use crate::run::{Order, Outcome, Workshop, message_of};
 use crate::store::Blob;
 use crate::underway::Seen;
-use crate::{
-    Cause, Digest, Error, ErrorKind, Event, Failure, FromCache, Handle, ItemIndex, ItemName, Summary,
-    Timestamp, Work,
-};
+use crate::{Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work};
 
+mod outcomes;
 mod tasks;
 
 use tasks::{Task, Tasks};
@@ -104,8 +102,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     /// The items that need each item's artifact.
     consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
-    /// The items of which nothing has to be done, not yet told.
-    settled: Vec<ItemIndex>,
+    /// Whether nothing has to be done for an item.
     was_settled: Vec<bool>,
     to_judge: BTreeSet<ItemIndex>,
     tasks: Tasks,
@@ -136,14 +133,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let is_settled = is_settled.collect::<Vec<_>>();
         let mut consumers = vec![Vec::new(); plan.items.len()];
         let mut items = Vec::with_capacity(plan.items.len());
-        let (mut chosen, mut settled) = (Vec::new(), Vec::new());
+        let mut chosen = Vec::new();
         for (index, item) in plan.items.iter().enumerate() {
             let mut waiting = 0;
             if selected[item.stage] {
                 chosen.push(index);
-                if is_settled[index] {
-                    settled.push(index);
-                } else {
+                if !is_settled[index] {
                     for input in distinct(&item.inputs) {
                         consumers[input].push(index);
                         waiting += usize::from(!is_settled[input]);
@@ -179,7 +174,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             items,
             consumers,
             selected: chosen,
-            settled,
             was_settled: is_settled,
             to_judge,
             tasks: Tasks::default(),
@@ -195,9 +189,13 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     /// # Errors
     /// Where the journal cannot be written.
     pub(crate) fn settle_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
-        for item in std::mem::take(&mut self.settled) {
+        for index in 0..self.selected.len() {
+            let item = self.selected[index];
             if self.is_stopping() {
                 break;
+            }
+            if !self.was_settled[item] {
+                continue;
             }
             self.items[item].phase = Phase::Done;
             self.summary.up_to_date += 1;
@@ -430,203 +428,6 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             [] => self.judge.last_causes(item),
             causes => causes.to_vec(),
         }
-    }
-
-    fn hear(&mut self, message: Message) {
-        match message {
-            Message::Fetched(item, Ok(Some(handle))) => {
-                // Those who asked for it may have been skipped meanwhile.
-                if self.items[item].users > 0 {
-                    self.items[item].handle = Some(handle);
-                }
-                self.release_fetchers(item);
-            }
-            Message::Fetched(item, Ok(None)) => self.make_again(item),
-            Message::Fetched(item, Err(error)) => {
-                self.reopen(item);
-                self.fail(item, &failure_of(error));
-            }
-            Message::Ran(item, Ok(outcome)) => self.hear_outcome(item, outcome),
-            Message::Ran(_, Err(error)) => self.fatal = Some(error),
-            Message::Published(item, told, Ok(())) => self.up_to_date(item, told),
-            Message::Published(item, _, Err(Obstacle::Lost)) => {
-                self.items[item].lost = true;
-                self.want(item);
-            }
-            Message::Published(item, told, Err(Obstacle::Error(error))) => {
-                self.tell_all(item, told);
-                self.fail(item, &failure_of(error));
-            }
-            Message::Broken(item, said) => {
-                let name = self.judge.name(item);
-                let error = Error::new(ErrorKind::Io, format!("the engine panicked at {name}: {said}"));
-                self.fatal = Some(
-                    error.with_help("this is a bug of Specula: tell it with what RUST_BACKTRACE=1 adds"),
-                );
-            }
-        }
-    }
-
-    fn hear_outcome(&mut self, item: ItemIndex, outcome: Outcome) {
-        let name = self.judge.name(item);
-        let Outcome { made, milliseconds, warnings, notes, told } = outcome;
-        if let Err(failure) = &made
-            && failure.cancelled
-        {
-            // Also where no other is stopped, because only this one's file is being written.
-            self.summary.cancelled = true;
-            return self.skip(item, None);
-        }
-        for message in warnings {
-            self.tell(Event::Warning { item: name.clone(), message });
-        }
-        for message in notes {
-            self.tell(Event::Note { item: name.clone(), message });
-        }
-        let Made { outputs, value, unpublished } = match made {
-            Ok(made) => made,
-            Err(failure) => return self.fail(item, &failure),
-        };
-        if let Some(failure) = unpublished {
-            self.tell_all(item, told);
-            return self.fail(item, &failure);
-        }
-        let before = self.judge.effect(item).map(|effect| effect.outputs());
-        let changed = before != Some(outputs.as_slice());
-        self.summary.ran += 1;
-        self.tell(Event::Finished { item: name, milliseconds, changed });
-        self.tell_all(item, told);
-        let artifact = self.judge.stages[self.judge.plan.items[item].stage].artifact;
-        let progress = &mut self.items[item];
-        progress.ran = true;
-        if let (Some(value), Some((type_name, _)), true) = (value, artifact, progress.users > 0) {
-            let handle = self.workshop.handle(type_name, outputs[0].digest).with_value(value);
-            progress.handle = Some(Arc::new(handle));
-        }
-        progress.outputs = Some(outputs);
-        self.done(item);
-        self.release_fetchers(item);
-    }
-
-    fn up_to_date(&mut self, item: ItemIndex, told: Vec<Told>) {
-        self.summary.up_to_date += 1;
-        self.tell(Event::UpToDate { item: self.judge.name(item) });
-        self.tell_all(item, told);
-        self.done(item);
-    }
-
-    /// The artifact of an item that was up to date is not in the store any more.
-    fn make_again(&mut self, item: ItemIndex) {
-        self.reopen(item);
-        self.items[item].lost = true;
-        self.want(item);
-    }
-
-    /// Takes back that an item was settled.
-    fn reopen(&mut self, item: ItemIndex) {
-        if self.items[item].ran {
-            self.summary.ran -= 1;
-        } else {
-            self.summary.up_to_date -= 1;
-        }
-        for input in distinct(&self.judge.plan.items[item].inputs) {
-            self.items[input].users += 1;
-        }
-    }
-
-    fn fail(&mut self, item: ItemIndex, failure: &Failure) {
-        let name = self.judge.name(item);
-        self.summary.failed += 1;
-        if failure.system_error {
-            self.summary.system_errors += 1;
-        } else {
-            self.failed.push(item);
-        }
-        let (error, help) = (failure.chain.clone(), failure.help.clone());
-        self.tell(Event::Failed { item: name.clone(), error, help });
-        self.lose(item, &name);
-    }
-
-    fn skip(&mut self, item: ItemIndex, because: Option<ItemName>) {
-        let name = self.judge.name(item);
-        self.summary.skipped += 1;
-        self.tell(Event::Skipped { item: name.clone(), because: because.clone() });
-        match because {
-            Some(root) => self.lose(item, &root),
-            // The build is being stopped: the rest follows at the end.
-            None => self.items[item].phase = Phase::Stopped,
-        }
-    }
-
-    /// Settles an item without a result.
-    fn lose(&mut self, item: ItemIndex, root: &ItemName) {
-        self.items[item].phase = Phase::Failed(root.clone());
-        self.settled(item);
-        for waiter in std::mem::take(&mut self.items[item].fetchers) {
-            if self.items[waiter].phase == Phase::Busy {
-                self.skip(waiter, Some(root.clone()));
-            }
-        }
-    }
-
-    fn done(&mut self, item: ItemIndex) {
-        self.items[item].phase = Phase::Done;
-        self.settled(item);
-    }
-
-    /// Tells the consumers of an item, and lets go of the artifacts that only it still needed.
-    fn settled(&mut self, item: ItemIndex) {
-        for input in distinct(&self.judge.plan.items[item].inputs) {
-            let input = &mut self.items[input];
-            input.users = input.users.saturating_sub(1);
-            if input.users == 0 {
-                input.handle = None;
-            }
-        }
-        if std::mem::replace(&mut self.items[item].announced, true) {
-            return;
-        }
-        for index in 0..self.consumers[item].len() {
-            let consumer = self.consumers[item][index];
-            self.items[consumer].waiting -= 1;
-            if self.items[consumer].waiting == 0 {
-                self.to_judge.insert(consumer);
-            }
-        }
-    }
-
-    fn release_fetchers(&mut self, item: ItemIndex) {
-        for waiter in std::mem::take(&mut self.items[item].fetchers) {
-            self.items[waiter].missing -= 1;
-            if self.items[waiter].missing == 0 && self.items[waiter].phase == Phase::Busy {
-                self.push(waiter, Task::Run(waiter));
-            }
-        }
-    }
-
-    fn skip_the_rest(&mut self) {
-        self.summary.cancelled |= self.is_cancelled();
-        for index in 0..self.selected.len() {
-            let item = self.selected[index];
-            if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {
-                let root = self.failed_input(item);
-                self.summary.skipped += 1;
-                let name = self.judge.name(item);
-                if let Some(root) = &root {
-                    self.items[item].phase = Phase::Failed(root.clone());
-                }
-                self.tell(Event::Skipped { item: name, because: root });
-            }
-        }
-    }
-
-    /// The item on whose account this one cannot run.
-    fn failed_input(&self, item: ItemIndex) -> Option<ItemName> {
-        let inputs = self.judge.plan.items[item].inputs.iter().flatten();
-        inputs.into_iter().find_map(|input| match &self.items[*input].phase {
-            Phase::Failed(root) => Some(root.clone()),
-            _ => None,
-        })
     }
 
     fn key(&self, item: ItemIndex) -> Digest {

@@ -1,0 +1,182 @@
+//! What leaves `out`: files that no item exports any more, the folders that they leave empty, and what a killed build left
+//! half written. Only files of the ledger go, and only as they were published.
+
+use std::collections::{HashMap, HashSet};
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use super::{Publisher, TEMPORARY, Told, lock};
+use crate::journal::{Line, Tag};
+use crate::judge::item_name;
+use crate::ledger::{Published, out_name};
+use crate::state::State;
+use crate::{Error, ItemName, Plan, platform};
+
+impl Publisher<'_> {
+    /// Removes the files of items that have gone from selected stages (`all`: also from stages that have gone).
+    ///
+    /// # Errors
+    /// Where a file cannot be removed.
+    pub(crate) fn remove_gone(
+        &self,
+        plan: &Plan,
+        selected: &[bool],
+        all: bool,
+        told: &mut Vec<(ItemName, Told)>,
+    ) -> Result<(), Error> {
+        if self.stale.is_empty() {
+            return Ok(());
+        }
+        let items = (0..plan.items.len()).map(|item| item_name(plan, item)).collect::<HashSet<_>>();
+        for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
+            let stage = plan.stages.iter().position(|stage| stage.name == item.stage);
+            if stage.map_or(all, |stage| selected[stage]) {
+                self.remove(files, &mut |what| told.push((item.clone(), what)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the files that an item does not export any more, now that its others are in place.
+    ///
+    /// # Errors
+    /// Where a file cannot be removed.
+    pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<Told>) -> Result<(), Error> {
+        match self.stale.get(item) {
+            Some(files) => self.remove(files, &mut |what| told.push(what)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether an item does not export any more what it exported.
+    pub(crate) fn has_stale(&self, item: &dyn Fn() -> ItemName) -> bool {
+        !self.stale.is_empty() && self.stale.contains_key(&item())
+    }
+
+    /// The files that [`Publisher::remove_gone`] and [`Publisher::remove_stale`] would remove.
+    ///
+    /// # Errors
+    /// Where a file cannot be read.
+    pub(crate) fn would_remove(
+        &self,
+        plan: &Plan,
+        selected: &[bool],
+        all: bool,
+    ) -> Result<Vec<String>, Error> {
+        let stages =
+            plan.stages.iter().zip(selected).map(|(stage, selected)| (stage.name.as_str(), *selected));
+        let stages = stages.collect::<HashMap<_, _>>();
+        let stale = self.stale.iter().filter(|(item, _)| *stages.get(item.stage.as_str()).unwrap_or(&all));
+        let lines = stale.flat_map(|(_, files)| files).filter_map(|file| self.entry(file));
+        let left = lines.filter_map(|line| self.left_over(&line).transpose());
+        let removed = left.filter_map(|left| match left {
+            Ok(Told::Removed { file }) => Some(Ok(file)),
+            Ok(_) => None,
+            Err(error) => Some(Err(error)),
+        });
+        removed.collect()
+    }
+
+    /// Removes the folders that are empty now, and says that nothing is being published any more.
+    ///
+    /// Not before the end of a build: another item may be about to write into such a folder.
+    ///
+    /// # Errors
+    /// Where the journal cannot be written.
+    pub(crate) fn finish(&self) -> Result<(), Error> {
+        for folder in lock(&self.thinned).iter() {
+            for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
+                // Fails where the folder is not empty.
+                if fs::remove_dir(folder).is_err() {
+                    break;
+                }
+            }
+        }
+        if self.announced.load(Ordering::Acquire) {
+            self.state.journal.append(&[self.ledger.publishing(false)])?;
+        }
+        Ok(())
+    }
+
+    /// Removes files of the ledger, and the folders that they leave empty.
+    pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(Told)) -> Result<(), Error> {
+        // Whoever finds a file removed may put something in its place, so that it must have gone by then.
+        let mut removed = lock(&self.removed);
+        for file in files {
+            let Some(line) = self.entry(file).filter(|_| removed.insert(file.clone())) else { continue };
+            if let Some(left) = self.left_over(&line)? {
+                if let Told::Removed { .. } = left {
+                    let place = self.root.join(file);
+                    platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
+                    lock(&self.thinned).extend(place.parent().map(Path::to_path_buf));
+                }
+                told(left);
+            }
+            self.state.journal.append(&[self.ledger.removal(file)])?;
+        }
+        Ok(())
+    }
+
+    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` where it is
+    /// not there any more.
+    fn left_over(&self, line: &Published) -> Result<Option<Told>, Error> {
+        let file = &line.file;
+        let place = self.root.join(file);
+        let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
+        let Some(found) = found else { return Ok(None) };
+        if self.is_wanted_in_other_spelling(file, &place) {
+            return Ok(None);
+        }
+        let content = self.content(&found, Some(line), &place)?;
+        if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
+            return Ok(Some(Told::Removed { file: file.clone() }));
+        }
+        Ok(Some(Told::Warning(format!(
+            "{} has been changed since it was published; nothing exports it now, and it was left there",
+            place.display()
+        ))))
+    }
+
+    fn is_wanted_in_other_spelling(&self, file: &str, place: &Path) -> bool {
+        let wanted = self.plan.items.iter().flat_map(|item| &item.files);
+        let folded = || wanted.map(|wanted| (wanted.to_lowercase(), wanted.as_str())).collect();
+        let wanted = self.folded.get_or_init(folded).get(&file.to_lowercase());
+        wanted.is_some_and(|wanted| platform::is_one_file(&self.root.join(wanted), place))
+    }
+
+    /// Whether no link leads from `out` to the file's folder.
+    fn is_inside(&self, place: &Path) -> bool {
+        let folders = place.ancestors().skip(1).take_while(|folder| *folder != self.root);
+        folders.into_iter().all(|folder| fs::symlink_metadata(folder).is_ok_and(|found| found.is_dir()))
+    }
+}
+
+/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the plan's.
+/// What the journal says of other folders is left to the builds of the manifests that name them.
+///
+/// # Errors
+/// If the journal cannot be written.
+pub(crate) fn sweep(state: &State, plan: &Plan) -> Result<(), Error> {
+    let out = out_name(plan);
+    for (place, announced) in state.journal.subjects::<String>(Tag::Publishing) {
+        if announced == out {
+            sweep_folder(&plan.out);
+            state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;
+        }
+    }
+    Ok(())
+}
+
+fn sweep_folder(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let Ok(kind) = entry.file_type() else { continue };
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if kind.is_dir() {
+            sweep_folder(&entry.path());
+        } else if kind.is_file() && name.starts_with(TEMPORARY) && name.ends_with(".tmp") {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
