@@ -7,26 +7,31 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use engine::{BuildOptions, Cancel, Kinds, Plan, Workbench};
+// The kinds find the engine's names at the root of the crate.
+use engine::*;
 use tempfile::TempDir;
-use texts::{kinds, make_large};
+use testkit::kinds;
 
-mod texts;
+mod large;
+#[path = "../src/testkit.rs"]
+#[allow(dead_code, reason = "the kinds of the engine's own tests, which need more of it")]
+mod testkit;
 
 const MANIFEST: &str = r#"
 schema = 1
 out = "out"
 
 [stage.text]
-kind = "source"
+kind = "text-source"
 source = "texts/*.txt"
 
 [stage.loud]
-kind = "add"
+kind = "suffix"
 input = "text"
+text = "!"
 
 [stage.louder]
-kind = "add"
+kind = "suffix"
 input = "loud"
 text = "!!"
 
@@ -40,7 +45,7 @@ schema = 1
 out = "out"
 
 [stage.text]
-kind = "source"
+kind = "text-source"
 source = "texts/*.txt"
 
 [stage.file]
@@ -118,10 +123,10 @@ fn one_changed(criterion: &mut Criterion) {
 }
 
 /// 40,000 exports: nothing to do, and one text of 400 edited, of which 402 items have to run, as a watcher does it.
-fn large(criterion: &mut Criterion) {
+fn large_graph(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    make_large(folder.path());
+    large::make(folder.path());
     assert_eq!(run(folder.path(), &kinds()), 80_800);
     std::thread::sleep(Duration::from_millis(2100));
     group.sample_size(10);
@@ -149,5 +154,5 @@ fn large(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, noop, one_changed, large);
+criterion_group!(benches, noop, one_changed, large_graph);
 criterion_main!(benches);

@@ -13,15 +13,20 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use engine::{BuildOptions, Cancel, Event, Plan, WatchOptions};
+// The kinds find the engine's names at the root of the crate.
+#[allow(unused_imports, reason = "some of them")]
+use engine::*;
 
-#[path = "../benches/texts/mod.rs"]
-mod texts;
+#[path = "../benches/large/mod.rs"]
+mod large;
+#[path = "../src/testkit.rs"]
+#[allow(dead_code, reason = "the kinds of the engine's own tests, which need more of it")]
+mod testkit;
 
 fn main() {
     let arguments = std::env::args().skip(1).collect::<Vec<_>>();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["make", folder] => texts::make_large(Path::new(folder)),
+        ["make", folder] => large::make(Path::new(folder)),
         ["build", folder] => build(&Path::new(folder).join("pipeline.toml")),
         ["watch", folder, edits] => watch(Path::new(folder), number(edits), 1500),
         ["watch", folder, edits, pause] => watch(Path::new(folder), number(edits), number(pause) as u64),
@@ -35,7 +40,7 @@ fn number(text: &str) -> usize {
 
 fn build(manifest: &Path) {
     let clock = Instant::now();
-    let plan = Plan::load(manifest, &texts::kinds()).expect("the manifest has no faults");
+    let plan = Plan::load(manifest, &testkit::kinds()).expect("the manifest has no faults");
     let loaded = milliseconds(clock.elapsed());
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let summary = engine::build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on");
@@ -68,7 +73,7 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
                     let _ = told.send((Instant::now(), event));
                 }
             };
-            engine::watch(&manifest, &texts::kinds(), &options, &cancel, &events).expect("it watches");
+            engine::watch(&manifest, &testkit::kinds(), &options, &cancel, &events).expect("it watches");
         });
         while let Ok((_, event)) = heard.recv() {
             if matches!(event, Event::Watching { .. }) {
