@@ -428,7 +428,7 @@ impl Journal {
         drop(held);
         let before = self.end.take();
         *self = Self::read(&self.path)?;
-        // Where it was open for appending, that was the file before.
+        // If it was open for appending, that was the file before.
         if before.is_some() {
             let file = OpenOptions::new().append(true).open(&self.path);
             let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;

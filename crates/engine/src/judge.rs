@@ -114,7 +114,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Looks at the files that the records name, and finds the items whose results are at hand. Of what is known before,
-    /// only that is looked at which changes concern. Where `stop` says so, the rest is left.
+    /// only that is looked at which changes concern. If `stop` says so, the rest is left.
     pub(crate) fn look(
         &mut self,
         readers: &[ItemIndex],

@@ -45,7 +45,7 @@ impl Published {
             && template::check(&self.file, "out").is_ok()
     }
 
-    /// What the manifest has put there, whatever a person made of it; `None` where it never came to that.
+    /// What the manifest has put there, whatever a person made of it; `None` if it never came to that.
     pub(crate) fn owned(&self) -> Option<Digest> {
         if self.stamp.is_some() { Some(self.digest) } else { self.replaces }
     }

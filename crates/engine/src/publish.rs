@@ -9,7 +9,7 @@
 //! recipe names the kind of its stage is replaced, too.
 //!
 //! Whether a file is as it was published is known by its stamp. It is taken from the file that was written, before the
-//! rename: whatever happens to the file afterwards makes another. Where the file system keeps time too coarsely for that,
+//! rename: whatever happens to the file afterwards makes another. If the file system keeps time too coarsely for that,
 //! the content is read again until the stamp is old enough to be relied on.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -62,7 +62,7 @@ pub(crate) struct Publisher<'a> {
     plan: &'a Plan,
     root: &'a Path,
     ledger: Ledger<'a>,
-    /// The files that the plan's items export by their names in lower case: no two are one file where case does not count.
+    /// The files that the plan's items export by their names in lower case: no two are one file if case does not count.
     folded: OnceLock<HashMap<String, &'a str>>,
     /// Files of the ledger that nobody wants any more, by item.
     stale: BTreeMap<ItemName, Vec<String>>,
@@ -108,7 +108,7 @@ impl<'a> Publisher<'a> {
         publisher
     }
 
-    /// The same, where it is known that every file of the ledger is wanted.
+    /// The same, if it is known that every file of the ledger is wanted.
     pub(crate) fn without_stale(plan: &'a Plan, state: &'a State) -> Self {
         Self {
             state,

@@ -485,7 +485,7 @@ fn merge<E: Entry>(table: &mut Vec<E>, added: Vec<E>) {
         return;
     }
     table.extend(added);
-    // Stable, and quick where most is sorted already.
+    // Stable, and quick if most is sorted already.
     table.sort_by_key(|entry| entry.line().subject);
     let mut kept = 0;
     for index in 0..table.len() {

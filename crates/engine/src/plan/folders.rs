@@ -39,7 +39,7 @@ pub trait Folders {
     /// What a path leads to; `None` where nothing is there.
     fn find(&self, path: &Path) -> Option<Found>;
 
-    /// The same place without links; `None` where nothing is there, or where there are no links.
+    /// The same place without links; `None` if nothing is there, or if there are no links.
     fn real(&self, _: &Path) -> Option<PathBuf> {
         None
     }

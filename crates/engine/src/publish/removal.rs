@@ -17,7 +17,7 @@ impl Publisher<'_> {
     /// Removes the files of items that have gone from selected stages (`all`: also from stages that have gone).
     ///
     /// # Errors
-    /// Where a file cannot be removed.
+    /// If a file cannot be removed.
     pub(crate) fn remove_gone(
         &self,
         plan: &Plan,
@@ -41,7 +41,7 @@ impl Publisher<'_> {
     /// Removes the files that an item does not export any more, now that its others are in place.
     ///
     /// # Errors
-    /// Where a file cannot be removed.
+    /// If a file cannot be removed.
     pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<Told>) -> Result<(), Error> {
         match self.stale.get(item) {
             Some(files) => self.remove(files, &mut |what| told.push(what)),
@@ -57,7 +57,7 @@ impl Publisher<'_> {
     /// The files that [`Publisher::remove_gone`] and [`Publisher::remove_stale`] would remove.
     ///
     /// # Errors
-    /// Where a file cannot be read.
+    /// If a file cannot be read.
     pub(crate) fn would_remove(
         &self,
         plan: &Plan,
@@ -83,11 +83,11 @@ impl Publisher<'_> {
     /// Not before the end of a build: another item may be about to write into such a folder.
     ///
     /// # Errors
-    /// Where the journal cannot be written.
+    /// If the journal cannot be written.
     pub(crate) fn finish(&self) -> Result<(), Error> {
         for folder in lock(&self.thinned).iter() {
             for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
-                // Fails where the folder is not empty.
+                // Fails if the folder is not empty.
                 if fs::remove_dir(folder).is_err() {
                     break;
                 }
@@ -118,7 +118,7 @@ impl Publisher<'_> {
         Ok(())
     }
 
-    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` where it is
+    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` if it is
     /// not there any more.
     fn left_over(&self, line: &Published) -> Result<Option<Told>, Error> {
         let file = &line.file;
