@@ -276,6 +276,11 @@ pub(crate) fn forecast(judge: &Judge<'_>, selected: &[bool]) -> Vec<Option<Forec
             forecasts.push(None);
             continue;
         }
+        if judge.is_current(index) {
+            let outputs = judge.effect(index).map_or_else(Vec::new, |effect| effect.outputs().to_vec());
+            forecasts.push(Some(Forecast::Current { outputs, restored: false }));
+            continue;
+        }
         let digest = |input: usize| match &forecasts[input] {
             Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
             _ => None,

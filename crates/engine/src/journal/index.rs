@@ -12,13 +12,15 @@
 //! It holds nothing that the journal does not say. One that is not there, is damaged, was written on a machine with another order
 //! of bytes, or is of another writing of the journal costs the time to read the journal. Numbers are as they are in memory.
 
+use std::fs;
 use std::mem::size_of;
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 
 use super::tables::{Names, Tables};
-use crate::{Digest, read_file, replace_file};
+use crate::regular::write_new;
+use crate::{Digest, platform, read_file};
 
 /// Changed when the tables are. The number tells another order of bytes, too.
 const MAGIC: u64 = 0x5350_4543_494e_0001;
@@ -42,7 +44,7 @@ pub(super) struct Covered {
     pub(super) lines: u64,
 }
 
-/// Writes an index. One that cannot be written is no loss.
+/// Writes an index; the caller holds the lock. One that cannot be written is no loss.
 pub(super) fn write(path: &Path, covered: &Covered, tables: &Tables) {
     let Tables { items, stamps, files, publishing, results, blobs, reads, names } = tables;
     let counts = [
@@ -84,7 +86,11 @@ pub(super) fn write(path: &Path, covered: &Covered, tables: &Tables) {
     }
     let check = Digest::of(&bytes);
     bytes.extend_from_slice(&check.0);
-    let _ = replace_file(path, &bytes);
+    // Always the same name, so that what a killed process leaves of it is written over.
+    let temporary = path.with_extension("new");
+    if write_new(&temporary, &bytes).and_then(|_| platform::replace(&temporary, path)).is_err() {
+        let _ = fs::remove_file(&temporary);
+    }
 }
 
 /// Reads an index; `None` if there is none that can be used.
