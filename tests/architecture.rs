@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use cargo_metadata::{DependencyKind, MetadataCommand};
 
-const KERNELS: [&str; 7] = ["sphere", "sh", "sampling", "envmap", "brdf", "shrm", "transfer"];
+const KERNELS: [&str; 7] = ["sphere", "sh", "sampling", "envmap", "brdf", "shrm", "mesh"];
 
 /// The normal and build dependencies of every crate of the workspace, direct and indirect, by name.
 fn reach() -> BTreeMap<String, BTreeSet<String>> {

@@ -106,7 +106,7 @@ path = "sheets/{cube}"
 
 #[test]
 fn the_corpus_builds_and_rebuilds() {
-    let Some(corpus) = oracles::folder("the_corpus_builds_and_rebuilds", "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder("the_corpus_builds_and_rebuilds", "SPECULA_CORPUS") else { return };
     let corpus = fs::canonicalize(corpus).unwrap();
     let project = Project::new(&MANIFEST.replace("{corpus}", corpus.to_str().unwrap()));
     project.ok(&["build"]);

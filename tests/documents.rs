@@ -117,7 +117,7 @@ fn the_manuals_of_watching_and_of_the_preview_name_every_option() {
 #[test]
 fn the_manual_of_the_preview_names_every_mode_and_shape() {
     let manual = read("docs/preview.md");
-    for name in preview::Mode::ALL.map(preview::Mode::name).iter().chain(&transfer::SHAPES) {
+    for name in preview::Mode::ALL.map(preview::Mode::name).iter().chain(&mesh::SHAPES) {
         assert!(manual.contains(&format!("`{name}`")), "docs/preview.md names {name}");
     }
 }

@@ -22,7 +22,7 @@ impl Mount {
         if mount.is_ok_and(|output| output.status.success()) {
             return Some(Self(folder.to_path_buf()));
         }
-        oracles::skip(test, "this user may not mount a tmpfs");
+        test_data::skip(test, "this user may not mount a tmpfs");
         None
     }
 

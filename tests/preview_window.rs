@@ -284,7 +284,7 @@ fn screenshots(project: &Project) -> Vec<PathBuf> {
 #[test]
 fn a_designer_opens_turns_edits_keeps_closes_and_finds_it_again() {
     if let Some(missing) = missing() {
-        return oracles::skip("a_designer_opens_turns_edits_keeps_closes_and_finds_it_again", &missing);
+        return test_data::skip("a_designer_opens_turns_edits_keeps_closes_and_finds_it_again", &missing);
     }
     let (project, screen) = (Project::new(&sample()), Screen::new());
     // A small window: two processors draw all of it. The inspector comes at the end.
@@ -346,7 +346,7 @@ fn a_designer_opens_turns_edits_keeps_closes_and_finds_it_again() {
 #[test]
 fn a_screen_that_no_device_can_draw_on_leaves_a_picture() {
     if let Some(missing) = missing() {
-        return oracles::skip("a_screen_that_no_device_can_draw_on_leaves_a_picture", &missing);
+        return test_data::skip("a_screen_that_no_device_can_draw_on_leaves_a_picture", &missing);
     }
     let (project, screen) = (Project::new(&sample()), Screen::new());
     let mut command = project.command(&["preview", "--item", "material=satin"]);

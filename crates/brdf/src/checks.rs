@@ -107,7 +107,7 @@ fn albedo(material: &Material, view: Direction) -> [f64; 3] {
     let v = view.vector();
     let mirror = DVec3::new(-v.x, -v.y, v.z);
     let peaks = [mirror, v, DVec3::Z].map(|peak| {
-        let rho_hat = material.transfer(Direction::from_unit(peak), view);
+        let rho_hat = material.rho_hat(Direction::from_unit(peak), view);
         (to_square(peak), rho_hat.into_iter().fold(0.0, f64::max))
     });
     let mut sum = [0.0; 3];
@@ -203,7 +203,7 @@ impl Integral<'_> {
             for (y, weight_y) in rule {
                 let w = to_hemisphere(panel.corner + DVec2::new(*x, *y) * panel.size);
                 let incident = Direction::from_unit(DVec3::new(w.x, w.y, self.side * w.z));
-                let rho_hat = self.material.transfer(incident, self.view);
+                let rho_hat = self.material.rho_hat(incident, self.view);
                 let weight = weight_x * weight_y * panel.size * panel.size * TAU;
                 (0..3).for_each(|channel| sum[channel] += weight * rho_hat[channel]);
             }
@@ -263,7 +263,7 @@ fn reciprocity(material: &Material) -> f64 {
                 Direction::normalised(DVec3::new(-v.x, -v.y, v.z) + away)
             };
             let brdf = |incident: Direction, outgoing: Direction| {
-                material.transfer(incident, outgoing).map(|value| value / incident.vector().z)
+                material.rho_hat(incident, outgoing).map(|value| value / incident.vector().z)
             };
             [brdf(light, view), brdf(view, light)]
         })

@@ -74,7 +74,7 @@ impl Measured {
     /// use brdf::{Material, Measured};
     /// use sphere::Direction;
     /// let chalk = Material::Measured(Measured::new([2, 2, 2], vec![[0.25; 3]; 8])?);
-    /// assert_eq!(chalk.transfer(Direction::Z, Direction::from_angles(1.0, 0.3)), [0.25; 3]);
+    /// assert_eq!(chalk.rho_hat(Direction::Z, Direction::from_angles(1.0, 0.3)), [0.25; 3]);
     /// # Ok::<(), brdf::MeasuredError>(())
     /// ```
     pub fn new(shape: [usize; 3], mut values: Vec<[f32; 3]>) -> Result<Self, MeasuredError> {
@@ -169,8 +169,8 @@ impl Measured {
         Centre::Reflection
     }
 
-    /// See [`crate::Model::transfer`]; nothing below the horizon.
-    pub(crate) fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    /// See [`crate::Model::rho_hat`]; nothing below the horizon.
+    pub(crate) fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let cosine = incident.vector().z;
         if cosine <= 0.0 {
             return [0.0; 3];
@@ -316,13 +316,13 @@ mod tests {
     }
 
     #[test]
-    fn transfer_holds_the_cosine_the_scale_and_the_horizon() {
+    fn rho_hat_holds_the_cosine_the_scale_and_the_horizon() {
         let measured = table([2, 2, 2], |_| 0.25).scaled([2.0, 1.0, 0.0]).unwrap();
         let light = Direction::from_angles(PI / 3.0, 2.0);
-        let value = measured.transfer(light, Direction::Z);
+        let value = measured.rho_hat(light, Direction::Z);
         assert!((value[0] - 0.25).abs() < 1e-15 && (value[1] - 0.25).abs() < 1e-15 && value[2] == 0.0);
-        assert_eq!(measured.transfer(Direction::X, Direction::Z), [0.0; 3]);
-        assert_eq!(measured.transfer(Direction::from_angles(2.0, 0.0), Direction::Z), [0.0; 3]);
+        assert_eq!(measured.rho_hat(Direction::X, Direction::Z), [0.0; 3]);
+        assert_eq!(measured.rho_hat(Direction::from_angles(2.0, 0.0), Direction::Z), [0.0; 3]);
         assert_eq!(measured.scaled([-1.0; 3]).unwrap_err().parameter, "scale");
     }
 

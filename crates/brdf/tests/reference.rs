@@ -96,11 +96,11 @@ fn nodes(pole: DVec3, rows: usize) -> Vec<(DVec3, f64)> {
 #[test]
 fn models_are_those_of_the_reference_values() {
     const TEST: &str = "models_are_those_of_the_reference_values";
-    let Some(lighting) = oracles::reference(TEST, "lighting.json") else { return };
+    let Some(lighting) = test_data::reference(TEST, "lighting.json") else { return };
     let light = Light::parse(&lighting);
     let files = ["lambert-0", "phong-1", "microfacet-2", "microfacet-3", "kajiya-kay-4", "lafortune-5"];
     for file in files {
-        let reference = oracles::reference(TEST, &format!("{file}.json")).unwrap();
+        let reference = test_data::reference(TEST, &format!("{file}.json")).unwrap();
         let material = material(reference["model"].as_str().unwrap(), &reference["parameters"]);
         let rows = reference["rows"].as_array().unwrap();
         assert_eq!(rows.len(), 24, "{file}");
@@ -116,7 +116,7 @@ fn models_are_those_of_the_reference_values() {
             };
             let mut sum = [0.0; 3];
             for (w, weight) in nodes(pole, 160) {
-                let rho_hat = material.rho_hat(Direction::normalised(to_local * w), outgoing);
+                let rho_hat = material.rho_hat_about_centre(Direction::normalised(to_local * w), outgoing);
                 let radiance = light.radiance(w);
                 (0..3).for_each(|channel| sum[channel] += radiance[channel] * rho_hat[channel] * weight);
             }

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use transfer::{Mesh, Parts};
+use mesh::{Mesh, Parts};
 
 use crate::error::{Error, ErrorKind};
 

@@ -5,7 +5,7 @@
 //! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
-//! | glTF, binary or not | [`transfer::Mesh`] | [`read_gltf`] |
+//! | glTF, binary or not | [`mesh::Mesh`] | [`read_gltf`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |

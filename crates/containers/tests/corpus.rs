@@ -19,7 +19,7 @@ fn hdr_files(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn every_hdr_file_of_the_corpus_is_read() {
-    let Some(corpus) = oracles::folder("every_hdr_file_of_the_corpus_is_read", "SPECULA_CORPUS") else {
+    let Some(corpus) = test_data::folder("every_hdr_file_of_the_corpus_is_read", "SPECULA_CORPUS") else {
         return;
     };
     let mut files = Vec::new();

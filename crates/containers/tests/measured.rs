@@ -13,7 +13,7 @@ const CORPUS: [&str; 2] = ["krylon_blue.brdf", "garnet_red.brdf"];
 
 /// A file of the corpus and what it is read as.
 fn corpus(test: &str, file: &str) -> Option<(Vec<u8>, Measured)> {
-    let path = oracles::folder(test, "SPECULA_CORPUS")?.join("brdf/measured").join(file);
+    let path = test_data::folder(test, "SPECULA_CORPUS")?.join("brdf/measured").join(file);
     let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let reading = read_with_notes(file, &bytes, None).unwrap();
     for note in &reading.notes {

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // a test may panic, and reads reference files
 
 use envmap::{Environment, Image, Layout};
-use oracles::folder;
 use sphere::{AngularProbe, DVec3, Direction, LatLong, to_file};
+use test_data::folder;
 
 /// A Radiance picture with new-style run lengths, decoded as (mantissa + 0.5) / 256 x 2^(e - 128).
 fn read_rgbe(bytes: &[u8]) -> Image {

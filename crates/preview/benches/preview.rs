@@ -41,7 +41,7 @@ fn look(p: usize) -> Look {
 fn cpu(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("preview/cpu");
     for p in [2, 5] {
-        let mesh = transfer::shape("sphere").expect("a shape");
+        let mesh = mesh::shape("sphere").expect("a shape");
         let scene = Scene::of(Arc::new(mesh), Arc::new(look(p)));
         let shot = Shot {
             size: [512, 512],

@@ -85,7 +85,7 @@ fn work(news: &NewsSender, wished: &Receiver<Subject>, events: &[String]) {
     news.send(News::Catalogue(Catalogue {
         environments: names(&["evening", "studio"]),
         materials: names(&["chalk", "gold", "lacquer"]),
-        meshes: names(&transfer::SHAPES),
+        meshes: names(&mesh::SHAPES),
         pairs: (0..6).map(|pair| (pair / 3, pair % 3)).collect(),
     }));
     news.send(News::Status("watching assets/".into()));
@@ -159,7 +159,7 @@ fn scene(subject: &Subject, rougher: f64) -> Scene {
     let reflection = Reflection::convolve(&lighting, &fitted.coefficients);
     let light = Arc::new(Light::new(environment, Some(lighting)));
     let look = Look::new(light, reflection, Some(material), MapSizes::default());
-    let mesh = transfer::shape(&subject.mesh).unwrap_or_else(|| transfer::shape("sphere").unwrap());
+    let mesh = mesh::shape(&subject.mesh).unwrap_or_else(|| mesh::shape("sphere").unwrap());
     Scene::of(Arc::new(mesh), Arc::new(look))
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use transfer::Mesh;
+use mesh::Mesh;
 
 use crate::{Framing, Light, Look};
 
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn one_mesh_is_framed_by_its_own_ball() {
-        let sphere = transfer::shape("sphere").unwrap();
+        let sphere = mesh::shape("sphere").unwrap();
         let place = DAffine3::from_scale_rotation_translation(
             DVec3::splat(2.0),
             glam::DQuat::from_rotation_y(0.4),
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn two_balls_side_by_side_are_framed_by_one_that_touches_both() {
         let places = [-2.0, 2.0].map(|y| DAffine3::from_translation(DVec3::new(0.0, y, 0.0)));
-        let framing = scene(&places, transfer::shape("sphere").unwrap()).framing();
+        let framing = scene(&places, mesh::shape("sphere").unwrap()).framing();
         assert!(framing.centre.length() < 1e-6 && (framing.radius - 3.0).abs() < 1e-6, "{framing:?}");
     }
 

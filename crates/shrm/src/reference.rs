@@ -93,7 +93,7 @@ impl Reference {
         self.cap.map_or(1.0, |cosine| (1.0 - cosine) / 2.0)
     }
 
-    /// B(C, V), RGB: the sum in f64 with the material's own [`Material::transfer`].
+    /// B(C, V), RGB: the sum in f64 with the material's own [`Material::rho_hat`].
     ///
     /// `central` is the material's central direction (R, N or T), `view` points toward the viewer; both in the world.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
@@ -217,7 +217,7 @@ impl Reference {
                 for index in segment {
                     let (direction, light) = self.light.texel(span.row, index);
                     let incident = Direction::from_unit(to_surface * direction);
-                    let rho_hat = self.material.transfer(incident, outgoing);
+                    let rho_hat = self.material.rho_hat(incident, outgoing);
                     for channel in 0..3 {
                         total[channel] += rho_hat[channel] * light[channel];
                     }
@@ -341,7 +341,7 @@ mod tests {
                     for (i, pixel) in sky.pixels().iter().enumerate() {
                         let (row, column) = (i / grid.width, i % grid.width);
                         let incident = to_local.apply(grid.direction(row, column));
-                        let rho_hat = material.rho_hat(incident, to_local.apply(view));
+                        let rho_hat = material.rho_hat_about_centre(incident, to_local.apply(view));
                         for channel in 0..3 {
                             expected[channel] +=
                                 rho_hat[channel] * f64::from(pixel[channel]) * grid.solid_angle(row);

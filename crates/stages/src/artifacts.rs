@@ -8,7 +8,7 @@
 //! | `brdf` | [`brdf::BrdfCoefficients`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho` |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
-//! | `mesh` | [`transfer::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
+//! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
 //!
 //! No bytes hold where a value came from: equal values are equal bytes.
 
@@ -115,7 +115,7 @@ impl Artifact for Shrm {
 
 /// Triangles with normals and tangents.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh(pub transfer::Mesh);
+pub struct Mesh(pub mesh::Mesh);
 
 impl Artifact for Mesh {
     const TYPE: &'static str = "mesh";

@@ -412,13 +412,13 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     Ok(Scene::of(Arc::new(mesh), Arc::new(look)))
 }
 
-fn built_in(shape: Shape) -> Result<transfer::Mesh, Failure> {
+fn built_in(shape: Shape) -> Result<mesh::Mesh, Failure> {
     let name = match shape {
         Shape::Sphere => "sphere",
         Shape::TorusKnot => "torus-knot",
         Shape::Plane => "plane",
     };
-    transfer::shape(name).ok_or_else(|| Failure::new(format!("there is no shape {name:?}")))
+    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no shape {name:?}")))
 }
 
 /// How a frame is seen, its camera or light turned by so many degrees.
@@ -513,7 +513,7 @@ mod tests {
     fn every_mode_and_shape_has_its_word() {
         let words = Mode::ALL.map(|mode| format!("{:?}", mode.name()));
         assert_eq!(ModeName::expected(), words.join(" or "));
-        let shapes = transfer::SHAPES.map(|name| format!("{name:?}"));
+        let shapes = mesh::SHAPES.map(|name| format!("{name:?}"));
         assert_eq!(Shape::expected(), shapes.join(" or "));
         for shape in [Shape::Sphere, Shape::TorusKnot, Shape::Plane] {
             assert!(built_in(shape).is_ok());

@@ -57,7 +57,7 @@ pub struct Exhibit {
 enum Shape {
     /// An item makes it.
     Item(ItemIndex),
-    /// A shape of [`transfer::SHAPES`].
+    /// A shape of [`mesh::SHAPES`].
     BuiltIn(&'static str),
 }
 
@@ -258,7 +258,7 @@ fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, S
     let items = items.filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
     let made = items.map(|item| (Named::of(plan, item), Shape::Item(item)));
     let built_in = |name: &'static str| Named { name: name.into(), stages: vec!["built-in"] };
-    let built_in = transfer::SHAPES.into_iter().map(|name| (built_in(name), Shape::BuiltIn(name)));
+    let built_in = mesh::SHAPES.into_iter().map(|name| (built_in(name), Shape::BuiltIn(name)));
     let (named, shapes): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
     told_apart(&named).into_iter().zip(shapes).collect()
 }

@@ -17,7 +17,7 @@ fn degree(l: usize) -> Degree {
 
 /// A picture of the corpus on a lat-long grid of so many rows.
 fn environment(test: &str, file: &str, layout: Layout, rows: usize) -> Option<Environment> {
-    let path = oracles::folder(test, "SPECULA_CORPUS")?.join("env").join(file);
+    let path = test_data::folder(test, "SPECULA_CORPUS")?.join("env").join(file);
     let bytes = std::fs::read(&path).unwrap();
     let image = containers::read_image(&bytes, &ReadOptions::default()).unwrap().image;
     Some(Environment::from_image(image, layout, Some(LatLong::with_rows(rows))).unwrap())

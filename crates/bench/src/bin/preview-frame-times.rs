@@ -17,11 +17,11 @@ use brdf::{Choice, Material, Microfacet, project};
 use containers::ReadOptions;
 use envmap::{Environment, Layout, ToneMap};
 use glam::{DAffine3, DVec3};
+use mesh::Mesh;
 use preview::{Background, Camera, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene, Shot, Show};
 use sh::{Degree, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::Rotation;
-use transfer::Mesh;
 
 /// What the command line says.
 struct Order {
@@ -158,7 +158,7 @@ fn times(gpu: &mut Gpu, scene: &Scene, mode: Mode, order: &Order) -> Result<Time
 }
 
 fn knot() -> Mesh {
-    transfer::shape("torus-knot").expect("a shape")
+    mesh::shape("torus-knot").expect("a shape")
 }
 
 /// Sixteen knots in rows of four, each with its own material.

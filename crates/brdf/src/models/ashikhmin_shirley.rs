@@ -98,7 +98,7 @@ impl Model for AshikhminShirley {
         if self.is_isotropic() { values } else { values.with("exponent_y", Value::Number(y)) }
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let [e_x, e_y] = self.exponent;
         let (light, view, facet) = (half.light, half.view, half.facet());

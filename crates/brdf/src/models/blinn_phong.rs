@@ -60,7 +60,7 @@ impl Model for BlinnPhong {
             .with("specular", Value::Colour(self.specular))
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let value = self.factor * half.light * half.cos2().min(1.0).powf(0.5 * self.exponent);
         self.specular.map(|specular| specular * value)

@@ -62,7 +62,7 @@ impl Model for Ggx {
             .with("specular", Value::Colour(self.specular))
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let alpha2 = self.roughness.powi(4);
         let (light, view) = (half.light, half.view);
@@ -86,7 +86,7 @@ mod tests {
         for roughness in [0.1_f64, 0.4, 1.0] {
             let model = Ggx::new(roughness, Fresnel::Dielectric(1.5), [1.0; 3]).unwrap();
             let expected = 0.04 / (4.0 * PI * roughness.powi(4));
-            let found = model.transfer(Direction::Z, Direction::Z)[0];
+            let found = model.rho_hat(Direction::Z, Direction::Z)[0];
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         }
     }

@@ -51,7 +51,7 @@ impl Model for KajiyaKay {
         Centre::Tangent
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         // cos(theta_i - theta_o) = cos cos + sin sin.
         let sines = (light.y * light.y + light.z * light.z) * (view.y * view.y + view.z * view.z);

@@ -107,7 +107,7 @@ impl Model for Lafortune {
             .with("lobes", Value::Records(lobes.collect()))
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         if light.z <= 0.0 {
             return [0.0; 3];

@@ -52,7 +52,7 @@ impl Model for Lambert {
         Centre::Normal
     }
 
-    fn transfer(&self, incident: Direction, _: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, _: Direction) -> [f64; 3] {
         self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
     }
 
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn lambert_holds_the_cosine() {
         let chalk = Lambert::new([0.5, 1.0, 0.0]).unwrap();
-        let at = |theta: f64| chalk.transfer(Direction::from_angles(theta, 1.0), Direction::Z);
+        let at = |theta: f64| chalk.rho_hat(Direction::from_angles(theta, 1.0), Direction::Z);
         assert_eq!(at(0.0), [0.5 / PI, 1.0 / PI, 0.0]);
         assert!((at(PI / 3.0)[1] - 0.5 / PI).abs() < 1e-15, "half as much at 60 degrees");
         assert_eq!(at(2.0), [0.0; 3], "nothing below the horizon");

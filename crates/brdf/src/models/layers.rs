@@ -55,10 +55,10 @@ pub(super) fn centre(layers: &[Material]) -> Centre {
     if centres.all(|centre| centre == first) { first } else { Centre::Reflection }
 }
 
-pub(super) fn transfer(layers: &[Material], incident: Direction, outgoing: Direction) -> [f64; 3] {
+pub(super) fn rho_hat(layers: &[Material], incident: Direction, outgoing: Direction) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for layer in layers {
-        let value = layer.transfer(incident, outgoing);
+        let value = layer.rho_hat(incident, outgoing);
         (0..3).for_each(|channel| sum[channel] += value[channel]);
     }
     sum
@@ -114,10 +114,10 @@ mod tests {
             let i = f64::from(i);
             let incident = Direction::from_angles((i * 0.618).fract() * 3.0, i);
             let outgoing = Direction::from_angles((i * 0.414).fract() * 1.5, 2.0 * i);
-            let parts = [lambert(), phong()].map(|layer| layer.transfer(incident, outgoing));
+            let parts = [lambert(), phong()].map(|layer| layer.rho_hat(incident, outgoing));
             let sum = [0, 1, 2].map(|channel| parts[0][channel] + parts[1][channel]);
-            assert_eq!(both.transfer(incident, outgoing), sum);
+            assert_eq!(both.rho_hat(incident, outgoing), sum);
         }
-        assert_eq!(Material::Layers(Vec::new()).transfer(Direction::Z, Direction::Z), [0.0; 3]);
+        assert_eq!(Material::Layers(Vec::new()).rho_hat(Direction::Z, Direction::Z), [0.0; 3]);
     }
 }

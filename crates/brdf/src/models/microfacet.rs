@@ -64,7 +64,7 @@ impl Model for Microfacet {
             .with("specular", Value::Colour(self.specular))
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let light = incident.vector();
         let sum = light + outgoing.vector();
         let length = sum.length();

@@ -67,7 +67,7 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// Both directions point away from the surface, in its frame: +Z the normal, +X the tangent. What lies below the
     /// horizon (`incident` with z <= 0) is not reflected, except in models whose text says otherwise (phong,
     /// kajiya-kay). `outgoing` has z >= 0.
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3];
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3];
 
     /// Whether a turn about the normal (of surface, light and view together) changes nothing.
     fn is_isotropic(&self) -> bool {
@@ -137,12 +137,12 @@ macro_rules! models {
                 }
             }
 
-            /// rho_hat in the frame of the surface: see [`Model::transfer`].
-            pub fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+            /// rho_hat in the frame of the surface: see [`Model::rho_hat`].
+            pub fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
                 match self {
-                    $(Self::$model(model) => model.transfer(incident, outgoing),)*
-                    Self::Measured(measured) => measured.transfer(incident, outgoing),
-                    Self::Layers(layers) => layers::transfer(layers, incident, outgoing),
+                    $(Self::$model(model) => model.rho_hat(incident, outgoing),)*
+                    Self::Measured(measured) => measured.rho_hat(incident, outgoing),
+                    Self::Layers(layers) => layers::rho_hat(layers, incident, outgoing),
                 }
             }
 
@@ -200,8 +200,8 @@ impl Material {
     ///
     /// Both directions are in the local frame whose +Z is the central direction ([`Material::centre`]); see
     /// [`Centre::surface`] for where the normal is. `outgoing` may be any direction.
-    pub fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    pub fn rho_hat_about_centre(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let [incident, outgoing] = self.centre().surface(incident, outgoing);
-        self.transfer(incident, outgoing)
+        self.rho_hat(incident, outgoing)
     }
 }

@@ -65,7 +65,7 @@ impl Model for OrenNayar {
         Centre::Normal
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         if light.z <= 0.0 {
             return [0.0; 3];

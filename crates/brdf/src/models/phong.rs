@@ -59,7 +59,7 @@ impl Model for Phong {
             .with("specular", Value::Colour(self.specular))
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         let cosine = light.z * view.z - light.x * view.x - light.y * view.y;
         let value = if cosine > 0.0 { (self.exponent + 1.0) / TAU * cosine.powf(self.exponent) } else { 0.0 };

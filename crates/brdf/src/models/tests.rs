@@ -203,7 +203,8 @@ fn every_value_is_finite_and_not_negative() {
         for incident in directions() {
             for outgoing in directions() {
                 // A caller's rounding may put the view a hair below the horizon; rho_hat takes every view.
-                let values = [material.transfer(incident, outgoing), material.rho_hat(incident, outgoing)];
+                let values =
+                    [material.rho_hat(incident, outgoing), material.rho_hat_about_centre(incident, outgoing)];
                 for value in values.as_flattened() {
                     let fine = value.is_finite() && *value >= 0.0;
                     assert!(fine, "{material:?} {incident:?} {outgoing:?}: {values:?}");
@@ -221,7 +222,7 @@ fn nothing_comes_from_below_the_horizon_but_where_the_text_says_so() {
         let reaches = directions()
             .into_iter()
             .filter(|incident| incident.vector().z < 0.0)
-            .any(|incident| above().any(|outgoing| material.transfer(incident, outgoing) != [0.0; 3]));
+            .any(|incident| above().any(|outgoing| material.rho_hat(incident, outgoing) != [0.0; 3]));
         assert_eq!(reaches, matches!(material.name(), "phong" | "kajiya-kay"), "{}", material.name());
     }
 }
@@ -240,8 +241,8 @@ fn brdfs_are_reciprocal_but_those_defined_with_the_cosine() {
         let mut worst: f64 = 0.0;
         for incident in above() {
             for outgoing in above() {
-                let there = material.transfer(incident, outgoing)[0] / incident.vector().z;
-                let back = material.transfer(outgoing, incident)[0] / outgoing.vector().z;
+                let there = material.rho_hat(incident, outgoing)[0] / incident.vector().z;
+                let back = material.rho_hat(outgoing, incident)[0] / outgoing.vector().z;
                 worst = worst.max((there - back).abs() / there.max(back).max(1e-9));
             }
         }
@@ -260,8 +261,8 @@ fn isotropy_is_what_a_turn_about_the_normal_shows() {
         let worst = above().flat_map(|incident| above().map(move |outgoing| (incident, outgoing))).fold(
             0.0,
             |worst: f64, (incident, outgoing)| {
-                let one = material.transfer(incident, outgoing)[0];
-                let other = material.transfer(turn(incident), turn(outgoing))[0];
+                let one = material.rho_hat(incident, outgoing)[0];
+                let other = material.rho_hat(turn(incident), turn(outgoing))[0];
                 worst.max((one - other).abs() / one.max(1.0))
             },
         );
@@ -357,23 +358,23 @@ fn special_cases_are_other_models() {
     let phong = Phong::new(7.0, [TAU / 8.0; 3]).unwrap();
     for incident in above() {
         for outgoing in above() {
-            let expected = lambert.transfer(incident, outgoing)[0];
+            let expected = lambert.rho_hat(incident, outgoing)[0];
             for found in [
-                smooth.transfer(incident, outgoing)[0],
-                only_diffuse.transfer(incident, outgoing)[0],
-                uniform.transfer(incident, outgoing)[0],
+                smooth.rho_hat(incident, outgoing)[0],
+                only_diffuse.rho_hat(incident, outgoing)[0],
+                uniform.rho_hat(incident, outgoing)[0],
             ] {
                 assert!((found - expected).abs() < 1e-14);
             }
             let cosine = incident.vector().z;
-            let expected = phong.transfer(incident, outgoing)[0] * cosine;
-            assert!((mirror_lobe.transfer(incident, outgoing)[0] - expected).abs() < 1e-14);
+            let expected = phong.rho_hat(incident, outgoing)[0] * cosine;
+            assert!((mirror_lobe.rho_hat(incident, outgoing)[0] - expected).abs() < 1e-14);
         }
     }
     // Without refraction nothing is reflected, and of what is black neither.
     let air = Ggx::new(0.3, Fresnel::Dielectric(1.0), [1.0; 3]).unwrap();
-    assert!(air.transfer(Direction::Z, Direction::Z)[0] < 1e-30);
-    assert_eq!(Microfacet::new(0.3, [0.0; 3]).unwrap().transfer(Direction::Z, Direction::Z), [0.0; 3]);
+    assert!(air.rho_hat(Direction::Z, Direction::Z)[0] < 1e-30);
+    assert_eq!(Microfacet::new(0.3, [0.0; 3]).unwrap().rho_hat(Direction::Z, Direction::Z), [0.0; 3]);
 }
 
 /// Each model at four pairs of (theta, phi) of light and view against the textbook form in angles, computed elsewhere: theta_h
@@ -432,7 +433,7 @@ fn fingerprints() {
     for (material, expected) in rows {
         for ([light, view], expected) in pairs.into_iter().zip(expected) {
             let found = material
-                .transfer(Direction::from_angles(light.0, light.1), Direction::from_angles(view.0, view.1));
+                .rho_hat(Direction::from_angles(light.0, light.1), Direction::from_angles(view.0, view.1));
             let error = (found[0] - expected).abs();
             assert!(error <= 1e-11 * expected.max(1e-3), "{}: {} {expected}", material.name(), found[0]);
         }
@@ -447,7 +448,7 @@ fn the_fit_of_the_masking_is_close() {
         [([(1.1, 1.0), (0.9, -2.3)], 5.451112850553e-02), ([(1.45, 0.4), (1.35, -2.6)], 2.365777960776e-01)]
     {
         let found = model
-            .transfer(Direction::from_angles(light.0, light.1), Direction::from_angles(view.0, view.1))[0];
+            .rho_hat(Direction::from_angles(light.0, light.1), Direction::from_angles(view.0, view.1))[0];
         assert!((found / exact - 1.0).abs() < 0.0035, "{found} {exact}");
     }
 }

@@ -79,7 +79,7 @@ impl Model for TorranceSparrow {
             .with("specular", Value::Colour(self.specular))
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let slopes = half.tan2(self.roughness, self.roughness);
         // Past this e^-x is 0, and cos^4 may be.

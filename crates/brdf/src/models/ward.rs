@@ -79,7 +79,7 @@ impl Model for Ward {
         if self.is_isotropic() { values } else { values.with("roughness_y", Value::Number(y)) }
     }
 
-    fn transfer(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let [x, y] = self.roughness;
         let slopes = half.tan2(x, y);

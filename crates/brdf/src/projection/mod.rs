@@ -154,7 +154,7 @@ pub fn project(material: &Material, choice: Choice) -> Result<Projection, Projec
     let mut projection = if anisotropic {
         general(centre, &|incident, outgoing| mean(material, incident, outgoing), choice)
     } else {
-        general(centre, &|incident, outgoing| material.transfer(incident, outgoing), choice)
+        general(centre, &|incident, outgoing| material.rho_hat(incident, outgoing), choice)
     }?;
     projection.anisotropic = anisotropic;
     Ok(projection)
@@ -185,10 +185,10 @@ fn radial(centre: Centre, lobe: &ClampedCosine, choice: Choice) -> Result<Projec
 /// The coefficients of any rho_hat, given in the frame of the surface.
 fn general(
     centre: Centre,
-    transfer: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     choice: Choice,
 ) -> Result<Projection, ProjectionError> {
-    let source = Source { centre, transfer, below: reaches_below(transfer) };
+    let source = Source { centre, rho_hat, below: reaches_below(rho_hat) };
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
             let scale = coarse(source).map_err(not_finite)?;
@@ -235,13 +235,13 @@ impl Projection {
 }
 
 /// Whether anything is reflected from below the horizon, by a few hundred directions.
-fn reaches_below(transfer: &dyn Fn(Direction, Direction) -> [f64; 3]) -> bool {
+fn reaches_below(rho_hat: &dyn Fn(Direction, Direction) -> [f64; 3]) -> bool {
     let step = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
     (0..7 * 7 * 7).any(|i| {
         let view = Direction::from_angles(TAU / 4.0 * step(i % 7, 7), 0.0);
         let incident =
             Direction::from_angles(TAU / 4.0 * (1.0 + step(i / 7 % 7, 7)), TAU / 2.0 * step(i / 49, 7));
-        transfer(incident, view) != [0.0; 3]
+        rho_hat(incident, view) != [0.0; 3]
     })
 }
 
@@ -254,7 +254,7 @@ fn mean(material: &Material, incident: Direction, outgoing: Direction) -> [f64; 
             let v = direction.vector();
             Direction::from_unit(DVec3::new(cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, v.z))
         });
-        let value = material.transfer(incident, outgoing);
+        let value = material.rho_hat(incident, outgoing);
         (0..3).for_each(|channel| sum[channel] += value[channel] / TURNS as f64);
     }
     sum

@@ -22,7 +22,7 @@ use crate::Centre;
 pub(super) struct Source<'a> {
     pub(super) centre: Centre,
     /// rho_hat in the frame of the surface, even in phi about the central direction.
-    pub(super) transfer: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    pub(super) rho_hat: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     /// Whether it reaches below the horizon.
     pub(super) below: bool,
 }
@@ -98,7 +98,7 @@ impl<'a> Outgoing<'a> {
     fn rho(&self, (cosine, sine): (f64, f64), cos_phi: f64, sin_phi: f64) -> [f64; 3] {
         let [x, y, z] = self.axes;
         let incident = x * (sine * cos_phi) + y * (sine * sin_phi) + z * cosine;
-        (self.source.transfer)(Direction::from_unit(incident), self.view)
+        (self.source.rho_hat)(Direction::from_unit(incident), self.view)
     }
 }
 

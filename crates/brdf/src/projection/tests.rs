@@ -66,7 +66,7 @@ fn coefficients_rebuild_rho_hat() {
         for i in 0..50 {
             let incident = Direction::from_angles(f64::from(i) * PI / 50.0 + 0.01, 0.4);
             sh::zonal_into(incident.vector().z, &mut y_l0);
-            let expected = material.rho_hat(incident, Direction::X);
+            let expected = material.rho_hat_about_centre(incident, Direction::X);
             for channel in 0..3 {
                 let rho = |l: usize| projection.coefficients.get(l, 0, 0)[channel];
                 let sum: f64 = (0..=1500).map(|l| rho(l) * y_l0[l]).sum::<f64>() / (4.0 * PI).sqrt();
@@ -125,16 +125,16 @@ fn impossible_parameters_are_errors_that_name_them() {
 /// Equation 11 of the paper.
 fn microfacet(sigma: f64) -> impl Fn(Direction, Direction) -> [f64; 3] {
     let model = Microfacet::new(sigma, [1.0; 3]).unwrap();
-    move |incident, outgoing| model.transfer(incident, outgoing)
+    move |incident, outgoing| model.rho_hat(incident, outgoing)
 }
 
 fn general_table(
     centre: Centre,
-    transfer: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     f: usize,
     p: usize,
 ) -> Projection {
-    general(centre, transfer, degree(f, p)).unwrap()
+    general(centre, rho_hat, degree(f, p)).unwrap()
 }
 
 /// The largest difference of two tensors, relative to their norm.
@@ -160,8 +160,8 @@ fn the_general_way_gives_the_closed_forms() {
     let mut cases = vec![(lambert(), 1e-13)];
     cases.extend([(1.0, 1e-12), (5.0, 1e-12), (32.0, 1e-10), (512.0, 1e-9)].map(|(s, a)| (phong(s), a)));
     for (material, allowed) in cases {
-        let transfer = |incident: Direction, outgoing: Direction| material.transfer(incident, outgoing);
-        let found = general_table(material.centre(), &transfer, 30, 4);
+        let rho_hat = |incident: Direction, outgoing: Direction| material.rho_hat(incident, outgoing);
+        let found = general_table(material.centre(), &rho_hat, 30, 4);
         let exact = material.radial().unwrap();
         let expected = exact.coefficients(30);
         let error = difference(&found, |l, p, _| if p == 0 { expected[l] } else { [0.0; 3] });
@@ -180,8 +180,8 @@ fn the_general_way_gives_the_closed_forms() {
 #[test]
 fn lambert_about_the_reflection_vector_has_its_closed_form() {
     let chalk = lambert();
-    let transfer = |incident: Direction, outgoing: Direction| chalk.transfer(incident, outgoing);
-    let found = general_table(Centre::Reflection, &transfer, 12, 6);
+    let rho_hat = |incident: Direction, outgoing: Direction| chalk.rho_hat(incident, outgoing);
+    let found = general_table(Centre::Reflection, &rho_hat, 12, 6);
     let (nodes, weights) = sh::quadrature::gauss_legendre(400);
     let basis = Basis::new(Degree::new(12).unwrap());
     let at = |theta: f64| {
@@ -481,6 +481,6 @@ fn small_tolerances_are_met() {
 fn an_isotropic_material_is_its_own_mean() {
     let material = Material::Microfacet(Microfacet::new(0.3, [1.0, 0.5, 0.2]).unwrap());
     let (light, view) = (Direction::from_angles(0.9, 2.0), Direction::from_angles(0.6, -1.0));
-    let (found, expected) = (mean(&material, light, view), material.transfer(light, view));
+    let (found, expected) = (mean(&material, light, view), material.rho_hat(light, view));
     assert!((found[1] - expected[1]).abs() < 1e-13 * expected[1]);
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use engine::Failure;
+use mesh::Mesh;
 use serde_json::json;
-use transfer::Mesh;
 
 use super::Facts;
 

@@ -1,7 +1,7 @@
 //! Skins (section 3.7.3.3): vertices where their joints take them. All joints are as they rest.
 
 use glam::{DAffine3, DMat3};
-use transfer::Parts;
+use mesh::Parts;
 
 use super::accessors::Accessors;
 use super::document::{Document, Primitive};

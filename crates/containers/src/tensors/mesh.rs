@@ -1,7 +1,7 @@
 //! A triangle mesh.
 
+use mesh::Mesh;
 use safetensors::tensor::Dtype;
-use transfer::Mesh;
 
 use super::{File, Writer, wrong_shape};
 use crate::error::Error;
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn meshes_come_back() {
-        let shapes = transfer::SHAPES.map(|name| transfer::shape(name).unwrap());
+        let shapes = mesh::SHAPES.map(|name| mesh::shape(name).unwrap());
         let bare = Mesh::new(vec![[1.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0; 4]], None, vec![]).unwrap();
         let empty = Mesh::joined(&[]).unwrap();
         for mesh in shapes.into_iter().chain([bare, empty]) {
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn the_names_and_shapes_are_those_of_the_contract() {
-        let mesh = transfer::shape("plane").unwrap();
+        let mesh = mesh::shape("plane").unwrap();
         let tensors = describe(&encode_mesh(&mesh, None)).unwrap().tensors;
         let expected = [
             ("positions", "F32", [4, 3]),

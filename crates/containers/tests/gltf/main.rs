@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use containers::{Error, ErrorKind, Model, read_gltf};
 use glam::Vec3;
+use mesh::Mesh;
 use serde_json::{Value, json};
-use transfer::Mesh;
 
 mod skins;
 
@@ -560,7 +560,9 @@ fn corpus_model(corpus: &std::path::Path, name: &str) -> Model {
 
 #[test]
 fn files_of_others_are_sound_meshes() {
-    let Some(corpus) = oracles::folder("files_of_others_are_sound_meshes", "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder("files_of_others_are_sound_meshes", "SPECULA_CORPUS") else {
+        return;
+    };
     // Counts of the corpus's README.
     for (name, vertices, made) in [
         ("suzi.glb", 8098, true),
@@ -582,9 +584,9 @@ fn files_of_others_are_sound_meshes() {
 #[test]
 fn made_tangents_are_those_of_a_file_that_has_them() {
     let name = "made_tangents_are_those_of_a_file_that_has_them";
-    let Some(corpus) = oracles::folder(name, "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder(name, "SPECULA_CORPUS") else { return };
     let given = corpus_model(&corpus, "NormalTangentMirrorTest.glb").mesh;
-    let parts = transfer::Parts {
+    let parts = mesh::Parts {
         positions: given.positions().to_vec(),
         normals: Some(given.normals().to_vec()),
         tangents: None,

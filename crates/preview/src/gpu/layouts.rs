@@ -201,7 +201,7 @@ fn mode_source(mode: Mode) -> String {
             &[
                 include_str!("../shading/sequence.wgsl"),
                 include_str!("../shading/light_samples.wgsl"),
-                include_str!("../shading/transfer.wgsl"),
+                include_str!("../shading/material.wgsl"),
                 include_str!("../shading/lobes.wgsl"),
                 include_str!("../shading/brute_force.wgsl"),
             ],

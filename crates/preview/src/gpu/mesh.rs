@@ -3,7 +3,7 @@
 use std::array;
 
 use glam::{Mat4, Vec3};
-use transfer::Mesh;
+use mesh::Mesh;
 use wgpu::BufferUsages;
 
 use super::device::Device;

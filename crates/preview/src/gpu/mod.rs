@@ -26,8 +26,8 @@ mod tests;
 
 use std::time::{Duration, Instant};
 
+use ::mesh::Mesh;
 use glam::DAffine3;
-use transfer::Mesh;
 
 use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
 use canvas::Canvas;

@@ -19,7 +19,7 @@ pub(super) struct Resources {
     pub(super) layouts: Layouts,
     pub(super) pipelines: Pipelines,
     /// `None` for a mesh without triangles.
-    pub(super) meshes: Kept<transfer::Mesh, Option<Shape>>,
+    pub(super) meshes: Kept<mesh::Mesh, Option<Shape>>,
     pub(super) looks: Kept<Look, LookMaps>,
     pub(super) lights: Kept<Light, LightMaps>,
     /// The constants of the harmonics, up to a degree.

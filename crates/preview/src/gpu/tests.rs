@@ -12,7 +12,7 @@ use crate::{Background, Light, Look, MapSizes};
 /// A device, or a reason that is told aloud.
 fn gpu(test: &str) -> Option<Gpu> {
     if Gpu::adapters().is_empty() {
-        oracles::skip(test, "there is no graphics adapter here");
+        test_data::skip(test, "there is no graphics adapter here");
         return None;
     }
     Some(Gpu::new().unwrap())
@@ -35,7 +35,7 @@ fn look(light: &Arc<Light>, sizes: MapSizes) -> Arc<Look> {
 }
 
 fn scene() -> Scene {
-    let mesh = Arc::new(transfer::shape("torus-knot").unwrap());
+    let mesh = Arc::new(::mesh::shape("torus-knot").unwrap());
     Scene::of(mesh, look(&light(), MapSizes { edge: 8, slices: 4 }))
 }
 
@@ -100,7 +100,7 @@ fn what_passes_the_limits_is_said_before_it_is_made() {
 #[test]
 fn a_device_of_the_limits_that_are_asked_for_will_do() {
     let Some(adapter) = device::adapters().into_iter().next() else {
-        return oracles::skip(
+        return test_data::skip(
             "a_device_of_the_limits_that_are_asked_for_will_do",
             "there is no graphics adapter here",
         );
@@ -169,7 +169,10 @@ fn a_map_of_too_many_rows_passes_the_limits() {
     let layers = 6 * p.rows() as u64;
     let most = u64::from(gpu.resources.device.device.limits().max_texture_array_layers);
     if layers <= most {
-        return oracles::skip("a_map_of_too_many_rows_passes_the_limits", "this device has that many layers");
+        return test_data::skip(
+            "a_map_of_too_many_rows_passes_the_limits",
+            "this device has that many layers",
+        );
     }
     let grid = shrm::MapGrid::Cube(sphere::Cube { edge: 2 });
     let values = vec![[0.0; 3]; grid.len() * p.rows()];
@@ -177,7 +180,7 @@ fn a_map_of_too_many_rows_passes_the_limits() {
     let map = shrm::Shrm::new(grid, view, centre, p, terms, values).unwrap();
     let light = light();
     let look = Arc::new(Look::from_map(Arc::clone(&light), map, None, MapSizes { edge: 2, slices: 2 }));
-    let scene = Scene::of(Arc::new(transfer::shape("plane").unwrap()), look);
+    let scene = Scene::of(Arc::new(::mesh::shape("plane").unwrap()), look);
     let error = gpu.render(&scene, &shot(&scene, Mode::LocalShrm), &|| false).unwrap_err();
     assert!(
         matches!(&error, RenderError::Limit { asked, limit, .. } if (*asked, *limit) == (layers, most)),
@@ -188,9 +191,9 @@ fn a_map_of_too_many_rows_passes_the_limits() {
 #[test]
 fn nothing_to_draw_is_drawn() {
     let Some(mut gpu) = gpu("nothing_to_draw_is_drawn") else { return };
-    let empty = Arc::new(transfer::Mesh::new(vec![], vec![], vec![], None, vec![]).unwrap());
+    let empty = Arc::new(::mesh::Mesh::new(vec![], vec![], vec![], None, vec![]).unwrap());
     let alone =
-        transfer::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
+        ::mesh::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
     let full = scene();
     let none = Scene { light: Arc::clone(&full.light), objects: vec![] };
     let look = &full.objects[0].look;

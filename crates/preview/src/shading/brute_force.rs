@@ -20,16 +20,16 @@ use glam::{Mat3, Vec3};
 
 use super::light_samples::LightSamples;
 use super::lobes::Lobes;
+use super::material::PackedMaterial;
 use super::sequence;
 use super::surface::Surface;
-use super::transfer::Transfer;
 use crate::{Look, RenderError};
 
 /// A look, ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     light: Arc<LightSamples>,
-    material: Transfer,
+    material: PackedMaterial,
     lobes: Lobes,
 }
 
@@ -52,7 +52,7 @@ impl Prepared {
     /// [`RenderError::Maps`] where its model has no shader.
     pub fn of(light: Arc<LightSamples>, material: &Material) -> Result<Self, RenderError> {
         let share = if light.is_lit() { 0.5 } else { 0.0 };
-        Ok(Self { light, material: Transfer::new(material)?, lobes: Lobes::new(material, share) })
+        Ok(Self { light, material: PackedMaterial::new(material)?, lobes: Lobes::new(material, share) })
     }
 
     /// The light: the buffer `light_samples`.
@@ -61,7 +61,7 @@ impl Prepared {
     }
 
     /// The material: the buffer `material`.
-    pub fn material(&self) -> &Transfer {
+    pub fn material(&self) -> &PackedMaterial {
         &self.material
     }
 

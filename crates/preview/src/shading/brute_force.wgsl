@@ -1,7 +1,7 @@
 // The sum of all light by many samples (paper 1, equation 2): of the light and of the material's lobes, weighed by the
 // balance heuristic. The twin of brute_force.rs, with the same samples.
 //
-// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, transfer.wgsl and lobes.wgsl, whose buffers
+// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and lobes.wgsl, whose buffers
 // `Prepared` holds: light_samples is `Prepared::light`, material `Prepared::material`, lobes `Prepared::lobes`.
 
 // The sum over `count` light samples from `first` on: divided by the number of all it is the reflected radiance.
@@ -24,7 +24,7 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
             incident = lobes_draw(vec2f(choice, point.y), view);
             lit = light_samples_at(frame * incident);
         }
-        let rho_hat = transfer(incident, view);
+        let rho_hat = material_rho_hat(incident, view);
         if all(rho_hat == vec3f(0.0)) {
             continue;
         }

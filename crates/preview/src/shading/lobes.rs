@@ -25,8 +25,8 @@ use brdf::Material;
 use glam::{Vec2, Vec3};
 
 use super::angles::{angle, circle};
+use super::material::power;
 use super::surface::unit_or;
-use super::transfer::power;
 
 /// The lobes of a material, and how samples are shared between them and the light.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,5 @@
 // Samples of directions where a material may reflect light from, and how dense they lie. The twin of lobes.rs, which says
-// where each lobe is from. It needs angles.wgsl, surface.wgsl and transfer.wgsl.
+// where each lobe is from. It needs angles.wgsl, surface.wgsl and material.wgsl.
 
 // `Lobes::words`: the share of light samples, the number of lobes; per lobe its number, its share, three parameters.
 @group(3) @binding(2) var<storage, read> lobes: array<u32>;
@@ -102,7 +102,7 @@ fn lobe_density(lobe: Lobe, incident: vec3f, view: vec3f) -> f32 {
             let n = lobe.parameters.z;
             let axis = lobe_axis(lobe, view);
             let sine = cross(incident, axis);
-            return (n + 1.0) / LOBES_TAU * transfer_power(dot(incident, axis), dot(sine, sine), n);
+            return (n + 1.0) / LOBES_TAU * material_power(dot(incident, axis), dot(sine, sine), n);
         }
         case LOBES_FACETS: {
             let widths = lobe.parameters.xy;

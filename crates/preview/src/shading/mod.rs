@@ -19,6 +19,7 @@ pub mod lat_long;
 pub mod light_samples;
 pub mod lobes;
 pub mod local_shrm;
+pub mod material;
 pub mod mirror;
 #[cfg(test)]
 mod on_device;
@@ -27,4 +28,3 @@ pub mod sequence;
 pub mod surface;
 #[cfg(test)]
 pub(crate) mod testkit;
-pub mod transfer;

@@ -24,7 +24,7 @@ pub(crate) fn device(test: &str) -> Option<(wgpu::Device, wgpu::Queue)> {
         adapter.request_device(&wgpu::DeviceDescriptor::default()).await.ok()
     });
     if found.is_none() {
-        oracles::skip(test, "there is no graphics adapter here");
+        test_data::skip(test, "there is no graphics adapter here");
     }
     found
 }

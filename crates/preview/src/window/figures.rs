@@ -107,7 +107,7 @@ mod tests {
     fn a_white_sphere_under_a_bright_sky_has_these_figures() {
         let figures = Figures::of(&testkit::scene());
         assert_eq!((figures.f, figures.p, figures.centre), (Some(7), 0, "normal"));
-        assert_eq!(figures.triangles, transfer::shape("sphere").unwrap().triangles().len());
+        assert_eq!(figures.triangles, mesh::shape("sphere").unwrap().triangles().len());
         assert_eq!(figures.environment, [16, 32]);
         // Radiance 2 above and 1 below is 1.5 + 0.5 sign(z). Of its energy, 4 pi 2.5, the mean holds 4 pi 2.25, and
         // degree 1 holds 4 pi 0.25 3/4; 16 rows do not see the edge sharply.

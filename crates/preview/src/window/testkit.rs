@@ -23,5 +23,5 @@ pub(super) fn scene() -> Scene {
     let reflection = Reflection::convolve(&lighting, &coefficients);
     let light = Arc::new(Light::new(environment, Some(lighting)));
     let look = Look::new(light, reflection, Some(white), MapSizes { edge: 8, slices: 4 });
-    Scene::of(Arc::new(transfer::shape("sphere").unwrap()), Arc::new(look))
+    Scene::of(Arc::new(mesh::shape("sphere").unwrap()), Arc::new(look))
 }

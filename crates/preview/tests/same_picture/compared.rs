@@ -30,7 +30,7 @@ impl Compared {
     /// `None`, told aloud, where there is no graphics adapter.
     pub(crate) fn new(test: &'static str) -> Option<Self> {
         if Gpu::adapters().is_empty() {
-            oracles::skip(test, "there is no graphics adapter here");
+            test_data::skip(test, "there is no graphics adapter here");
             return None;
         }
         let gpu = Gpu::new().unwrap_or_else(|error| panic!("{test}: {error}"));

@@ -21,7 +21,7 @@ fn environment(file: &Path, layout: Layout) -> Environment {
 #[test]
 fn a_real_mesh_under_real_light_with_a_measured_material() {
     let test = "a_real_mesh_under_real_light_with_a_measured_material";
-    let Some(folder) = oracles::folder(test, "SPECULA_CORPUS") else { return };
+    let Some(folder) = test_data::folder(test, "SPECULA_CORPUS") else { return };
     let Some(mut compared) = Compared::new(test) else { return };
     let read =
         |file: &str| std::fs::read(folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));

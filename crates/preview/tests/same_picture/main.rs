@@ -36,7 +36,7 @@ fn every_mode_under_every_environment_with_every_material() {
     let Some(mut compared) = Compared::new("every_mode_under_every_environment_with_every_material") else {
         return;
     };
-    let meshes = ["sphere", "torus-knot"].map(|name| (name, Arc::new(transfer::shape(name).unwrap())));
+    let meshes = ["sphere", "torus-knot"].map(|name| (name, Arc::new(mesh::shape(name).unwrap())));
     for (names, look) in scenes::looks() {
         for (shape, mesh) in &meshes {
             let scene = Scene::of(Arc::clone(mesh), Arc::clone(look));
@@ -56,8 +56,8 @@ fn every_mode_under_every_environment_with_every_material() {
 /// Four objects of all materials, one of them a mirror image, one behind another, one cut by the picture's edge.
 fn group() -> Scene {
     let looks = scenes::looks();
-    let knot = Arc::new(transfer::shape("torus-knot").unwrap());
-    let plane = Arc::new(transfer::shape("plane").unwrap());
+    let knot = Arc::new(mesh::shape("torus-knot").unwrap());
+    let plane = Arc::new(mesh::shape("plane").unwrap());
     let place = |scale: [f64; 3], turn: f64, at: [f64; 3]| {
         DAffine3::from_scale_rotation_translation(scale.into(), DQuat::from_rotation_y(turn), at.into())
     };
@@ -139,7 +139,7 @@ fn the_background_all_around() {
 fn a_lack_is_said_alike() {
     let Some(mut compared) = Compared::new("a_lack_is_said_alike") else { return };
     let look = scenes::without_material();
-    let scene = Scene::of(Arc::new(transfer::shape("plane").unwrap()), look);
+    let scene = Scene::of(Arc::new(mesh::shape("plane").unwrap()), look);
     let shot = shot(&scene, Show::One(Mode::BruteForce));
     let [cpu, gpu] = compared.both(&scene, &shot).map(Result::unwrap_err);
     assert!(matches!(cpu, RenderError::Missing { .. }), "{cpu}");

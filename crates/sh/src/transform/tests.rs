@@ -5,7 +5,7 @@ use super::sums::{Evaluate, ODD, PARTS, Project, Rows};
 use super::*;
 use crate::legendre::Recurrence;
 use crate::quadrature;
-use oracles::reference;
+use test_data::reference;
 
 use crate::testkit::{Noise, harmonics, legendre, relative_error};
 

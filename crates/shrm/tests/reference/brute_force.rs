@@ -2,10 +2,10 @@
 //! and views for each material.
 
 use envmap::Environment;
-use oracles::reference;
 use serde_json::Value;
 use shrm::reference::{Cull, Reference};
 use sphere::{DVec3, LatLong};
+use test_data::reference;
 
 use crate::given::{direction, material, triple};
 

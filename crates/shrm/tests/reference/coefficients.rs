@@ -2,10 +2,10 @@
 //! know no spherical harmonics.
 
 use brdf::{Choice, project};
-use oracles::reference;
 use serde_json::Value;
 use sh::Expansion;
 use shrm::Reflection;
+use test_data::reference;
 
 use crate::given::{degree, direction, lighting, material, triple};
 

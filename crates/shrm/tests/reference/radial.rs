@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre, Choice, Lambert, Material, Phong, project};
-use oracles::reference;
 use serde_json::Value;
 use sh::{Basis, Degree, Expansion};
 use shrm::{Reflection, ViewDependent};
 use sphere::Direction;
+use test_data::reference;
 
 use crate::given::{degree, direction, lighting, lobe, triple};
 

@@ -115,7 +115,7 @@ mod tests {
         let reflection = shrm::Reflection::convolve(&Expansion::zero(Degree::ZERO), &flat.coefficients);
         let light = Arc::new(Light::new(environment, None));
         let look = Look::new(light, reflection, None, MapSizes { edge: 4, slices: 2 });
-        Scene::of(Arc::new(transfer::shape("plane").unwrap()), Arc::new(look))
+        Scene::of(Arc::new(mesh::shape("plane").unwrap()), Arc::new(look))
     }
 
     fn shot(scene: &Scene) -> Shot {

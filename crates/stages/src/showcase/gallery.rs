@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, Shelf};
+use mesh::Mesh;
 use preview::window::{Export, Facts};
 use preview::{Light, Look, MapSizes, Scene};
-use transfer::Mesh;
 
 use super::{Exhibit, Shape, Showcase, artifact};
 use crate::artifacts;
@@ -106,7 +106,7 @@ impl Gallery {
                 })
             }
             Shape::BuiltIn(name) => {
-                self.meshes.get(MESHES, MeshKey::BuiltIn(name), || transfer::shape(name).ok_or_else(missing))
+                self.meshes.get(MESHES, MeshKey::BuiltIn(name), || mesh::shape(name).ok_or_else(missing))
             }
         }
     }

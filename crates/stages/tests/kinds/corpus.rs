@@ -7,7 +7,7 @@ use sh::{Basis, Degree, Expansion};
 use sphere::{Cube, DVec3, Face};
 
 use crate::fixture::{difference, pixels};
-use oracles::folder;
+use test_data::folder;
 
 use crate::pipeline::Pipeline;
 

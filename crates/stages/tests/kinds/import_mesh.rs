@@ -100,7 +100,9 @@ fn an_empty_scene_is_a_mesh_with_a_warning() {
 /// Real files pass through the artifact's bytes, which a run of a case compares with the value.
 #[test]
 fn files_of_the_corpus_are_imported() {
-    let Some(corpus) = oracles::folder("files_of_the_corpus_are_imported", "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder("files_of_the_corpus_are_imported", "SPECULA_CORPUS") else {
+        return;
+    };
     let mesh = helmet(&corpus).artifact::<Mesh>();
     assert_eq!(mesh.0.positions().len(), 55_392);
     assert_eq!(Mesh::decode(&mesh.encode().unwrap()).unwrap(), *mesh);

@@ -205,11 +205,11 @@ fn a_map_or_a_mesh_may_be_connected() {
     let of_reflection = bare("size = 32\nresolution = 8");
     assert!(picture(&of_map).1 == picture(&of_reflection).1);
 
-    let knot = Mesh(transfer::shape("torus-knot").unwrap());
+    let knot = Mesh(mesh::shape("torus-knot").unwrap());
     let connected = bare("size = 32").input("mesh", knot);
     assert!(picture(&connected).1 == picture(&bare("mesh = \"torus-knot\"\nsize = 32")).1);
 
-    let empty = bare("size = 16").input("mesh", Mesh(transfer::Mesh::joined(&[]).unwrap()));
+    let empty = bare("size = 16").input("mesh", Mesh(mesh::Mesh::joined(&[]).unwrap()));
     assert_eq!(empty.run().unwrap().warnings, ["the mesh has no triangles: only the background is seen"]);
 }
 
@@ -266,7 +266,7 @@ fn impossible_parameters_are_faults() {
 /// A real mesh under a real light.
 #[test]
 fn a_helmet_stands_in_a_studio() {
-    let Some(corpus) = oracles::folder("a_helmet_stands_in_a_studio", "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder("a_helmet_stands_in_a_studio", "SPECULA_CORPUS") else { return };
     let bytes = std::fs::read(corpus.join("env/cc0/studio.hdr")).unwrap();
     let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
     let grid = sphere::LatLong { width: image.width(), height: image.height() };

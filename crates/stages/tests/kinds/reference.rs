@@ -5,7 +5,7 @@ use sphere::{DVec3, Direction};
 use stages::artifacts::{Brdf, Lighting, Material, Reflection};
 
 use crate::fixture::{case, difference, environment, exr, lambert, phong};
-use oracles::reference;
+use test_data::reference;
 
 use crate::pipeline::Pipeline;
 fn triple(value: &Value) -> [f64; 3] {

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use brdf::{Choice, Material, project};
 use envmap::{Environment, ToneMap};
 use glam::{DAffine3, DVec3};
+use mesh::Mesh;
 use sh::Degree;
 use shrm::Reflection;
 use sphere::{LatLong, Rotation};
-use transfer::Mesh;
 
 use super::geometry::Geometry;
 use super::rasteriser::{Band, Seen};
@@ -57,7 +57,7 @@ fn plain() -> Arc<Look> {
 }
 
 fn sphere() -> Arc<Mesh> {
-    Arc::new(transfer::shape("sphere").unwrap())
+    Arc::new(mesh::shape("sphere").unwrap())
 }
 
 /// A mesh of triangles with corners of their own, whose normals all look up.

@@ -197,7 +197,7 @@ fn each_object_has_its_own_look() {
 #[test]
 fn any_number_of_threads_makes_the_same_picture() {
     let scene = Scene::of(
-        Arc::new(transfer::shape("torus-knot").unwrap()),
+        Arc::new(mesh::shape("torus-knot").unwrap()),
         look(&light(16, uneven), &microfacet(0.4), [6, 2]),
     );
     let on = |threads: usize, show: Show| {

@@ -71,7 +71,7 @@ fn back_faces_are_seen_from_their_side() {
 fn places_turn_scale_and_mirror() {
     let look = plain();
     let shot = shot([60, 60], Show::One(Mode::Irradiance));
-    let knot = Arc::new(transfer::shape("torus-knot").unwrap());
+    let knot = Arc::new(mesh::shape("torus-knot").unwrap());
     let turn = DQuat::from_euler(glam::EulerRot::ZYX, 0.4, -1.0, 2.0);
     let shift = DVec3::new(0.1, -0.2, 0.05);
     for scale in [DVec3::splat(0.7), DVec3::splat(-0.7), DVec3::new(0.6, 0.6, -0.6)] {

@@ -111,7 +111,7 @@ const SHADERS: [&str; 7] = [
     include_str!("../angles.wgsl"),
     include_str!("../sequence.wgsl"),
     include_str!("../light_samples.wgsl"),
-    include_str!("../transfer.wgsl"),
+    include_str!("../material.wgsl"),
     include_str!("../lobes.wgsl"),
     include_str!("../brute_force.wgsl"),
 ];

@@ -3,7 +3,7 @@
 use brdf::{Material, Measured, ParameterError, Values};
 
 use super::Lobe;
-use crate::shading::transfer::packing::{along_and_across, layers};
+use crate::shading::material::packing::{along_and_across, layers};
 
 /// The narrowest facets and the sharpest power that f32 directions follow.
 const NARROWEST: f64 = 1e-4;

@@ -1,4 +1,4 @@
-//! From a material to the words of [`super::Transfer`].
+//! From a material to the words of [`super::PackedMaterial`].
 
 use std::f64::consts::PI;
 

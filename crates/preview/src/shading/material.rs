@@ -1,7 +1,7 @@
 //! rho_hat of every reflection model, in f32, from a material packed into words as the shader reads it.
 //!
 //! rho_hat is the BRDF times the incident cosine, in 1/sr, RGB, in the frame of the surface: +Z the normal, +X the
-//! tangent (`brdf::Model::transfer`, whose module texts have the formulas and papers). The words are u32; a number is the
+//! tangent (`brdf::Model::rho_hat`, whose module texts have the formulas and papers). The words are u32; a number is the
 //! bits of its f32:
 //!
 //! | words | what |
@@ -72,11 +72,11 @@ const TINY: f32 = 1e-30;
 
 /// A material as the shader reads it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Transfer {
+pub struct PackedMaterial {
     words: Vec<u32>,
 }
 
-impl Transfer {
+impl PackedMaterial {
     /// Packs a material.
     ///
     /// # Errors

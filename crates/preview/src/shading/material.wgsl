@@ -1,113 +1,113 @@
-// rho_hat of every reflection model, in the frame of the surface: +Z the normal, +X the tangent. The twin of transfer.rs,
+// rho_hat of every reflection model, in the frame of the surface: +Z the normal, +X the tangent. The twin of material.rs,
 // which has the layout of the words. It needs angles.wgsl.
 
-// `Transfer::words`: the number of layers; per layer the number of its model and its parameters; tables.
+// `PackedMaterial::words`: the number of layers; per layer the number of its model and its parameters; tables.
 @group(3) @binding(1) var<storage, read> material: array<u32>;
 
-const TRANSFER_LAMBERT = 1u;
-const TRANSFER_OREN_NAYAR = 2u;
-const TRANSFER_PHONG = 3u;
-const TRANSFER_BLINN_PHONG = 4u;
-const TRANSFER_MICROFACET = 5u;
-const TRANSFER_TORRANCE_SPARROW = 6u;
-const TRANSFER_GGX = 7u;
-const TRANSFER_WARD = 8u;
-const TRANSFER_ASHIKHMIN_SHIRLEY = 9u;
-const TRANSFER_LAFORTUNE = 10u;
-const TRANSFER_KAJIYA_KAY = 11u;
-const TRANSFER_MEASURED = 12u;
+const MATERIAL_LAMBERT = 1u;
+const MATERIAL_OREN_NAYAR = 2u;
+const MATERIAL_PHONG = 3u;
+const MATERIAL_BLINN_PHONG = 4u;
+const MATERIAL_MICROFACET = 5u;
+const MATERIAL_TORRANCE_SPARROW = 6u;
+const MATERIAL_GGX = 7u;
+const MATERIAL_WARD = 8u;
+const MATERIAL_ASHIKHMIN_SHIRLEY = 9u;
+const MATERIAL_LAFORTUNE = 10u;
+const MATERIAL_KAJIYA_KAY = 11u;
+const MATERIAL_MEASURED = 12u;
 
-const TRANSFER_PI = 3.14159265;
+const MATERIAL_PI = 3.14159265;
 // A squared slope over a squared roughness past which a Gaussian of it is 0 in f32, with room for its factors.
-const TRANSFER_STEEP = 80.0;
+const MATERIAL_STEEP = 80.0;
 // The least cosine in factors that have no bound at grazing.
-const TRANSFER_LEAST = 1e-3;
+const MATERIAL_LEAST = 1e-3;
 // Light nearer to the horizon than this is below it.
-const TRANSFER_HORIZON = 1e-12;
+const MATERIAL_HORIZON = 1e-12;
 // The square of a sum of light and view that are opposite.
-const TRANSFER_OPPOSITE = 1e-20;
+const MATERIAL_OPPOSITE = 1e-20;
 // The square of a sine below which the cosine's logarithm is a series of it.
-const TRANSFER_NEAR = 0.1;
+const MATERIAL_NEAR = 0.1;
 // Less than any cosine that matters, and with a logarithm.
-const TRANSFER_TINY = 1e-30;
+const MATERIAL_TINY = 1e-30;
 
 // rho_hat(light, view), RGB, in 1/sr: both unit vectors, away from the surface.
-fn transfer(light: vec3f, view: vec3f) -> vec3f {
-    let half_vector = transfer_half(light, view);
+fn material_rho_hat(light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
     var sum = vec3f(0.0);
     var at = 1u;
     for (var layer = 0u; layer < material[0]; layer++) {
         let model = material[at];
         at++;
         switch model {
-            case TRANSFER_LAMBERT: {
-                sum += transfer_colour(at) * max(light.z, 0.0);
+            case MATERIAL_LAMBERT: {
+                sum += material_colour(at) * max(light.z, 0.0);
                 at += 3u;
             }
-            case TRANSFER_OREN_NAYAR: {
-                sum += transfer_oren_nayar(at, light, view);
+            case MATERIAL_OREN_NAYAR: {
+                sum += material_oren_nayar(at, light, view);
                 at += 6u;
             }
-            case TRANSFER_PHONG: {
+            case MATERIAL_PHONG: {
                 let mirrored = vec3f(-view.x, -view.y, view.z);
                 let sine = cross(light, mirrored);
-                let lobe = transfer_power(dot(light, mirrored), dot(sine, sine), transfer_number(at));
-                sum += transfer_colour(at + 1u) * lobe;
+                let lobe = material_power(dot(light, mirrored), dot(sine, sine), material_number(at));
+                sum += material_colour(at + 1u) * lobe;
                 at += 4u;
             }
-            case TRANSFER_BLINN_PHONG: {
+            case MATERIAL_BLINN_PHONG: {
                 if half_vector.seen {
-                    let lobe = transfer_half_power(half_vector, transfer_number(at));
-                    sum += transfer_colour(at + 1u) * (half_vector.light * lobe);
+                    let lobe = material_half_power(half_vector, material_number(at));
+                    sum += material_colour(at + 1u) * (half_vector.light * lobe);
                 }
                 at += 4u;
             }
-            case TRANSFER_MICROFACET: {
+            case MATERIAL_MICROFACET: {
                 let both = light + view;
                 if light.z > 0.0 && dot(both, both) > 0.0 {
-                    let share = angles_angle(length(both.xy), both.z) / transfer_number(at);
-                    sum += transfer_colour(at + 1u) * exp(-min(share * share, TRANSFER_STEEP));
+                    let share = angles_angle(length(both.xy), both.z) / material_number(at);
+                    sum += material_colour(at + 1u) * exp(-min(share * share, MATERIAL_STEEP));
                 }
                 at += 4u;
             }
-            case TRANSFER_TORRANCE_SPARROW: {
+            case MATERIAL_TORRANCE_SPARROW: {
                 if half_vector.seen {
-                    sum += transfer_torrance_sparrow(at, half_vector);
+                    sum += material_torrance_sparrow(at, half_vector);
                 }
                 at += 11u;
             }
-            case TRANSFER_GGX: {
+            case MATERIAL_GGX: {
                 if half_vector.seen {
-                    sum += transfer_ggx(at, half_vector);
+                    sum += material_ggx(at, half_vector);
                 }
                 at += 11u;
             }
-            case TRANSFER_WARD: {
+            case MATERIAL_WARD: {
                 if half_vector.seen {
-                    sum += transfer_ward(at, half_vector);
+                    sum += material_ward(at, half_vector);
                 }
                 at += 5u;
             }
-            case TRANSFER_ASHIKHMIN_SHIRLEY: {
+            case MATERIAL_ASHIKHMIN_SHIRLEY: {
                 if half_vector.seen {
-                    sum += transfer_ashikhmin_shirley(at, half_vector);
+                    sum += material_ashikhmin_shirley(at, half_vector);
                 }
                 at += 9u;
             }
-            case TRANSFER_LAFORTUNE: {
-                sum += transfer_lafortune(at, light, view);
+            case MATERIAL_LAFORTUNE: {
+                sum += material_lafortune(at, light, view);
                 at += 4u + 6u * material[at + 3u];
             }
-            case TRANSFER_KAJIYA_KAY: {
+            case MATERIAL_KAJIYA_KAY: {
                 let sin_i = length(light.yz);
                 let sin_o = length(view.yz);
                 let sine = sin_i * view.x - light.x * sin_o;
                 let cosine = light.x * view.x + sin_i * sin_o;
-                sum += transfer_colour(at + 1u) * transfer_power(cosine, sine * sine, transfer_number(at));
+                sum += material_colour(at + 1u) * material_power(cosine, sine * sine, material_number(at));
                 at += 4u;
             }
-            case TRANSFER_MEASURED: {
-                sum += transfer_measured(at, light, view);
+            case MATERIAL_MEASURED: {
+                sum += material_measured(at, light, view);
                 at += 7u;
             }
             default: {
@@ -118,27 +118,27 @@ fn transfer(light: vec3f, view: vec3f) -> vec3f {
     return sum;
 }
 
-fn transfer_number(at: u32) -> f32 {
+fn material_number(at: u32) -> f32 {
     return bitcast<f32>(material[at]);
 }
 
-fn transfer_colour(at: u32) -> vec3f {
-    return vec3f(transfer_number(at), transfer_number(at + 1u), transfer_number(at + 2u));
+fn material_colour(at: u32) -> vec3f {
+    return vec3f(material_number(at), material_number(at + 1u), material_number(at + 2u));
 }
 
-fn transfer_oren_nayar(at: u32, light: vec3f, view: vec3f) -> vec3f {
+fn material_oren_nayar(at: u32, light: vec3f, view: vec3f) -> vec3f {
     if light.z <= 0.0 {
         return vec3f(0.0);
     }
     let across = max(light.x * view.x + light.y * view.y, 0.0) / max(light.z, abs(view.z));
-    return (transfer_colour(at) + transfer_colour(at + 3u) * across) * light.z;
+    return (material_colour(at) + material_colour(at + 3u) * across) * light.z;
 }
 
-fn transfer_torrance_sparrow(at: u32, half_vector: Half) -> vec3f {
-    let m = transfer_number(at);
+fn material_torrance_sparrow(at: u32, half_vector: Half) -> vec3f {
+    let m = material_number(at);
     let across = half_vector.across / (m * m);
     let z2 = half_vector.sum.z * half_vector.sum.z;
-    if across >= TRANSFER_STEEP * z2 {
+    if across >= MATERIAL_STEEP * z2 {
         return vec3f(0.0);
     }
     let cos2 = z2 / half_vector.length_squared;
@@ -146,13 +146,13 @@ fn transfer_torrance_sparrow(at: u32, half_vector: Half) -> vec3f {
     let light = half_vector.light;
     let view = half_vector.view;
     let masked = light * view
-        + view * transfer_lambda_cosine(m, light)
-        + light * transfer_lambda_cosine(m, view);
-    return transfer_colour(at + 1u) * transfer_fresnel(at + 4u, half_vector) * (d * light / masked);
+        + view * material_lambda_cosine(m, light)
+        + light * material_lambda_cosine(m, view);
+    return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * (d * light / masked);
 }
 
-fn transfer_ggx(at: u32, half_vector: Half) -> vec3f {
-    let alpha2 = transfer_number(at);
+fn material_ggx(at: u32, half_vector: Half) -> vec3f {
+    let alpha2 = material_number(at);
     let sum_z = half_vector.sum.z;
     let across = (half_vector.across + alpha2 * sum_z * sum_z) / half_vector.length_squared;
     let light = half_vector.light;
@@ -161,65 +161,65 @@ fn transfer_ggx(at: u32, half_vector: Half) -> vec3f {
     let masked_view = sqrt(alpha2 + (1.0 - alpha2) * view * view);
     let visible = light / (light * masked_view + view * masked_light);
     let lobe = visible / (across * across);
-    return transfer_colour(at + 1u) * transfer_fresnel(at + 4u, half_vector) * lobe;
+    return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * lobe;
 }
 
-fn transfer_ward(at: u32, half_vector: Half) -> vec3f {
-    let x = half_vector.sum.x / transfer_number(at);
-    let y = half_vector.sum.y / transfer_number(at + 1u);
+fn material_ward(at: u32, half_vector: Half) -> vec3f {
+    let x = half_vector.sum.x / material_number(at);
+    let y = half_vector.sum.y / material_number(at + 1u);
     let z = half_vector.sum.z;
     let across = x * x + y * y;
-    if across >= TRANSFER_STEEP * z * z {
+    if across >= MATERIAL_STEEP * z * z {
         return vec3f(0.0);
     }
     let slopes = across / (z * z);
-    let grazing = half_vector.light / z / max(z, TRANSFER_LEAST);
-    return transfer_colour(at + 2u) * (exp(-slopes) * (half_vector.length_squared / (z * z)) * grazing);
+    let grazing = half_vector.light / z / max(z, MATERIAL_LEAST);
+    return material_colour(at + 2u) * (exp(-slopes) * (half_vector.length_squared / (z * z)) * grazing);
 }
 
-fn transfer_ashikhmin_shirley(at: u32, half_vector: Half) -> vec3f {
+fn material_ashikhmin_shirley(at: u32, half_vector: Half) -> vec3f {
     let sum = half_vector.sum;
     let facet = half_vector.facet;
     let light = half_vector.light;
     let view = half_vector.view;
     var exponent = 0.0;
     if half_vector.across > 0.0 {
-        let turned = transfer_number(at) * sum.x * sum.x + transfer_number(at + 1u) * sum.y * sum.y;
+        let turned = material_number(at) * sum.x * sum.x + material_number(at + 1u) * sum.y * sum.y;
         exponent = turned / half_vector.across;
     }
-    let lobe = transfer_number(at + 2u) * transfer_half_power(half_vector, exponent)
-        / max(facet, TRANSFER_LEAST) * (light / max(light, view));
-    let grazing = transfer_fifth(max(1.0 - facet, 0.0));
-    let base = transfer_fade(light) * transfer_fade(view) * light;
-    let specular = transfer_colour(at + 3u);
-    return (specular + (vec3f(1.0) - specular) * grazing) * lobe + transfer_colour(at + 6u) * base;
+    let lobe = material_number(at + 2u) * material_half_power(half_vector, exponent)
+        / max(facet, MATERIAL_LEAST) * (light / max(light, view));
+    let grazing = material_fifth(max(1.0 - facet, 0.0));
+    let base = material_fade(light) * material_fade(view) * light;
+    let specular = material_colour(at + 3u);
+    return (specular + (vec3f(1.0) - specular) * grazing) * lobe + material_colour(at + 6u) * base;
 }
 
-fn transfer_lafortune(at: u32, light: vec3f, view: vec3f) -> vec3f {
+fn material_lafortune(at: u32, light: vec3f, view: vec3f) -> vec3f {
     if light.z <= 0.0 {
         return vec3f(0.0);
     }
     let across = light.x * view.x + light.y * view.y;
     let along = light.z * view.z;
-    var brdf = transfer_colour(at);
+    var brdf = material_colour(at);
     for (var lobe = 0u; lobe < material[at + 3u]; lobe++) {
         let k = at + 4u + 6u * lobe;
-        let base = transfer_number(k) * across + transfer_number(k + 1u) * along;
-        brdf += transfer_colour(k + 3u) * transfer_power_of(base, transfer_number(k + 2u));
+        let base = material_number(k) * across + material_number(k + 1u) * along;
+        brdf += material_colour(k + 3u) * material_power_of(base, material_number(k + 2u));
     }
     return brdf * light.z;
 }
 
-fn transfer_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
+fn material_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
     if light.z <= 0.0 {
         return vec3f(0.0);
     }
     // theta_h, theta_d and phi_d.
-    let angles = transfer_half_difference(light, view);
+    let angles = material_half_difference(light, view);
     let n = vec3u(material[at], material[at + 1u], material[at + 2u]);
-    let to_h = min(sqrt(angles.x / (0.5 * TRANSFER_PI)) * f32(n.x), f32(n.x - 1u));
-    let to_d = min(angles.y / (0.5 * TRANSFER_PI) * f32(n.y), f32(n.y - 1u));
-    let turn = angles.z / TRANSFER_PI * f32(n.z);
+    let to_h = min(sqrt(angles.x / (0.5 * MATERIAL_PI)) * f32(n.x), f32(n.x - 1u));
+    let to_d = min(angles.y / (0.5 * MATERIAL_PI) * f32(n.y), f32(n.y - 1u));
+    let turn = angles.z / MATERIAL_PI * f32(n.z);
     let h = u32(to_h);
     let d = u32(to_d);
     let phi = u32(turn);
@@ -229,17 +229,17 @@ fn transfer_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
     let next = h * n.y + min(d + 1u, n.y - 1u);
     let step = select(0u, n.y, h + 1u < n.x);
     let table = material[at + 3u];
-    let low = transfer_row(table, near * n.z, columns, share.z) * (1.0 - share.y)
-        + transfer_row(table, next * n.z, columns, share.z) * share.y;
-    let high = transfer_row(table, (near + step) * n.z, columns, share.z) * (1.0 - share.y)
-        + transfer_row(table, (next + step) * n.z, columns, share.z) * share.y;
-    return transfer_colour(at + 4u) * (low * (1.0 - share.x) + high * share.x) * light.z;
+    let low = material_row(table, near * n.z, columns, share.z) * (1.0 - share.y)
+        + material_row(table, next * n.z, columns, share.z) * share.y;
+    let high = material_row(table, (near + step) * n.z, columns, share.z) * (1.0 - share.y)
+        + material_row(table, (next + step) * n.z, columns, share.z) * share.y;
+    return material_colour(at + 4u) * (low * (1.0 - share.x) + high * share.x) * light.z;
 }
 
 // Between two entries of a row of a table.
-fn transfer_row(table: u32, row: u32, columns: vec2u, share: f32) -> vec3f {
-    let before = transfer_colour(table + 3u * (row + columns.x));
-    let after = transfer_colour(table + 3u * (row + columns.y));
+fn material_row(table: u32, row: u32, columns: vec2u, share: f32) -> vec3f {
+    let before = material_colour(table + 3u * (row + columns.x));
+    let after = material_colour(table + 3u * (row + columns.y));
     return before + (after - before) * share;
 }
 
@@ -263,10 +263,10 @@ struct Half {
     turn: f32,
 }
 
-fn transfer_half(light: vec3f, view: vec3f) -> Half {
+fn material_half(light: vec3f, view: vec3f) -> Half {
     let sum = light + view;
     let length_squared = dot(sum, sum);
-    let seen = light.z > TRANSFER_HORIZON && sum.z > TRANSFER_HORIZON && length_squared > TRANSFER_OPPOSITE;
+    let seen = light.z > MATERIAL_HORIZON && sum.z > MATERIAL_HORIZON && length_squared > MATERIAL_OPPOSITE;
     let across = sum.x * sum.x + sum.y * sum.y;
     let difference = light - view;
     let turn = 0.25 * dot(difference, difference);
@@ -275,61 +275,61 @@ fn transfer_half(light: vec3f, view: vec3f) -> Half {
 }
 
 // (N.h)^(2 s).
-fn transfer_half_power(half_vector: Half, s: f32) -> f32 {
+fn material_half_power(half_vector: Half, s: f32) -> f32 {
     let sin2 = half_vector.across / half_vector.length_squared;
     let cos2 = half_vector.sum.z * half_vector.sum.z / half_vector.length_squared;
-    if sin2 < TRANSFER_NEAR {
-        return transfer_bounded_exp(s * (2.0 * transfer_ln_cosine(sin2)));
+    if sin2 < MATERIAL_NEAR {
+        return material_bounded_exp(s * (2.0 * material_ln_cosine(sin2)));
     }
-    return transfer_bounded_exp(s * log(max(cos2, TRANSFER_TINY)));
+    return material_bounded_exp(s * log(max(cos2, MATERIAL_TINY)));
 }
 
 // cos^s, 0 where the cosine is not above 0; `sin2` is the square of the sine.
-fn transfer_power(cosine: f32, sin2: f32, s: f32) -> f32 {
+fn material_power(cosine: f32, sin2: f32, s: f32) -> f32 {
     if cosine <= 0.0 {
         return 0.0;
     }
-    if sin2 < TRANSFER_NEAR {
-        return transfer_bounded_exp(s * transfer_ln_cosine(sin2));
+    if sin2 < MATERIAL_NEAR {
+        return material_bounded_exp(s * material_ln_cosine(sin2));
     }
-    return transfer_bounded_exp(s * log(max(cosine, TRANSFER_TINY)));
+    return material_bounded_exp(s * log(max(cosine, MATERIAL_TINY)));
 }
 
 // base^n, 0 where the base is not above 0.
-fn transfer_power_of(base: f32, n: f32) -> f32 {
+fn material_power_of(base: f32, n: f32) -> f32 {
     if base <= 0.0 {
         return 0.0;
     }
     let from_one = (1.0 - base) * (1.0 + base);
-    if abs(from_one) < TRANSFER_NEAR {
-        return transfer_bounded_exp(n * transfer_ln_cosine(from_one));
+    if abs(from_one) < MATERIAL_NEAR {
+        return material_bounded_exp(n * material_ln_cosine(from_one));
     }
-    return transfer_bounded_exp(n * log(max(base, TRANSFER_TINY)));
+    return material_bounded_exp(n * log(max(base, MATERIAL_TINY)));
 }
 
-// ln(sqrt(1 - x)), |x| below TRANSFER_NEAR: a series.
-fn transfer_ln_cosine(x: f32) -> f32 {
+// ln(sqrt(1 - x)), |x| below MATERIAL_NEAR: a series.
+fn material_ln_cosine(x: f32) -> f32 {
     var series = 1.0 / 6.0 + x * (1.0 / 7.0);
     series = 0.25 + x * (0.2 + x * series);
     return -0.5 * x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * series)));
 }
 
 // e^x, in the range of f32.
-fn transfer_bounded_exp(x: f32) -> f32 {
+fn material_bounded_exp(x: f32) -> f32 {
     return exp(clamp(x, -80.0, 80.0));
 }
 
-fn transfer_fifth(x: f32) -> f32 {
+fn material_fifth(x: f32) -> f32 {
     let x2 = x * x;
     return x2 * x2 * x;
 }
 
-fn transfer_fade(cosine: f32) -> f32 {
-    return 1.0 - transfer_fifth(1.0 - 0.5 * cosine);
+fn material_fade(cosine: f32) -> f32 {
+    return 1.0 - material_fifth(1.0 - 0.5 * cosine);
 }
 
 // Smith's Lambda for Beckmann's facets, times the cosine.
-fn transfer_lambda_cosine(m: f32, cosine: f32) -> f32 {
+fn material_lambda_cosine(m: f32, cosine: f32) -> f32 {
     let slope = m * sqrt(max(1.0 - cosine * cosine, 0.0));
     if cosine >= 1.6 * slope {
         return 0.0;
@@ -339,20 +339,20 @@ fn transfer_lambda_cosine(m: f32, cosine: f32) -> f32 {
 }
 
 // The share that a smooth facet reflects.
-fn transfer_fresnel(at: u32, half_vector: Half) -> vec3f {
+fn material_fresnel(at: u32, half_vector: Half) -> vec3f {
     if material[at] == 0u {
-        return vec3f(transfer_dielectric(transfer_number(at + 1u), half_vector.facet));
+        return vec3f(material_dielectric(material_number(at + 1u), half_vector.facet));
     }
-    let n = transfer_colour(at + 1u);
-    let k = transfer_colour(at + 4u);
+    let n = material_colour(at + 1u);
+    let k = material_colour(at + 4u);
     return vec3f(
-        transfer_conductor(n.x, k.x, half_vector.facet, half_vector.turn),
-        transfer_conductor(n.y, k.y, half_vector.facet, half_vector.turn),
-        transfer_conductor(n.z, k.z, half_vector.facet, half_vector.turn),
+        material_conductor(n.x, k.x, half_vector.facet, half_vector.turn),
+        material_conductor(n.y, k.y, half_vector.facet, half_vector.turn),
+        material_conductor(n.z, k.z, half_vector.facet, half_vector.turn),
     );
 }
 
-fn transfer_dielectric(ior: f32, c: f32) -> f32 {
+fn material_dielectric(ior: f32, c: f32) -> f32 {
     let excess = ior * ior - 1.0;
     let sum = sqrt(excess + c * c) + c;
     // g - c without cancellation.
@@ -362,7 +362,7 @@ fn transfer_dielectric(ior: f32, c: f32) -> f32 {
     return 0.5 * share * share * (1.0 + parallel * parallel);
 }
 
-fn transfer_conductor(n: f32, k: f32, c: f32, sin2: f32) -> f32 {
+fn material_conductor(n: f32, k: f32, c: f32, sin2: f32) -> f32 {
     let cos2 = c * c;
     let index = n * n - k * k;
     var real = index - sin2;
@@ -384,7 +384,7 @@ fn transfer_conductor(n: f32, k: f32, c: f32, sin2: f32) -> f32 {
 }
 
 // theta_h, theta_d and phi_d, 0 to pi.
-fn transfer_half_difference(light: vec3f, view: vec3f) -> vec3f {
+fn material_half_difference(light: vec3f, view: vec3f) -> vec3f {
     let sum = light + view;
     let difference = light - view;
     let across = length(sum.xy);

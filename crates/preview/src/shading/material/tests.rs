@@ -144,7 +144,9 @@ fn packed_materials_are_the_models() {
 /// theta_h is as uncertain as a power of 1e6 makes the cosine.
 #[test]
 fn a_measured_material_of_the_corpus_is_what_its_table_says() {
-    let Some(corpus) = oracles::folder("a_measured_material_of_the_corpus", "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder("a_measured_material_of_the_corpus", "SPECULA_CORPUS") else {
+        return;
+    };
     let file = "garnet_red.brdf";
     let bytes = std::fs::read(corpus.join("brdf/measured").join(file)).unwrap();
     let measured = containers::measured::read_with_notes(file, &bytes, None).unwrap().measured;
@@ -154,7 +156,7 @@ fn a_measured_material_of_the_corpus_is_what_its_table_says() {
 /// Ngan's fits of Ward's model to 86 measured materials: a matte layer and a highlight each.
 #[test]
 fn fits_of_the_corpus_are_what_the_models_say() {
-    let Some(corpus) = oracles::folder("fits_of_the_corpus", "SPECULA_CORPUS") else { return };
+    let Some(corpus) = test_data::folder("fits_of_the_corpus", "SPECULA_CORPUS") else { return };
     let text = std::fs::read_to_string(corpus.join("brdf/fits/ngan_ward.fit")).unwrap();
     let mut fits = 0;
     for line in text.lines().filter(|line| line.contains("NganWard")) {
@@ -174,11 +176,11 @@ fn fits_of_the_corpus_are_what_the_models_say() {
 }
 
 fn compare(material: &Material, s: f64) {
-    let packed = Transfer::new(material).unwrap();
+    let packed = PackedMaterial::new(material).unwrap();
     for [light, view] in pairs() {
         let found = packed.evaluate(light, view);
         let directions = [light, view].map(|v| Direction::normalised(v.as_dvec3()));
-        let expected = material.transfer(directions[0], directions[1]);
+        let expected = material.rho_hat(directions[0], directions[1]);
         for channel in 0..3 {
             let (found, expected) = (f64::from(found[channel]), expected[channel]);
             assert!(
@@ -194,19 +196,19 @@ fn every_model_has_a_shader() {
     for model in MODELS {
         let example = materials().into_iter().find(|(material, _)| material.name() == model.name);
         let (material, _) = example.unwrap_or_else(|| panic!("give {} an example here", model.name));
-        let packed = Transfer::new(&material);
-        assert!(packed.is_ok(), "{}: write it in transfer.rs and transfer.wgsl: {packed:?}", model.name);
+        let packed = PackedMaterial::new(&material);
+        assert!(packed.is_ok(), "{}: write it in material.rs and material.wgsl: {packed:?}", model.name);
     }
 }
 
 /// The shader's constants are those of its twin, and it has a case for each.
 #[test]
 fn the_shader_numbers_models_as_its_twin() {
-    let source = include_str!("../transfer.wgsl");
+    let source = include_str!("../material.wgsl");
     for material in materials().iter().map(|(material, _)| material) {
         let Material::Layers(_) = material else {
-            let number = Transfer::new(material).unwrap().words()[1];
-            let name = format!("TRANSFER_{}", material.name().to_uppercase().replace('-', "_"));
+            let number = PackedMaterial::new(material).unwrap().words()[1];
+            let name = format!("MATERIAL_{}", material.name().to_uppercase().replace('-', "_"));
             assert!(source.contains(&format!("const {name} = {number}u;")), "{name} {number}");
             assert!(source.contains(&format!("case {name}: {{")), "{name}");
             continue;
@@ -225,7 +227,7 @@ fn no_value_is_infinite_or_nan() {
         }
     }
     for (material, _) in materials() {
-        let packed = Transfer::new(&material).unwrap();
+        let packed = PackedMaterial::new(&material).unwrap();
         for light in &vectors {
             for view in &vectors {
                 let value = packed.evaluate(*light, *view);
@@ -247,11 +249,11 @@ fn the_shader_is_its_twin() {
     let asked: Vec<[f32; 4]> = pairs.iter().flatten().map(|v| v.extend(0.0).to_array()).collect();
     let source = [
         include_str!("../angles.wgsl"),
-        include_str!("../transfer.wgsl"),
-        "fn answer(k: u32) -> vec3f { return transfer(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
+        include_str!("../material.wgsl"),
+        "fn answer(k: u32) -> vec3f { return material_rho_hat(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
     ];
     for (material, s) in materials() {
-        let packed = Transfer::new(&material).unwrap();
+        let packed = PackedMaterial::new(&material).unwrap();
         let words = bytemuck::cast_slice(packed.words());
         let answers = on_device::answers(&device, &source.concat(), &asked, pairs.len(), &[&[], words]);
         for (pair, found) in pairs.iter().zip(answers) {
