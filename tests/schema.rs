@@ -125,7 +125,7 @@ fn parser_takes(kind: &dyn ErasedKind, required: &[(String, String)], field: &Fi
     let mut text: String = given.map(|(name, value)| format!("{name} = {value}\n")).collect();
     text += &format!("{} = {value}\n", field.name);
     let found = kind.configure(&Table::parse(&text).unwrap());
-    // Faults of the form say what was expected; those of several parameters together do not.
+    // Diagnostics of the form say what was expected; those of several parameters together do not.
     found.err().is_none_or(|faults| faults.iter().all(|fault| fault.expected.is_none()))
 }
 

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use engine::{BuildOptions, Cancel, Event, Kinds, Patience, Summary};
+use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
 
 use crate::arguments::BuildArguments;
 use crate::print::{EventStream, say};
@@ -61,11 +61,11 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.
-fn patience(wait: Option<Option<u32>>) -> Patience {
+fn patience(wait: Option<Option<u32>>) -> LockTimeout {
     match wait {
-        None => Patience::default(),
-        Some(None) => Patience::ENDLESS,
-        Some(Some(seconds)) => Patience(Some(Duration::from_secs(seconds.into()))),
+        None => LockTimeout::default(),
+        Some(None) => LockTimeout::ENDLESS,
+        Some(Some(seconds)) => LockTimeout(Some(Duration::from_secs(seconds.into()))),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use engine::cache::{self, Amount, CollectOptions, Freed, Lost, Stats, Verified};
-use engine::{Error, ItemName, Patience};
+use engine::{Error, ItemName, LockTimeout};
 use serde_json::json;
 
 use crate::arguments::{CacheCommand, ManifestArgument};
@@ -19,7 +19,7 @@ pub(crate) fn run(command: &CacheCommand) -> Exit {
             false => print::data(&describe(&stats)),
         }),
         CacheCommand::Gc { manifest, max_size, dry_run, json } => {
-            let patience = Patience::default();
+            let patience = LockTimeout::default();
             let options = CollectOptions { limit: *max_size, dry_run: *dry_run, patience };
             cache::collect(folder(manifest), &options, &tell_wait).map(|freed| match json {
                 true => print::json(json!(freed)),
@@ -32,7 +32,7 @@ pub(crate) fn run(command: &CacheCommand) -> Exit {
 }
 
 fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
-    let verified = cache::verify(folder, Patience::default(), &tell_wait)?;
+    let verified = cache::verify(folder, LockTimeout::default(), &tell_wait)?;
     let printed = match json {
         true => print::json(json!(verified)),
         false => print::data(&describe_verified(&verified)),

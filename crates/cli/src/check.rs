@@ -9,9 +9,9 @@ use engine::{Cancel, Determinism, Event, Kinds, Plan};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
+use crate::outstanding::few;
 use crate::print::say;
 use crate::quantity::{SHOWN, count, duration, more};
-use crate::standing::few;
 use crate::{Exit, build, exit, manifest, print};
 
 pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {

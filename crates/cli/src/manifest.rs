@@ -3,10 +3,10 @@
 use std::fmt;
 use std::ops::Range;
 
-use engine::{Fault, Faults, Kinds, Plan, line_and_column};
+use engine::{Diagnostic, Diagnostics, Kinds, Plan, line_and_column};
 use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
-    SourceCode, SourceSpan, SpanContents,
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode,
+    SourceSpan, SpanContents,
 };
 
 use crate::arguments::ManifestArgument;
@@ -29,7 +29,7 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
 }
 
 /// The faults that are shown, each with its place, what was expected there and what to do.
-pub(crate) fn drawn(faults: &Faults) -> Painted {
+pub(crate) fn drawn(faults: &Diagnostics) -> Painted {
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
         (true, true) => GraphicalTheme::unicode(),
         (true, false) => GraphicalTheme::unicode_nocolor(),
@@ -38,7 +38,7 @@ pub(crate) fn drawn(faults: &Faults) -> Painted {
     drawn_with(theme, faults)
 }
 
-fn drawn_with(theme: GraphicalTheme, faults: &Faults) -> Painted {
+fn drawn_with(theme: GraphicalTheme, faults: &Diagnostics) -> Painted {
     let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
     let drawn = faults.shown().iter().map(|fault| {
         let mut text = String::new();
@@ -55,7 +55,7 @@ fn drawn_with(theme: GraphicalTheme, faults: &Faults) -> Painted {
 }
 
 /// `pipeline.toml: 2 faults`
-pub(crate) fn counted(faults: &Faults) -> String {
+pub(crate) fn counted(faults: &Diagnostics) -> String {
     format!("{}: {}", faults.file, count(faults.faults.len(), "fault"))
 }
 
@@ -69,7 +69,7 @@ struct Report {
 }
 
 impl Report {
-    fn new(faults: &Faults, fault: &Fault) -> Self {
+    fn new(faults: &Diagnostics, fault: &Diagnostic) -> Self {
         let shown = |text: &String| escaped(text).into_owned();
         Self {
             message: shown(&fault.message),
@@ -88,7 +88,7 @@ impl fmt::Display for Report {
 
 impl std::error::Error for Report {}
 
-impl Diagnostic for Report {
+impl miette::Diagnostic for Report {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
@@ -121,7 +121,7 @@ impl Excerpt {
     /// So many bytes of a place are drawn, and so many before and after it: a line may be as long as a file.
     const LONGEST: usize = 200;
 
-    fn new(faults: &Faults, span: Range<usize>) -> Self {
+    fn new(faults: &Diagnostics, span: Range<usize>) -> Self {
         let text = faults.text.as_str();
         let start = text.floor_char_boundary(span.start);
         let end = text.ceil_char_boundary(span.end.clamp(start, start + Self::LONGEST));
@@ -187,8 +187,8 @@ mod tests {
 
     use super::*;
 
-    fn check(text: &str, faults: Vec<Fault>, expected: Expect) {
-        let faults = Faults::new("a\u{1b}b.toml", text, faults);
+    fn check(text: &str, faults: Vec<Diagnostic>, expected: Expect) {
+        let faults = Diagnostics::new("a\u{1b}b.toml", text, faults);
         let plain = drawn_with(GraphicalTheme::unicode_nocolor(), &faults).to_string();
         assert_eq!(escaped(&plain), plain, "nothing is left that a terminal acts on");
         let lines = plain.lines().map(|line| format!("{}\n", format!("|{line}").trim_end()));
@@ -199,7 +199,8 @@ mod tests {
     fn a_fault_is_drawn_with_what_is_hostile_escaped_and_its_place_as_it_is() {
         let text = "x = 1\r\nkind = \"a\u{1b}[31m\u{202e}é\" # \u{9b}\r\nlast\u{7f} = 2\r\nmore = 3\r\n";
         let place = text.find("\u{202e}").unwrap()..text.find("\" #").unwrap();
-        let fault = Fault::at(place, "there is no \u{1b}[31mkind").expected("a \u{9b}").help("try \u{7}");
+        let fault =
+            Diagnostic::at(place, "there is no \u{1b}[31mkind").expected("a \u{9b}").help("try \u{7}");
         check(
             text,
             vec![fault],
@@ -220,7 +221,8 @@ mod tests {
     #[test]
     fn places_at_the_ends_of_a_text_and_of_its_lines_are_drawn() {
         let text = "a = \r\n\r\nb = 1";
-        let at = |place: Range<usize>| Fault::at(place.clone(), format!("at {place:?}")).expected("here");
+        let at =
+            |place: Range<usize>| Diagnostic::at(place.clone(), format!("at {place:?}")).expected("here");
         check(
             text,
             vec![at(0..1), at(4..4), at(5..5), at(6..7), at(8..9), at(13..13)],
@@ -287,8 +289,8 @@ mod tests {
     #[test]
     fn of_a_line_as_long_as_a_file_a_part_is_drawn() {
         let text = format!("a = [{}]\nb = 1\n", "\u{1b}ü, ".repeat(100_000));
-        let fault = |span| Fault::at(span, "wrong").expected("something else");
-        let faults = Faults::new("x.toml", text, vec![fault(0..300_000), fault(300_005..300_009)]);
+        let fault = |span| Diagnostic::at(span, "wrong").expected("something else");
+        let faults = Diagnostics::new("x.toml", text, vec![fault(0..300_000), fault(300_005..300_009)]);
         let drawn = drawn_with(GraphicalTheme::unicode_nocolor(), &faults).to_string();
         assert!(drawn.contains("[x.toml:1:1]") && drawn.contains("[x.toml:1:240006]"), "{drawn}");
         assert_eq!(drawn.matches("something else").count(), 2, "{drawn}");
@@ -297,7 +299,8 @@ mod tests {
 
     #[test]
     fn colours_of_our_own_are_kept() {
-        let faults = Faults::new("x.toml", "a\u{1b}[31m", vec![Fault::at(0..1, "wrong").expected("right")]);
+        let faults =
+            Diagnostics::new("x.toml", "a\u{1b}[31m", vec![Diagnostic::at(0..1, "wrong").expected("right")]);
         let drawn = drawn_with(GraphicalTheme::unicode(), &faults).to_string();
         assert!(drawn.contains("\u{1b}[") && drawn.contains(r"a\u{1b}[31m"), "{drawn:?}");
     }

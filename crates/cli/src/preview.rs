@@ -1,18 +1,18 @@
 //! `specula preview`: materials under environments on meshes, in a window that follows every change, or as one picture.
 //!
-//! The window has the main thread, as systems want it. A watcher builds on another, and on a third a [`Curator`] turns what
+//! The window has the main thread, as systems want it. A watcher builds on another, and on a third a [`PreviewController`] turns what
 //! it hears into what the window shows. Where no window can be opened, the curator draws stills instead.
 
-mod curator;
-mod gazette;
-mod keepsakes;
+mod controller;
+mod files;
+mod status;
 mod still;
 mod subject;
 mod window;
 
 use ::preview::window::Wish;
 use engine::Kinds;
-use stages::Showcase;
+use stages::PreviewCatalog;
 
 use crate::arguments::{Backend, ManifestArgument, PreviewArguments, WatchArguments};
 use crate::{Exit, manifest, print, watch};
@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
         Ok(plan) => plan,
         Err(exit) => return exit,
     };
-    let showcase = Showcase::of(plan);
+    let showcase = PreviewCatalog::of(plan);
     if showcase.is_empty() {
         let amiss = subject::nothing(&arguments.manifest, &[]);
         print::error(&[amiss.message], Some(&amiss.help));
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
         preview: true,
         way: arguments.way.clone(),
     };
-    let opening = window::Opening {
+    let opening = window::WindowRequest {
         manifest: &watching.manifest.manifest,
         kinds,
         stages: &watching.stages,
@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
 
 /// `specula watch --preview`.
 pub(crate) fn beside_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
-    let opening = window::Opening {
+    let opening = window::WindowRequest {
         manifest: &arguments.manifest.manifest,
         kinds,
         stages: &arguments.stages,

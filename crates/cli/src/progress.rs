@@ -8,11 +8,11 @@ use std::sync::{Mutex, MutexGuard};
 
 use engine::{Event, ItemName, Summary};
 
+use crate::outstanding::few;
 use crate::print::{message, say};
 use crate::quantity::{SHOWN, count, duration, more};
 use crate::reasons;
 use crate::screen::{Screen, locked};
-use crate::standing::few;
 
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
@@ -99,9 +99,9 @@ impl Progress {
             | Event::Noticed { .. }
             | Event::Rejected { .. }
             | Event::Accepted
-            | Event::Hindered { .. } => {}
+            | Event::BuildError { .. } => {}
             // A timeline's business.
-            Event::Worked { .. } => {}
+            Event::TaskTimed { .. } => {}
         }
     }
 

@@ -9,9 +9,9 @@ use std::sync::{Mutex, MutexGuard};
 
 use engine::{Change, Changed, Event, ItemName, Reason, Summary};
 
+use crate::outstanding::{OutstandingErrors, Turn, few};
 use crate::quantity::{SHOWN, count, duration, more};
 use crate::screen::{Screen, locked};
-use crate::standing::{Standing, Turn, few};
 use crate::{manifest, reasons, terminal};
 
 /// A build that takes longer tells what it has, in milliseconds.
@@ -41,7 +41,7 @@ pub(crate) struct Session {
 
 #[derive(Default)]
 struct State {
-    standing: Standing,
+    standing: OutstandingErrors,
     /// How it learns of changes.
     way: String,
     /// When the first of the changes that are worked off was heard of.
@@ -157,7 +157,7 @@ impl Session {
             Event::Removed { file } => state.removed.push(file.clone()),
             Event::Warning { item, message } => self.line("warning", &format!("{item}: {message}")),
             Event::Note { item, message } if self.verbose => self.line("note", &format!("{item}: {message}")),
-            Event::Note { .. } | Event::Worked { .. } => {}
+            Event::Note { .. } | Event::TaskTimed { .. } => {}
             Event::Failed { item, error, help } => {
                 state.ended(item);
                 self.screen.ended(item);
@@ -187,7 +187,7 @@ impl Session {
                 state.changed.clear();
             }
             Event::Accepted => self.line("mended", "the manifest is sound again"),
-            Event::Hindered { error, help } => {
+            Event::BuildError { error, help } => {
                 self.screen.clear();
                 self.speak(&mut state, now.milliseconds);
                 self.tell_error("the build", error, help.as_deref());

@@ -52,7 +52,7 @@ enum Fate {
 
 /// A piece of work of one worker.
 #[derive(Clone, Debug)]
-struct Spell {
+struct WorkSpan {
     item: Index,
     work: Work,
     worker: usize,
@@ -74,7 +74,7 @@ pub(crate) struct Timeline {
     fates: Vec<Fate>,
     /// Why each item ran, in words.
     reasons: Vec<String>,
-    spells: Vec<Spell>,
+    spells: Vec<WorkSpan>,
     summary: Summary,
 }
 
@@ -111,11 +111,19 @@ impl Timeline {
         let place = |item: &ItemName| self.places.get(item).copied();
         match event {
             Event::Planned { .. } => self.clock = Instant::now(),
-            Event::Worked { item, work, worker, start_milliseconds, milliseconds } => {
+            Event::TaskTimed { item, work, worker, start_milliseconds, milliseconds } => {
                 let Some(item) = place(item) else { return };
                 let start = nanoseconds(*start_milliseconds);
                 let end = start + nanoseconds(*milliseconds);
-                self.spells.push(Spell { item, work: *work, worker: *worker, start, end, depth: 0, own: 0 });
+                self.spells.push(WorkSpan {
+                    item,
+                    work: *work,
+                    worker: *worker,
+                    start,
+                    end,
+                    depth: 0,
+                    own: 0,
+                });
             }
             Event::Started { item, reasons } => {
                 let Some(item) = place(item) else { return };
@@ -161,7 +169,7 @@ impl Timeline {
         self.spells.sort_by_key(|spell| (spell.worker, spell.start, std::cmp::Reverse(spell.end)));
         let mut around = Vec::<Index>::new();
         for index in 0..self.spells.len() {
-            let Spell { worker, start, end, .. } = self.spells[index];
+            let WorkSpan { worker, start, end, .. } = self.spells[index];
             while let Some(&outer) = around.last()
                 && (self.spells[outer].worker != worker || self.spells[outer].end <= start)
             {

@@ -54,7 +54,7 @@ pub(crate) fn keep_fresh(
         also(&event);
         match &event {
             Event::Ended(summary) => locked(&last).0 = exit_of(summary),
-            Event::Hindered { .. } => locked(&last).0 = Exit::Machine,
+            Event::BuildError { .. } => locked(&last).0 = Exit::Machine,
             // What is built from now on is the last good graph, not what was asked for.
             Event::Rejected { .. } => locked(&last).1 = false,
             Event::Accepted => locked(&last).1 = true,

@@ -55,10 +55,10 @@ input = "text"
 
 /// Reads the manifest and builds; returns how many items ran.
 fn run(folder: &Path, kinds: &Kinds) -> usize {
-    run_on(&Workbench::new(None, 0).expect("threads"), folder, kinds)
+    run_on(&BuildSession::new(None, 0).expect("threads"), folder, kinds)
 }
 
-fn run_on(bench: &Workbench, folder: &Path, kinds: &Kinds) -> usize {
+fn run_on(bench: &BuildSession, folder: &Path, kinds: &Kinds) -> usize {
     let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest has no faults");
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let ran = bench.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
@@ -92,7 +92,7 @@ fn noop(criterion: &mut Criterion) {
         group.bench_function(format!("noop_{items}_items"), |bencher| {
             bencher.iter(|| run(folder.path(), &kinds()));
         });
-        let bench = Workbench::new(None, 0).expect("threads");
+        let bench = BuildSession::new(None, 0).expect("threads");
         group.bench_function(format!("noop_{items}_items_again"), |bencher| {
             bencher.iter(|| run_on(&bench, folder.path(), &kinds()));
         });
@@ -114,7 +114,7 @@ fn one_changed(criterion: &mut Criterion) {
         let find = |()| assert_eq!(run(folder.path(), &kinds()), 2);
         bencher.iter_batched(&mut edit, find, BatchSize::PerIteration);
     });
-    let bench = Workbench::new(None, 0).expect("threads");
+    let bench = BuildSession::new(None, 0).expect("threads");
     group.bench_function("one_changed_of_10000_again", |bencher| {
         let find = |()| assert_eq!(run_on(&bench, folder.path(), &kinds()), 2);
         bencher.iter_batched(&mut edit, find, BatchSize::PerIteration);
@@ -133,7 +133,7 @@ fn large_graph(criterion: &mut Criterion) {
     group.bench_function("noop_80800_items", |bencher| {
         bencher.iter(|| assert_eq!(run(folder.path(), &kinds()), 0));
     });
-    let bench = Workbench::new(None, 0).expect("threads");
+    let bench = BuildSession::new(None, 0).expect("threads");
     let plan =
         Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest has no faults");
     let text = plan.manifest.with_file_name("left").join("007.txt");

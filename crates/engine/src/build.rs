@@ -5,16 +5,18 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::disk::Disk;
-use crate::judge::{Judge, Known, Verdict, manifest_name};
 use crate::lock::Request;
 use crate::publish::{Publisher, sweep};
-use crate::run::Workshop;
+use crate::run::RunContext;
+use crate::running::{Changes, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
+use crate::session::Settled;
 use crate::state::State;
 use crate::store::Blob;
-use crate::underway::{Changes, Underway};
-use crate::workbench::Settled;
-use crate::{Cancel, Errand, Error, ErrorKind, Event, Patience, Plan, Reason, Summary, Workbench, nearest};
+use crate::up_to_date::{Freshness, Known, UpToDateCheck, manifest_name};
+use crate::{
+    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, nearest,
+};
 
 /// What a build is asked to do.
 #[derive(Clone, Debug, Default)]
@@ -28,9 +30,9 @@ pub struct BuildOptions {
     /// Whether only to tell what would run and why; nothing is written.
     pub dry_run: bool,
     /// What the build is part of, for other processes that find it at work.
-    pub errand: Errand,
+    pub errand: LockPurpose,
     /// How long to wait for another process that works in the folder.
-    pub patience: Patience,
+    pub patience: LockTimeout,
     /// The only files and folders, absolute, that have changed since the last build of the workbench; `None` if any may
     /// have. Nothing else is looked at: an item that these do not concern is as that build left it, with its files, and
     /// no event names it. If the workbench cannot know that (another plan, or another process that built), it looks at
@@ -38,20 +40,20 @@ pub struct BuildOptions {
     pub changed: Option<Vec<PathBuf>>,
 }
 
-/// Builds once: [`Workbench::build`] with threads of its own and nothing kept in memory afterwards.
+/// Builds once: [`BuildSession::build`] with threads of its own and nothing kept in memory afterwards.
 ///
 /// # Errors
-/// As [`Workbench::build`], and where threads cannot be started.
+/// As [`BuildSession::build`], and where threads cannot be started.
 pub fn build(
     plan: &Plan,
     options: &BuildOptions,
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, Error> {
-    Workbench::new(options.jobs, 0)?.build(plan, options, cancel, events)
+    BuildSession::new(options.jobs, 0)?.build(plan, options, cancel, events)
 }
 
-impl Workbench {
+impl BuildSession {
     /// Runs the items of a plan that are out of date and publishes the files of exporting stages into `out`.
     ///
     /// Events come one at a time, from the calling thread. The failure of an item is told as an event and counted in the
@@ -116,11 +118,11 @@ impl Workbench {
         let changes = options.changed.as_deref().map(Changes::new);
         let known = before.clone().filter(|_| changes.is_some());
         let disk = Arc::new(Disk::new(state.now, self.begin_noting(), cancel));
-        let underway = Arc::new(Underway::new(plan, selected, &disk));
+        let underway = Arc::new(RunningBuild::new(plan, selected, &disk));
         cancel.begin(&underway);
         let (mut judge, publisher) = self.pool.install(|| {
             rayon::join(
-                || Judge::with_records(plan, &state, &disk, selected, known.clone()),
+                || UpToDateCheck::with_records(plan, &state, &disk, selected, known.clone()),
                 || match known {
                     Some(_) => Publisher::without_stale(plan, &state),
                     None => Publisher::new(plan, &state),
@@ -133,7 +135,7 @@ impl Workbench {
         let stop = || cancel.is_cancelled() || underway.is_outdated();
         self.pool.install(|| judge.look(&readers, changes.as_ref(), &stop));
         judge.mark_gone()?;
-        let workshop = Workshop {
+        let workshop = RunContext {
             judge: &judge,
             publisher: &publisher,
             disk: &disk,
@@ -186,7 +188,7 @@ impl Workbench {
         let state = self.pool.install(|| State::read(&plan.state))?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let (judge, publisher) = self.pool.install(|| {
-            rayon::join(|| Judge::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
+            rayon::join(|| UpToDateCheck::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
         let mut summary = Summary::default();
         for file in publisher.would_remove(plan, selected, options.stages.is_empty())? {
@@ -269,7 +271,7 @@ pub(crate) enum Forecast {
 
 /// What a build would do with each selected item. What an item that would run makes is not known, so that all that
 /// need it would run too, unless it makes what it made before.
-pub(crate) fn forecast(judge: &Judge<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
+pub(crate) fn forecast(judge: &UpToDateCheck<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
     let mut forecasts = Vec::<Option<Forecast>>::with_capacity(judge.plan.items.len());
     for (index, item) in judge.plan.items.iter().enumerate() {
         if !selected[item.stage] {
@@ -290,13 +292,13 @@ pub(crate) fn forecast(judge: &Judge<'_>, selected: &[bool]) -> Vec<Option<Forec
             let key = judge.key(index, |input| digest(input).unwrap_or(crate::Digest([0; 32])));
             judge.verdict(index, key)
         } else {
-            Verdict::Run
+            Freshness::Run
         };
         forecasts.push(Some(match verdict {
-            Verdict::Current { outputs, restored } => {
+            Freshness::Current { outputs, restored } => {
                 Forecast::Current { outputs, restored: restored.is_some() }
             }
-            Verdict::Run => Forecast::Runs(judge.reasons(index, digest)),
+            Freshness::Run => Forecast::Runs(judge.reasons(index, digest)),
         }));
     }
     forecasts

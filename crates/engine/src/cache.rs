@@ -21,7 +21,7 @@ use crate::regular::hash;
 use crate::retention::{Manifests, Retention};
 use crate::state::{FOLDER, State};
 use crate::store::Blob;
-use crate::{Cancel, Digest, Errand, Error, ErrorKind, ItemName, Patience, Workbench};
+use crate::{BuildSession, Cancel, Digest, Error, ErrorKind, ItemName, LockPurpose, LockTimeout};
 
 /// A number of files and their size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -85,7 +85,7 @@ pub struct CollectOptions {
     /// Whether only to say what would be removed.
     pub dry_run: bool,
     /// How long to wait for a build at work.
-    pub patience: Patience,
+    pub patience: LockTimeout,
 }
 
 /// What a collection removed, or would have removed.
@@ -155,7 +155,7 @@ pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)
         (Collection::of(&Inventory::of(&state, folder), options.limit).freed, state)
     } else {
         drop(state);
-        let mut state = State::open(lock(folder, Errand::Collect, options.patience, waiting)?, None)?;
+        let mut state = State::open(lock(folder, LockPurpose::Collect, options.patience, waiting)?, None)?;
         (state.collect(folder, options.limit)?, state)
     };
     drop(state);
@@ -167,7 +167,7 @@ pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)
 ///
 /// # Errors
 /// Where there is no state folder, a blob cannot be read, or a damaged one cannot be dropped.
-pub fn verify(folder: &Path, patience: Patience, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
+pub fn verify(folder: &Path, patience: LockTimeout, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
     let state = read(folder)?;
     let inventory = Inventory::of(&state, folder);
     let checked = inventory.blobs.par_iter().map(|(digest, bytes)| {
@@ -190,7 +190,7 @@ pub fn verify(folder: &Path, patience: Patience, waiting: &dyn Fn(String)) -> Re
         }
     }
     if !lost.is_empty() {
-        let state = State::open(lock(folder, Errand::Verify, patience, waiting)?, None)?;
+        let state = State::open(lock(folder, LockPurpose::Verify, patience, waiting)?, None)?;
         for digest in lost.keys() {
             // It is read once more: a build may have made it again meanwhile.
             state.store.get(*digest)?;
@@ -202,7 +202,7 @@ pub fn verify(folder: &Path, patience: Patience, waiting: &dyn Fn(String)) -> Re
     Ok(verified)
 }
 
-impl Workbench {
+impl BuildSession {
     /// Makes the cache of a manifest's folder smaller, where builds of this bench may have made it larger than the
     /// limit; to be called when there is nothing else to do. The folder is not looked at before so much has been stored
     /// that this is possible; a journal that has grown is written anew. Where another process is at work, it is left for the next time.
@@ -218,7 +218,7 @@ impl Workbench {
         if (between.stored < between.room && !is_large) || !folder.join(FOLDER).is_dir() {
             return Ok(Freed::default());
         }
-        let lock = match lock(folder, Errand::Watch, Patience::NONE, &|_| {}) {
+        let lock = match lock(folder, LockPurpose::Watch, LockTimeout::NONE, &|_| {}) {
             Err(error) if error.kind() == ErrorKind::Locked => return Ok(Freed::default()),
             lock => lock?,
         };
@@ -268,8 +268,8 @@ fn read(folder: &Path) -> Result<State, Error> {
 
 fn lock(
     folder: &Path,
-    errand: Errand,
-    patience: Patience,
+    errand: LockPurpose,
+    patience: LockTimeout,
     waiting: &dyn Fn(String),
 ) -> Result<crate::lock::Lock, Error> {
     State::lock(folder, &Request { errand, patience, cancel: &Cancel::default(), waiting })

@@ -8,8 +8,8 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::judge::Judge;
 use crate::record::Record;
+use crate::up_to_date::UpToDateCheck;
 use crate::{ItemIndex, ItemName, Reason};
 
 /// What began that an item ran, or would run.
@@ -24,7 +24,7 @@ pub struct Cause {
 /// So many causes of an item are followed: a sheet of thousands of items, each with another cause, names a few.
 const MOST: usize = 8;
 
-impl Judge<'_> {
+impl UpToDateCheck<'_> {
     /// What began that an item runs for some reasons, given what began that each of its inputs changed.
     pub(crate) fn causes(
         &self,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::underway::Underway;
+use crate::running::RunningBuild;
 use crate::{Artifact, Cancel, Digest, Handle, ItemIndex, ItemKey};
 
 /// Why an item has no output: a chain of messages, what happened first, its causes after.
@@ -118,7 +118,7 @@ pub struct Context<'a> {
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
     /// The build that the item is part of, which may call it stale.
-    pub(crate) underway: Option<(Arc<Underway>, ItemIndex)>,
+    pub(crate) underway: Option<(Arc<RunningBuild>, ItemIndex)>,
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,

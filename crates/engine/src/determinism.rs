@@ -11,10 +11,10 @@ use tempfile::TempDir;
 
 use crate::build::select;
 use crate::disk::Disk;
-use crate::judge::{Judge, item_name};
 use crate::record::Record;
 use crate::state::State;
-use crate::{BuildOptions, Cancel, Error, Event, ItemIndex, ItemName, Plan, Product, Summary, Workbench};
+use crate::up_to_date::{UpToDateCheck, item_name};
+use crate::{BuildOptions, BuildSession, Cancel, Error, Event, ItemIndex, ItemName, Plan, Product, Summary};
 
 /// What came of running stages with several numbers of threads.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -159,7 +159,7 @@ impl Trial {
             keep_going: true,
             ..BuildOptions::default()
         };
-        let bench = Workbench::new(Some(threads), 0)?;
+        let bench = BuildSession::new(Some(threads), 0)?;
         let summary = bench.build(&plan, &options, cancel, &|event| events(threads, event))?;
         Ok((Self { threads, plan, _folder: folder }, summary))
     }
@@ -167,7 +167,7 @@ impl Trial {
     fn results(&self, selected: &[bool]) -> Result<Results, Error> {
         let state = State::read(&self.plan.state)?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-        let judge = Judge::new(&self.plan, &state, &disk, selected);
+        let judge = UpToDateCheck::new(&self.plan, &state, &disk, selected);
         let records = (0..self.plan.items.len()).map(|item| judge.record(item).map(Arc::new)).collect();
         Ok(Results { records, state })
     }

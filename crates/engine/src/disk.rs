@@ -27,15 +27,15 @@ pub(crate) struct Disk {
     now: i64,
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
     /// All that items read, or would read again.
-    noted: Arc<Noted>,
+    noted: Arc<ReadSet>,
     cancel: Cancel,
 }
 
 /// The files and (`true`) listings that the items of a build read, now or in their last runs.
 #[derive(Default)]
-pub(crate) struct Noted(Mutex<HashSet<(PathBuf, bool)>>);
+pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, bool)>>);
 
-impl Noted {
+impl ReadSet {
     /// All of them so far.
     pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, bool)>> {
         lock(&self.0)
@@ -50,7 +50,7 @@ struct Stamped {
 
 impl Disk {
     /// Notes what items read where `noted` says. Once `cancel` is cancelled, what was not read by then cannot be read.
-    pub(crate) fn new(now: i64, noted: Arc<Noted>, cancel: &Cancel) -> Self {
+    pub(crate) fn new(now: i64, noted: Arc<ReadSet>, cancel: &Cancel) -> Self {
         Self { now, digests: Mutex::default(), noted, cancel: cancel.clone() }
     }
 

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-use crate::{Fault, Faults};
+use crate::{Diagnostic, Diagnostics};
 
 /// A TOML value and its byte range in the text.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +72,7 @@ impl Table {
     ///
     /// # Errors
     /// Every fault of syntax, in order of its place, but one a line; numbers that are too large.
-    pub fn parse(text: &str) -> Result<Self, Vec<Fault>> {
+    pub fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
         let (parsed, errors) = DeTable::parse_recoverable(text);
         let mut faults = Vec::new();
         let table = table_of(parsed.get_ref(), 0..0, &mut faults);
@@ -101,40 +101,40 @@ impl Document {
     ///
     /// # Errors
     /// Every fault of syntax; bytes that are not UTF-8 (the first place); a text past [`Document::MAX_BYTES`].
-    pub fn parse(file: impl Into<String>, bytes: &[u8]) -> Result<Self, Faults> {
+    pub fn parse(file: impl Into<String>, bytes: &[u8]) -> Result<Self, Diagnostics> {
         let file = file.into();
         if bytes.len() > Self::MAX_BYTES {
-            let fault = Fault::of_file(format!("the file is larger than {} bytes", Self::MAX_BYTES));
-            return Err(Faults::new(file, "", vec![fault.expected("expected a text file")]));
+            let fault = Diagnostic::of_file(format!("the file is larger than {} bytes", Self::MAX_BYTES));
+            return Err(Diagnostics::new(file, "", vec![fault.expected("expected a text file")]));
         }
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = std::str::from_utf8(bytes).map_err(|error| not_utf8(&file, bytes, error.valid_up_to()))?;
         match Table::parse(text) {
             Ok(table) => Ok(Self { file, text: text.into(), table }),
-            Err(faults) => Err(Faults::new(file, text, faults)),
+            Err(faults) => Err(Diagnostics::new(file, text, faults)),
         }
     }
 
-    /// Faults that were found in this document.
-    pub fn faults(&self, faults: Vec<Fault>) -> Faults {
-        Faults::new(&self.file, &self.text, faults)
+    /// Diagnostics that were found in this document.
+    pub fn faults(&self, faults: Vec<Diagnostic>) -> Diagnostics {
+        Diagnostics::new(&self.file, &self.text, faults)
     }
 }
 
-fn not_utf8(file: &str, bytes: &[u8], place: usize) -> Faults {
+fn not_utf8(file: &str, bytes: &[u8], place: usize) -> Diagnostics {
     // Up to the place the lossy text has the same bytes, and there a replacement character of three.
     let text = String::from_utf8_lossy(bytes);
-    let fault = Fault::at(place..place + 3, format!("byte 0x{:02x} is not UTF-8", bytes[place]))
+    let fault = Diagnostic::at(place..place + 3, format!("byte 0x{:02x} is not UTF-8", bytes[place]))
         .expected("expected UTF-8 text")
         .help(match bytes {
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "this looks like UTF-16: save the file as UTF-8",
             _ => "save the file as UTF-8",
         });
-    Faults::new(file, text, vec![fault])
+    Diagnostics::new(file, text, vec![fault])
 }
 
 /// The faults of the parser's errors: the first of each line, with duplicates named.
-fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Fault> {
+fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Diagnostic> {
     let known = Known::new(text, table);
     for (span, _) in &mut errors {
         *span = text.floor_char_boundary(span.start)..text.ceil_char_boundary(span.end.max(span.start));
@@ -160,7 +160,7 @@ fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Tabl
         });
         twice |= duplicate && header;
     }
-    if faults.len() > Faults::SHOWN
+    if faults.len() > Diagnostics::SHOWN
         && let Some(first) = faults.first_mut()
     {
         first.help.get_or_insert_with(|| "is this a TOML file?".into());
@@ -230,24 +230,24 @@ impl<'a> Known<'a> {
     }
 }
 
-fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Fault {
+fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Diagnostic {
     let missing = span.is_empty() && message.starts_with("string values must be quoted");
     if missing && text[span.start..].trim_start_matches([' ', '\t', '\r']).starts_with(['\n', '#']) {
-        return Fault::at(span, "a value is missing")
+        return Diagnostic::at(span, "a value is missing")
             .expected("expected a string, a number, true or false, an array or a table");
     }
     match message.split_once(", expected ") {
         Some((message, "literal string")) => {
-            Fault::at(span, message).expected("expected a quoted string, a number, true or false")
+            Diagnostic::at(span, message).expected("expected a quoted string, a number, true or false")
         }
         Some((message, expected)) => {
-            Fault::at(span, message).expected(format!("expected {}", expected.replace(", ", " or ")))
+            Diagnostic::at(span, message).expected(format!("expected {}", expected.replace(", ", " or ")))
         }
-        None => Fault::at(span, message),
+        None => Diagnostic::at(span, message),
     }
 }
 
-fn duplicate_fault(known: &Known<'_>, span: Range<usize>, header: bool) -> Fault {
+fn duplicate_fault(known: &Known<'_>, span: Range<usize>, header: bool) -> Diagnostic {
     let key = &known.text[span.clone()];
     let (fault, first) = if header {
         let (header, first) = known.header(span.start);
@@ -255,10 +255,10 @@ fn duplicate_fault(known: &Known<'_>, span: Range<usize>, header: bool) -> Fault
             Some(_) => format!("two stages are named {key:?}"),
             None => format!("the table {header} is there twice"),
         };
-        (Fault::at(span, message).expected("expected another name"), first)
+        (Diagnostic::at(span, message).expected("expected another name"), first)
     } else {
         let first = known.key_before(key, span.start);
-        (Fault::at(span, format!("the key {key:?} is there twice in its table")), first)
+        (Diagnostic::at(span, format!("the key {key:?} is there twice in its table")), first)
     };
     match first {
         Some(line) => fault.help(format!("the first is in line {}", line + 1)),
@@ -266,7 +266,7 @@ fn duplicate_fault(known: &Known<'_>, span: Range<usize>, header: bool) -> Fault
     }
 }
 
-fn table_of(parsed: &DeTable<'_>, span: Range<usize>, faults: &mut Vec<Fault>) -> Table {
+fn table_of(parsed: &DeTable<'_>, span: Range<usize>, faults: &mut Vec<Diagnostic>) -> Table {
     let mut entries: Vec<_> = parsed
         .iter()
         .map(|(key, value)| Entry {
@@ -279,7 +279,7 @@ fn table_of(parsed: &DeTable<'_>, span: Range<usize>, faults: &mut Vec<Fault>) -
     Table { span, entries }
 }
 
-fn value_of(parsed: &DeValue<'_>, span: Range<usize>, faults: &mut Vec<Fault>) -> Value {
+fn value_of(parsed: &DeValue<'_>, span: Range<usize>, faults: &mut Vec<Diagnostic>) -> Value {
     let kind = match parsed {
         DeValue::Boolean(value) => ValueKind::Boolean(*value),
         DeValue::String(text) => ValueKind::String(text.to_string()),
@@ -308,9 +308,9 @@ fn value_of(parsed: &DeValue<'_>, span: Range<usize>, faults: &mut Vec<Fault>) -
     Value { span, kind }
 }
 
-fn too_large(span: &Range<usize>, number: &str, expected: &str) -> Fault {
+fn too_large(span: &Range<usize>, number: &str, expected: &str) -> Diagnostic {
     let shown: String = number.chars().take(40).collect();
-    Fault::at(span.clone(), format!("{shown} is too large")).expected(format!("expected {expected}"))
+    Diagnostic::at(span.clone(), format!("{shown} is too large")).expected(format!("expected {expected}"))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde::{Deserialize, Serialize};
 
-use crate::{Digest, Faults, ItemKey, Timestamp};
+use crate::{Diagnostics, Digest, ItemKey, Timestamp};
 
 /// An event as `--json` prints it: one object on a line of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -153,7 +153,7 @@ pub enum Event {
         reasons: Vec<Reason>,
     },
     /// A worker did something for an item: what a timeline is drawn from. What came of it is told next.
-    Worked {
+    TaskTimed {
         /// The item.
         item: ItemName,
         /// What was done.
@@ -244,13 +244,13 @@ pub enum Event {
     /// unless they are all that there is to say of what was noticed.
     Rejected {
         /// The first 50 of the faults, and how many more there are.
-        faults: Faults,
+        faults: Diagnostics,
     },
     /// The manifest and what it names are sound again, after they were rejected.
     Accepted,
     /// The build as a whole cannot go on: a full disk, a folder that cannot be written. It is tried again, after a pause
     /// and at the next change; told once for the same error, unless it is the answer to a change.
-    Hindered {
+    BuildError {
         /// What happened, then its causes.
         error: Vec<String>,
         /// What to do.

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::build::{Forecast, forecast, select};
 use crate::disk::{Disk, modified};
-use crate::judge::{Judge, item_name};
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::regular::hash;
 use crate::state::State;
+use crate::up_to_date::{UpToDateCheck, item_name};
 use crate::{Cancel, Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
 
 /// What is known about one item.
@@ -148,7 +148,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-    let judge = Judge::new(plan, &state, &disk, &selected);
+    let judge = UpToDateCheck::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
     let mut forecasts = forecast(&judge, &selected);
     let mut causes = forecast_causes(&judge, &forecasts);
@@ -173,7 +173,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
 }
 
 /// For each item, what began that it would run or that its result is another than at the last run.
-pub(crate) fn forecast_causes(judge: &Judge<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
+pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
     let digest = |input: ItemIndex| match &forecasts[input] {
         Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
         _ => None,
@@ -209,7 +209,7 @@ fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile 
     ExportedFile { file: file.into(), digest, state }
 }
 
-fn last_run(judge: &Judge<'_>, item: ItemIndex, record: &Record) -> LastRun {
+fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> LastRun {
     let many = &judge.stages[judge.plan.items[item].stage].many;
     let is_many = |port: &str| many.contains(port);
     let failed = record.failure.is_some();

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use crate::{Artifact, Context, Digest, Failure, Fault, Field, Parameters, Table};
+use crate::{Artifact, Context, Diagnostic, Digest, Failure, Field, Parameters, Table};
 
 /// A place where artifacts arrive.
 #[derive(Clone, Debug)]
@@ -130,12 +130,12 @@ pub trait Kind: Send + Sync + 'static {
     /// Whether that is an artifact or files must not depend on a parameter that may be left out.
     fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
 
-    /// Faults that a parameter alone cannot show: pairs of a parameter's name and what is wrong.
+    /// Diagnostics that a parameter alone cannot show: pairs of a parameter's name and what is wrong.
     fn check(_parameters: &Self::Parameters) -> Vec<(&'static str, String)> {
         Vec::new()
     }
 
-    /// Faults that show only when it is known what arrives: as [`Kind::check`], given what [`Kind::product`] is given.
+    /// Diagnostics that show only when it is known what arrives: as [`Kind::check`], given what [`Kind::product`] is given.
     fn check_inputs(
         _parameters: &Self::Parameters,
         _types: &[(&str, &'static str)],
@@ -182,7 +182,7 @@ pub trait ErasedKind: Send + Sync {
     ///
     /// # Errors
     /// All faults of the parameters.
-    fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Fault>>;
+    fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>>;
 }
 
 /// A kind with the parameters of one stage.
@@ -303,13 +303,13 @@ impl<K: Kind> ErasedKind for Erased<K> {
         K::SHOWS_KEYS
     }
 
-    fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Fault>> {
+    fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
         let mut faults = Vec::new();
         let parameters = K::Parameters::parse(table, &mut faults);
         if let Some(parameters) = &parameters {
             for (name, message) in K::check(parameters) {
                 let span = table.get(name).map_or(table.span.clone(), |entry| entry.value.span.clone());
-                faults.push(Fault::at(span, message));
+                faults.push(Diagnostic::at(span, message));
             }
         }
         match parameters {

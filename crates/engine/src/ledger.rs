@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::journal::{Journal, Line, PublishedStamp, Subject, Tag, subject};
-use crate::judge::manifest_name;
 use crate::plan::template;
 use crate::platform::Stamp;
 use crate::record::path_name;
+use crate::up_to_date::manifest_name;
 use crate::{Digest, ItemName, Plan};
 
 /// A line of the ledger.

@@ -15,7 +15,7 @@ use crate::{Cancel, Error, ErrorKind, Timestamp, platform, read_file};
 /// What a process does in a state folder, for the others that find it there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Errand {
+pub enum LockPurpose {
     /// A build.
     #[default]
     Build,
@@ -27,7 +27,7 @@ pub enum Errand {
     Verify,
 }
 
-impl fmt::Display for Errand {
+impl fmt::Display for LockPurpose {
     /// The command that people know it by.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -41,19 +41,19 @@ impl fmt::Display for Errand {
 
 /// How long to wait for another process that works in the folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Patience(
+pub struct LockTimeout(
     /// The longest wait; `None` stands for as long as it takes.
     pub Option<Duration>,
 );
 
-impl Patience {
+impl LockTimeout {
     /// Not at all.
     pub const NONE: Self = Self(Some(Duration::ZERO));
     /// As long as it takes.
     pub const ENDLESS: Self = Self(None);
 }
 
-impl Default for Patience {
+impl Default for LockTimeout {
     /// Ten seconds: many times what a watcher's rebuild takes, and short enough to ask what is the matter.
     fn default() -> Self {
         Self(Some(Duration::from_secs(10)))
@@ -65,8 +65,8 @@ const SILENT: Duration = Duration::from_millis(250);
 
 /// Who asks for the lock, and how.
 pub(crate) struct Request<'a> {
-    pub(crate) errand: Errand,
-    pub(crate) patience: Patience,
+    pub(crate) errand: LockPurpose,
+    pub(crate) patience: LockTimeout,
     pub(crate) cancel: &'a Cancel,
     /// Is told once who has the lock, when the wait becomes one.
     pub(crate) waiting: &'a dyn Fn(String),
@@ -75,7 +75,7 @@ pub(crate) struct Request<'a> {
 /// A locked state folder.
 pub(crate) struct Lock {
     folder: PathBuf,
-    errand: Errand,
+    errand: LockPurpose,
     file: File,
 }
 
@@ -91,7 +91,7 @@ struct Holder {
     process: u32,
     since: Timestamp,
     #[serde(default)]
-    errand: Errand,
+    errand: LockPurpose,
 }
 
 impl Lock {
@@ -172,15 +172,15 @@ mod tests {
 
     use super::*;
 
-    fn request<'a>(patience: Patience, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> Request<'a> {
-        Request { errand: Errand::Collect, patience, cancel, waiting }
+    fn request<'a>(patience: LockTimeout, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> Request<'a> {
+        Request { errand: LockPurpose::Collect, patience, cancel, waiting }
     }
 
     #[test]
     fn a_second_process_is_told_who_holds_the_lock_and_what_it_does() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
-        let request = request(Patience::NONE, &cancel, &|_| panic!("it does not wait"));
+        let request = request(LockTimeout::NONE, &cancel, &|_| panic!("it does not wait"));
         let first = Lock::take(folder.path(), &request).unwrap();
         let error = Lock::take(folder.path(), &request).err().unwrap();
         assert!(error.to_string().starts_with("another process is at work in "), "{error}");
@@ -197,14 +197,14 @@ mod tests {
     fn who_waits_says_so_once_and_gets_the_lock_when_it_is_free() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
-        let first = Lock::take(folder.path(), &request(Patience::NONE, &cancel, &|_| {})).unwrap();
+        let first = Lock::take(folder.path(), &request(LockTimeout::NONE, &cancel, &|_| {})).unwrap();
         let first = std::sync::Mutex::new(Some(first));
         let told = AtomicUsize::new(0);
         let free = |_| {
             told.fetch_add(1, Ordering::Relaxed);
             drop(first.lock().unwrap().take());
         };
-        Lock::take(folder.path(), &request(Patience::ENDLESS, &cancel, &free)).unwrap();
+        Lock::take(folder.path(), &request(LockTimeout::ENDLESS, &cancel, &free)).unwrap();
         assert_eq!(told.into_inner(), 1);
     }
 
@@ -212,9 +212,9 @@ mod tests {
     fn a_wait_ends_when_it_is_cancelled() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
-        let _first = Lock::take(folder.path(), &request(Patience::NONE, &cancel, &|_| {})).unwrap();
+        let _first = Lock::take(folder.path(), &request(LockTimeout::NONE, &cancel, &|_| {})).unwrap();
         let stop = |_| cancel.cancel();
-        let error = Lock::take(folder.path(), &request(Patience::ENDLESS, &cancel, &stop)).err().unwrap();
+        let error = Lock::take(folder.path(), &request(LockTimeout::ENDLESS, &cancel, &stop)).err().unwrap();
         assert_eq!(error.kind(), ErrorKind::Cancelled);
     }
 }

@@ -5,7 +5,7 @@
 
 use serde_json::json;
 
-use crate::{Fault, Table, Value, ValueKind, nearest};
+use crate::{Diagnostic, Table, Value, ValueKind, nearest};
 
 /// A type that a parameter can have.
 pub trait Parameter: Sized {
@@ -16,7 +16,7 @@ pub trait Parameter: Sized {
     ///
     /// # Errors
     /// A fault at the value's place.
-    fn parse(value: &Value) -> Result<Self, Fault>;
+    fn parse(value: &Value) -> Result<Self, Diagnostic>;
 
     /// The value as canonical JSON: equal values give equal JSON.
     fn canonical(&self) -> serde_json::Value;
@@ -51,14 +51,14 @@ pub trait Parameters: Sized + Send + Sync + 'static {
     fn fields() -> Vec<Field>;
 
     /// Parses a table, adding every fault that it finds; `None` where there was one.
-    fn parse(table: &Table, faults: &mut Vec<Fault>) -> Option<Self>;
+    fn parse(table: &Table, faults: &mut Vec<Diagnostic>) -> Option<Self>;
 
     /// The parameters with defaults filled in, as canonical JSON.
     fn canonical(&self) -> serde_json::Value;
 }
 
 /// The fault of a value that is not what was expected.
-pub fn unexpected(value: &Value, expected: &str) -> Fault {
+pub fn unexpected(value: &Value, expected: &str) -> Diagnostic {
     let found = match &value.kind {
         ValueKind::Boolean(value) => format!("{value}"),
         ValueKind::Integer(value) => format!("{value}"),
@@ -68,15 +68,15 @@ pub fn unexpected(value: &Value, expected: &str) -> Fault {
         ValueKind::Table(_) => "a table".into(),
         ValueKind::Datetime(value) => format!("the date {value}"),
     };
-    Fault::at(value.span.clone(), format!("{found} is not {expected}"))
+    Diagnostic::at(value.span.clone(), format!("{found} is not {expected}"))
         .expected(format!("expected {expected}"))
 }
 
 /// The faults of keys that are not among `known`, each with the nearest spelling.
-pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Fault>) {
+pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Diagnostic>) {
     for entry in &table.entries {
         if !known.contains(&entry.key) {
-            let mut fault = Fault::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
+            let mut fault = Diagnostic::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
                 .expected(if known.is_empty() {
                     "expected no key".into()
                 } else {
@@ -109,7 +109,7 @@ impl Parameter for f64 {
         "a finite number".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match value.kind {
             ValueKind::Float(number) if number.is_finite() => Ok(number),
             ValueKind::Integer(number) => Ok(number as f64),
@@ -132,7 +132,7 @@ impl Parameter for usize {
         "a whole number, 0 or more".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match value.kind {
             ValueKind::Integer(number) => {
                 Self::try_from(number).map_err(|_| unexpected(value, &Self::expected()))
@@ -155,7 +155,7 @@ impl Parameter for bool {
         "true or false".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match value.kind {
             ValueKind::Boolean(flag) => Ok(flag),
             _ => Err(unexpected(value, &Self::expected())),
@@ -176,7 +176,7 @@ impl Parameter for String {
         "a string".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::String(text) => Ok(text.clone()),
             _ => Err(unexpected(value, &Self::expected())),
@@ -198,7 +198,7 @@ impl<T: Parameter> Parameter for Option<T> {
         T::expected()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         T::parse(value).map(Some)
     }
 
@@ -216,7 +216,7 @@ impl<T: Parameter> Parameter for Vec<T> {
         format!("an array, each {}", T::expected())
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::Array(values) => values.iter().map(T::parse).collect(),
             _ => Err(unexpected(value, &Self::expected())),
@@ -272,7 +272,7 @@ macro_rules! parameters {
             }
 
             #[allow(unused_variables, clippy::unused_unit)]
-            fn parse(table: &$crate::Table, faults: &mut Vec<$crate::Fault>) -> Option<Self> {
+            fn parse(table: &$crate::Table, faults: &mut Vec<$crate::Diagnostic>) -> Option<Self> {
                 let before = faults.len();
                 let known = <Self as $crate::Parameters>::fields()
                     .into_iter().map(|field| field.name).collect::<Vec<_>>();
@@ -283,14 +283,14 @@ macro_rules! parameters {
                         Some(entry) => match <$type as $crate::Parameter>::parse(&entry.value) {
                             Ok(value) => Some(value),
                             Err(fault) => {
-                                faults.push($crate::Fault { message: format!("{name}: {}", fault.message), ..fault });
+                                faults.push($crate::Diagnostic { message: format!("{name}: {}", fault.message), ..fault });
                                 None
                             }
                         },
                         None => {
                             let default: Option<$type> = $crate::parameters!(@default $type $(, $default)?);
                             if default.is_none() {
-                                faults.push($crate::Fault::at(table.span.clone(), format!("{name:?} is missing"))
+                                faults.push($crate::Diagnostic::at(table.span.clone(), format!("{name:?} is missing"))
                                     .expected(format!("expected {name} = {}", <$type as $crate::Parameter>::expected())));
                             }
                             default
@@ -345,7 +345,7 @@ macro_rules! choice {
                 [$(concat!("\"", $word, "\"")),*].join(" or ")
             }
 
-            fn parse(value: &$crate::Value) -> Result<Self, $crate::Fault> {
+            fn parse(value: &$crate::Value) -> Result<Self, $crate::Diagnostic> {
                 let fault = $crate::unexpected(value, &Self::expected());
                 match &value.kind {
                     $($crate::ValueKind::String(word) if word == $word => Ok(Self::$variant),)*
@@ -376,7 +376,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::Faults;
+    use crate::Diagnostics;
     use crate::testkit::shown;
 
     choice! {
@@ -410,12 +410,12 @@ mod tests {
         }
     }
 
-    fn parse(text: &str) -> Result<Everything, Faults> {
+    fn parse(text: &str) -> Result<Everything, Diagnostics> {
         let table = Table::parse(text).unwrap();
         let mut faults = Vec::new();
         let parsed = Everything::parse(&table, &mut faults);
         assert_eq!(parsed.is_none(), !faults.is_empty());
-        parsed.ok_or_else(|| Faults::new("x.toml", text, faults))
+        parsed.ok_or_else(|| Diagnostics::new("x.toml", text, faults))
     }
 
     fn check(text: &str, expected: Expect) {

@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::{
-    Configured, Document, ErasedKind, Fault, Faults, ItemKey, Kinds, Port, Product, RecipeReader, nearest,
-    regular,
+    Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemKey, Kinds, Port, Product, RecipeReader,
+    nearest, regular,
 };
 
 mod cycles;
@@ -91,7 +91,7 @@ impl Plan {
     /// # Errors
     /// Every fault of the manifest: of its text, of its stages, and of the files that they match. Where the text is
     /// not TOML, or of another schema, nothing else is looked at.
-    pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Faults> {
+    pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
         let bytes = read(manifest)?;
         Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
     }
@@ -109,7 +109,7 @@ impl Plan {
         bytes: &[u8],
         kinds: &Kinds,
         folders: &dyn Folders,
-    ) -> Result<Self, Faults> {
+    ) -> Result<Self, Diagnostics> {
         let (graph, mut faults) = draft(manifest, bytes, kinds)?;
         let assets = items::assets(&graph, folders, &mut faults);
         let items = items::expand(&graph, &assets, &mut faults);
@@ -122,12 +122,12 @@ impl Graph {
     ///
     /// # Errors
     /// Every fault of the manifest that does not depend on other files.
-    pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Faults> {
+    pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
         Self::of_bytes(manifest, &read(manifest)?, kinds)
     }
 
     /// The graph of a manifest that has been read.
-    pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Faults> {
+    pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Diagnostics> {
         let (graph, faults) = draft(manifest, bytes, kinds)?;
         if faults.is_empty() { Ok(graph) } else { Err(graph.faults(faults)) }
     }
@@ -136,7 +136,7 @@ impl Graph {
     ///
     /// # Errors
     /// Every fault of files and of the paths that items are to be written to.
-    pub fn expand(&self, folders: &dyn Folders) -> Result<Plan, Faults> {
+    pub fn expand(&self, folders: &dyn Folders) -> Result<Plan, Diagnostics> {
         self.expand_after(folders, None).map(|expansion| expansion.plan)
     }
 
@@ -145,7 +145,7 @@ impl Graph {
         &self,
         folders: &dyn Folders,
         before: Option<&Expansion>,
-    ) -> Result<Expansion, Faults> {
+    ) -> Result<Expansion, Diagnostics> {
         let mut faults = Vec::new();
         let assets = items::assets(self, folders, &mut faults);
         if let Some(before) = before.filter(|before| faults.is_empty() && before.assets == assets) {
@@ -164,20 +164,21 @@ pub(crate) struct Expansion {
     assets: Arc<items::Assets>,
 }
 
-fn draft(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Fault>), Faults> {
+fn draft(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
     let document = Document::parse(manifest.display().to_string(), bytes)?;
-    let absolute = std::path::absolute(manifest)
-        .map_err(|error| document.faults(vec![Fault::of_file(format!("the path has no folder: {error}"))]))?;
+    let absolute = std::path::absolute(manifest).map_err(|error| {
+        document.faults(vec![Diagnostic::of_file(format!("the path has no folder: {error}"))])
+    })?;
     let mut faults = Vec::new();
     let (file, text) = (document.file.clone(), document.text.clone());
     match Graph::draft(absolute, document, kinds, &mut faults) {
         Some(graph) => Ok((graph, faults)),
-        None => Err(Faults::new(file, text, faults)),
+        None => Err(Diagnostics::new(file, text, faults)),
     }
 }
 
 /// The plan of a sound graph.
-fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan, Faults> {
+fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
     if !faults.is_empty() {
         return Err(graph.faults(faults));
     }
@@ -202,28 +203,30 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Fault>) -> Result<Plan,
             Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })
         }
         // Each unknown part of a stage comes with a fault; should one be forgotten, this is better than a guess.
-        None => Err(graph.faults(vec![Fault::of_file("a stage of the manifest could not be understood")])),
+        None => {
+            Err(graph.faults(vec![Diagnostic::of_file("a stage of the manifest could not be understood")]))
+        }
     }
 }
 
 /// The bytes of the manifest, bounded.
-pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Faults> {
+pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
     let limit = Document::MAX_BYTES as u64 + 1;
     let read = regular::open(manifest).and_then(|(file, _)| file.take(limit).read_to_end(&mut bytes));
     match read {
         Ok(_) => Ok(bytes),
         Err(error) => {
-            Err(Faults::new(manifest.display().to_string(), "", vec![unreadable(manifest, &error)]))
+            Err(Diagnostics::new(manifest.display().to_string(), "", vec![unreadable(manifest, &error)]))
         }
     }
 }
 
-fn unreadable(manifest: &Path, error: &std::io::Error) -> Fault {
+fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     if manifest.is_dir() {
-        return Fault::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
+        return Diagnostic::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
     }
-    let fault = Fault::of_file(format!("cannot read the manifest: {error}"));
+    let fault = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
     let folder = manifest.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
     let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();

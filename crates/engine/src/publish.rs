@@ -34,7 +34,7 @@ pub(crate) use removal::sweep;
 
 /// Something that publishing did.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Told {
+pub(crate) enum PublishEvent {
     Published { file: String, bytes: u64, restored: bool },
     Removed { file: String },
     Warning(String),
@@ -43,14 +43,14 @@ pub(crate) enum Told {
 
 /// Why files could not be published.
 #[derive(Debug)]
-pub(crate) enum Obstacle {
+pub(crate) enum PublishError {
     /// A result is no longer in the store.
     Lost,
     /// Something stands in the way.
     Error(Error),
 }
 
-impl From<Error> for Obstacle {
+impl From<Error> for PublishError {
     fn from(error: Error) -> Self {
         Self::Error(error)
     }
@@ -89,7 +89,7 @@ struct Write {
     bytes: Vec<u8>,
     restored: bool,
     /// What is to be said when it is done.
-    remark: Option<Told>,
+    remark: Option<PublishEvent>,
     temporary: Option<Temporary>,
 }
 
@@ -160,8 +160,8 @@ impl<'a> Publisher<'a> {
         item: &ItemName,
         files: &[(String, Blob)],
         bytes: Option<Vec<Vec<u8>>>,
-        told: &mut Vec<Told>,
-    ) -> Result<(), Obstacle> {
+        told: &mut Vec<PublishEvent>,
+    ) -> Result<(), PublishError> {
         let mut bytes = bytes.map(Vec::into_iter);
         let mut actions = Vec::new();
         for (file, blob) in files {
@@ -188,8 +188,8 @@ impl<'a> Publisher<'a> {
         file: &str,
         blob: Blob,
         fresh: Option<Vec<u8>>,
-        told: &mut Vec<Told>,
-    ) -> Result<Option<Action>, Obstacle> {
+        told: &mut Vec<PublishEvent>,
+    ) -> Result<Option<Action>, PublishError> {
         if self.is_intact(file, blob.digest) {
             return Ok(None);
         }
@@ -218,14 +218,14 @@ impl<'a> Publisher<'a> {
                 // Where the ledger's own file was never put in place, this one is not it.
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
-                    remark = Some(Told::Warning(format!(
+                    remark = Some(PublishEvent::Warning(format!(
                         "{} had been changed since it was published; the published file was put back",
                         place.display()
                     )));
                 }
                 (Some(content), None) if self.is_export(item, files, file) => {
                     replaces = Some(content);
-                    remark = Some(Told::Note(format!(
+                    remark = Some(PublishEvent::Note(format!(
                         "{} was replaced: there is no record of it, but its recipe says that an earlier build published it",
                         place.display()
                     )));
@@ -236,7 +236,7 @@ impl<'a> Publisher<'a> {
         let restored = line.is_some_and(|line| line.digest == blob.digest && line.stamp.is_some());
         let bytes = match fresh {
             Some(bytes) => bytes,
-            None => self.state.store.get(blob.digest)?.ok_or(Obstacle::Lost)?,
+            None => self.state.store.get(blob.digest)?.ok_or(PublishError::Lost)?,
         };
         let write = Some(Write { bytes, restored, remark, temporary: None });
         Ok(Some(Action { file: file.into(), blob, replaces, found: None, write }))
@@ -278,8 +278,8 @@ impl<'a> Publisher<'a> {
         &self,
         item: &ItemName,
         actions: &mut [Action],
-        told: &mut Vec<Told>,
-    ) -> Result<(), Obstacle> {
+        told: &mut Vec<PublishEvent>,
+    ) -> Result<(), PublishError> {
         if actions.iter().any(|action| action.write.is_some()) {
             self.announce()?;
         }
@@ -321,7 +321,7 @@ impl<'a> Publisher<'a> {
                     write.temporary = None;
                     told.extend(write.remark.take());
                     let (file, restored) = (action.file.clone(), write.restored);
-                    told.push(Told::Published { file, bytes: action.blob.bytes, restored });
+                    told.push(PublishEvent::Published { file, bytes: action.blob.bytes, restored });
                     stamp
                 }
                 None => {
@@ -344,7 +344,7 @@ impl<'a> Publisher<'a> {
     }
 
     /// Makes the folders of a file, and removes files of the ledger that nobody wants from its way.
-    fn clear_way(&self, file: &str, told: &mut Vec<Told>) -> Result<PathBuf, Error> {
+    fn clear_way(&self, file: &str, told: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
         fs::create_dir_all(self.root).map_err(|error| Error::io(&error, "create", self.root))?;
         let mut folder = self.root.to_path_buf();
         let mut parts = file.split('/').peekable();
@@ -367,7 +367,7 @@ impl<'a> Publisher<'a> {
         Ok(folder)
     }
 
-    fn make_folder(&self, folder: &Path, name: &str, told: &mut Vec<Told>) -> Result<(), Error> {
+    fn make_folder(&self, folder: &Path, name: &str, told: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match fs::symlink_metadata(folder) {
             Ok(found) if found.is_dir() => return Ok(()),
             Ok(found) if found.is_symlink() && folder.is_dir() => {

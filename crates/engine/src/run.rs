@@ -13,41 +13,41 @@ use crate::cause::worth_keeping;
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
-use crate::judge::{Judge, manifest_name};
 use crate::memory::Memory;
 use crate::platform::Stamp;
-use crate::publish::{Obstacle, Publisher, Told};
+use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe};
+use crate::running::{RunningBuild, Seen};
+use crate::session::PathSet;
 use crate::store::Blob;
-use crate::underway::{Seen, Underway};
-use crate::workbench::PathSet;
+use crate::up_to_date::{UpToDateCheck, manifest_name};
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
 };
 
 /// What running items share.
-pub(crate) struct Workshop<'a> {
-    pub(crate) judge: &'a Judge<'a>,
+pub(crate) struct RunContext<'a> {
+    pub(crate) judge: &'a UpToDateCheck<'a>,
     pub(crate) disk: &'a Disk,
     pub(crate) publisher: &'a Publisher<'a>,
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
-    pub(crate) underway: &'a Arc<Underway>,
+    pub(crate) underway: &'a Arc<RunningBuild>,
     /// The paths that a watcher will act on, if one is at work.
     pub(crate) pending: Option<&'a PathSet>,
 }
 
 /// What arrives at a port, sorted by key.
-pub(crate) type Arrivals = Vec<(ItemKey, Arc<Handle>)>;
+pub(crate) type Inputs = Vec<(ItemKey, Arc<Handle>)>;
 
 /// An item that is to run: what it gets.
-pub(crate) struct Order {
+pub(crate) struct RunRequest {
     pub(crate) item: ItemIndex,
     pub(crate) key: Digest,
     pub(crate) inputs: Vec<InputUsed>,
-    pub(crate) handles: Vec<(String, Arrivals)>,
+    pub(crate) handles: Vec<(String, Inputs)>,
     pub(crate) reasons: Vec<Reason>,
     pub(crate) causes: Vec<Cause>,
 }
@@ -58,7 +58,7 @@ pub(crate) struct Outcome {
     pub(crate) milliseconds: f64,
     pub(crate) warnings: Vec<String>,
     pub(crate) notes: Vec<String>,
-    pub(crate) told: Vec<Told>,
+    pub(crate) told: Vec<PublishEvent>,
 }
 
 /// What a good run made.
@@ -98,12 +98,12 @@ struct Stored {
     files: Option<Vec<Vec<u8>>>,
 }
 
-impl Workshop<'_> {
+impl RunContext<'_> {
     /// Runs an item, stores and remembers its outputs and publishes its files.
     ///
     /// # Errors
     /// Where the journal cannot be written: nothing can be remembered then.
-    pub(crate) fn run(&self, order: Order) -> Result<Outcome, Error> {
+    pub(crate) fn run(&self, order: RunRequest) -> Result<Outcome, Error> {
         let state = self.judge.state;
         let item = &self.judge.plan.items[order.item];
         let stage = &self.judge.plan.stages[item.stage];
@@ -183,10 +183,10 @@ impl Workshop<'_> {
                 let published = self.publish(order.item, &outputs, files, &mut outcome.told);
                 let unpublished = match published {
                     Ok(()) => None,
-                    Err(Obstacle::Lost) => {
+                    Err(PublishError::Lost) => {
                         Some(Failure::new("a result that was just stored is gone").system_error())
                     }
-                    Err(Obstacle::Error(error)) => Some(failure_of(error)),
+                    Err(PublishError::Error(error)) => Some(failure_of(error)),
                 };
                 Ok(Made { outputs, value, unpublished })
             }
@@ -211,8 +211,8 @@ impl Workshop<'_> {
         item: ItemIndex,
         outputs: &[Blob],
         bytes: Option<Vec<Vec<u8>>>,
-        told: &mut Vec<Told>,
-    ) -> Result<(), Obstacle> {
+        told: &mut Vec<PublishEvent>,
+    ) -> Result<(), PublishError> {
         let files = self.judge.plan.items[item].files.iter().cloned().zip(outputs.iter().copied());
         let name = self.judge.name(item);
         self.publisher.publish(&name, &files.collect::<Vec<_>>(), bytes, told)?;
@@ -261,7 +261,7 @@ impl Workshop<'_> {
     }
 
     /// Runs an item, for better or worse.
-    fn attempt(&self, order: &Order) -> Attempt {
+    fn attempt(&self, order: &RunRequest) -> Attempt {
         let stage = &self.judge.plan.stages[self.judge.plan.items[order.item].stage];
         let reader = self.disk.reader();
         let context = self.context(order, &reader);
@@ -280,7 +280,7 @@ impl Workshop<'_> {
         Attempt { output, unsteady, reader, reads, warnings, notes }
     }
 
-    fn context<'c>(&self, order: &Order, reader: &'c Reader) -> Context<'c> {
+    fn context<'c>(&self, order: &RunRequest, reader: &'c Reader) -> Context<'c> {
         let item = &self.judge.plan.items[order.item];
         let stage = &self.judge.plan.stages[item.stage];
         let facts = &self.judge.stages[item.stage];

@@ -20,12 +20,12 @@ use rayon::{Scope, ThreadPool};
 
 use crate::cause::worth_keeping;
 use crate::journal::{Line, Tag, short};
-use crate::judge::{Judge, Verdict, manifest_name};
-use crate::publish::{Obstacle, Told};
+use crate::publish::{PublishError, PublishEvent};
 use crate::record::Record;
-use crate::run::{Order, Outcome, Workshop, message_of};
+use crate::run::{Outcome, RunContext, RunRequest, message_of};
+use crate::running::Seen;
 use crate::store::Blob;
-use crate::underway::Seen;
+use crate::up_to_date::{Freshness, UpToDateCheck, manifest_name};
 use crate::{Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work};
 
 mod outcomes;
@@ -75,13 +75,13 @@ struct Progress {
 enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Ran(ItemIndex, Result<Outcome, Error>),
-    Published(ItemIndex, Vec<Told>, Result<(), Obstacle>),
+    Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
     /// The engine itself panicked in a task, and said so.
     Broken(ItemIndex, String),
 }
 
 /// The time that a worker spent on a task.
-struct Spell {
+struct WorkSpan {
     item: ItemIndex,
     work: Work,
     worker: usize,
@@ -91,8 +91,8 @@ struct Spell {
 
 /// A build under way.
 pub(crate) struct Scheduler<'a, 'e> {
-    workshop: &'a Workshop<'a>,
-    judge: &'a Judge<'a>,
+    workshop: &'a RunContext<'a>,
+    judge: &'a UpToDateCheck<'a>,
     keep_going: bool,
     jobs: usize,
     /// Started with the build.
@@ -115,7 +115,7 @@ pub(crate) struct Scheduler<'a, 'e> {
 
 impl<'a, 'e> Scheduler<'a, 'e> {
     pub(crate) fn new(
-        workshop: &'a Workshop<'a>,
+        workshop: &'a RunContext<'a>,
         selected: &[bool],
         keep_going: bool,
         jobs: usize,
@@ -272,11 +272,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.workshop.underway.saw(item, self.judge.seen_before(item));
         let verdict = self.judge.verdict(item, self.key(item));
         match verdict {
-            Verdict::Run => {
+            Freshness::Run => {
                 self.workshop.underway.saw(item, Seen::Nothing);
                 self.want(item);
             }
-            Verdict::Current { outputs, restored } => {
+            Freshness::Current { outputs, restored } => {
                 if let Some(record) = restored {
                     let record = self.bring_into_effect(item, *record);
                     self.workshop.underway.saw(item, self.judge.seen(&record));
@@ -311,7 +311,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             ..found.clone()
         };
         self.items[item].causes = causes;
-        // Told again, so that of the earlier results it is the one used last: word for word where it is this item's, so
+        // PublishEvent again, so that of the earlier results it is the one used last: word for word where it is this item's, so
         // that it replaces the line before.
         let result = if self.judge.is_of(item, &found) { &found } else { &record };
         let again = Line::new(Tag::Result, short(record.key), Some(result));
@@ -347,7 +347,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.tasks.push(item, task, self.judge);
     }
 
-    fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(Spell, Message)>)
+    fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(WorkSpan, Message)>)
     where
         'a: 's,
     {
@@ -380,14 +380,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             let message = catch_unwind(AssertUnwindSafe(act))
                 .unwrap_or_else(|panic| Message::Broken(item, message_of(panic.as_ref()).to_owned()));
             let worker = rayon::current_thread_index().unwrap_or(0);
-            let spell = Spell { item, work, worker, begun, took: begun.elapsed() };
+            let spell = WorkSpan { item, work, worker, begun, took: begun.elapsed() };
             let _ = sender.send((spell, message));
         });
     }
 
-    fn tell_spell(&mut self, spell: &Spell) {
+    fn tell_spell(&mut self, spell: &WorkSpan) {
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
-        self.tell(Event::Worked {
+        self.tell(Event::TaskTimed {
             item: self.judge.name(spell.item),
             work: spell.work,
             worker: spell.worker,
@@ -396,7 +396,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         });
     }
 
-    fn order(&self, item: ItemIndex) -> Order {
+    fn order(&self, item: ItemIndex) -> RunRequest {
         let plan = self.judge.plan;
         let this = &plan.items[item];
         let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
@@ -412,7 +412,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             self.judge.reasons(item, |input| Some(self.digest(input)))
         };
         let causes = self.judge.causes(item, &reasons, |input| self.causes(input));
-        Order {
+        RunRequest {
             item,
             key: self.key(item),
             inputs: self.judge.inputs(item, |input| self.digest(input)),
@@ -445,7 +445,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
-    fn tell_all(&mut self, item: ItemIndex, told: Vec<Told>) {
+    fn tell_all(&mut self, item: ItemIndex, told: Vec<PublishEvent>) {
         let name = self.judge.name(item);
         for told in told {
             self.tell(event_of(&name, told));
@@ -464,14 +464,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
 }
 
 /// The event of something that publishing did.
-pub(crate) fn event_of(name: &ItemName, told: Told) -> Event {
+pub(crate) fn event_of(name: &ItemName, told: PublishEvent) -> Event {
     match told {
-        Told::Published { file, bytes, restored } => {
+        PublishEvent::Published { file, bytes, restored } => {
             Event::Published { item: name.clone(), file, bytes, restored }
         }
-        Told::Removed { file } => Event::Removed { file },
-        Told::Warning(message) => Event::Warning { item: name.clone(), message },
-        Told::Note(message) => Event::Note { item: name.clone(), message },
+        PublishEvent::Removed { file } => Event::Removed { file },
+        PublishEvent::Warning(message) => Event::Warning { item: name.clone(), message },
+        PublishEvent::Note(message) => Event::Note { item: name.clone(), message },
     }
 }
 

@@ -125,10 +125,10 @@ fn check(folder: &Path) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Cancel, Errand, Patience};
+    use crate::{Cancel, LockPurpose, LockTimeout};
 
     fn lock(beside: &Path) -> Result<State, Error> {
-        let (errand, patience) = (Errand::Build, Patience::NONE);
+        let (errand, patience) = (LockPurpose::Build, LockTimeout::NONE);
         let request = Request { errand, patience, cancel: &Cancel::default(), waiting: &|_| {} };
         State::lock(beside, &request).and_then(|lock| State::open(lock, None))
     }

@@ -1,7 +1,7 @@
 //! Kinds for tests: texts that are read, changed, joined, gathered and written.
 
 use crate::{
-    Artifact, Context, Failure, Faults, Kind, Kinds, Output, Port, Product, choice, line_and_column,
+    Artifact, Context, Diagnostics, Failure, Kind, Kinds, Output, Port, Product, choice, line_and_column,
     parameters,
 };
 
@@ -19,8 +19,8 @@ pub(crate) fn kinds() -> Kinds {
         .with(WritePair)
 }
 
-/// Faults as a test shows them: `line:column message | expected | help`, a line for each.
-pub(crate) fn shown(faults: &Faults) -> String {
+/// Diagnostics as a test shows them: `line:column message | expected | help`, a line for each.
+pub(crate) fn shown(faults: &Diagnostics) -> String {
     let mut text = String::new();
     for fault in &faults.faults {
         let place = fault.span.as_ref().map(|span| line_and_column(&faults.text, span.start));

@@ -13,11 +13,11 @@ use serde::Serialize;
 use crate::build::{Forecast, forecast};
 use crate::disk::{Disk, modified};
 use crate::explain::{forecast_causes, names_by_place};
-use crate::judge::{Judge, manifest_name};
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::state::State;
+use crate::up_to_date::{UpToDateCheck, manifest_name};
 use crate::{
     Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, Timestamp,
     read_file,
@@ -134,7 +134,7 @@ pub fn verify(
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let selected = vec![true; plan.stages.len()];
-    let judge = Judge::new(plan, &state, &disk, &selected);
+    let judge = UpToDateCheck::new(plan, &state, &disk, &selected);
     let archive = Archive::new(&judge);
     let digest = Digest::of(bytes);
     let embedded = recipe_of(bytes);
@@ -183,7 +183,7 @@ fn unknown(file: &Path) -> Error {
     )
 }
 
-fn published(judge: &Judge<'_>, name: &str) -> Option<Digest> {
+fn published(judge: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
     Publisher::new(judge.plan, judge.state).entry(name).as_ref().and_then(Published::owned)
 }
 
@@ -199,7 +199,7 @@ struct Found {
 
 /// The records of the last runs, and of those earlier ones that are still known.
 struct Archive<'a> {
-    judge: &'a Judge<'a>,
+    judge: &'a UpToDateCheck<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
     /// The records in effect, as far as they were asked for.
@@ -208,7 +208,7 @@ struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    fn new(judge: &'a Judge<'a>) -> Self {
+    fn new(judge: &'a UpToDateCheck<'a>) -> Self {
         let items = (0..judge.plan.items.len()).map(|item| (judge.name(item), item)).collect();
         let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
             let mut records = judge

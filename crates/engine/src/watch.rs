@@ -23,30 +23,30 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use attention::{Hints, Woken};
-use draft::{Draft, Outlook};
-use hush::{Hush, OutstandingErrors};
+use changes::{Hints, Woken};
+use event_buffer::{EventBuffer, OutstandingErrors};
+use manifest::{ManifestLoader, ManifestSnapshot};
 use places::Places;
 
-use crate::disk::Noted;
+use crate::disk::ReadSet;
 use crate::record::path_name;
 use crate::{
-    BuildOptions, Cancel, Change, Changed, Errand, Error, ErrorKind, Event, Faults, Kinds, Patience, Plan,
-    Summary, Workbench,
+    BuildOptions, BuildSession, Cancel, Change, Changed, Diagnostics, Error, ErrorKind, Event, Kinds,
+    LockPurpose, LockTimeout, Plan, Summary,
 };
 
-mod attention;
 mod backoff;
-mod draft;
-mod hush;
+mod changes;
+mod event_buffer;
 mod listener;
+mod manifest;
 mod places;
 mod poller;
 mod probe;
 mod unfinished;
 
-pub(crate) use attention::Attention;
 pub(crate) use backoff::Backoff;
+pub(crate) use changes::ChangeCollector;
 pub(crate) use listener::Heard;
 pub(crate) use probe::is_probe;
 #[cfg(test)]
@@ -88,7 +88,7 @@ pub struct WatchOptions {
 /// events; the watcher goes on. What the system refuses (a full disk, a folder that cannot be written) is tried again
 /// after a pause, at first a second and then longer and longer up to a minute, and without a word as long as nothing
 /// comes of it. What follows an [`Event::Noticed`] is a build's events up to its end, also where nothing
-/// was to be done, or [`Event::Rejected`] or [`Event::Hindered`] where nothing can be built; a look that nobody asked for
+/// was to be done, or [`Event::Rejected`] or [`Event::BuildError`] where nothing can be built; a look that nobody asked for
 /// tells nothing unless it finds something to do.
 ///
 /// # Errors
@@ -100,7 +100,7 @@ pub fn watch(
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<(), Error> {
-    let attention = Attention::new(options.debounce, options.poll, POLL);
+    let attention = ChangeCollector::new(options.debounce, options.poll, POLL);
     Watcher::new(manifest, kinds, options, cancel, events, attention)?.run()
 }
 
@@ -111,11 +111,11 @@ pub(crate) struct Watcher<'a> {
     build: BuildOptions,
     cancel: &'a Cancel,
     events: &'a (dyn Fn(Event) + Sync),
-    bench: Workbench,
-    draft: Draft<'a>,
-    attention: Attention,
+    bench: BuildSession,
+    draft: ManifestLoader<'a>,
+    attention: ChangeCollector,
     /// The faults that were told and stand.
-    rejected: Option<Faults>,
+    rejected: Option<Diagnostics>,
     /// The errors of builds that were told and stand.
     outstanding: OutstandingErrors,
     /// The pauses before what the system refused is tried again.
@@ -151,20 +151,20 @@ impl<'a> Watcher<'a> {
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
-        attention: Attention,
+        attention: ChangeCollector,
     ) -> Result<Self, Error> {
         let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
-        let mut bench = Workbench::new(options.build.jobs, options.memory)?;
+        let mut bench = BuildSession::new(options.build.jobs, options.memory)?;
         bench.pending = Some(attention.pending());
         Ok(Self {
-            // Faults name the file as it was given.
-            draft: Draft::new(manifest.into(), kinds),
+            // Diagnostics name the file as it was given.
+            draft: ManifestLoader::new(manifest.into(), kinds),
             manifest: absolute,
             options,
             build: BuildOptions {
                 dry_run: false,
-                errand: Errand::Watch,
-                patience: Patience::ENDLESS,
+                errand: LockPurpose::Watch,
+                patience: LockTimeout::ENDLESS,
                 ..options.build.clone()
             },
             cancel,
@@ -323,7 +323,7 @@ impl<'a> Watcher<'a> {
                 let is_refused = error.kind().is_of_system();
                 if is_asked_for || !self.outstanding.has(&error) {
                     let help = error.help().map(str::to_owned);
-                    (self.events)(Event::Hindered { error: error.chain().to_vec(), help });
+                    (self.events)(Event::BuildError { error: error.chain().to_vec(), help });
                     self.outstanding.hindered(error);
                 }
                 Ok(Passed { has_ended: true, is_refused, again, is_partial: false })
@@ -332,7 +332,7 @@ impl<'a> Watcher<'a> {
     }
 
     /// Tells faults that are new, or that the old ones are mended; `false` where all is as it was.
-    fn tell_faults(&mut self, outlook: &Outlook) -> bool {
+    fn tell_faults(&mut self, outlook: &ManifestSnapshot) -> bool {
         if self.rejected == outlook.faults {
             return false;
         }
@@ -349,14 +349,14 @@ impl<'a> Watcher<'a> {
     fn build(
         &mut self,
         plan: &Plan,
-        outlook: &Outlook,
+        outlook: &ManifestSnapshot,
         is_asked_for: bool,
     ) -> (Result<Summary, Error>, bool) {
         let Self { manifest, attention, draft, bench, cancel, events, build, outstanding, .. } = self;
         let (bench, cancel) = (&*bench, *cancel);
         let teller = attention.teller();
         let has_ended = AtomicBool::new(false);
-        let hush = Hush::new(*events, is_asked_for, outstanding);
+        let hush = EventBuffer::new(*events, is_asked_for, outstanding);
         std::thread::scope(|scope| {
             let attendant = scope.spawn(|| {
                 let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
@@ -373,7 +373,7 @@ impl<'a> Watcher<'a> {
                     let counts = noted.each_ref().map(|noted| noted.places().len());
                     let places_now = attention.places();
                     let is_known =
-                        |noted: &Arc<Noted>| noted.places().iter().all(|place| places_now.have(place));
+                        |noted: &Arc<ReadSet>| noted.places().iter().all(|place| places_now.have(place));
                     if known != counts && !noted.iter().all(is_known) {
                         is_more |= attention.attend(places(manifest, outlook, bench));
                     }
@@ -395,18 +395,18 @@ impl<'a> Watcher<'a> {
 }
 
 /// Stops what a build under way does in vain.
-fn outdate(cancel: &Cancel, draft: &mut Draft<'_>, hints: &Hints, places: &Places) {
+fn outdate(cancel: &Cancel, draft: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
     let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
     if hints.lost {
         paths.extend(places.files.iter().cloned());
     }
-    let Outlook { plan, faults, .. } = draft.look();
-    // Faults are told by the next pass; until then the last good graph is right.
+    let ManifestSnapshot { plan, faults, .. } = draft.look();
+    // Diagnostics are told by the next pass; until then the last good graph is right.
     cancel.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
 }
 
 /// All that the graph depends on, as far as it is known.
-fn places(manifest: &Path, outlook: &Outlook, bench: &Workbench) -> Places {
+fn places(manifest: &Path, outlook: &ManifestSnapshot, bench: &BuildSession) -> Places {
     let out = outlook.plan.as_ref().map(|plan| plan.out.clone());
     let state = manifest.with_file_name(crate::state::FOLDER);
     let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());

@@ -1,6 +1,6 @@
 //! Colours in manifests and material files: one number means grey.
 
-use engine::{Fault, Parameter, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use serde_json::json;
 
 /// A linear Rec. 709 colour, each channel 0 or more.
@@ -21,7 +21,7 @@ impl Parameter for Rgb {
         "a colour: [red, green, blue] or one number for a grey, each 0 or more".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let channel = |value: &Value| match f64::parse(value) {
             Ok(number) if number >= 0.0 => Ok(number),
             _ => Err(unexpected(value, "a number, 0 or more")),
@@ -29,10 +29,11 @@ impl Parameter for Rgb {
         match &value.kind {
             ValueKind::Array(channels) => match channels.as_slice() {
                 [red, green, blue] => Ok(Self([channel(red)?, channel(green)?, channel(blue)?])),
-                _ => {
-                    Err(Fault::at(value.span.clone(), format!("{} numbers are not a colour", channels.len()))
-                        .expected(format!("expected {}", Self::expected())))
-                }
+                _ => Err(Diagnostic::at(
+                    value.span.clone(),
+                    format!("{} numbers are not a colour", channels.len()),
+                )
+                .expected(format!("expected {}", Self::expected()))),
             },
             ValueKind::Float(_) | ValueKind::Integer(_) => channel(value).map(Self::grey),
             _ => Err(unexpected(value, &Self::expected())),

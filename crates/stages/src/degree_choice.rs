@@ -1,6 +1,6 @@
 //! Degrees in manifests: a number, or the word `"auto"`; for a BRDF, a pair.
 
-use engine::{Fault, Parameter, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use serde_json::json;
 use sh::Degree;
 
@@ -18,7 +18,7 @@ impl Parameter for DegreeChoice {
         format!("a degree from 0 to {} or \"auto\"", Degree::MAX.get())
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::String(word) if word == "auto" => Ok(Self::Auto),
             ValueKind::String(_) => Err(unexpected(value, &Self::expected()).help("did you mean \"auto\"?")),
@@ -53,12 +53,15 @@ impl Parameter for DegreePair {
         format!("[F, P], two degrees from 0 to {}", Degree::MAX.get())
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::Array(values) => match values.as_slice() {
                 [f, p] => Ok(Self { f: degree(f, &expected_degree())?, p: degree(p, &expected_degree())? }),
-                _ => Err(Fault::at(value.span.clone(), format!("{} numbers are not [F, P]", values.len()))
-                    .expected(format!("expected {}", Self::expected()))),
+                _ => Err(Diagnostic::at(
+                    value.span.clone(),
+                    format!("{} numbers are not [F, P]", values.len()),
+                )
+                .expected(format!("expected {}", Self::expected()))),
             },
             _ => Err(unexpected(value, &Self::expected())),
         }
@@ -78,7 +81,7 @@ fn expected_degree() -> String {
     format!("a degree from 0 to {}", Degree::MAX.get())
 }
 
-fn degree(value: &Value, expected: &str) -> Result<Degree, Fault> {
+fn degree(value: &Value, expected: &str) -> Result<Degree, Diagnostic> {
     let number = match value.kind {
         ValueKind::Integer(number) => usize::try_from(number).ok(),
         _ => None,

@@ -25,6 +25,7 @@ mod map_source;
 mod material_file;
 mod material_schema;
 mod preview;
+mod preview_catalog;
 mod project_brdf;
 mod project_sh;
 mod reference;
@@ -32,13 +33,12 @@ mod report;
 mod rotate;
 mod share;
 mod sheet;
-mod showcase;
 mod six_faces;
 
 pub use colour::Rgb;
 pub use material_file::{MaterialFile, ReadFile, is_measured_file, read_material};
 pub use material_schema::material_schema;
-pub use showcase::{Exhibit, Gallery, Showcase, Unknown};
+pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use engine::{Artifact, Context, Failure, Fault, Parameter, Port, Value, ValueKind, choice, unexpected};
+use engine::{Artifact, Context, Diagnostic, Failure, Parameter, Port, Value, ValueKind, choice, unexpected};
 use serde_json::json;
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
@@ -40,7 +40,7 @@ impl Parameter for Resolution {
         format!("a whole number from 1 to {MOST} or \"auto\"")
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::String(word) if word == "auto" => Ok(Self::Auto),
             ValueKind::String(_) => Err(unexpected(value, &Self::expected()).help("did you mean \"auto\"?")),

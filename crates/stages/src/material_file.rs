@@ -10,8 +10,8 @@ use std::sync::Arc;
 use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Shape, Value, Values};
 use containers::measured::{Format, read_with_notes};
 use engine::{
-    Document, Entry, Failure, Fault, Faults, Parameter as _, Table, Value as Toml, ValueKind, nearest,
-    unexpected, unknown_keys,
+    Diagnostic, Diagnostics, Document, Entry, Failure, Parameter as _, Table, Value as Toml, ValueKind,
+    nearest, unexpected, unknown_keys,
 };
 
 /// The names of what is no analytic model.
@@ -66,7 +66,7 @@ pub fn is_measured_file(name: &str) -> bool {
 }
 
 /// All faults of a file, each on a line of its own.
-fn failure(faults: &Faults) -> Failure {
+fn failure(faults: &Diagnostics) -> Failure {
     let mut chain = vec![format!("{}: {} faults", faults.file, faults.faults.len())];
     if faults.faults.len() == 1 {
         chain.clear();
@@ -105,7 +105,7 @@ fn looks_like(shape: &Shape) -> String {
 
 struct Reader<'a> {
     read: &'a ReadFile<'a>,
-    faults: Vec<Fault>,
+    faults: Vec<Diagnostic>,
     notes: Vec<String>,
     /// How many layers the one that is read lies in.
     depth: usize,
@@ -119,7 +119,7 @@ impl Reader<'_> {
             if table.get(LAYERS).is_some() {
                 return self.layers(table);
             }
-            let fault = Fault::at(table.span.clone(), "\"model\" is missing").expected(expected());
+            let fault = Diagnostic::at(table.span.clone(), "\"model\" is missing").expected(expected());
             let mut near = table.entries.iter().filter_map(|entry| {
                 Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS])?))
             });
@@ -141,7 +141,8 @@ impl Reader<'_> {
         if name != LAYERS
             && let Some(layers) = table.get(LAYERS)
         {
-            let fault = Fault::at(layers.key_span.clone(), format!("layers stand beside model = {name:?}"));
+            let fault =
+                Diagnostic::at(layers.key_span.clone(), format!("layers stand beside model = {name:?}"));
             self.faults.push(fault.help("make the model one of the layers"));
             rest.entries.retain(|entry| entry.key != LAYERS);
         }
@@ -151,7 +152,8 @@ impl Reader<'_> {
             _ => match MODELS.iter().find(|model| model.name == name) {
                 Some(model) => self.analytic(model, &rest),
                 None => {
-                    let fault = Fault::at(entry.value.span.clone(), format!("there is no model {name:?}"));
+                    let fault =
+                        Diagnostic::at(entry.value.span.clone(), format!("there is no model {name:?}"));
                     self.faults.push(with_nearest(fault.expected(expected()), &name, names()));
                     None
                 }
@@ -164,7 +166,7 @@ impl Reader<'_> {
         match Material::analytic(model.name, &values)? {
             Ok(material) => Some(material),
             Err(error) => {
-                self.faults.push(Fault::at(place(&error, table), error.to_string()));
+                self.faults.push(Diagnostic::at(place(&error, table), error.to_string()));
                 None
             }
         }
@@ -186,7 +188,7 @@ impl Reader<'_> {
                 Some(value) => values.set(parameter.name, value),
                 None if parameter.absent == Absent::Required && table.get(parameter.name).is_none() => {
                     let expected = format!("expected {} = {}", parameter.name, looks_like(&parameter.shape));
-                    let fault = Fault::at(table.span.clone(), format!("\"{name}\" is missing"));
+                    let fault = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
                     self.faults.push(fault.expected(expected));
                 }
                 None => {}
@@ -223,7 +225,7 @@ impl Reader<'_> {
         match f64::parse(value) {
             Ok(number) if (range.least..=range.most).contains(&number) => Some(number),
             Ok(number) => {
-                let fault = Fault::at(value.span.clone(), format!("{number} is not {}", range.words));
+                let fault = Diagnostic::at(value.span.clone(), format!("{number} is not {}", range.words));
                 self.refuse(fault, name)
             }
             Err(_) => self.refuse(is_not(value, range.words), name),
@@ -239,8 +241,10 @@ impl Reader<'_> {
                     Some([rgb[0]?, rgb[1]?, rgb[2]?])
                 }
                 _ => {
-                    let fault =
-                        Fault::at(value.span.clone(), format!("{} numbers are not a colour", channels.len()));
+                    let fault = Diagnostic::at(
+                        value.span.clone(),
+                        format!("{} numbers are not a colour", channels.len()),
+                    );
                     self.refuse(fault.expected(format!("expected {}", looks_like())), name)
                 }
             },
@@ -252,8 +256,8 @@ impl Reader<'_> {
     }
 
     /// Tells a fault of a named value.
-    fn refuse<T>(&mut self, fault: Fault, name: &str) -> Option<T> {
-        self.faults.push(Fault { message: format!("{name}: {}", fault.message), ..fault });
+    fn refuse<T>(&mut self, fault: Diagnostic, name: &str) -> Option<T> {
+        self.faults.push(Diagnostic { message: format!("{name}: {}", fault.message), ..fault });
         None
     }
 
@@ -262,7 +266,7 @@ impl Reader<'_> {
         unknown_keys(table, &[LAYERS.to_owned()], &mut self.faults);
         const EXPECTED: &str = "an array of tables { model, ... }";
         let Some(entry) = table.get(LAYERS) else {
-            let fault = Fault::at(table.span.clone(), "\"layers\" is missing");
+            let fault = Diagnostic::at(table.span.clone(), "\"layers\" is missing");
             self.faults.push(fault.expected(format!("expected layers = {EXPECTED}")));
             return None;
         };
@@ -272,7 +276,8 @@ impl Reader<'_> {
         if self.depth == DEEPEST {
             let message = format!("layers lie more than {DEEPEST} deep in layers");
             self.faults.push(
-                Fault::at(entry.key_span.clone(), message).help("put them side by side: they are summed"),
+                Diagnostic::at(entry.key_span.clone(), message)
+                    .help("put them side by side: they are summed"),
             );
             return None;
         }
@@ -288,7 +293,7 @@ impl Reader<'_> {
         let layers = layers.into_iter().collect::<Option<_>>()?;
         match Material::layers(layers) {
             Ok(material) => Some(material),
-            Err(error) => self.refuse(Fault::at(entry.value.span.clone(), error.to_string()), LAYERS),
+            Err(error) => self.refuse(Diagnostic::at(entry.value.span.clone(), error.to_string()), LAYERS),
         }
     }
 
@@ -302,7 +307,7 @@ impl Reader<'_> {
         };
         let format = table.get("format").and_then(|entry| self.format(&entry.value));
         let Some(entry) = table.get("file") else {
-            let fault = Fault::at(table.span.clone(), "\"file\" is missing");
+            let fault = Diagnostic::at(table.span.clone(), "\"file\" is missing");
             self.faults
                 .push(fault.expected("expected file = the path of a measured BRDF, from this file's folder"));
             return None;
@@ -312,7 +317,7 @@ impl Reader<'_> {
             Err(fault) => return self.refuse(fault, "file"),
         };
         if format.is_none() && table.get("format").is_none() && !is_measured_file(&file) {
-            let fault = Fault::at(
+            let fault = Diagnostic::at(
                 entry.value.span.clone(),
                 format!("the ending of {file:?} is none of a measured BRDF"),
             )
@@ -325,7 +330,7 @@ impl Reader<'_> {
         }
         self.table(&file, entry, format)?
             .scaled(scale?)
-            .map_err(|error| self.faults.push(Fault::at(place(&error, table), error.to_string())))
+            .map_err(|error| self.faults.push(Diagnostic::at(place(&error, table), error.to_string())))
             .map(Material::Measured)
             .ok()
     }
@@ -339,7 +344,7 @@ impl Reader<'_> {
                 Some(reading.measured)
             }
             Err(failure) => {
-                let fault = Fault::at(entry.value.span.clone(), failure.chain.join(": "));
+                let fault = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));
                 self.refuse(fault, "file")
             }
         }
@@ -360,11 +365,11 @@ impl Reader<'_> {
 }
 
 /// A value is not what it should look like; these messages are lines, where `expected` would say the same again.
-fn is_not(value: &Toml, expected: &str) -> Fault {
-    Fault { expected: None, ..unexpected(value, expected) }
+fn is_not(value: &Toml, expected: &str) -> Diagnostic {
+    Diagnostic { expected: None, ..unexpected(value, expected) }
 }
 
-fn with_nearest<'a>(fault: Fault, name: &str, names: impl Iterator<Item = &'a str>) -> Fault {
+fn with_nearest<'a>(fault: Diagnostic, name: &str, names: impl Iterator<Item = &'a str>) -> Diagnostic {
     match nearest(&name.to_lowercase(), names) {
         Some(near) => fault.help(format!("did you mean {near:?}?")),
         None => fault,

@@ -76,11 +76,11 @@ use sphere::Rotation;
 use crate::artifacts;
 use crate::contact_sheet::{Curve, exposure_of};
 use crate::sheet::percent;
-use board::{Board, Panel};
+use comparison::{ComparisonSheet, Panel};
 use easel::Easel;
 use values::{Behind, Size};
 
-mod board;
+mod comparison;
 mod easel;
 mod light;
 mod values;
@@ -248,8 +248,12 @@ impl Parameters {
         }
     }
 
-    fn board(&self) -> Board {
-        Board { picture: self.size.0, columns: self.columns().len(), compared: self.compare.is_some() }
+    fn board(&self) -> ComparisonSheet {
+        ComparisonSheet {
+            picture: self.size.0,
+            columns: self.columns().len(),
+            compared: self.compare.is_some(),
+        }
     }
 }
 
@@ -311,7 +315,7 @@ impl Kind for Preview {
             }
             Format::Png | Format::Strip => {
                 let [columns, rows] = parameters.strip();
-                let strip = board::strip(&frames, board.size(), columns);
+                let strip = comparison::strip(&frames, board.size(), columns);
                 write_png(columns * width, rows * height, &strip, recipe)?
             }
         };

@@ -36,7 +36,8 @@
 
 use brdf::Centre;
 use engine::{
-    Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters, unexpected,
+    Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters,
+    unexpected,
 };
 use serde_json::json;
 use sh::Tolerance;
@@ -66,12 +67,12 @@ impl Parameter for Viewer {
         "\"head-on\" or [yaw, pitch] in degrees".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::String(word) if word == "head-on" => Ok(Self::HeadOn),
             ValueKind::Array(angles) => match angles.as_slice() {
                 [yaw, pitch] => Ok(Self::Far { yaw: f64::parse(yaw)?, pitch: f64::parse(pitch)? }),
-                _ => Err(Fault::at(
+                _ => Err(Diagnostic::at(
                     value.span.clone(),
                     format!("{} numbers are not [yaw, pitch]", angles.len()),
                 )

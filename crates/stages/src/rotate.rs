@@ -21,7 +21,7 @@
 //! ```
 
 use engine::{
-    Artifact, Context, Failure, Fault, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,
+    Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,
     unexpected,
 };
 use serde_json::json;
@@ -38,7 +38,7 @@ impl Parameter for Quaternion {
         "[x, y, z, w], not all 0".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let numbers = Vec::<f64>::parse(value)?;
         <[f64; 4]>::try_from(numbers)
             .ok()

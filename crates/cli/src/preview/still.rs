@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use ::preview::window::{Subject, WindowSettings, Wish};
 use ::preview::{Cpu, Gpu, Mode, Picture, RenderError, Renderer, Scene, Shot};
-use engine::{BuildOptions, Cancel, Event, Plan, Shelf};
-use stages::{Gallery, Showcase};
+use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
+use stages::{PreviewCatalog, SceneCache};
 
-use super::{keepsakes, subject};
+use super::{files, subject};
 use crate::arguments::{Backend, PreviewArguments};
 use crate::build::{exit_of, stop_on_interrupt};
 use crate::print::{self, say};
@@ -44,7 +44,7 @@ pub(crate) fn parse_file(text: &str) -> Result<PathBuf, String> {
 }
 
 /// Builds what a picture needs, draws it and writes it.
-pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase, wish: &Wish) -> Exit {
+pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: PreviewCatalog, wish: &Wish) -> Exit {
     // As a window shows it that was never opened before.
     let window = WindowSettings { wish: wish.clone(), ..WindowSettings::default() };
     let subject = window.subject(showcase.catalogue());
@@ -64,11 +64,11 @@ pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase,
         Ok(built) => built,
         Err(exit) => return exit,
     };
-    let shelf = match Shelf::open(showcase.plan()) {
+    let shelf = match ResultsSnapshot::open(showcase.plan()) {
         Ok(shelf) => shelf,
         Err(error) => return exit::of_error(&error),
     };
-    let scene = match Gallery::default().scene(&showcase, &shelf, exhibit, &subject.mesh) {
+    let scene = match SceneCache::default().scene(&showcase, &shelf, exhibit, &subject.mesh) {
         Ok(scene) => scene,
         Err(failure) => {
             let is_of_system = built == Exit::Machine || failure.system_error;
@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: Showcase,
     let shot = Shot { exposure: arguments.exposure, ..window.shot(scene.framing(), arguments.size) };
     let backend = arguments.backend.unwrap_or(Backend::Cpu);
     match draw(&scene, &shot, backend, &|| cancel.is_cancelled()) {
-        Ok(drawn) => match keepsakes::write_picture(file, &drawn.picture) {
+        Ok(drawn) => match files::write_picture(file, &drawn.picture) {
             Ok(()) => {
                 say!("{}", drawn.told(file, &subject, &shot));
                 built

@@ -5,7 +5,7 @@ use std::path::Path;
 use ::preview::Mode;
 use ::preview::window::{Subject, Wish};
 use engine::nearest;
-use stages::{Exhibit, Showcase, Unknown};
+use stages::{CatalogEntry, PreviewCatalog, Unknown};
 
 /// The parts of a subject.
 const PARTS: [&str; 3] = ["environment", "material", "mesh"];
@@ -56,19 +56,19 @@ pub(crate) fn parse_mode(text: &str) -> Result<Mode, String> {
 
 /// Why something cannot be shown, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Amiss {
+pub(crate) struct SubjectError {
     pub(crate) message: String,
     pub(crate) help: String,
 }
 
-impl Amiss {
+impl SubjectError {
     /// The lines for a panel.
     pub(crate) fn lines(self) -> Vec<String> {
         vec![self.message, format!("hint: {}", self.help)]
     }
 }
 
-impl From<Unknown> for Amiss {
+impl From<Unknown> for SubjectError {
     fn from(Unknown { what, name, known }: Unknown) -> Self {
         let help = match nearest(&name, known.iter().map(String::as_str)) {
             Some(near) => format!("did you mean {near:?}?"),
@@ -88,7 +88,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// Whether everything that is wished for is there, and goes together.
-pub(crate) fn check(showcase: &Showcase, wish: &Wish) -> Result<(), Amiss> {
+pub(crate) fn check(showcase: &PreviewCatalog, wish: &Wish) -> Result<(), SubjectError> {
     if let Some(mesh) = &wish.mesh {
         showcase.check_mesh(mesh)?;
     }
@@ -102,15 +102,15 @@ pub(crate) fn check(showcase: &Showcase, wish: &Wish) -> Result<(), Amiss> {
 
 /// A material under an environment.
 pub(crate) fn exhibit<'s>(
-    showcase: &'s Showcase,
+    showcase: &'s PreviewCatalog,
     environment: &str,
     material: &str,
-) -> Result<&'s Exhibit, Amiss> {
+) -> Result<&'s CatalogEntry, SubjectError> {
     showcase.exhibit(environment, material)?.ok_or_else(|| {
         let others = showcase.materials().iter();
         let others = others.filter(|other| matches!(showcase.exhibit(environment, other), Ok(Some(_))));
         let others = others.cloned().collect::<Vec<_>>();
-        Amiss {
+        SubjectError {
             message: format!("no stage reflects {environment} off {material}"),
             help: format!("{environment} is reflected off {}", listed(&others)),
         }
@@ -118,12 +118,12 @@ pub(crate) fn exhibit<'s>(
 }
 
 /// Why nothing can be shown at all, of these stages or, where none are named, of all.
-pub(crate) fn nothing(manifest: &Path, stages: &[String]) -> Amiss {
+pub(crate) fn nothing(manifest: &Path, stages: &[String]) -> SubjectError {
     let none = match stages {
         [] => "no stage of it reflects an environment".into(),
         stages => format!("{} and what that needs reflect no environment", stages.join(", ")),
     };
-    Amiss {
+    SubjectError {
         message: format!("{} has nothing to preview: {none}", manifest.display()),
         help: "a stage of the kind convolve makes a reflection of lighting and a material; `specula init` writes a manifest with one".into(),
     }

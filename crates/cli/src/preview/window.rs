@@ -10,15 +10,15 @@ use ::preview::Picture;
 use ::preview::window::{self, Host, NewsSender, Subject, WindowError, WindowSettings, Wish};
 use engine::{Cancel, Event, Kinds};
 
-use super::curator::{Curator, Letter};
-use super::keepsakes::Keepsakes;
+use super::controller::{PreviewController, PreviewMessage};
+use super::files::PreviewFiles;
 use crate::Exit;
 use crate::build::stop_on_interrupt;
 use crate::print::{self, say};
 use crate::screen::locked;
 
 /// What a window is opened for.
-pub(crate) struct Opening<'a> {
+pub(crate) struct WindowRequest<'a> {
     pub(crate) manifest: &'a Path,
     pub(crate) kinds: &'a Kinds,
     /// The stages that are watched; none stand for all.
@@ -33,22 +33,22 @@ pub(crate) struct Opening<'a> {
 
 /// Opens a window beside a watcher, and returns when both have ended.
 pub(crate) fn run(
-    opening: &Opening<'_>,
+    opening: &WindowRequest<'_>,
     watch: impl FnOnce(&Cancel, &(dyn Fn(&Event) + Sync)) -> Exit + Send,
 ) -> Exit {
     let (letters, desk) = channel();
     let cancel = Cancel::default();
     let closing = letters.clone();
-    stop_on_interrupt(&cancel, move || _ = closing.send(Letter::Close));
-    let curator = Curator::new(opening, &cancel);
+    stop_on_interrupt(&cancel, move || _ = closing.send(PreviewMessage::Close));
+    let curator = PreviewController::new(opening, &cancel);
     thread::scope(|scope| {
         let curator = scope.spawn(move || curator.run(&desk));
         let watcher = scope.spawn(|| {
             let heard = Mutex::new(letters.clone());
             let also = |event: &Event| {
                 // What each worker did when is a timeline's business.
-                if !matches!(event, Event::Worked { .. }) {
-                    let _ = locked(&heard).send(Letter::Event(event.clone(), Instant::now()));
+                if !matches!(event, Event::TaskTimed { .. }) {
+                    let _ = locked(&heard).send(PreviewMessage::Event(event.clone(), Instant::now()));
                 }
             };
             // However it ends, nothing is left to be shown.
@@ -59,10 +59,10 @@ pub(crate) fn run(
         let is_shown = shown.is_ok();
         match shown {
             Ok(()) => cancel.cancel(),
-            Err(settings) => _ = letters.send(Letter::NoWindow(settings)),
+            Err(settings) => _ = letters.send(PreviewMessage::NoWindow(settings)),
         }
         let watched = watcher.join();
-        let _ = letters.send(Letter::End);
+        let _ = letters.send(PreviewMessage::End);
         let ended = curator.join();
         match (watched, ended) {
             (Err(panic), _) | (_, Err(panic)) => std::panic::resume_unwind(panic),
@@ -74,18 +74,22 @@ pub(crate) fn run(
 }
 
 /// Stops the watcher and closes the window when it is dropped.
-struct Closing<'a>(&'a Cancel, Sender<Letter>);
+struct Closing<'a>(&'a Cancel, Sender<PreviewMessage>);
 
 impl Drop for Closing<'_> {
     fn drop(&mut self) {
         self.0.cancel();
-        let _ = self.1.send(Letter::Close);
+        let _ = self.1.send(PreviewMessage::Close);
     }
 }
 
 /// Shows the window until it is closed; where its device is lost, once more. Where there is none, what it would have been.
-fn show(opening: &Opening<'_>, cancel: &Cancel, letters: &Sender<Letter>) -> Result<(), Box<WindowSettings>> {
-    let keepsakes = Keepsakes::beside(opening.manifest);
+fn show(
+    opening: &WindowRequest<'_>,
+    cancel: &Cancel,
+    letters: &Sender<PreviewMessage>,
+) -> Result<(), Box<WindowSettings>> {
+    let keepsakes = PreviewFiles::beside(opening.manifest);
     let kept = keepsakes.state().unwrap_or_else(|reason| {
         say!("warning: {reason}");
         None
@@ -100,10 +104,10 @@ fn show(opening: &Opening<'_>, cancel: &Cancel, letters: &Sender<Letter>) -> Res
             cpu: opening.cpu,
             ..WindowSettings::default()
         };
-        let host = Attendant { letters: letters.clone(), state: Arc::clone(&state) };
+        let host = WindowHost { letters: letters.clone(), state: Arc::clone(&state) };
         let sender = letters.clone();
         let begin = move |window: NewsSender| {
-            let _ = sender.send(Letter::Opened(Box::new(move |news| window.send(news))));
+            let _ = sender.send(PreviewMessage::Opened(Box::new(move |news| window.send(news))));
         };
         let shown = window::open(settings.clone(), Box::new(host), begin);
         match shown {
@@ -126,24 +130,24 @@ fn show(opening: &Opening<'_>, cancel: &Cancel, letters: &Sender<Letter>) -> Res
 }
 
 /// Writes letters for the window; it never waits.
-struct Attendant {
-    letters: Sender<Letter>,
+struct WindowHost {
+    letters: Sender<PreviewMessage>,
     /// The window's state as it was last.
     state: Arc<Mutex<Option<String>>>,
 }
 
-impl Host for Attendant {
+impl Host for WindowHost {
     fn show(&mut self, subject: &Subject) {
-        let _ = self.letters.send(Letter::Wanted(subject.clone()));
+        let _ = self.letters.send(PreviewMessage::Wanted(subject.clone()));
     }
 
     fn keep_state(&mut self, json: &str) {
         *locked(&self.state) = Some(json.to_owned());
-        let _ = self.letters.send(Letter::Keep(json.to_owned()));
+        let _ = self.letters.send(PreviewMessage::Keep(json.to_owned()));
     }
 
     fn screenshot(&mut self, subject: &Subject, picture: Picture) {
-        let _ = self.letters.send(Letter::Keepsake(subject.clone(), picture));
+        let _ = self.letters.send(PreviewMessage::Keepsake(subject.clone(), picture));
     }
 
     fn closed(&mut self) {}

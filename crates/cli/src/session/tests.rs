@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use engine::{Digest, Fault, Faults};
+use engine::{Diagnostic, Diagnostics, Digest};
 use expect_test::{Expect, expect};
 
 use super::*;
@@ -269,8 +269,8 @@ fn an_error_ends_with_its_item_but_not_with_a_build_that_was_stopped() {
 fn a_broken_manifest_is_drawn_and_kept_in_view_until_it_is_mended() {
     let watched = Watched::new(false);
     let text = "schema = 1\nout = 7\n";
-    let faults = vec![Fault::at(17..18, "out is a number").expected("a folder")];
-    let rejected = Event::Rejected { faults: Faults::new("pipeline.toml", text, faults) };
+    let faults = vec![Diagnostic::at(17..18, "out is a number").expected("a folder")];
+    let rejected = Event::Rejected { faults: Diagnostics::new("pipeline.toml", text, faults) };
     let manifest = noticed(&[("pipeline.toml", Changed::Changed)]);
     watched.after(0, &[manifest.clone(), rejected]);
     let lines = std::mem::take(&mut *watched.lines.lock().unwrap());
@@ -345,7 +345,7 @@ fn the_way_it_learns_of_changes_is_said_with_its_reason() {
     let because = "no event arrived from /mnt/assets: a file was written there and nothing was heard for 2 s";
     let polling =
         Event::Watching { folders: 3, poll_milliseconds: Some(500.0), because: Some(because.into()) };
-    let hindered = Event::Hindered {
+    let hindered = Event::BuildError {
         error: vec!["cannot lock .specula".into(), "another build is at work (process 7)".into()],
         help: Some("wait for it, or stop that process".into()),
     };

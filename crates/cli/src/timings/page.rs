@@ -8,7 +8,7 @@ use engine::Work;
 
 use super::bars::{Bar, Look, Mark, bars};
 use super::trace::{category, outcome};
-use super::{Fate, Index, Nanoseconds, Spell, Timeline};
+use super::{Fate, Index, Nanoseconds, Timeline, WorkSpan};
 use crate::quantity;
 
 /// The height of a bar and the space below it, in pixels.
@@ -167,7 +167,7 @@ fn told(timeline: &Timeline, bar: &Bar) -> String {
     if bar.marks.len() > NAMED { text + "; ..." } else { text }
 }
 
-fn mark(timeline: &Timeline, spell: &Spell) -> Mark {
+fn mark(timeline: &Timeline, spell: &WorkSpan) -> Mark {
     let look = match (spell.work, &timeline.fates[spell.item]) {
         (Work::Fetch, _) => Look::Fetch,
         (Work::Publish, _) => Look::Publish,
@@ -270,7 +270,7 @@ fn items(timeline: &Timeline, html: &mut String) {
     html.push_str("</table></div>\n");
 }
 
-fn row(timeline: &Timeline, item: Index, fate: &Fate, run: Option<&Spell>, html: &mut String) {
+fn row(timeline: &Timeline, item: Index, fate: &Fate, run: Option<&WorkSpan>, html: &mut String) {
     let node = &timeline.nodes[item];
     let why = match fate {
         Fate::Failed(error) => error.as_str(),
@@ -290,7 +290,7 @@ fn row(timeline: &Timeline, item: Index, fate: &Fate, run: Option<&Spell>, html:
 }
 
 /// When something began, how long it took, how much of that was its own, and who did it.
-fn times(spell: Option<&Spell>) -> String {
+fn times(spell: Option<&WorkSpan>) -> String {
     let cells = match spell {
         Some(spell) => {
             [time(spell.start), time(spell.end - spell.start), time(spell.own), spell.worker.to_string()]

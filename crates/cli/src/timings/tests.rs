@@ -31,7 +31,7 @@ fn timeline(items: usize, work: &[(Index, usize, f64, f64)]) -> Timeline {
         timeline.hear(&Event::Started { item: name(item), reasons: vec![engine::Reason::NeverBuilt] });
         let (start_milliseconds, milliseconds) = (start, end - start);
         let work = Work::Run;
-        timeline.hear(&Event::Worked { item: name(item), work, worker, start_milliseconds, milliseconds });
+        timeline.hear(&Event::TaskTimed { item: name(item), work, worker, start_milliseconds, milliseconds });
         timeline.hear(&Event::Finished { item: name(item), milliseconds, changed: true });
     }
     timeline.settle();

@@ -9,10 +9,10 @@ use std::collections::{BinaryHeap, HashMap, VecDeque};
 
 use super::graph::{Node, Place};
 use super::source::listed;
-use crate::Fault;
+use crate::Diagnostic;
 
 /// The places of all stages in topological order, with what is in or after a cycle at the end.
-pub(crate) fn order(nodes: &[Node], faults: &mut Vec<Fault>) -> Vec<Place> {
+pub(crate) fn order(nodes: &[Node], faults: &mut Vec<Diagnostic>) -> Vec<Place> {
     let needs: Vec<Vec<Place>> =
         nodes.iter().map(|node| node.edges.iter().map(|edge| edge.from).collect()).collect();
     let mut order = topological(&needs);
@@ -118,7 +118,7 @@ fn shortest_circle(needs: &[Vec<Place>], members: &[Place]) -> Vec<Place> {
     Vec::new()
 }
 
-fn fault(nodes: &[Node], circle: &[Place]) -> Fault {
+fn fault(nodes: &[Node], circle: &[Place]) -> Diagnostic {
     let (first, second) = (circle[0], circle[1 % circle.len()]);
     let node = &nodes[first];
     let span = node
@@ -128,13 +128,13 @@ fn fault(nodes: &[Node], circle: &[Place]) -> Fault {
         .map_or(node.header.clone(), |edge| edge.span.clone());
     let name = |place: Place| nodes[place].name.clone();
     let fault = match circle {
-        [_] => Fault::at(span, format!("stage {:?} needs itself", name(first))),
+        [_] => Diagnostic::at(span, format!("stage {:?} needs itself", name(first))),
         _ => {
             let rest = circle[1..].iter().chain([&first]).map(|&place| format!("needs {}", name(place)));
             let rest: Vec<_> = rest.collect();
             let long = rest.len() > 8;
             let way = if long { listed(rest) } else { rest.join(", which ") };
-            Fault::at(span, format!("stages need each other in a circle: {} {way}", name(first)))
+            Diagnostic::at(span, format!("stages need each other in a circle: {} {way}", name(first)))
         }
     };
     fault.expected("expected a stage that does not need this one")

@@ -14,8 +14,8 @@ use super::source::{Source, listed};
 use super::template::{Template, check};
 use crate::spelling::Spelling;
 use crate::{
-    Configured, Document, ErasedKind, Fault, Faults, Kinds, Port, Product, RecipeReader, Table, nearest,
-    unknown_keys,
+    Configured, Diagnostic, Diagnostics, Document, ErasedKind, Kinds, Port, Product, RecipeReader, Table,
+    nearest, unknown_keys,
 };
 
 /// The place of a stage in the graph: topological, ties in the order of the manifest.
@@ -69,7 +69,7 @@ impl Graph {
         manifest: PathBuf,
         document: Document,
         kinds: &Kinds,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let Manifest { out, stages } = Manifest::parse(&document, faults)?;
         let folder = manifest.parent().unwrap_or(&manifest).to_path_buf();
@@ -105,12 +105,12 @@ impl Graph {
         self.nodes.iter().filter_map(|node| Some((node.name.as_str(), node.source.as_ref()?)))
     }
 
-    pub(crate) fn faults(&self, faults: Vec<Fault>) -> Faults {
+    pub(crate) fn faults(&self, faults: Vec<Diagnostic>) -> Diagnostics {
         self.document.faults(faults)
     }
 
     /// Types, keys, paths: what a stage knows from those before it.
-    fn resolve(&mut self, declarations: &[&Declaration], spelling: &Spelling, faults: &mut Vec<Fault>) {
+    fn resolve(&mut self, declarations: &[&Declaration], spelling: &Spelling, faults: &mut Vec<Diagnostic>) {
         let mut unconnected = Vec::new();
         let mut unfit = Vec::new();
         for place in 0..self.nodes.len() {
@@ -142,7 +142,7 @@ impl Graph {
                     for (name, message) in configured.check_inputs(&types) {
                         let entry = declaration.parameters.get(name);
                         let span = entry.map_or(node.header.clone(), |entry| entry.value.span.clone());
-                        faults.push(Fault::at(span, message));
+                        faults.push(Diagnostic::at(span, message));
                     }
                     Some(configured.product(&types))
                 }
@@ -159,7 +159,7 @@ impl Graph {
         // Who could feed them is looked for among all stages: for those alone that can be among the first.
         unfed.sort_by_key(|(_, _, fault)| fault.span.as_ref().map(|span| span.start));
         let helped = unfed.into_iter().enumerate().map(|(index, (place, port, fault))| match index {
-            ..Faults::SHOWN => fault.help(self.makers(place, &self.nodes[place].ports[port])),
+            ..Diagnostics::SHOWN => fault.help(self.makers(place, &self.nodes[place].ports[port])),
             _ => fault,
         });
         faults.extend(helped);
@@ -200,7 +200,7 @@ impl Graph {
         ports: &[Port],
         declaration: &Declaration,
         spelling: &Spelling,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Option<Vec<Place>> {
         let node = &self.nodes[place];
         let (mut kept, mut gathered) = (Vec::new(), Vec::new());
@@ -235,7 +235,7 @@ impl Graph {
                 for word in &per.value {
                     match named.get(word.value.as_str()) {
                         Some(key) if !chosen.insert(*key) => faults.push(
-                            Fault::at(word.span.clone(), format!("{:?} is there twice", word.value))
+                            Diagnostic::at(word.span.clone(), format!("{:?} is there twice", word.value))
                                 .expected("expected each key once"),
                         ),
                         Some(_) => {}
@@ -252,7 +252,7 @@ impl Graph {
                         format!("\"per\" leaves out {}, but a port takes one item of each", listed(lost));
                     let expected = kept.iter().map(|key| format!("{:?}", name(key)));
                     faults.push(
-                        Fault::at(per.span.clone(), message)
+                        Diagnostic::at(per.span.clone(), message)
                             .expected(format!("expected at least {}", listed(expected))),
                     );
                 }
@@ -268,13 +268,13 @@ impl Graph {
         product: Option<&Product>,
         declaration: &Declaration,
         spelling: &Spelling,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Option<Template> {
         let node = &self.nodes[place];
         if let (Some(Product::Artifact(made)), Key::Given(path)) = (product, &declaration.path) {
             let kind = node.kind.as_ref()?.name();
             faults.push(
-                Fault::at(path.span.clone(), format!("stage {:?} exports no files", node.name))
+                Diagnostic::at(path.span.clone(), format!("stage {:?} exports no files", node.name))
                     .expected("expected no \"path\"")
                     .help(format!("{kind} makes {made}, for other stages")),
             );
@@ -291,7 +291,7 @@ impl Graph {
     }
 
     /// The fault of a port that nothing feeds, with its stage and its index there.
-    fn unconnected(&self, place: Place, index: usize) -> (Place, usize, Fault) {
+    fn unconnected(&self, place: Place, index: usize) -> (Place, usize, Diagnostic) {
         let node = &self.nodes[place];
         let port = &node.ports[index];
         let expected = match node.ports.as_slice() {
@@ -299,11 +299,11 @@ impl Graph {
             _ => format!("expected inputs = {{ {} = \"STAGE\", ... }}", port.name),
         };
         let message = format!("port {:?} of stage {:?} is not connected", port.name, node.name);
-        (place, index, Fault::at(node.header.clone(), message).expected(expected))
+        (place, index, Diagnostic::at(node.header.clone(), message).expected(expected))
     }
 
     /// The same of a port that the wrong stage feeds.
-    fn unfit(&self, place: Place, edge: usize) -> (Place, usize, Fault) {
+    fn unfit(&self, place: Place, edge: usize) -> (Place, usize, Diagnostic) {
         let node = &self.nodes[place];
         let edge = &node.edges[edge];
         let index = edge.port.unwrap_or_default();
@@ -314,7 +314,7 @@ impl Graph {
             _ => "exports files".into(),
         };
         let message = format!("port {:?} takes {types}, but stage {:?} {made}", port.name, from.name);
-        let fault = Fault::at(edge.span.clone(), message);
+        let fault = Diagnostic::at(edge.span.clone(), message);
         (place, index, fault.expected(format!("expected a stage that makes {types}")))
     }
 
@@ -353,7 +353,7 @@ fn named(declaration: &Declaration) -> usize {
     inputs + usize::from(declaration.input.given().is_some())
 }
 
-fn out_folder(out: &Key<String>, folder: &Path, faults: &mut Vec<Fault>) -> Option<PathBuf> {
+fn out_folder(out: &Key<String>, folder: &Path, faults: &mut Vec<Diagnostic>) -> Option<PathBuf> {
     let written = match out {
         Key::Absent => return Some(folder.join("out")),
         Key::Faulty => return None,
@@ -361,7 +361,9 @@ fn out_folder(out: &Key<String>, folder: &Path, faults: &mut Vec<Fault>) -> Opti
     };
     let plain = written.value.trim_start_matches("./").trim_end_matches('/');
     let fault = |message: String, expected: String| {
-        Fault::at(written.span.clone(), message).expected(expected).help("out = \"out\" is a good choice")
+        Diagnostic::at(written.span.clone(), message)
+            .expected(expected)
+            .help("out = \"out\" is a good choice")
     };
     if plain.is_empty() || plain == "." {
         let message = format!("\"out\" is {:?}: not a folder of its own", written.value);
@@ -383,7 +385,7 @@ fn connect(
     folder: &Path,
     out: Option<&Path>,
     spelling: &Spelling,
-    faults: &mut Vec<Fault>,
+    faults: &mut Vec<Diagnostic>,
 ) -> Vec<Node> {
     let places: HashMap<&str, Place> =
         stages.iter().enumerate().map(|(place, stage)| (stage.name.value.as_str(), place)).collect();
@@ -408,7 +410,7 @@ fn connect(
         .collect()
 }
 
-fn kind(stage: &Declaration, kinds: &Kinds, faults: &mut Vec<Fault>) -> Option<Arc<dyn ErasedKind>> {
+fn kind(stage: &Declaration, kinds: &Kinds, faults: &mut Vec<Diagnostic>) -> Option<Arc<dyn ErasedKind>> {
     let written = stage.kind.given()?;
     let kind = kinds.get(&written.value).cloned();
     if kind.is_none() {
@@ -423,7 +425,7 @@ fn kind(stage: &Declaration, kinds: &Kinds, faults: &mut Vec<Fault>) -> Option<A
 fn configure(
     stage: &Declaration,
     kind: &dyn ErasedKind,
-    faults: &mut Vec<Fault>,
+    faults: &mut Vec<Diagnostic>,
 ) -> Option<Arc<dyn Configured>> {
     // Unknown keys are told here rather than by the kind: they may be misspelt keys of the engine.
     let fields: Vec<_> = kind.fields().into_iter().map(|field| field.name).collect();
@@ -446,11 +448,11 @@ fn source(
     kind: Option<&dyn ErasedKind>,
     folder: &Path,
     out: Option<&Path>,
-    faults: &mut Vec<Fault>,
+    faults: &mut Vec<Diagnostic>,
 ) -> Option<Source> {
     match (&stage.source, kind) {
         (Key::Given(written), Some(kind)) if !kind.has_source() => {
-            let fault = Fault::at(written.span.clone(), format!("{} reads no files", kind.name()));
+            let fault = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
             let fault = fault.expected("expected no \"source\"");
             faults.push(match kind.ports().first() {
                 Some(port) => {
@@ -463,7 +465,7 @@ fn source(
         (Key::Given(written), _) => Source::parse(written, folder, out, faults),
         (Key::Absent, Some(kind)) if kind.has_source() => {
             let message = format!("stage {:?} has no source", stage.name.value);
-            let fault = Fault::at(stage.header.clone(), message);
+            let fault = Diagnostic::at(stage.header.clone(), message);
             faults.push(fault.expected("expected source = \"...\", a file, a folder or a glob"));
             None
         }
@@ -477,14 +479,14 @@ fn edges(
     places: &HashMap<&str, Place>,
     stages: &[Declaration],
     spelling: &Spelling,
-    faults: &mut Vec<Fault>,
+    faults: &mut Vec<Diagnostic>,
 ) -> Vec<Edge> {
     let ports = kind.map_or(&[][..], |(_, ports)| ports);
     let mut edges = Vec::new();
     if let Some((kind, [])) = kind {
         let given = stage.input.given().map(|input| &input.span);
         if let Some(span) = given.or(stage.inputs.given().map(|inputs| &inputs.span)) {
-            let fault = Fault::at(span.clone(), format!("{} takes no input", kind.name()));
+            let fault = Diagnostic::at(span.clone(), format!("{} takes no input", kind.name()));
             let fault = fault.expected("expected no \"input\"");
             faults.push(if kind.has_source() {
                 fault.help("it reads files: source = \"...\"")
@@ -497,7 +499,7 @@ fn edges(
     if let (Key::Given(per), Some((kind, ports))) = (&stage.per, kind)
         && !ports.iter().any(|port| port.many)
     {
-        let fault = Fault::at(per.span.clone(), format!("{} gathers nothing", kind.name()));
+        let fault = Diagnostic::at(per.span.clone(), format!("{} gathers nothing", kind.name()));
         faults.push(
             fault
                 .expected("expected no \"per\"")
@@ -547,8 +549,8 @@ fn unknown<'n>(
     names: impl ExactSizeIterator<Item = &'n str>,
     near: Option<&str>,
     none: &str,
-) -> Fault {
-    let fault = Fault::at(word.span.clone(), message);
+) -> Diagnostic {
+    let fault = Diagnostic::at(word.span.clone(), message);
     let fault = match names.len() {
         0 => fault.expected(format!("expected {none}")),
         _ => fault.expected(format!("expected one of: {}", listed(names))),

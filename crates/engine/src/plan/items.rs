@@ -22,7 +22,7 @@ use super::graph::{Graph, Node, Place};
 use super::source::{Asset, listed};
 use super::template::{self, Template};
 use crate::spelling::Spelling;
-use crate::{Fault, Item, ItemIndex, ItemKey, Product};
+use crate::{Diagnostic, Item, ItemIndex, ItemKey, Product};
 
 /// The most items of a plan.
 const MOST_ITEMS: usize = 1_000_000;
@@ -33,7 +33,7 @@ const MOST_ARRIVALS: usize = 16_000_000;
 pub(crate) type Assets = Vec<Vec<Asset>>;
 
 /// What lies on the disk for the source stages.
-pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Fault>) -> Arc<Assets> {
+pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Diagnostic>) -> Arc<Assets> {
     faults.extend(linked_out(graph, folders));
     let spelling = Spelling::default();
     let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, faults));
@@ -41,7 +41,7 @@ pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Faul
 }
 
 /// The items of the stages whose keys and assets are known, and the faults of the others.
-pub(crate) fn expand(graph: &Graph, assets: &Assets, faults: &mut Vec<Fault>) -> Vec<Item> {
+pub(crate) fn expand(graph: &Graph, assets: &Assets, faults: &mut Vec<Diagnostic>) -> Vec<Item> {
     let mut items = Vec::new();
     let (mut firsts, mut arrivals) = (vec![0; graph.nodes.len()], 0_usize);
     let mut known = vec![false; graph.nodes.len()];
@@ -76,7 +76,7 @@ pub(crate) fn expand(graph: &Graph, assets: &Assets, faults: &mut Vec<Fault>) ->
 
 /// The folder of exports lies in the manifest's folder, also by its links: a project that somebody else has prepared must
 /// not publish elsewhere.
-fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Fault> {
+fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Diagnostic> {
     let folder = graph.manifest.parent()?;
     let mut above = graph.out.ancestors().take_while(|above| *above != folder);
     let (above, real) = above.find_map(|above| Some((above, folders.real(above)?)))?;
@@ -86,7 +86,7 @@ fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Fault> {
     (!inside).then(|| {
         let above = above.strip_prefix(folder).unwrap_or(above);
         let message = format!("{:?} leads out of the manifest's folder, to {}", above, real.display());
-        Fault::of_file(message)
+        Diagnostic::of_file(message)
             .expected("expected a folder for exports below the manifest's, not a link to elsewhere")
             .help("remove the link; to keep exports on another disk, mount it there")
     })
@@ -102,11 +102,11 @@ fn gathered(graph: &Graph, keys: &[Place], from: Place, assets: &Assets) -> usiz
     free.fold(1, |product: usize, key| product.saturating_mul(assets[*key].len()))
 }
 
-fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Fault {
+fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Diagnostic {
     let factors = keys.iter().map(|&key| format!("{} of {}", assets[key].len(), graph.nodes[key].name));
     let factors = listed(factors).replace(", ", " times ");
     let message = format!("with stage {:?} there are too many items: {factors}", node.name);
-    Fault::at(node.header.clone(), message)
+    Diagnostic::at(node.header.clone(), message)
         .expected(format!("expected at most {MOST_ITEMS} items, and {MOST_ARRIVALS} gathered, in all"))
 }
 
@@ -186,7 +186,7 @@ fn arriving(
 }
 
 /// Gives the items their files, and finds what cannot be written side by side.
-fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, faults: &mut Vec<Fault>) {
+fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, faults: &mut Vec<Diagnostic>) {
     let mut done = vec![false; graph.nodes.len()];
     for (place, node) in graph.nodes.iter().enumerate() {
         let (Some(template), Some(keys), true) = (&node.template, &node.keys, known[place]) else { continue };
@@ -195,7 +195,7 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
         done[place] = several.is_empty();
         if !several.is_empty() {
             let message = format!("the path does not tell the items of {:?} apart", node.name);
-            let fault = Fault::at(template.span.clone(), message);
+            let fault = Diagnostic::at(template.span.clone(), message);
             faults.push(fault.expected(format!("expected {} in it", several.join(" and "))));
         }
     }
@@ -215,7 +215,7 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
             // One of a stage's items shows it.
             done[item.stage] = false;
             let message = format!("the file {file:?} of item [{}] {}", item.key, problem.message);
-            faults.push(Fault::at(template.span.clone(), message).expected(problem.expected));
+            faults.push(Diagnostic::at(template.span.clone(), message).expected(problem.expected));
             item.files.clear();
         }
     }
@@ -229,26 +229,27 @@ fn lowercase(file: &str) -> Cow<'_, str> {
 
 /// Two items that write one file, or one that writes a file where another needs a folder. Names that differ in case
 /// only are one name on Windows and macOS.
-fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Fault>) {
+fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Diagnostic>) {
     let files = items.iter().map(|item| item.files.len()).sum();
     let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);
     let mut told = HashSet::new();
-    let mut tell = |first: usize, second: usize, message: &dyn Fn() -> String, faults: &mut Vec<Fault>| {
-        let (a, b) = (items[first].stage, items[second].stage);
-        let (first, second) = if b >= a { (a, b) } else { (b, a) };
-        // One pair of files stands for all of two stages.
-        if !told.insert((first, second)) {
-            return;
-        }
-        let span = |template: &Option<Template>| template.as_ref().map(|template| template.span.clone());
-        let span = span(&graph.nodes[second].template).unwrap_or(graph.nodes[second].header.clone());
-        let help = if first == second {
-            "set the placeholders apart, by a / or another character"
-        } else {
-            "give one of them another path"
+    let mut tell =
+        |first: usize, second: usize, message: &dyn Fn() -> String, faults: &mut Vec<Diagnostic>| {
+            let (a, b) = (items[first].stage, items[second].stage);
+            let (first, second) = if b >= a { (a, b) } else { (b, a) };
+            // One pair of files stands for all of two stages.
+            if !told.insert((first, second)) {
+                return;
+            }
+            let span = |template: &Option<Template>| template.as_ref().map(|template| template.span.clone());
+            let span = span(&graph.nodes[second].template).unwrap_or(graph.nodes[second].header.clone());
+            let help = if first == second {
+                "set the placeholders apart, by a / or another character"
+            } else {
+                "give one of them another path"
+            };
+            faults.push(Diagnostic::at(span, message()).expected("expected a path of its own").help(help));
         };
-        faults.push(Fault::at(span, message()).expected("expected a path of its own").help(help));
-    };
     let name = |item: usize| match items[item].key.iter().len() {
         0 => graph.nodes[items[item].stage].name.clone(),
         _ => format!("{} [{}]", graph.nodes[items[item].stage].name, items[item].key),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{Document, Entry, Fault, Table, Value, ValueKind, unexpected, unknown_keys};
+use crate::{Diagnostic, Document, Entry, Table, Value, ValueKind, unexpected, unknown_keys};
 
 /// The keys of a stage that the engine owns; all others are its kind's parameters.
 pub(crate) const OWNED: [&str; 6] = ["kind", "source", "input", "inputs", "per", "path"];
@@ -65,12 +65,12 @@ pub(crate) struct Manifest {
 
 impl Manifest {
     /// Reads the declarations. `None` where the shape is another version's: nothing else can then be said.
-    pub(crate) fn parse(document: &Document, faults: &mut Vec<Fault>) -> Option<Self> {
+    pub(crate) fn parse(document: &Document, faults: &mut Vec<Diagnostic>) -> Option<Self> {
         let table = &document.table;
         match table.get("schema").map(|entry| &entry.value) {
             Some(Value { kind: ValueKind::Integer(SCHEMA), .. }) => {}
             Some(value @ Value { kind: ValueKind::Integer(number), .. }) => {
-                let fault = Fault::at(value.span.clone(), format!("schema {number} is not known"));
+                let fault = Diagnostic::at(value.span.clone(), format!("schema {number} is not known"));
                 faults.push(
                     fault
                         .expected(format!("expected {SCHEMA}"))
@@ -80,7 +80,7 @@ impl Manifest {
             }
             Some(value) => faults.push(unexpected(value, &SCHEMA.to_string())),
             None => faults.push(
-                Fault::at(0..0, "\"schema\" is missing")
+                Diagnostic::at(0..0, "\"schema\" is missing")
                     .expected(format!("expected schema = {SCHEMA} in the first line")),
             ),
         }
@@ -94,14 +94,15 @@ impl Manifest {
             }
             Some(entry) if !matches!(entry.value.kind, ValueKind::Table(_)) => {
                 faults.push(
-                    Fault::at(entry.value.span.clone(), "\"stage\" is not a table of stages")
+                    Diagnostic::at(entry.value.span.clone(), "\"stage\" is not a table of stages")
                         .expected("expected [stage.NAME]"),
                 );
                 Vec::new()
             }
             _ => {
                 let end = document.text.trim_end().len();
-                faults.push(Fault::at(end..end, "there are no stages").expected("expected [stage.NAME]"));
+                faults
+                    .push(Diagnostic::at(end..end, "there are no stages").expected("expected [stage.NAME]"));
                 Vec::new()
             }
         };
@@ -109,11 +110,11 @@ impl Manifest {
     }
 }
 
-fn declaration(entry: &Entry, faults: &mut Vec<Fault>) -> Declaration {
+fn declaration(entry: &Entry, faults: &mut Vec<Diagnostic>) -> Declaration {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if entry.key.is_empty() || !entry.key.chars().all(plain) {
         faults.push(
-            Fault::at(entry.key_span.clone(), format!("{:?} cannot be the name of a stage", entry.key))
+            Diagnostic::at(entry.key_span.clone(), format!("{:?} cannot be the name of a stage", entry.key))
                 .expected("expected a word of A-Z, a-z, 0-9, _ and -"),
         );
     }
@@ -135,14 +136,14 @@ fn declaration(entry: &Entry, faults: &mut Vec<Fault>) -> Declaration {
     };
     let kind = string(table, "kind", faults);
     if kind.is_absent() {
-        let fault = Fault::at(table.span.clone(), format!("stage {:?} has no kind", entry.key));
+        let fault = Diagnostic::at(table.span.clone(), format!("stage {:?} has no kind", entry.key));
         faults.push(fault.expected("expected kind = \"...\""));
     }
     let input = string(table, "input", faults);
     let inputs = connections(table, faults);
     if let (Some(entry), false) = (table.get("inputs"), input.is_absent()) {
         faults.push(
-            Fault::at(entry.key_span.clone(), "\"input\" and \"inputs\" are both given")
+            Diagnostic::at(entry.key_span.clone(), "\"input\" and \"inputs\" are both given")
                 .expected("expected one of them")
                 .help("\"input\" connects the first port, \"inputs\" connects ports by name"),
         );
@@ -164,7 +165,7 @@ fn declaration(entry: &Entry, faults: &mut Vec<Fault>) -> Declaration {
     }
 }
 
-fn string(table: &Table, key: &str, faults: &mut Vec<Fault>) -> Key<String> {
+fn string(table: &Table, key: &str, faults: &mut Vec<Diagnostic>) -> Key<String> {
     match table.get(key) {
         None => Key::Absent,
         Some(entry) => match text(&entry.value) {
@@ -177,7 +178,7 @@ fn string(table: &Table, key: &str, faults: &mut Vec<Fault>) -> Key<String> {
     }
 }
 
-fn words(table: &Table, key: &str, faults: &mut Vec<Fault>) -> Key<Vec<Written<String>>> {
+fn words(table: &Table, key: &str, faults: &mut Vec<Diagnostic>) -> Key<Vec<Written<String>>> {
     let Some(entry) = table.get(key) else { return Key::Absent };
     let all = match &entry.value.kind {
         ValueKind::Array(values) => values.iter().map(text).collect::<Option<Vec<_>>>(),
@@ -192,7 +193,7 @@ fn words(table: &Table, key: &str, faults: &mut Vec<Fault>) -> Key<Vec<Written<S
     }
 }
 
-fn connections(table: &Table, faults: &mut Vec<Fault>) -> Key<Vec<(Written<String>, Written<String>)>> {
+fn connections(table: &Table, faults: &mut Vec<Diagnostic>) -> Key<Vec<(Written<String>, Written<String>)>> {
     let Some(entry) = table.get("inputs") else { return Key::Absent };
     let ValueKind::Table(ports) = &entry.value.kind else {
         let fault = unexpected(&entry.value, "a table: inputs = { PORT = \"STAGE\" }");

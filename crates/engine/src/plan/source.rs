@@ -17,7 +17,7 @@ use globset::{GlobBuilder, GlobMatcher};
 
 use super::folders::{Folders, Found, Name};
 use super::manifest::Written;
-use crate::Fault;
+use crate::Diagnostic;
 use crate::spelling::Spelling;
 
 /// The most folders that one glob searches.
@@ -61,16 +61,17 @@ impl Source {
         written: &Written<String>,
         base: &Path,
         out: Option<&Path>,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let (text, span) = (written.value.as_str(), written.span.clone());
         if text.is_empty() {
-            faults
-                .push(Fault::at(span, "the source is empty").expected("expected a file, a folder or a glob"));
+            faults.push(
+                Diagnostic::at(span, "the source is empty").expected("expected a file, a folder or a glob"),
+            );
             return None;
         }
         if text.contains('\\') {
-            let fault = Fault::at(span, "a source has no \\").expected("expected / between folders");
+            let fault = Diagnostic::at(span, "a source has no \\").expected("expected / between folders");
             faults.push(fault.help(format!("write {:?}", text.replace('\\', "/"))));
             return None;
         }
@@ -82,7 +83,7 @@ impl Source {
                 match Pattern::parse(&text[split..]) {
                     Ok(pattern) => (&text[..split], Some(pattern)),
                     Err(error) => {
-                        let fault = Fault::at(span, format!("{text:?} is not a glob: {error}"));
+                        let fault = Diagnostic::at(span, format!("{text:?} is not a glob: {error}"));
                         faults.push(
                             fault.help("a special character stands for itself in brackets: [[] or [*]"),
                         );
@@ -95,12 +96,12 @@ impl Source {
         let root = base.join(named.clone().collect::<PathBuf>());
         let plain = resolved(&root);
         if out.is_some_and(|out| plain.starts_with(resolved(out))) {
-            let fault = Fault::at(span, format!("{text:?} lies in \"out\", where exports land"));
+            let fault = Diagnostic::at(span, format!("{text:?} lies in \"out\", where exports land"));
             faults.push(fault.help("take the input of the stage that made the file, or move the file"));
             return None;
         }
         if glob.is_none() && !matches!(named.next_back(), Some(Component::Normal(_))) {
-            let fault = Fault::at(span, format!("{text:?} has no name that could be its item's"));
+            let fault = Diagnostic::at(span, format!("{text:?} has no name that could be its item's"));
             faults.push(
                 fault.expected("expected a file, a folder or a glob").help("name the folder: \"../faces\""),
             );
@@ -156,7 +157,7 @@ impl Source {
         &self,
         folders: &dyn Folders,
         spelling: &Spelling,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Option<Vec<Asset>> {
         let before = faults.len();
         let found = match &self.glob {
@@ -173,14 +174,15 @@ impl Source {
                 Some(stem) => stems.entry(stem.into()).or_default().push(path),
                 None => {
                     let fault = format!("the name of {} is not Unicode", self.shown(&path));
-                    faults.push(Fault::at(self.span.clone(), fault).help("rename the file"));
+                    faults.push(Diagnostic::at(self.span.clone(), fault).help("rename the file"));
                 }
             }
         }
         for (stem, paths) in stems.iter().filter(|(_, paths)| paths.len() > 1) {
             let names = paths.iter().map(|path| self.shown(path));
             let message = format!("{} files have the stem {stem:?}: {}", paths.len(), listed(names));
-            let fault = Fault::at(self.span.clone(), message).expected("expected one file for each stem");
+            let fault =
+                Diagnostic::at(self.span.clone(), message).expected("expected one file for each stem");
             faults.push(
                 fault.help("a stem names an item: rename a file, or give each glob a stage of its own"),
             );
@@ -195,18 +197,18 @@ impl Source {
         &self,
         folders: &dyn Folders,
         spelling: &Spelling,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Vec<(PathBuf, Found)> {
         match folders.find(&self.root) {
             Some(found @ (Found::File | Found::Folder)) => return vec![(self.root.clone(), found)],
             Some(Found::Other) => {
                 let message = format!("{:?} is neither a file nor a folder", self.text);
-                faults.push(Fault::at(self.span.clone(), message));
+                faults.push(Diagnostic::at(self.span.clone(), message));
             }
             None => {
                 let message = format!("there is no file or folder {:?}", self.text);
-                let fault =
-                    Fault::at(self.span.clone(), message).expected("expected a file, a folder or a glob");
+                let fault = Diagnostic::at(self.span.clone(), message)
+                    .expected("expected a file, a folder or a glob");
                 faults.push(self.with_surroundings(fault, folders, spelling));
             }
         }
@@ -218,7 +220,7 @@ impl Source {
         glob: &Pattern,
         folders: &dyn Folders,
         spelling: &Spelling,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Vec<(PathBuf, Found)> {
         let before = faults.len();
         let mut found = Vec::new();
@@ -229,7 +231,7 @@ impl Source {
             searched += 1;
             if searched > MOST_FOLDERS {
                 let message = format!("{:?} searches more than {MOST_FOLDERS} folders", self.text);
-                let fault = Fault::at(self.span.clone(), message).expected("expected a narrower glob");
+                let fault = Diagnostic::at(self.span.clone(), message).expected("expected a narrower glob");
                 faults.push(fault.help(format!("the search begins in {}", self.shown(&self.root))));
                 return Vec::new();
             }
@@ -238,7 +240,7 @@ impl Source {
                 Err(_) if folders.find(&folder) != Some(Found::Folder) => continue,
                 Err(error) => {
                     let message = format!("cannot read the folder {}: {error}", self.shown(&folder));
-                    faults.push(Fault::at(self.span.clone(), message));
+                    faults.push(Diagnostic::at(self.span.clone(), message));
                     continue;
                 }
             };
@@ -263,8 +265,8 @@ impl Source {
         found
     }
 
-    fn nothing(&self, folders: &dyn Folders, spelling: &Spelling) -> Fault {
-        let fault = Fault::at(self.span.clone(), format!("no file matches {:?}", self.text))
+    fn nothing(&self, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
+        let fault = Diagnostic::at(self.span.clone(), format!("no file matches {:?}", self.text))
             .expected(format!("expected files in {}", self.shown(&self.root)));
         if folders.find(&self.base.join(&self.text)).is_some() {
             return fault
@@ -274,7 +276,7 @@ impl Source {
     }
 
     /// A fault with what a person needs who looks for a path that leads nowhere.
-    fn with_surroundings(&self, fault: Fault, folders: &dyn Folders, spelling: &Spelling) -> Fault {
+    fn with_surroundings(&self, fault: Diagnostic, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
         if spelling.is_used_up() { fault } else { fault.help(self.surroundings(folders, spelling)) }
     }
 

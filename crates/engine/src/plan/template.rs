@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::manifest::Written;
 use super::source::listed;
-use crate::Fault;
+use crate::Diagnostic;
 use crate::spelling::Spelling;
 
 /// A `path`, taken apart.
@@ -39,7 +39,7 @@ impl Template {
         stage: &str,
         keys: &[&str],
         spelling: &Spelling,
-        faults: &mut Vec<Fault>,
+        faults: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let before = faults.len();
         let places: HashMap<&str, usize> = keys.iter().copied().zip(0..).collect();
@@ -51,7 +51,8 @@ impl Template {
             let Some(name) = end.map(|end| &rest[brace + 1..brace + end]).filter(|name| !name.contains('{'))
             else {
                 let message = format!("{:?} has a brace without its partner", written.value);
-                faults.push(Fault::at(written.span.clone(), message).expected("expected {SOURCE STAGE}"));
+                faults
+                    .push(Diagnostic::at(written.span.clone(), message).expected("expected {SOURCE STAGE}"));
                 return None;
             };
             match places.get(name) {
@@ -66,7 +67,7 @@ impl Template {
             // With a plain word for every stem, what is wrong is the template's own fault.
             if let Err(problem) = check(&template.path(|_| "stem"), "\"out\"") {
                 let message = format!("{:?} {}", written.value, problem.message);
-                faults.push(Fault::at(written.span.clone(), message).expected(problem.expected));
+                faults.push(Diagnostic::at(written.span.clone(), message).expected(problem.expected));
             }
         }
         (faults.len() == before).then_some(template)
@@ -96,8 +97,8 @@ fn unknown_placeholder(
     stage: &str,
     keys: &[&str],
     spelling: &Spelling,
-) -> Fault {
-    let fault = Fault::at(span, format!("{{{name}}} names no source stage of this stage's items"));
+) -> Diagnostic {
+    let fault = Diagnostic::at(span, format!("{{{name}}} names no source stage of this stage's items"));
     let fault = match keys {
         [] => fault.expected("expected no {...}: the stage has one item, without a key"),
         _ => fault

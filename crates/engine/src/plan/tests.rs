@@ -65,7 +65,7 @@ impl Folders for Tree {
     }
 }
 
-fn load(files: &str, manifest: &str) -> Result<Plan, Faults> {
+fn load(files: &str, manifest: &str) -> Result<Plan, Diagnostics> {
     let text = format!("schema = 1\n{manifest}");
     Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &Tree::new(files))
 }

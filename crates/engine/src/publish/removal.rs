@@ -6,11 +6,11 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use super::{Publisher, TEMPORARY, Told, lock};
+use super::{PublishEvent, Publisher, TEMPORARY, lock};
 use crate::journal::{Line, Tag};
-use crate::judge::item_name;
 use crate::ledger::{Published, out_name};
 use crate::state::State;
+use crate::up_to_date::item_name;
 use crate::{Error, ItemName, Plan, platform};
 
 impl Publisher<'_> {
@@ -23,7 +23,7 @@ impl Publisher<'_> {
         plan: &Plan,
         selected: &[bool],
         all: bool,
-        told: &mut Vec<(ItemName, Told)>,
+        told: &mut Vec<(ItemName, PublishEvent)>,
     ) -> Result<(), Error> {
         if self.stale.is_empty() {
             return Ok(());
@@ -42,7 +42,7 @@ impl Publisher<'_> {
     ///
     /// # Errors
     /// If a file cannot be removed.
-    pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<Told>) -> Result<(), Error> {
+    pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match self.stale.get(item) {
             Some(files) => self.remove(files, &mut |what| told.push(what)),
             None => Ok(()),
@@ -71,7 +71,7 @@ impl Publisher<'_> {
         let lines = stale.flat_map(|(_, files)| files).filter_map(|file| self.entry(file));
         let left = lines.filter_map(|line| self.left_over(&line).transpose());
         let removed = left.filter_map(|left| match left {
-            Ok(Told::Removed { file }) => Some(Ok(file)),
+            Ok(PublishEvent::Removed { file }) => Some(Ok(file)),
             Ok(_) => None,
             Err(error) => Some(Err(error)),
         });
@@ -100,13 +100,13 @@ impl Publisher<'_> {
     }
 
     /// Removes files of the ledger, and the folders that they leave empty.
-    pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(Told)) -> Result<(), Error> {
+    pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
         // Whoever finds a file removed may put something in its place, so that it must have gone by then.
         let mut removed = lock(&self.removed);
         for file in files {
             let Some(line) = self.entry(file).filter(|_| removed.insert(file.clone())) else { continue };
             if let Some(left) = self.left_over(&line)? {
-                if let Told::Removed { .. } = left {
+                if let PublishEvent::Removed { .. } = left {
                     let place = self.root.join(file);
                     platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
                     lock(&self.thinned).extend(place.parent().map(Path::to_path_buf));
@@ -120,7 +120,7 @@ impl Publisher<'_> {
 
     /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` if it is
     /// not there any more.
-    fn left_over(&self, line: &Published) -> Result<Option<Told>, Error> {
+    fn left_over(&self, line: &Published) -> Result<Option<PublishEvent>, Error> {
         let file = &line.file;
         let place = self.root.join(file);
         let found = fs::symlink_metadata(&place).ok().filter(|_| self.is_inside(&place));
@@ -130,9 +130,9 @@ impl Publisher<'_> {
         }
         let content = self.content(&found, Some(line), &place)?;
         if content == Some(line.digest) || (content.is_some() && content == line.replaces) {
-            return Ok(Some(Told::Removed { file: file.clone() }));
+            return Ok(Some(PublishEvent::Removed { file: file.clone() }));
         }
-        Ok(Some(Told::Warning(format!(
+        Ok(Some(PublishEvent::Warning(format!(
             "{} has been changed since it was published; nothing exports it now, and it was left there",
             place.display()
         ))))

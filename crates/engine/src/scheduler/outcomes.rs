@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Message, Phase, Scheduler, Task, distinct};
-use crate::publish::{Obstacle, Told};
+use crate::publish::{PublishError, PublishEvent};
 use crate::run::{Made, Outcome, failure_of};
 use crate::{Error, ErrorKind, Event, Failure, ItemIndex, ItemName};
 
@@ -25,11 +25,11 @@ impl Scheduler<'_, '_> {
             Message::Ran(item, Ok(outcome)) => self.hear_outcome(item, outcome),
             Message::Ran(_, Err(error)) => self.fatal = Some(error),
             Message::Published(item, told, Ok(())) => self.up_to_date(item, told),
-            Message::Published(item, _, Err(Obstacle::Lost)) => {
+            Message::Published(item, _, Err(PublishError::Lost)) => {
                 self.items[item].lost = true;
                 self.want(item);
             }
-            Message::Published(item, told, Err(Obstacle::Error(error))) => {
+            Message::Published(item, told, Err(PublishError::Error(error))) => {
                 self.tell_all(item, told);
                 self.fail(item, &failure_of(error));
             }
@@ -84,7 +84,7 @@ impl Scheduler<'_, '_> {
         self.release_fetchers(item);
     }
 
-    pub(super) fn up_to_date(&mut self, item: ItemIndex, told: Vec<Told>) {
+    pub(super) fn up_to_date(&mut self, item: ItemIndex, told: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
         self.tell(Event::UpToDate { item: self.judge.name(item) });
         self.tell_all(item, told);

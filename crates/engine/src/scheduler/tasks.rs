@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::judge::Judge;
+use crate::up_to_date::UpToDateCheck;
 use crate::{ItemIndex, Product};
 
 /// A piece of work.
@@ -26,7 +26,7 @@ enum Urgency {
 }
 
 impl Urgency {
-    fn of(item: ItemIndex, judge: &Judge<'_>) -> Self {
+    fn of(item: ItemIndex, judge: &UpToDateCheck<'_>) -> Self {
         let stage = judge.plan.items[item].stage;
         match judge.plan.stages[stage].product {
             Product::Artifact(_) => Self::Artifact(stage),
@@ -46,7 +46,7 @@ pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
 
 impl Tasks {
     /// Adds a task that is done for an item. Of equally urgent ones those of earlier items go first.
-    pub(super) fn push(&mut self, item: ItemIndex, task: Task, judge: &Judge<'_>) {
+    pub(super) fn push(&mut self, item: ItemIndex, task: Task, judge: &UpToDateCheck<'_>) {
         self.0.push((Urgency::of(item, judge), Reverse(item), task));
     }
 

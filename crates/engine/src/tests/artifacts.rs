@@ -4,7 +4,7 @@ use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
-use crate::{Artifact, Context, Failure, Kind, Output, Port, Workbench, parameters};
+use crate::{Artifact, BuildSession, Context, Failure, Kind, Output, Port, parameters};
 
 static DECODED: AtomicUsize = AtomicUsize::new(0);
 static ALIVE: AtomicUsize = AtomicUsize::new(0);
@@ -139,14 +139,14 @@ fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
 fn a_bench_remembers_what_it_made_and_what_it_decoded() {
     let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let project = imports();
-    let bench = Workbench::new(Some(2), 1 << 20).unwrap();
+    let bench = BuildSession::new(Some(2), 1 << 20).unwrap();
     assert!(project.build_on(&bench).contains("80 ran"));
     DECODED.store(0, Ordering::SeqCst);
     project.edit("number = 1", "number = 2");
     assert!(project.build_on(&bench).contains("60 ran, 20 up to date"));
     assert_eq!(DECODED.load(Ordering::SeqCst), 0, "what was made is remembered");
 
-    let fresh = Workbench::new(Some(2), 1 << 20).unwrap();
+    let fresh = BuildSession::new(Some(2), 1 << 20).unwrap();
     project.edit("number = 2", "number = 3");
     assert!(project.build_on(&fresh).contains("60 ran"));
     assert_eq!(DECODED.load(Ordering::SeqCst), 20);
@@ -155,7 +155,7 @@ fn a_bench_remembers_what_it_made_and_what_it_decoded() {
     assert_eq!(DECODED.load(Ordering::SeqCst), 20, "what was decoded is remembered");
 
     // So little memory that each of these is too big for it.
-    let small = Workbench::new(Some(2), 3).unwrap();
+    let small = BuildSession::new(Some(2), 3).unwrap();
     for number in [5, 6] {
         DECODED.store(0, Ordering::SeqCst);
         project.edit(&format!("number = {}", number - 1), &format!("number = {number}"));
@@ -170,7 +170,7 @@ fn a_bench_remembers_what_it_made_and_what_it_decoded() {
 fn memory_stands_in_for_a_damaged_result_and_not_for_a_lost_one() {
     let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let project = imports();
-    let bench = Workbench::new(Some(1), 1 << 20).unwrap();
+    let bench = BuildSession::new(Some(1), 1 << 20).unwrap();
     project.build_on(&bench);
     DECODED.store(0, Ordering::SeqCst);
     // As long as what it was, so that only reading it shows that it is damaged.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
 use crate::cache::{Amount, CollectOptions, Freed, collect, stats, verify};
-use crate::{ErrorKind, Patience, Workbench};
+use crate::{BuildSession, ErrorKind, LockTimeout};
 
 const CHAIN: &str = r#"
 schema = 1
@@ -183,7 +183,7 @@ fn what_an_item_that_has_gone_made_is_earlier_and_comes_back_without_a_run() {
 fn a_damaged_blob_is_named_dropped_and_made_again_by_the_next_build() {
     let project = chain();
     edits(&project, "ab");
-    let check = || verify(&project.path(""), Patience::NONE, &|_| {}).unwrap();
+    let check = || verify(&project.path(""), LockTimeout::NONE, &|_| {}).unwrap();
     assert_eq!((check().intact, check().lost.len()), (amount(4, 400), 0));
     let (now, before) = (project.blob(&"B".repeat(100)), project.blob(&"a".repeat(100)));
     fs::write(&now, "B".repeat(99) + "?").unwrap();
@@ -289,7 +289,7 @@ fn who_only_reads_is_not_disturbed_by_builds_compactions_and_collections() {
 #[test]
 fn a_bench_that_builds_all_day_keeps_cache_and_journal_within_bounds() {
     let project = chain();
-    let bench = Workbench::new(Some(1), 0).unwrap();
+    let bench = BuildSession::new(Some(1), 0).unwrap();
     let mut largest = 0;
     let mut longest = 0;
     for round in 0..1500 {
@@ -312,7 +312,7 @@ fn a_bench_that_builds_all_day_keeps_cache_and_journal_within_bounds() {
 #[test]
 fn trimming_leaves_a_folder_alone_where_another_is_at_work_or_nothing_is() {
     let project = chain();
-    let bench = Workbench::new(Some(1), 0).unwrap();
+    let bench = BuildSession::new(Some(1), 0).unwrap();
     assert_eq!(bench.trim(&project.path(""), 0).unwrap(), Freed::default(), "nothing has been built");
     edits(&project, "ab");
     let lock = fs::File::options().write(true).open(project.path(".specula/lock")).unwrap();
@@ -330,6 +330,6 @@ fn a_folder_without_a_cache_is_said_to_have_none() {
     assert_eq!(error.kind(), ErrorKind::UnknownTarget);
     assert!(error.to_string().contains(".specula does not exist") && error.help().is_some(), "{error}");
     assert!(collect(&project.path(""), &CollectOptions::default(), &|_| {}).is_err());
-    assert!(verify(&project.path(""), Patience::NONE, &|_| {}).is_err());
+    assert!(verify(&project.path(""), LockTimeout::NONE, &|_| {}).is_err());
     assert!(!project.exists(".specula"));
 }

@@ -26,7 +26,7 @@ path = "{left}/{right}"
 
 struct Told {
     project: Project,
-    bench: Workbench,
+    bench: BuildSession,
     plan: Plan,
 }
 
@@ -37,7 +37,7 @@ fn told() -> Told {
             project.write(&format!("{side}/{name}.txt"), &format!("{side} {name}\n"));
         }
     }
-    let (bench, plan) = (Workbench::new(Some(1), 0).unwrap(), project.plan());
+    let (bench, plan) = (BuildSession::new(Some(1), 0).unwrap(), project.plan());
     let told = Told { project, bench, plan };
     assert!(told.build(None).contains("12 ran"));
     told

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::testkit::{Nothing, Text};
-use crate::{Context, ErrorKind, Failure, Kind, Output, Patience, Port};
+use crate::{Context, ErrorKind, Failure, Kind, LockTimeout, Output, Port};
 
 const CHAIN: &str = r#"
 schema = 1
@@ -104,7 +104,7 @@ fn a_second_build_is_refused_while_one_is_at_work() {
     let seen = Mutex::new(None);
     crate::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Started { .. }) && seen.lock().unwrap().is_none() {
-            let hasty = BuildOptions { patience: Patience::NONE, ..project.options.clone() };
+            let hasty = BuildOptions { patience: LockTimeout::NONE, ..project.options.clone() };
             let second = crate::build(&plan, &hasty, &project.cancel, &|_| {});
             *seen.lock().unwrap() = Some(second);
             let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
@@ -126,7 +126,7 @@ fn a_build_waits_for_the_one_at_work_and_stops_waiting_when_it_is_told_to() {
     let cancel = Cancel::default();
     crate::build(&plan, &project.options, &project.cancel, &|event| {
         if matches!(event, Event::Started { .. }) && second.lock().unwrap().is_none() {
-            let patient = BuildOptions { patience: Patience::ENDLESS, ..project.options.clone() };
+            let patient = BuildOptions { patience: LockTimeout::ENDLESS, ..project.options.clone() };
             let events = Mutex::new(Vec::new());
             let summary = crate::build(&plan, &patient, &cancel, &|event| {
                 if matches!(event, Event::Waiting { .. }) {

@@ -11,7 +11,7 @@ mod interruptions;
 mod outdated;
 mod publishing;
 mod rebuilds;
-mod shelf;
+mod snapshot;
 mod watch;
 
 use std::fmt::Write;
@@ -20,7 +20,7 @@ use std::sync::Mutex;
 
 use crate::testkit::kinds;
 use crate::{
-    BuildOptions, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary, Workbench,
+    BuildOptions, BuildSession, Cancel, Error, Event, Explanation, Kinds, Plan, Product, Reason, Summary,
 };
 
 /// A project in a folder of its own.
@@ -94,7 +94,7 @@ impl Project {
     }
 
     /// The same, by a bench that may remember something.
-    fn build_on(&self, bench: &Workbench) -> String {
+    fn build_on(&self, bench: &BuildSession) -> String {
         let events = Mutex::new(Vec::new());
         let built = bench
             .build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().unwrap().push(event));
@@ -145,7 +145,7 @@ fn log(events: &[Event]) -> String {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
                 writeln!(text, "run {item}: {}", reasons.join("; "))
             }
-            Event::Worked { .. } => Ok(()),
+            Event::TaskTimed { .. } => Ok(()),
             Event::Warning { item, message } => writeln!(text, "warning {item}: {message}"),
             Event::Note { item, message } => writeln!(text, "note {item}: {message}"),
             Event::Finished { item, changed, .. } => {
@@ -170,7 +170,7 @@ fn log(events: &[Event]) -> String {
             }
             Event::Rejected { faults } => writeln!(text, "rejected: {faults}"),
             Event::Accepted => writeln!(text, "accepted"),
-            Event::Hindered { error, .. } => writeln!(text, "hindered: {}", error.join(": ")),
+            Event::BuildError { error, .. } => writeln!(text, "hindered: {}", error.join(": ")),
             Event::Ended(Summary {
                 ran, up_to_date, failed, skipped, published, removed, cancelled, ..
             }) => {

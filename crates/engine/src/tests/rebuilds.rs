@@ -482,7 +482,7 @@ fn every_piece_of_work_says_who_did_it_and_when() {
         let (events, summary) = project.try_build();
         let (events, whole) = (events.into_iter(), summary.unwrap().milliseconds);
         let spells = events.filter_map(|event| match event {
-            Event::Worked { item, work, worker, start_milliseconds: start, milliseconds } => {
+            Event::TaskTimed { item, work, worker, start_milliseconds: start, milliseconds } => {
                 assert!(
                     worker < 2 && start >= 0.0 && start + milliseconds <= whole,
                     "{item} {start} {whole}"

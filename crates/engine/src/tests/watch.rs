@@ -9,7 +9,7 @@ mod loss;
 mod manifests;
 mod reads;
 mod retries;
-mod underway;
+mod running;
 mod writing;
 
 use std::fs::{self, File};
@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use super::{Project, log};
 use crate::testkit::kinds;
-use crate::watch::{Attention, Backoff, Watcher};
+use crate::watch::{Backoff, ChangeCollector, Watcher};
 use crate::{Cancel, Change, Changed, Error, Event, Summary, WatchOptions};
 
 /// Far longer than anything takes.
@@ -99,11 +99,11 @@ impl<'a> Watched<'a> {
     }
 
     fn start(project: &'a Project, options: WatchOptions) -> Self {
-        let attention = Attention::new(options.debounce, options.poll, Duration::from_millis(25));
+        let attention = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
         Self::with(project, options, attention)
     }
 
-    fn with(project: &'a Project, options: WatchOptions, attention: Attention) -> Self {
+    fn with(project: &'a Project, options: WatchOptions, attention: ChangeCollector) -> Self {
         Self::trying(project, options, attention, TRIES)
     }
 
@@ -111,7 +111,7 @@ impl<'a> Watched<'a> {
     fn trying(
         project: &'a Project,
         options: WatchOptions,
-        attention: Attention,
+        attention: ChangeCollector,
         [first, longest]: [Duration; 2],
     ) -> Self {
         let (told, cancel) = (Arc::new(Told::default()), Cancel::default());
@@ -121,7 +121,7 @@ impl<'a> Watched<'a> {
                 ears.events.lock().unwrap().push(event);
                 ears.more.notify_all();
             };
-            let kinds = kinds().with(underway::Patient).with(retries::Refused).with(writing::Sentence);
+            let kinds = kinds().with(running::Patient).with(retries::Refused).with(writing::Sentence);
             let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, attention)?;
             watcher.retry = Backoff::new(first, longest);
             watcher.run()

@@ -11,8 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::attention::PATIENCE;
 use super::backoff::Backoff;
+use super::changes::PATIENCE;
 
 /// How long files are waited for.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use engine::{Fault, Faults, Parameter, Value, ValueKind, nearest, unexpected};
+use engine::{Diagnostic, Diagnostics, Parameter, Value, ValueKind, nearest, unexpected};
 
 /// A program and its arguments.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +79,7 @@ impl Command {
         };
         let unknown = used.iter().filter(|name| !is_port.contains(*name)).enumerate().map(|(index, name)| {
             // More are not shown.
-            let ports = if index < Faults::SHOWN { ports } else { &[] };
+            let ports = if index < Diagnostics::SHOWN { ports } else { &[] };
             let near = nearest(name, ports.iter().copied());
             let near = near.map_or_else(String::new, |near| format!("; did you mean {}?", written(near)));
             format!("command: {} names no input of the stage: {there}{near}", written(name))
@@ -96,8 +96,8 @@ impl Parameter for Command {
         "an array of strings: the program and its arguments, {output} in one of them".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
-        let fault = |value: &Value, message: String| Fault::at(value.span.clone(), message);
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let fault = |value: &Value, message: String| Diagnostic::at(value.span.clone(), message);
         let ValueKind::Array(values) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
         let mut arguments = Vec::new();
         for value in values {
@@ -199,7 +199,7 @@ fn pieces(text: &str) -> Result<Vec<Piece>, (String, String)> {
 mod tests {
     use super::*;
 
-    fn parse(words: &[&str]) -> Result<Command, Fault> {
+    fn parse(words: &[&str]) -> Result<Command, Diagnostic> {
         let value = |kind| Value { span: 0..1, kind };
         let words = words.iter().map(|word| value(ValueKind::String((*word).into()))).collect();
         Command::parse(&value(ValueKind::Array(words)))

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use containers::{OpenExrEnvmap, Precision, ReadOptions, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{
-    Artifact, Context, Failure, Fault, Output, Parameter, Product, Table, Value, ValueKind, choice,
+    Artifact, Context, Diagnostic, Failure, Output, Parameter, Product, Table, Value, ValueKind, choice,
     unexpected, unknown_keys,
 };
 use envmap::{BadPixels, Image, Layout, repair};
@@ -88,7 +88,7 @@ impl Parameter for Formats {
         format!("a table of ports, each {}", Format::expected())
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
         let entries = table.entries.iter();
         entries
@@ -243,10 +243,10 @@ impl Parameter for Made {
             .into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
         let Some(what) = table.get("type") else {
-            return Err(Fault::at(value.span.clone(), "there is no type")
+            return Err(Diagnostic::at(value.span.clone(), "there is no type")
                 .expected(format!("expected type = {}", MadeType::expected())));
         };
         match MadeType::parse(&what.value)? {
@@ -270,7 +270,8 @@ impl Parameter for Made {
                 let value = wanted(table, "names", "the names of the files")?;
                 let names = Vec::<String>::parse(value)?;
                 let expected = "expected file names of A-Z, a-z, 0-9, _, - and single dots, each once";
-                let fault = |message: String| Err(Fault::at(value.span.clone(), message).expected(expected));
+                let fault =
+                    |message: String| Err(Diagnostic::at(value.span.clone(), message).expected(expected));
                 let mut lower = vec!["recipe.json".to_owned()];
                 for name in &names {
                     if !name.split('.').all(is_word) {
@@ -318,7 +319,7 @@ impl Parameter for Made {
     }
 }
 
-fn artifact(name: &'static str, table: &Table) -> Result<Made, Fault> {
+fn artifact(name: &'static str, table: &Table) -> Result<Made, Diagnostic> {
     only(table, &["type", "format"])?;
     let Some(entry) = table.get("format") else { return Ok(Made::Artifact(name, formats_of(name)[0])) };
     let expected = listed(formats_of(name));
@@ -328,15 +329,15 @@ fn artifact(name: &'static str, table: &Table) -> Result<Made, Fault> {
     }
 }
 
-fn only(table: &Table, known: &[&str]) -> Result<(), Fault> {
+fn only(table: &Table, known: &[&str]) -> Result<(), Diagnostic> {
     let mut faults = Vec::new();
     unknown_keys(table, &known.iter().map(|&key| key.to_owned()).collect::<Vec<_>>(), &mut faults);
     faults.into_iter().next().map_or(Ok(()), Err)
 }
 
-fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Fault> {
+fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Diagnostic> {
     let missing = || {
-        Fault::at(table.span.clone(), format!("there is no {key}"))
+        Diagnostic::at(table.span.clone(), format!("there is no {key}"))
             .expected(format!("expected {key}: {what}"))
     };
     table.get(key).map(|entry| &entry.value).ok_or_else(missing)

@@ -4,7 +4,7 @@ use std::env;
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use engine::{Context, Digest, Failure, Fault, Parameter, Value};
+use engine::{Context, Diagnostic, Digest, Failure, Parameter, Value};
 
 use super::Parameters;
 use super::command::{Command, Piece};
@@ -25,10 +25,10 @@ impl Parameter for Variables {
         "an array of names of environment variables".into()
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let names = Vec::<String>::parse(value)?;
         match names.iter().find(|name| name.is_empty() || name.contains(['=', '\0'])) {
-            Some(bad) => Err(Fault::at(value.span.clone(), format!("{bad:?} is no name of a variable"))
+            Some(bad) => Err(Diagnostic::at(value.span.clone(), format!("{bad:?} is no name of a variable"))
                 .expected("expected names alone, without values")),
             None => Ok(Self(names.into_iter().map(|name| (name.clone(), env::var_os(name))).collect())),
         }

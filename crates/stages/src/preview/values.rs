@@ -1,6 +1,6 @@
 //! What parameters of a preview look like.
 
-use engine::{Fault, Parameter, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
 use preview::Background;
 use serde_json::json;
 
@@ -18,7 +18,7 @@ impl Parameter for Size {
         format!("the edge of a square or [width, height], each {LEAST} to {MOST}")
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let side = |value: &Value| match usize::parse(value) {
             Ok(side) if (LEAST..=MOST).contains(&side) => Ok(side),
             _ => Err(unexpected(value, &format!("a whole number, {LEAST} to {MOST}"))),
@@ -70,7 +70,7 @@ impl Parameter for Behind {
         format!("\"environment\", \"harmonics\" or {}", Rgb::expected())
     }
 
-    fn parse(value: &Value) -> Result<Self, Fault> {
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
         match &value.kind {
             ValueKind::String(word) if word == "environment" => Ok(Self::Environment),
             ValueKind::String(word) if word == "harmonics" => Ok(Self::Harmonics),

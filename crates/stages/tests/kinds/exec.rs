@@ -71,7 +71,7 @@ impl Project {
         fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    fn plan(&self) -> Result<Plan, engine::Faults> {
+    fn plan(&self) -> Result<Plan, engine::Diagnostics> {
         Plan::load(&self.path("pipeline.toml"), &stages::kinds())
     }
 

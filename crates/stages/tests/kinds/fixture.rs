@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use engine::{
-    Artifact, Configured, Context, Digest, Failure, Fault, Files, Handle, ItemKey, Output, Product, Read,
-    Table,
+    Artifact, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Output, Product,
+    Read, Table,
 };
 use sh::{Degree, Transform};
 use sphere::{DVec3, LatLong};
@@ -119,7 +119,7 @@ impl Case {
         self
     }
 
-    fn configure(&self) -> Result<Arc<dyn Configured>, Vec<Fault>> {
+    fn configure(&self) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
         let kinds = stages::kinds();
         kinds.get(self.kind).unwrap().configure(&table(&self.parameters))
     }

@@ -27,7 +27,7 @@ path = "{sky}/all"
     format!("\u{feff}schema = 1\r\nout = \"out\"\n{SOURCES}{stages}").into_bytes()
 }
 
-fn load(bytes: &[u8]) -> Result<Plan, Faults> {
+fn load(bytes: &[u8]) -> Result<Plan, Diagnostics> {
     Plan::of_bytes(Path::new(MANIFEST), bytes, &kinds(), &Tree::new(FILES))
 }
 
@@ -49,7 +49,7 @@ fn every_truncated_length_gives_a_plan_or_faults_in_the_text() {
     assert!(faulty > whole.len() / 2, "{faulty} of {}", whole.len());
 }
 
-fn assert_placed(faults: &Faults) {
+fn assert_placed(faults: &Diagnostics) {
     assert!(!faults.faults.is_empty());
     for fault in &faults.faults {
         let span = fault.span.clone().unwrap_or(0..0);

@@ -18,12 +18,12 @@ fn check_many(manifest: &str, count: usize, told: &str) {
     let sources = "[stage.text]\nkind = \"text-source\"\nsource = \"*.txt\"\n";
     let Err(faults) = load("a.txt", &format!("{sources}{manifest}")) else { panic!("no fault: {told}") };
     assert_eq!(faults.faults.len(), count, "{told}");
-    assert_eq!((faults.shown().len(), faults.more()), (Faults::SHOWN, count - Faults::SHOWN));
+    assert_eq!((faults.shown().len(), faults.more()), (Diagnostics::SHOWN, count - Diagnostics::SHOWN));
     for fault in faults.shown() {
         let text = format!("{} {}", fault.message, fault.help.as_deref().unwrap_or_default());
         assert!(text.contains(told), "no {told:?} in {text:?}");
     }
-    assert_eq!(faults.to_string().lines().count(), Faults::SHOWN + 1);
+    assert_eq!(faults.to_string().lines().count(), Diagnostics::SHOWN + 1);
 }
 
 #[test]

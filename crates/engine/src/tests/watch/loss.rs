@@ -27,7 +27,7 @@ fn a_file_renamed_and_removed_at_once() {
 fn a_queue_that_overflowed_leads_to_a_look_at_everything() {
     let project = capitals();
     let options = Way::Listening.options();
-    let attention = Attention::deaf(options.debounce);
+    let attention = ChangeCollector::deaf(options.debounce);
     let system = attention.teller();
     let watched = Watched::with(&project, options, attention);
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
@@ -43,7 +43,7 @@ fn a_queue_that_overflowed_leads_to_a_look_at_everything() {
 fn after_an_overflow_folders_that_were_replaced_unheard_are_listened_to() {
     let project = capitals();
     let options = Way::Listening.options();
-    let attention = Attention::new(options.debounce, None, Duration::from_secs(3600));
+    let attention = ChangeCollector::new(options.debounce, None, Duration::from_secs(3600));
     let system = attention.teller();
     let watched = Watched::with(&project, options, attention);
     watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
@@ -59,7 +59,7 @@ fn after_an_overflow_folders_that_were_replaced_unheard_are_listened_to() {
 fn where_no_event_arrives_polling_takes_over() {
     let project = capitals();
     let options = Way::Listening.options();
-    let attention = Attention::unanswered(options.debounce, Duration::from_millis(25));
+    let attention = ChangeCollector::unanswered(options.debounce, Duration::from_millis(25));
     let watched = Watched::with(&project, options, attention);
     let way = |events: &[Event]| {
         events.iter().find_map(|event| match event {

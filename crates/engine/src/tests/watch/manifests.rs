@@ -3,7 +3,7 @@
 use super::*;
 use crate::lock::Request;
 use crate::state::State;
-use crate::{Errand, ErrorKind, Patience};
+use crate::{ErrorKind, LockPurpose, LockTimeout};
 
 fn rejected(events: &[Event]) -> Vec<String> {
     let rejected = events.iter().filter_map(|event| match event {
@@ -77,8 +77,8 @@ each_way! {
     fn the_state_folder_of_another_build_is_waited_for(way: Way) {
         let project = capitals();
         let request = Request {
-            errand: Errand::Collect,
-            patience: Patience::NONE,
+            errand: LockPurpose::Collect,
+            patience: LockTimeout::NONE,
             cancel: &Cancel::default(),
             waiting: &|_| {},
         };
@@ -109,7 +109,7 @@ fn a_build_that_cannot_go_on_is_told_and_tried_again_at_the_next_change() {
     project.write(".specula", "in the way");
     let watched = Watched::start(&project, Way::Listening.options());
     let hindered =
-        |events: &[Event]| events.iter().filter(|event| matches!(event, Event::Hindered { .. })).count();
+        |events: &[Event]| events.iter().filter(|event| matches!(event, Event::BuildError { .. })).count();
     watched.until("the error", |events| hindered(events) == 1);
     project.write("in/sky.txt", "grey");
     watched.until("the error again", |events| hindered(events) >= 2);

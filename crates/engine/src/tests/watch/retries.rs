@@ -45,7 +45,7 @@ const FOR_EVER: Duration = Duration::from_secs(86_400);
 fn failures(events: &[Event]) -> Vec<String> {
     let failed = events.iter().filter_map(|event| match event {
         Event::Failed { item, error, .. } => Some(format!("{item}: {}", error.join(": "))),
-        Event::Hindered { error, .. } => Some(error.join(": ")),
+        Event::BuildError { error, .. } => Some(error.join(": ")),
         _ => None,
     });
     failed.collect()
@@ -121,7 +121,7 @@ each_way! {
         let project = capitals();
         lead_out_nowhere(&project);
         let options = way.options();
-        let attention = Attention::new(options.debounce, options.poll, Duration::from_millis(25));
+        let attention = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
         let watched = Watched::trying(&project, options, attention, [FOR_EVER, FOR_EVER]);
         watched.until("the refusal", |events| failures(events).len() == 2);
         watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));

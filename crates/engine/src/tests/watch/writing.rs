@@ -70,7 +70,7 @@ fn pauses() -> WritePauses {
 /// Watches until all is built and settled.
 fn watched(project: &Project, way: Way, pauses: WritePauses) -> Watched<'_> {
     let options = way.options();
-    let attention = Attention::new(options.debounce, options.poll, Duration::from_millis(25));
+    let attention = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
     let watched = Watched::with(project, options, attention.with_pauses(pauses));
     watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
     watched.until_out(&BEFORE);
@@ -197,7 +197,8 @@ fn a_file_that_is_right_after_a_failure_is_a_file_like_any_other() {
 fn a_close_that_was_lost_is_not_waited_for() {
     let project = sentences();
     let options = Way::Listening.options();
-    let attention = Attention::new(options.debounce, None, Duration::from_secs(3600)).with_pauses(pauses());
+    let attention =
+        ChangeCollector::new(options.debounce, None, Duration::from_secs(3600)).with_pauses(pauses());
     let system = attention.teller();
     let watched = Watched::with(&project, options, attention);
     watched.until_out(&BEFORE);

@@ -75,43 +75,43 @@ impl Project {
         assert_eq!(built.failed, 0);
     }
 
-    fn opening(&self, goes_on_without: bool) -> Opening<'_> {
+    fn opening(&self, goes_on_without: bool) -> WindowRequest<'_> {
         let Self { manifest, kinds, stages, .. } = self;
-        Opening { manifest, kinds, stages, wish: Wish::default(), cpu: true, goes_on_without }
+        WindowRequest { manifest, kinds, stages, wish: Wish::default(), cpu: true, goes_on_without }
     }
 }
 
-fn event(event: Event) -> Letter {
-    Letter::Event(event, Instant::now())
+fn event(event: Event) -> PreviewMessage {
+    PreviewMessage::Event(event, Instant::now())
 }
 
-fn planned() -> Letter {
+fn planned() -> PreviewMessage {
     event(Event::Planned { dry_run: false, stages: 5, items: 9 })
 }
 
-fn ended() -> Letter {
+fn ended() -> PreviewMessage {
     event(Event::Ended(Summary::default()))
 }
 
-fn watching() -> Letter {
+fn watching() -> PreviewMessage {
     event(Event::Watching { folders: 3, poll_milliseconds: None, because: None })
 }
 
-fn failed(stage: &str) -> Letter {
+fn failed(stage: &str) -> PreviewMessage {
     let key = ItemKey::from_iter([("environment", "studio")]);
     let item = ItemName { stage: stage.into(), key };
     event(Event::Failed { item, error: vec!["it is broken".into()], help: None })
 }
 
-fn wanted(material: &str) -> Letter {
+fn wanted(material: &str) -> PreviewMessage {
     let subject = Subject { environment: "studio".into(), material: material.into(), mesh: "sphere".into() };
-    Letter::Wanted(subject)
+    PreviewMessage::Wanted(subject)
 }
 
 /// A window that keeps what it is told.
-fn window() -> (Letter, Receiver<News>) {
+fn window() -> (PreviewMessage, Receiver<News>) {
     let (sender, news) = channel();
-    (Letter::Opened(Box::new(move |item| _ = sender.send(item))), news)
+    (PreviewMessage::Opened(Box::new(move |item| _ = sender.send(item))), news)
 }
 
 /// The news in a line each.
@@ -128,8 +128,8 @@ fn told(news: &Receiver<News>) -> Vec<String> {
     told.filter(|line| !line.starts_with("status: ")).collect()
 }
 
-fn no_window() -> Letter {
-    Letter::NoWindow(Box::default())
+fn no_window() -> PreviewMessage {
+    PreviewMessage::NoWindow(Box::default())
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn without_a_window_it_ends_with_a_still_though_the_build_had_ended_before() {
     let project = Project::new(PIPELINE);
     project.build();
     let (opening, cancel) = (project.opening(false), Cancel::default());
-    let mut curator = Curator::new(&opening, &cancel);
+    let mut curator = PreviewController::new(&opening, &cancel);
     curator.answer([planned(), ended()]);
     curator.answer([watching()]);
     assert!(!cancel.is_cancelled(), "there may be a window yet");
@@ -151,7 +151,7 @@ fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
     let project = Project::new(PIPELINE);
     project.build();
     let (opening, cancel) = (project.opening(false), Cancel::default());
-    let mut curator = Curator::new(&opening, &cancel);
+    let mut curator = PreviewController::new(&opening, &cancel);
     let (opened, news) = window();
     curator.answer([opened]);
     curator.answer([wanted("gold")]);
@@ -165,11 +165,11 @@ fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
 #[test]
 fn without_a_window_it_ends_where_nothing_can_be_built_and_not_while_something_is() {
     let project = Project::new(PIPELINE);
-    let hindered = || event(Event::Hindered { error: vec!["the disk is full".into()], help: None });
+    let hindered = || event(Event::BuildError { error: vec!["the disk is full".into()], help: None });
     let opening = project.opening(false);
-    let cancelled = |letters: Vec<Letter>| {
+    let cancelled = |letters: Vec<PreviewMessage>| {
         let cancel = Cancel::default();
-        let mut curator = Curator::new(&opening, &cancel);
+        let mut curator = PreviewController::new(&opening, &cancel);
         letters.into_iter().for_each(|letter| _ = curator.answer([letter]));
         cancel.is_cancelled()
     };
@@ -179,7 +179,7 @@ fn without_a_window_it_ends_where_nothing_can_be_built_and_not_while_something_i
     let stopped = event(Event::Ended(Summary { cancelled: true, ..Summary::default() }));
     assert!(!cancelled(vec![planned(), stopped, no_window()]));
     let (watching, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = Curator::new(&watching, &cancel);
+    let mut curator = PreviewController::new(&watching, &cancel);
     curator.answer([planned(), ended(), no_window()]);
     assert!(!cancel.is_cancelled(), "a watcher goes on");
 }
@@ -188,14 +188,14 @@ fn without_a_window_it_ends_where_nothing_can_be_built_and_not_while_something_i
 fn a_window_that_comes_too_late_is_closed() {
     let project = Project::new(PIPELINE);
     let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = Curator::new(&opening, &cancel);
-    curator.answer([Letter::Close]);
+    let mut curator = PreviewController::new(&opening, &cancel);
+    curator.answer([PreviewMessage::Close]);
     for _ in 0..2 {
         let (opened, news) = window();
         curator.answer([opened]);
         assert!(told(&news).contains(&"close".into()));
     }
-    assert!(curator.answer([Letter::End]));
+    assert!(curator.answer([PreviewMessage::End]));
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn where_nothing_can_be_shown_it_says_so_and_what_to_do() {
     let nothing = |project: &Project| {
         let (opening, cancel) = (project.opening(true), Cancel::default());
         let (opened, news) = window();
-        Curator::new(&opening, &cancel).answer([opened]);
+        PreviewController::new(&opening, &cancel).answer([opened]);
         told(&news).pop().unwrap()
     };
     let reflection = PIPELINE.find("[stage.reflection]").unwrap();
@@ -226,14 +226,14 @@ fn where_nothing_can_be_shown_it_says_so_and_what_to_do() {
 fn a_kept_picture_is_told_when_it_is_there() {
     let project = Project::new(PIPELINE);
     let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = Curator::new(&opening, &cancel);
+    let mut curator = PreviewController::new(&opening, &cancel);
     let (opened, news) = window();
     curator.answer([opened]);
     told(&news);
     let subject = Subject { environment: "sky".into(), material: "gold".into(), mesh: "sphere".into() };
     let picture =
         || Picture { size: [1; 2], codes: vec![[0; 3]], radiance: vec![[0.0; 4]], relative_rms: None };
-    let keep = || Letter::Keepsake(subject.clone(), picture());
+    let keep = || PreviewMessage::Keepsake(subject.clone(), picture());
     curator.answer([keep(), keep()]);
     for (line, number) in told(&news).iter().zip([1, 2]) {
         let file = project.path(&format!(".specula/screenshots/gold-sky-sphere-{number}.png"));
@@ -251,7 +251,7 @@ fn what_is_gone_is_no_failure_and_no_shelf_of_before_stands_in_for_what_cannot_b
     let project = Project::new(PIPELINE);
     project.build();
     let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = Curator::new(&opening, &cancel);
+    let mut curator = PreviewController::new(&opening, &cancel);
     let (opened, news) = window();
     curator.answer([opened, watching()]);
     curator.answer([wanted("gold")]);
@@ -289,11 +289,11 @@ fn a_failure_says_whether_it_is_the_pictures() {
     let project = Project::new(PIPELINE);
     project.build();
     let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = Curator::new(&opening, &cancel);
+    let mut curator = PreviewController::new(&opening, &cancel);
     let (opened, news) = window();
     curator.answer([opened, wanted("gold")]);
     told(&news);
-    let headline = |letter: Letter, curator: &mut Curator<'_>| {
+    let headline = |letter: PreviewMessage, curator: &mut PreviewController<'_>| {
         curator.answer([letter]);
         told(&news).pop().unwrap().split(';').next().unwrap().to_owned()
     };

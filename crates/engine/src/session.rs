@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::disk::Noted;
+use crate::disk::ReadSet;
 use crate::journal::Journal;
-use crate::judge::Known;
 use crate::memory::Memory;
+use crate::up_to_date::Known;
 use crate::{Error, ErrorKind, Plan};
 
 /// How the names of a workbench's threads begin. Kinds run on these: their panics are caught there and told as failures
@@ -19,12 +19,12 @@ pub const WORKER: &str = "specula worker";
 /// The threads of a process's builds, and what they remember from one build to the next.
 ///
 /// It holds no lock: between its builds another process may build in the same folder.
-pub struct Workbench {
+pub struct BuildSession {
     pub(crate) pool: ThreadPool,
     /// What the items of the last build read, and of the one under way.
-    noted: Mutex<(Arc<Noted>, Arc<Noted>)>,
+    noted: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
-    between: Mutex<Between>,
+    between: Mutex<SavedState>,
     /// The paths that a watcher has heard of and not acted on, if one is at work: it will build again because of them.
     pub(crate) pending: Option<Arc<PathSet>>,
     /// What the items read that failed in the last build.
@@ -44,7 +44,7 @@ impl PathSet {
 /// What is known of the state folder between two builds. Others may write there meanwhile, so that it is checked before
 /// it is used.
 #[derive(Default)]
-pub(crate) struct Between {
+pub(crate) struct SavedState {
     /// The journal as the last build left it.
     pub(crate) journal: Option<Journal>,
     /// The items as the last build left them.
@@ -74,7 +74,7 @@ impl Settled {
     }
 }
 
-impl Workbench {
+impl BuildSession {
     /// A bench with this number of threads (`None`: one per processor) that keeps decoded artifacts of at most so many
     /// encoded bytes in memory, those that were used last: decoded they may take some times that. With 0 each is let go
     /// as soon as no item of the build needs it any more.
@@ -98,8 +98,8 @@ impl Workbench {
     }
 
     /// A build begins: what it notes here is what its items read.
-    pub(crate) fn begin_noting(&self) -> Arc<Noted> {
-        let noted = Arc::<Noted>::default();
+    pub(crate) fn begin_noting(&self) -> Arc<ReadSet> {
+        let noted = Arc::<ReadSet>::default();
         self.latest().1 = Arc::clone(&noted);
         noted
     }
@@ -111,16 +111,16 @@ impl Workbench {
     }
 
     /// What the items of the last builds read, as far as that is known: what a watcher attends to.
-    pub(crate) fn noted(&self) -> [Arc<Noted>; 2] {
+    pub(crate) fn noted(&self) -> [Arc<ReadSet>; 2] {
         let latest = self.latest();
         [Arc::clone(&latest.0), Arc::clone(&latest.1)]
     }
 
-    fn latest(&self) -> MutexGuard<'_, (Arc<Noted>, Arc<Noted>)> {
+    fn latest(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
         self.noted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn between(&self) -> MutexGuard<'_, Between> {
+    pub(crate) fn between(&self) -> MutexGuard<'_, SavedState> {
         self.between.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -42,7 +42,7 @@ impl OutstandingErrors {
 }
 
 /// Holds the events of a build back until one of them says something new.
-pub(super) struct Hush<'a> {
+pub(super) struct EventBuffer<'a> {
     events: &'a (dyn Fn(Event) + Sync),
     /// Whether a change is known that the build is the answer to: then all of it is reported.
     is_asked_for: bool,
@@ -57,7 +57,7 @@ struct State<'a> {
     failed: BTreeSet<ItemName>,
 }
 
-impl<'a> Hush<'a> {
+impl<'a> EventBuffer<'a> {
     pub(super) fn new(
         events: &'a (dyn Fn(Event) + Sync),
         is_asked_for: bool,

@@ -14,9 +14,9 @@ use crate::disk::{Disk, modified};
 use crate::journal::{Effect, Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
+use crate::running::{Changes, Seen};
 use crate::state::State;
 use crate::store::{Blob, Presence};
-use crate::underway::{Changes, Seen};
 use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
 
 /// What is worked out once for a stage.
@@ -32,7 +32,7 @@ pub(crate) struct StageFacts {
 }
 
 /// Judges the items of a plan.
-pub(crate) struct Judge<'a> {
+pub(crate) struct UpToDateCheck<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a State,
     pub(crate) disk: &'a Disk,
@@ -59,7 +59,7 @@ pub(crate) struct Known {
 }
 
 /// What is known of an item's result.
-pub(crate) enum Verdict {
+pub(crate) enum Freshness {
     /// It is at hand.
     Current {
         /// The outputs.
@@ -71,7 +71,7 @@ pub(crate) enum Verdict {
     Run,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> UpToDateCheck<'a> {
     /// Reads the records of the items, and looks at the files that those of selected stages name.
     pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a [bool]) -> Self {
         let mut judge = Self::with_records(plan, state, disk, selected, None);
@@ -303,12 +303,12 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether a result with this key is at hand.
-    pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Verdict {
+    pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Freshness {
         let is_stored = |outputs: &[Blob]| outputs.iter().all(|blob| self.state.store.has(blob));
         let in_effect = self.effect(item).filter(|effect| !effect.is_gone() && effect.key() == key);
         let in_effect = in_effect.filter(|effect| self.is_good_in_effect(item, *effect));
         if let Some(effect) = in_effect.filter(|effect| is_stored(effect.outputs())) {
-            return Verdict::Current { outputs: effect.outputs().to_vec(), restored: None };
+            return Freshness::Current { outputs: effect.outputs().to_vec(), restored: None };
         }
         let results = self.state.journal.results::<Record>(short(key));
         let mut results = results.filter(|record| record.key == key).collect::<Vec<_>>();
@@ -317,9 +317,9 @@ impl<'a> Judge<'a> {
         let is_stored = |record: &Record| is_stored(&record.outputs);
         match results.into_iter().find(|record| self.is_good(item, record) && is_stored(record)) {
             Some(record) => {
-                Verdict::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
+                Freshness::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
             }
-            None => Verdict::Run,
+            None => Freshness::Run,
         }
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::testkit::Text;
-use crate::{ErrorKind, Shelf};
+use crate::{ErrorKind, ResultsSnapshot};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -33,7 +33,7 @@ fn project() -> Project {
 /// Each item with what the shelf has of it.
 fn told(project: &Project) -> String {
     let plan = project.plan();
-    let shelf = Shelf::open(&plan).unwrap();
+    let shelf = ResultsSnapshot::open(&plan).unwrap();
     let mut text = String::new();
     for (index, item) in plan.items.iter().enumerate() {
         let _ = write!(text, "{} [{}]:", plan.stages[item.stage].name, item.key);
@@ -120,10 +120,10 @@ fn it_is_read_while_a_build_holds_the_lock_and_each_handle_is_decoded_once() {
     let project = project();
     project.build();
     let plan = project.plan();
-    let (errand, patience) = (crate::Errand::Build, crate::Patience::NONE);
+    let (errand, patience) = (crate::LockPurpose::Build, crate::LockTimeout::NONE);
     let request = crate::lock::Request { errand, patience, cancel: &Cancel::default(), waiting: &|_| {} };
     let _lock = crate::state::State::lock(&plan.state, &request).unwrap();
-    let shelf = Shelf::open(&plan).unwrap();
+    let shelf = ResultsSnapshot::open(&plan).unwrap();
     let value = |item| shelf.get(item).unwrap().get::<Text>().unwrap();
     assert!(Arc::ptr_eq(&value(0), &value(0)));
     // What was decoded outlives its blob.
@@ -137,5 +137,5 @@ fn a_state_folder_of_a_newer_version_is_an_error() {
     let project = project();
     project.build();
     project.write(".specula/journal", "specula journal 999\n");
-    assert_eq!(Shelf::open(&project.plan()).err().unwrap().kind(), ErrorKind::NewerState);
+    assert_eq!(ResultsSnapshot::open(&project.plan()).err().unwrap().kind(), ErrorKind::NewerState);
 }

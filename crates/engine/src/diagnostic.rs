@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 
 /// One fault of a text file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct Diagnostic {
     /// What is wrong, in one sentence without a full stop.
     pub message: String,
     /// The place: byte range in the text.
@@ -20,7 +20,7 @@ pub struct Fault {
     pub help: Option<String>,
 }
 
-impl Fault {
+impl Diagnostic {
     /// A fault at a place.
     pub fn at(span: Range<usize>, message: impl Into<String>) -> Self {
         Self { message: message.into(), span: Some(span), expected: None, help: None }
@@ -48,28 +48,28 @@ impl Fault {
 
 /// All faults of one file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Faults {
+pub struct Diagnostics {
     /// The file's name, for people.
     pub file: String,
     /// The file's text, which the spans refer to.
     pub text: String,
     /// The faults in order of their place.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<Diagnostic>,
 }
 
-impl Faults {
+impl Diagnostics {
     /// So many faults are shown, the first in order of their place; the others are counted.
     pub const SHOWN: usize = 50;
 
     /// The faults of a file, put in order of their place.
-    pub fn new(file: impl Into<String>, text: impl Into<String>, mut faults: Vec<Fault>) -> Self {
+    pub fn new(file: impl Into<String>, text: impl Into<String>, mut faults: Vec<Diagnostic>) -> Self {
         faults.sort_by_key(|fault| fault.span.as_ref().map(|span| span.start));
         faults.dedup();
         Self { file: file.into(), text: text.into(), faults }
     }
 
     /// The faults that are shown.
-    pub fn shown(&self) -> &[Fault] {
+    pub fn shown(&self) -> &[Diagnostic] {
         &self.faults[..self.faults.len().min(Self::SHOWN)]
     }
 
@@ -79,7 +79,7 @@ impl Faults {
     }
 }
 
-impl fmt::Display for Faults {
+impl fmt::Display for Diagnostics {
     /// A line for each fault that is shown: `pipeline.toml:3:1: unknown key "sorce"; did you mean "source"?`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, fault) in self.shown().iter().enumerate() {
@@ -104,22 +104,22 @@ impl fmt::Display for Faults {
     }
 }
 
-impl std::error::Error for Faults {}
+impl std::error::Error for Diagnostics {}
 
 /// The faults of one file, with lines and columns in place of the text.
 #[derive(Serialize, JsonSchema)]
-struct PlacedFaults<'a> {
+struct PlacedDiagnostics<'a> {
     /// The file's name, for people.
     file: &'a str,
     /// The first 50 faults in order of their place.
-    faults: Vec<PlacedFault<'a>>,
+    faults: Vec<PlacedDiagnostic<'a>>,
     /// How many faults there are beside those.
     more: usize,
 }
 
 /// A fault with its line and column.
 #[derive(Serialize, JsonSchema)]
-struct PlacedFault<'a> {
+struct PlacedDiagnostic<'a> {
     /// What is wrong, in one sentence without a full stop.
     message: &'a str,
     /// The line, counted from 1; `null` where the file as a whole is meant.
@@ -132,11 +132,11 @@ struct PlacedFault<'a> {
     help: Option<&'a str>,
 }
 
-impl Serialize for Faults {
+impl Serialize for Diagnostics {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let faults = self.shown().iter().map(|fault| {
             let place = fault.span.as_ref().map(|span| line_and_column(&self.text, span.start));
-            PlacedFault {
+            PlacedDiagnostic {
                 message: &fault.message,
                 line: place.map(|(line, _)| line),
                 column: place.map(|(_, column)| column),
@@ -144,17 +144,18 @@ impl Serialize for Faults {
                 help: fault.help.as_deref(),
             }
         });
-        PlacedFaults { file: &self.file, faults: faults.collect(), more: self.more() }.serialize(serializer)
+        PlacedDiagnostics { file: &self.file, faults: faults.collect(), more: self.more() }
+            .serialize(serializer)
     }
 }
 
-impl JsonSchema for Faults {
+impl JsonSchema for Diagnostics {
     fn schema_name() -> Cow<'static, str> {
-        "Faults".into()
+        "Diagnostics".into()
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        PlacedFaults::json_schema(generator)
+        PlacedDiagnostics::json_schema(generator)
     }
 }
 
@@ -184,11 +185,11 @@ mod tests {
     #[test]
     fn faults_are_told_in_the_order_of_their_place() {
         let faults = vec![
-            Fault::at(2..3, "second").expected("expected b").help("write b"),
-            Fault::at(0..1, "first"),
-            Fault::of_file("whole"),
+            Diagnostic::at(2..3, "second").expected("expected b").help("write b"),
+            Diagnostic::at(0..1, "first"),
+            Diagnostic::of_file("whole"),
         ];
-        let text = Faults::new("a.toml", "a\nb", faults).to_string();
+        let text = Diagnostics::new("a.toml", "a\nb", faults).to_string();
         assert_eq!(text, "a.toml: whole\na.toml:1:1: first\na.toml:2:1: second; expected b; write b");
     }
 
@@ -196,12 +197,13 @@ mod tests {
     fn the_first_faults_are_told_and_the_others_counted() {
         let told = |count: usize| {
             // The last come first, so that the order is that of the places.
-            let faults = (0..count).rev().map(|at| Fault::at(at..at + 1, format!("fault {at}"))).collect();
-            let faults = Faults::new("a.toml", "a\n".repeat(count), faults);
+            let faults =
+                (0..count).rev().map(|at| Diagnostic::at(at..at + 1, format!("fault {at}"))).collect();
+            let faults = Diagnostics::new("a.toml", "a\n".repeat(count), faults);
             assert_eq!(faults.faults.len(), count, "all are known");
             let json = serde_json::to_value(&faults).unwrap();
-            assert_eq!(json["faults"].as_array().unwrap().len(), count.min(Faults::SHOWN));
-            assert_eq!(json["more"], count.saturating_sub(Faults::SHOWN));
+            assert_eq!(json["faults"].as_array().unwrap().len(), count.min(Diagnostics::SHOWN));
+            assert_eq!(json["more"], count.saturating_sub(Diagnostics::SHOWN));
             let text = faults.to_string();
             let lines = text.lines().map(str::to_owned).collect::<Vec<_>>();
             assert!(lines[0].ends_with(": fault 0") && lines[49].ends_with(": fault 49"), "{text}");

@@ -15,11 +15,11 @@ const LARGEST_STATE: u64 = 1 << 20;
 
 /// Where things are kept.
 #[derive(Clone, Debug)]
-pub(crate) struct Keepsakes {
+pub(crate) struct PreviewFiles {
     folder: PathBuf,
 }
 
-impl Keepsakes {
+impl PreviewFiles {
     /// Those of a manifest.
     pub(crate) fn beside(manifest: &Path) -> Self {
         Self { folder: manifest.with_file_name(FOLDER) }
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn a_state_is_read_back_and_nothing_else_is_left_beside_it() {
         let folder = tempfile::tempdir().unwrap();
-        let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
+        let kept = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
         assert_eq!(kept.state(), Ok(None));
         kept.keep_state("{}").unwrap();
         kept.keep_state("{\"version\":1}").unwrap();
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn a_state_that_cannot_be_read_is_told_and_left() {
         let folder = tempfile::tempdir().unwrap();
-        let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
+        let kept = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
         kept.keep_state("").unwrap();
         fs::write(kept.state_file(), [0xff, 0xfe]).unwrap();
         assert!(kept.state().unwrap_err().contains("preview.json is left out: "));
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn screenshots_have_names_of_their_own_that_every_disk_takes() {
         let folder = tempfile::tempdir().unwrap();
-        let kept = Keepsakes::beside(&folder.path().join("pipeline.toml"));
+        let kept = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
         let subject =
             Subject { environment: "a/b".into(), material: "gold (fine)".into(), mesh: "torus-knot".into() };
         let picture =

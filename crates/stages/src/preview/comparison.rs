@@ -21,7 +21,7 @@ pub(super) struct Panel {
 
 /// Where pictures stand. A single one stands alone, without margin and name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Board {
+pub(super) struct ComparisonSheet {
     /// Width and height of each picture.
     pub(super) picture: [usize; 2],
     pub(super) columns: usize,
@@ -29,7 +29,7 @@ pub(super) struct Board {
     pub(super) compared: bool,
 }
 
-impl Board {
+impl ComparisonSheet {
     /// Width and height in pixels.
     pub(super) fn size(self) -> [usize; 2] {
         let ([width, height], gaps) = (self.picture, self.columns.saturating_sub(1));
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_single_picture_stands_alone() {
-        let board = Board { picture: [20, 10], columns: 1, compared: false };
+        let board = ComparisonSheet { picture: [20, 10], columns: 1, compared: false };
         assert_eq!(board.size(), [20, 10]);
         assert_eq!(board.draw(&[panel(7, [20, 10])]), vec![[7; 3]; 200]);
     }
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn every_picture_is_whole_and_in_its_column() {
         let picture = [40, 30];
-        let board = Board { picture, columns: 3, compared: true };
+        let board = ComparisonSheet { picture, columns: 3, compared: true };
         let drawn = board.draw(&[1, 2, 3].map(|shade| panel(shade, picture)));
         let [width, height] = board.size();
         assert_eq!(drawn.len(), width * height);

@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use crate::plan::{self, Asked, Expansion, RecordingFolders};
-use crate::{Faults, Graph, Kinds, Plan, Source};
+use crate::{Diagnostics, Graph, Kinds, Plan, Source};
 
 /// A manifest that is read again and again.
-pub(super) struct Draft<'a> {
+pub(super) struct ManifestLoader<'a> {
     manifest: PathBuf,
     kinds: &'a Kinds,
     /// The text that `latest` was made of.
     bytes: Option<Vec<u8>>,
-    latest: Result<Graph, Faults>,
+    latest: Result<Graph, Diagnostics>,
     /// The last good graph, and its items.
     good: Option<(Graph, Expansion)>,
     /// Whether that is the latest.
@@ -19,25 +19,25 @@ pub(super) struct Draft<'a> {
 }
 
 /// What a look at the manifest and at the folders that it names gave.
-pub(super) struct Outlook {
+pub(super) struct ManifestSnapshot {
     /// What is to be built: of the last good graph where there are faults; `None` where there never was one.
     pub(super) plan: Option<Plan>,
     /// What is wrong with what the manifest says now.
-    pub(super) faults: Option<Faults>,
+    pub(super) faults: Option<Diagnostics>,
     /// What was asked of the disk.
     pub(super) asked: Asked,
     /// The sources of the graph as it is now and of the last good one.
     pub(super) sources: Vec<Source>,
 }
 
-impl<'a> Draft<'a> {
+impl<'a> ManifestLoader<'a> {
     pub(super) fn new(manifest: PathBuf, kinds: &'a Kinds) -> Self {
-        let latest = Err(Faults::new("", "", Vec::new()));
+        let latest = Err(Diagnostics::new("", "", Vec::new()));
         Self { manifest, kinds, bytes: None, latest, good: None, is_latest_good: false }
     }
 
     /// Reads the manifest where it changed, and expands its sources.
-    pub(super) fn look(&mut self) -> Outlook {
+    pub(super) fn look(&mut self) -> ManifestSnapshot {
         match plan::read(&self.manifest) {
             Ok(bytes) => {
                 if self.bytes.as_ref() != Some(&bytes) {
@@ -74,6 +74,6 @@ impl<'a> Draft<'a> {
         let graphs = self.latest.as_ref().ok().into_iter().chain(self.good.as_ref().map(|(graph, _)| graph));
         let sources = graphs.flat_map(|graph| graph.sources().map(|(_, source)| source.clone())).collect();
         let plan = self.good.as_ref().map(|(_, expansion)| expansion.plan.clone());
-        Outlook { plan, faults, asked: folders.asked(), sources }
+        ManifestSnapshot { plan, faults, asked: folders.asked(), sources }
     }
 }

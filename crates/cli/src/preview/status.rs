@@ -2,9 +2,9 @@
 
 use engine::{Event, ItemName};
 
+use crate::outstanding::OutstandingErrors;
 use crate::quantity::{count, duration};
 use crate::session::{fitting, way};
-use crate::standing::Standing;
 
 /// So many stages are named.
 const STAGES: usize = 8;
@@ -21,8 +21,8 @@ pub(crate) struct Message {
 
 /// Follows the events of a watcher.
 #[derive(Default)]
-pub(crate) struct Gazette {
-    standing: Standing,
+pub(crate) struct BuildStatus {
+    standing: OutstandingErrors,
     way: String,
     /// The items of the build at work, and how many of them are settled.
     progress: Option<(usize, usize)>,
@@ -35,7 +35,7 @@ pub(crate) struct Gazette {
     ran: Vec<(String, Vec<ItemName>)>,
 }
 
-impl Gazette {
+impl BuildStatus {
     /// Takes an event in, `now` in milliseconds of any clock; a message where a build has ended that a change began.
     pub(crate) fn hear(&mut self, event: &Event, now: f64) -> Option<Message> {
         self.standing.take(event);
@@ -69,7 +69,7 @@ impl Gazette {
                     return self.message(now, summary.failed);
                 }
             }
-            Event::Rejected { .. } | Event::Hindered { .. } => {
+            Event::Rejected { .. } | Event::BuildError { .. } => {
                 self.progress = None;
                 self.noticed = None;
                 self.changed.clear();
@@ -166,14 +166,14 @@ mod tests {
     }
 
     /// The last of what is told of events that come a tenth of a second apart.
-    fn told(gazette: &mut Gazette, events: &[Event]) -> Option<Message> {
+    fn told(gazette: &mut BuildStatus, events: &[Event]) -> Option<Message> {
         let times = (0..).map(|number| 1000.0 + 100.0 * f64::from(number));
         events.iter().zip(times).fold(None, |_, (event, now)| gazette.hear(event, now))
     }
 
     #[test]
     fn a_rebuild_is_told_with_what_ran_and_since_when() {
-        let mut gazette = Gazette::default();
+        let mut gazette = BuildStatus::default();
         assert_eq!(
             told(&mut gazette, &[planned(3), finished("material", "gold"), ended(false)]),
             None,
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn what_another_change_stopped_is_told_with_it() {
-        let mut gazette = Gazette::default();
+        let mut gazette = BuildStatus::default();
         let first = [noticed("a.toml"), planned(2), finished("material", "a"), ended(true)];
         assert_eq!(told(&mut gazette, &first), None);
         let second = [noticed("b.toml"), planned(2), finished("material", "b"), ended(false)];
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn failures_stand_until_they_are_mended() {
-        let mut gazette = Gazette::default();
+        let mut gazette = BuildStatus::default();
         let failed = Event::Failed { item: item("material", "gold"), error: vec!["bad".into()], help: None };
         told(&mut gazette, &[planned(1), failed, ended(false)]);
         assert_eq!(gazette.failures()[0], "FAILED  material [gold]");
@@ -218,9 +218,9 @@ mod tests {
 
     #[test]
     fn what_failed_and_what_had_not_to_run_is_told_as_such() {
-        let mut gazette = Gazette::default();
+        let mut gazette = BuildStatus::default();
         let end = |failed| Event::Ended(Summary { failed, ..Summary::default() });
-        let title = |gazette: &mut Gazette, failed| {
+        let title = |gazette: &mut BuildStatus, failed| {
             told(gazette, &[noticed("a.toml"), planned(1), end(failed)]).unwrap().title
         };
         assert!(title(&mut gazette, 1).starts_with("1 item failed, after "));
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn while_a_build_waits_it_tells_for_whom() {
-        let mut gazette = Gazette::default();
+        let mut gazette = BuildStatus::default();
         let waiting = Event::Waiting { holder: "specula build, process 7".into(), limit_milliseconds: None };
         told(&mut gazette, &[planned(2), waiting]);
         assert_eq!(gazette.status(), "waiting for specula build, process 7");
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn it_tells_how_changes_are_learnt_of_once_that_is_known() {
-        let mut gazette = Gazette::default();
+        let mut gazette = BuildStatus::default();
         assert!(gazette.is_building());
         let watching = Event::Watching { folders: 2, poll_milliseconds: None, because: None };
         told(&mut gazette, &[planned(1), ended(false), watching]);

@@ -23,7 +23,7 @@ pub struct Cancel(Arc<Shared>);
 struct Shared {
     cancelled: AtomicBool,
     /// The latest build that was given this.
-    underway: Mutex<Weak<Underway>>,
+    underway: Mutex<Weak<RunningBuild>>,
 }
 
 impl Cancel {
@@ -51,7 +51,7 @@ impl Cancel {
     }
 
     /// Makes a build the one that [`Cancel::outdate`] speaks to, as long as it is held.
-    pub(crate) fn begin(&self, underway: &Arc<Underway>) {
+    pub(crate) fn begin(&self, underway: &Arc<RunningBuild>) {
         *lock(&self.0.underway) = Arc::downgrade(underway);
     }
 }
@@ -74,7 +74,7 @@ impl Seen {
 }
 
 /// What a build works on.
-pub(crate) struct Underway {
+pub(crate) struct RunningBuild {
     plan: Plan,
     selected: Vec<bool>,
     disk: Arc<Disk>,
@@ -83,7 +83,7 @@ pub(crate) struct Underway {
     outdated: AtomicBool,
 }
 
-impl Underway {
+impl RunningBuild {
     /// A build that begins: what `disk` says of files is asked for after this.
     pub(crate) fn new(plan: &Plan, selected: &[bool], disk: &Arc<Disk>) -> Self {
         let items = plan.items.len();

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use containers::{Precision, write_exr};
-use engine::{BuildOptions, Cancel, Event, Plan, Shelf};
+use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
 use sphere::{Direction, LatLong};
 
 use super::*;
@@ -67,14 +67,14 @@ fn load(folder: &Path) -> Plan {
     Plan::load(&folder.join("pipeline.toml"), &crate::kinds()).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-fn build(plan: &Plan) -> Shelf {
+fn build(plan: &Plan) -> ResultsSnapshot {
     let failed = |event: Event| assert!(!matches!(event, Event::Failed { .. }), "{event:?}");
     engine::build(plan, &BuildOptions::default(), &Cancel::default(), &failed).unwrap();
-    Shelf::open(plan).unwrap()
+    ResultsSnapshot::open(plan).unwrap()
 }
 
 /// What can be shown, a line for each exhibit: its names and what exports it.
-fn told(showcase: &Showcase) -> String {
+fn told(showcase: &PreviewCatalog) -> String {
     let mut text = String::new();
     for environment in showcase.environments() {
         for material in showcase.materials() {
@@ -92,7 +92,7 @@ fn told(showcase: &Showcase) -> String {
 fn every_pair_that_is_reflected_is_shown_under_the_names_of_its_files() {
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
     let (_folder, plan) = project(&format!("{REFLECTION}{export}"));
-    let showcase = Showcase::of(plan);
+    let showcase = PreviewCatalog::of(plan);
     let pairs = "gold under east: reflection -> map\ntin under east: reflection -> map\n\
                  gold under north: reflection -> map\ntin under north: reflection -> map\n";
     assert_eq!(told(&showcase), pairs);
@@ -111,19 +111,19 @@ fn of_several_reflections_of_a_pair_those_that_are_exported_are_shown() {
     let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 90.0\n\
                   [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
     let both = format!("{REFLECTION}{turned}");
-    let showcase = Showcase::of(project(&both).1);
+    let showcase = PreviewCatalog::of(project(&both).1);
     assert_eq!(
         showcase.materials(),
         ["gold (reflection)", "tin (reflection)", "gold (other)", "tin (other)"]
     );
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"other\"\n";
-    let showcase = Showcase::of(project(&format!("{both}{export}")).1);
+    let showcase = PreviewCatalog::of(project(&format!("{both}{export}")).1);
     assert_eq!(showcase.materials(), ["gold", "tin"]);
     assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
     // What gathers many is no export of one of them.
     let sheet = "[stage.sheet]\nkind = \"contact-sheet\"\n\
                  inputs = { environment = \"environment\", lighting = \"lighting\", reflection = \"reflection\" }\n";
-    let showcase = Showcase::of(project(&format!("{both}{export}{sheet}")).1);
+    let showcase = PreviewCatalog::of(project(&format!("{both}{export}{sheet}")).1);
     assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
 }
 
@@ -133,7 +133,7 @@ fn what_is_not_built_is_not_shown() {
                  inputs = { lighting = \"lighting\", brdf = \"coefficients\" }\n";
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\n";
     let plan = project(&format!("{REFLECTION}{matte}{export}")).1;
-    let among = |stage: &str| told(&Showcase::among(plan.clone(), &[stage.to_owned()]));
+    let among = |stage: &str| told(&PreviewCatalog::among(plan.clone(), &[stage.to_owned()]));
     assert!(among("map").starts_with("gold under east: reflection -> map\n"));
     assert!(among("matte").starts_with("gold under east: matte -> \n"));
     assert_eq!(among("coefficients"), "");
@@ -163,7 +163,7 @@ degree = [2, 0]
 kind = "convolve"
 inputs = { lighting = "lighting", brdf = "fine" }
 "#;
-    let showcase = Showcase::of(project(&format!("{REFLECTION}{more}")).1);
+    let showcase = PreviewCatalog::of(project(&format!("{REFLECTION}{more}")).1);
     let names = showcase.materials().iter().map(String::as_str).collect::<BTreeSet<_>>();
     assert_eq!(names.len(), 5, "{names:?}");
     let expected = ["gold (all)", "gold (finish)", "gold (material)", "tin (all)", "tin (material)"];
@@ -174,22 +174,22 @@ inputs = { lighting = "lighting", brdf = "fine" }
 fn meshes_of_the_graph_come_before_the_built_in_ones() {
     let mesh = "[stage.mesh]\nkind = \"import-mesh\"\nsource = \"shapes/*.glb\"\n";
     let (folder, plan) = project(REFLECTION);
-    assert_eq!(Showcase::of(plan).meshes(), ["sphere", "torus-knot", "plane"]);
+    assert_eq!(PreviewCatalog::of(plan).meshes(), ["sphere", "torus-knot", "plane"]);
     for name in ["helmet", "sphere"] {
         fs::create_dir_all(folder.path().join("shapes")).unwrap();
         fs::write(folder.path().join(format!("shapes/{name}.glb")), "").unwrap();
     }
     fs::write(folder.path().join("pipeline.toml"), format!("{SOURCES}{REFLECTION}{mesh}")).unwrap();
-    let showcase = Showcase::of(load(folder.path()));
+    let showcase = PreviewCatalog::of(load(folder.path()));
     let names = ["helmet", "sphere (mesh)", "sphere (built-in)", "torus-knot", "plane"];
     assert_eq!(showcase.meshes(), names);
     let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
     assert!(showcase.stages(exhibit, "helmet").contains("mesh"));
     assert!(!showcase.stages(exhibit, "plane").contains("mesh"), "a still needs no other mesh");
     let built = ["reflection".to_owned()];
-    assert!(!Showcase::among(load(folder.path()), &built).meshes().contains(&"helmet".into()));
-    let shelf = Shelf::open(showcase.plan()).unwrap();
-    let mesh = |name: &str| Gallery::default().mesh(&showcase, &shelf, name);
+    assert!(!PreviewCatalog::among(load(folder.path()), &built).meshes().contains(&"helmet".into()));
+    let shelf = ResultsSnapshot::open(showcase.plan()).unwrap();
+    let mesh = |name: &str| SceneCache::default().mesh(&showcase, &shelf, name);
     assert!(mesh("plane").is_ok());
     assert_eq!(
         mesh("helmet").unwrap_err().chain[0],
@@ -200,7 +200,7 @@ fn meshes_of_the_graph_come_before_the_built_in_ones() {
 #[test]
 fn the_sizes_of_maps_are_those_that_exports_fix() {
     let sizes = |stages: &str| {
-        let showcase = Showcase::of(project(&format!("{REFLECTION}{stages}")).1);
+        let showcase = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
         let MapSizes { edge, slices } = showcase.exhibit("east", "gold").unwrap().unwrap().sizes;
         (edge, slices)
     };
@@ -219,7 +219,7 @@ fn the_sizes_of_maps_are_those_that_exports_fix() {
 
 #[test]
 fn without_a_reflection_of_an_environment_there_is_nothing_to_show() {
-    let showcase = Showcase::of(project("").1);
+    let showcase = PreviewCatalog::of(project("").1);
     assert!(showcase.is_empty());
     assert_eq!(told(&showcase), "");
 }
@@ -228,10 +228,10 @@ fn without_a_reflection_of_an_environment_there_is_nothing_to_show() {
 fn a_scene_is_read_from_the_shelf_and_stays_the_same_value_until_its_parts_change() {
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
     let (folder, plan) = project(&format!("{REFLECTION}{export}"));
-    let showcase = Showcase::of(plan.clone());
-    let mut gallery = Gallery::default();
+    let showcase = PreviewCatalog::of(plan.clone());
+    let mut gallery = SceneCache::default();
     let exhibit = |material: &str| showcase.exhibit("east", material).unwrap().unwrap().clone();
-    let empty = Shelf::open(&plan).unwrap();
+    let empty = ResultsSnapshot::open(&plan).unwrap();
     let failure = gallery.look(&plan, &empty, &exhibit("gold")).unwrap_err();
     assert_eq!(failure.chain[0], "environment [east] has not been made yet, or its result is gone");
 
@@ -263,12 +263,12 @@ fn a_scene_is_read_from_the_shelf_and_stays_the_same_value_until_its_parts_chang
 #[test]
 fn a_look_is_not_made_of_a_new_material_and_an_old_reflection() {
     let (folder, plan) = project(REFLECTION);
-    let showcase = Showcase::of(plan.clone());
+    let showcase = PreviewCatalog::of(plan.clone());
     let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
     let shelf = build(&plan);
-    let mut gallery = Gallery::default();
+    let mut gallery = SceneCache::default();
     let look = gallery.look(&plan, &shelf, exhibit).unwrap();
-    let is_older = |shelf: &Shelf| {
+    let is_older = |shelf: &ResultsSnapshot| {
         showcase.facts(shelf, exhibit).notes.iter().any(|note| note.contains("older than what it is made of"))
     };
     assert!(!is_older(&shelf));
@@ -277,7 +277,7 @@ fn a_look_is_not_made_of_a_new_material_and_an_old_reflection() {
     fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
     let only = BuildOptions { stages: vec!["material".into()], ..BuildOptions::default() };
     engine::build(&plan, &only, &Cancel::default(), &|_| {}).unwrap();
-    let shelf = Shelf::open(&plan).unwrap();
+    let shelf = ResultsSnapshot::open(&plan).unwrap();
     assert!(is_older(&shelf));
     assert!(Arc::ptr_eq(&gallery.look(&plan, &shelf, exhibit).unwrap(), &look), "what was shown stays");
 
@@ -293,9 +293,9 @@ fn an_environment_is_turned_as_its_lighting_is() {
                   [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
     let (_folder, plan) = project(turned);
     let shelf = build(&plan);
-    let showcase = Showcase::of(plan);
+    let showcase = PreviewCatalog::of(plan);
     let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
-    let look = Gallery::default().look(showcase.plan(), &shelf, exhibit).unwrap();
+    let look = SceneCache::default().look(showcase.plan(), &shelf, exhibit).unwrap();
     let toward = |x: f64| Direction::normalised([x, 0.0, 0.0].into());
     let radiance = |x: f64| look.light().environment().radiance(toward(x))[0];
     assert!(radiance(-1.0) > 0.9 && radiance(1.0) < 0.1, "{} {}", radiance(-1.0), radiance(1.0));

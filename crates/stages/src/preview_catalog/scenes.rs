@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use engine::{Artifact, Digest, Failure, ItemIndex, Plan, Shelf};
+use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
 use preview::window::{Export, Facts};
 use preview::{Light, Look, MapSizes, Scene};
 
-use super::{Exhibit, Shape, Showcase, artifact};
+use super::{CatalogEntry, PreviewCatalog, Shape, artifact};
 use crate::artifacts;
 
 /// So many looks are kept, with their maps.
@@ -20,7 +20,7 @@ const MESHES: usize = 4;
 
 /// The looks, lights and meshes that were shown last.
 #[derive(Default)]
-pub struct Gallery {
+pub struct SceneCache {
     looks: Recent<LookKey, Look>,
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
@@ -38,16 +38,16 @@ type LightKey = (Digest, Option<Digest>, [u64; 9]);
 /// What a look is made of: light, reflection, material, sizes.
 type LookKey = (LightKey, Digest, Option<Digest>, MapSizes);
 
-impl Gallery {
+impl SceneCache {
     /// An exhibit on a mesh.
     ///
     /// # Errors
     /// Where something that it needs is not on the shelf or cannot be read.
     pub fn scene(
         &mut self,
-        showcase: &Showcase,
-        shelf: &Shelf,
-        exhibit: &Exhibit,
+        showcase: &PreviewCatalog,
+        shelf: &ResultsSnapshot,
+        exhibit: &CatalogEntry,
         mesh: &str,
     ) -> Result<Scene, Failure> {
         let look = self.look(showcase.plan(), shelf, exhibit)?;
@@ -58,8 +58,13 @@ impl Gallery {
     /// has not followed such a change yet.
     ///
     /// # Errors
-    /// As [`Gallery::scene`].
-    pub fn look(&mut self, plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> Result<Arc<Look>, Failure> {
+    /// As [`SceneCache::scene`].
+    pub fn look(
+        &mut self,
+        plan: &Plan,
+        shelf: &ResultsSnapshot,
+        exhibit: &CatalogEntry,
+    ) -> Result<Arc<Look>, Failure> {
         let light_key = light_key(plan, shelf, exhibit)?;
         let reflection = handle(plan, shelf, exhibit.reflection)?;
         let is_of_it =
@@ -91,11 +96,16 @@ impl Gallery {
         })
     }
 
-    /// A mesh by its name in [`Showcase::meshes`].
+    /// A mesh by its name in [`PreviewCatalog::meshes`].
     ///
     /// # Errors
     /// Where there is none of that name, it is not on the shelf or cannot be read.
-    pub fn mesh(&mut self, showcase: &Showcase, shelf: &Shelf, name: &str) -> Result<Arc<Mesh>, Failure> {
+    pub fn mesh(
+        &mut self,
+        showcase: &PreviewCatalog,
+        shelf: &ResultsSnapshot,
+        name: &str,
+    ) -> Result<Arc<Mesh>, Failure> {
         let missing = || Failure::new(format!("there is no mesh {name:?}"));
         let (_, shape) = showcase.meshes.iter().find(|(known, _)| known == name).ok_or_else(missing)?;
         match *shape {
@@ -112,9 +122,9 @@ impl Gallery {
     }
 }
 
-impl Showcase {
+impl PreviewCatalog {
     /// What the inspector tells of an exhibit: the sizes of what was exported, what its stages warned of and noted.
-    pub fn facts(&self, shelf: &Shelf, exhibit: &Exhibit) -> Facts {
+    pub fn facts(&self, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Facts {
         let plan = self.plan();
         let exports = exhibit.exports.iter().filter_map(|&item| {
             let stage = &plan.stages[plan.items[item].stage];
@@ -140,7 +150,7 @@ impl Showcase {
 }
 
 /// What is on the shelf of an item.
-fn handle(plan: &Plan, shelf: &Shelf, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
+fn handle(plan: &Plan, shelf: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
     shelf.get(item).ok_or_else(|| {
         let (stage, key) = (super::stage_name(plan, item), &plan.items[item].key);
         Failure::new(format!("{stage} [{key}] has not been made yet, or its result is gone"))
@@ -149,18 +159,18 @@ fn handle(plan: &Plan, shelf: &Shelf, item: ItemIndex) -> Result<Arc<engine::Han
 }
 
 /// The items of an exhibit that have not followed a change of what they are made of.
-fn behind(plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> impl Iterator<Item = ItemIndex> {
+fn behind(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
     exhibit.ancestry.iter().copied().filter(|item| !shelf.is_abreast(plan, *item))
 }
 
-fn light_key(plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> Result<LightKey, Failure> {
+fn light_key(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Result<LightKey, Failure> {
     let environment = handle(plan, shelf, exhibit.environment)?.digest();
     let lighting = exhibit.lighting.map(|item| handle(plan, shelf, item)).transpose()?;
     let turn = exhibit.turn.matrix().to_cols_array().map(f64::to_bits);
     Ok((environment, lighting.map(|lighting| lighting.digest()), turn))
 }
 
-fn light(plan: &Plan, shelf: &Shelf, exhibit: &Exhibit) -> Result<Light, Failure> {
+fn light(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Result<Light, Failure> {
     let environment = handle(plan, shelf, exhibit.environment)?.get::<artifacts::Environment>()?;
     let is_turned = exhibit.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
     let environment = if is_turned { environment.0.rotated(exhibit.turn) } else { environment.0.clone() };

@@ -1,6 +1,6 @@
 //! Between the watcher and the window: reads what was built last and shows what is wanted of it.
 //!
-//! Everything comes as a [`Letter`], from the window, the watcher and Ctrl-C. Those that have come meanwhile are read before
+//! Everything comes as a [`PreviewMessage`], from the window, the watcher and Ctrl-C. Those that have come meanwhile are read before
 //! anything is done: of several wishes the newest is answered.
 
 use std::iter;
@@ -10,13 +10,13 @@ use std::time::Instant;
 
 use ::preview::window::{Catalogue, Facts, News, Subject, WindowSettings};
 use ::preview::{Picture, RenderError, Scene};
-use engine::{Cancel, Error, Event, ItemName, Plan, Shelf};
-use stages::{Gallery, Showcase};
+use engine::{Cancel, Error, Event, ItemName, Plan, ResultsSnapshot};
+use stages::{PreviewCatalog, SceneCache};
 
-use super::gazette::{Gazette, Message};
-use super::keepsakes::Keepsakes;
-use super::subject::Amiss;
-use super::window::Opening;
+use super::files::PreviewFiles;
+use super::status::{BuildStatus, Message};
+use super::subject::SubjectError;
+use super::window::WindowRequest;
 use super::{still, subject};
 use crate::arguments::Backend;
 use crate::print::{self, say};
@@ -25,7 +25,7 @@ use crate::print::{self, say};
 type Window = Box<dyn Fn(News) + Send>;
 
 /// What the curator is told.
-pub(crate) enum Letter {
+pub(crate) enum PreviewMessage {
     /// The watcher did something, at this moment.
     Event(Event, Instant),
     /// There is a window.
@@ -45,7 +45,7 @@ pub(crate) enum Letter {
 }
 
 /// Who is shown something.
-enum Audience {
+enum CommandOutput {
     /// Nobody yet.
     None,
     Window(Window),
@@ -69,21 +69,21 @@ struct Tasks {
 }
 
 /// See the module.
-pub(crate) struct Curator<'a> {
-    opening: &'a Opening<'a>,
+pub(crate) struct PreviewController<'a> {
+    opening: &'a WindowRequest<'a>,
     /// Stops the watcher: without a window, once there is a still.
     cancel: &'a Cancel,
-    keepsakes: Keepsakes,
+    keepsakes: PreviewFiles,
     start: Instant,
-    audience: Audience,
+    audience: CommandOutput,
     closing: bool,
     /// Whether the watcher has done what it can until something changes.
     built: bool,
-    gazette: Gazette,
-    showcase: Option<Showcase>,
+    gazette: BuildStatus,
+    showcase: Option<PreviewCatalog>,
     /// What was built of the showcase's plan.
-    shelf: Option<Result<Shelf, Error>>,
-    gallery: Gallery,
+    shelf: Option<Result<ResultsSnapshot, Error>>,
+    gallery: SceneCache,
     wanted: Option<Subject>,
     /// The items that what is wanted is made of; the last of them reflects.
     ancestry: Vec<ItemName>,
@@ -101,20 +101,20 @@ struct Told {
     failure: Vec<String>,
 }
 
-impl<'a> Curator<'a> {
-    pub(crate) fn new(opening: &'a Opening<'a>, cancel: &'a Cancel) -> Self {
+impl<'a> PreviewController<'a> {
+    pub(crate) fn new(opening: &'a WindowRequest<'a>, cancel: &'a Cancel) -> Self {
         Self {
             opening,
             cancel,
-            keepsakes: Keepsakes::beside(opening.manifest),
+            keepsakes: PreviewFiles::beside(opening.manifest),
             start: Instant::now(),
-            audience: Audience::None,
+            audience: CommandOutput::None,
             closing: false,
             built: false,
-            gazette: Gazette::default(),
+            gazette: BuildStatus::default(),
             showcase: None,
             shelf: None,
-            gallery: Gallery::default(),
+            gallery: SceneCache::default(),
             wanted: None,
             ancestry: Vec::new(),
             shown: None,
@@ -123,8 +123,8 @@ impl<'a> Curator<'a> {
         }
     }
 
-    /// Works until [`Letter::End`].
-    pub(crate) fn run(mut self, letters: &Receiver<Letter>) {
+    /// Works until [`PreviewMessage::End`].
+    pub(crate) fn run(mut self, letters: &Receiver<PreviewMessage>) {
         while let Ok(letter) = letters.recv() {
             if self.answer(iter::once(letter).chain(letters.try_iter())) {
                 return;
@@ -133,7 +133,7 @@ impl<'a> Curator<'a> {
     }
 
     /// Reads letters and does what they ask for; whether nothing more will come.
-    fn answer(&mut self, letters: impl IntoIterator<Item = Letter>) -> bool {
+    fn answer(&mut self, letters: impl IntoIterator<Item = PreviewMessage>) -> bool {
         let mut tasks = Tasks::default();
         letters.into_iter().for_each(|letter| self.take(letter, &mut tasks));
         let end = tasks.end;
@@ -141,34 +141,34 @@ impl<'a> Curator<'a> {
         end
     }
 
-    fn take(&mut self, letter: Letter, tasks: &mut Tasks) {
+    fn take(&mut self, letter: PreviewMessage, tasks: &mut Tasks) {
         match letter {
-            Letter::Event(event, at) => self.hear(&event, at, tasks),
-            Letter::Opened(window) => {
-                self.audience = Audience::Window(window);
+            PreviewMessage::Event(event, at) => self.hear(&event, at, tasks),
+            PreviewMessage::Opened(window) => {
+                self.audience = CommandOutput::Window(window);
                 self.told = Told::default();
                 if self.closing {
                     self.tell(News::Close);
                 }
                 (tasks.plan, tasks.shelf, tasks.show) = (true, true, true);
             }
-            Letter::NoWindow(settings) => {
-                self.audience = Audience::Still(settings);
+            PreviewMessage::NoWindow(settings) => {
+                self.audience = CommandOutput::Still(settings);
                 // What a window was told that is gone is told again.
                 (self.told, self.shown) = (Told::default(), None);
                 (tasks.plan, tasks.shelf) = (true, true);
             }
-            Letter::Wanted(subject) => {
+            PreviewMessage::Wanted(subject) => {
                 tasks.show = true;
                 self.wanted = Some(subject);
             }
-            Letter::Keep(state) => tasks.state = Some(state),
-            Letter::Keepsake(subject, picture) => tasks.pictures.push((subject, picture)),
-            Letter::Close => {
+            PreviewMessage::Keep(state) => tasks.state = Some(state),
+            PreviewMessage::Keepsake(subject, picture) => tasks.pictures.push((subject, picture)),
+            PreviewMessage::Close => {
                 self.closing = true;
                 self.tell(News::Close);
             }
-            Letter::End => tasks.end = true,
+            PreviewMessage::End => tasks.end = true,
         }
     }
 
@@ -184,7 +184,7 @@ impl<'a> Curator<'a> {
                 tasks.shelf |= self.ancestry.last() == Some(item);
             }
             Event::Ended(summary) => (self.built, tasks.shelf) = (!summary.cancelled, true),
-            Event::Rejected { .. } | Event::Hindered { .. } => self.built = true,
+            Event::Rejected { .. } | Event::BuildError { .. } => self.built = true,
             _ => {}
         }
     }
@@ -202,14 +202,14 @@ impl<'a> Curator<'a> {
             };
             self.tell(News::Toast { title: title.into(), lines: vec![line] });
         }
-        if tasks.end || matches!(self.audience, Audience::None) {
+        if tasks.end || matches!(self.audience, CommandOutput::None) {
             return;
         }
         if tasks.plan {
             self.read_plan();
         }
         if tasks.plan || tasks.shelf {
-            self.shelf = self.showcase.as_ref().map(|showcase| Shelf::open(showcase.plan()));
+            self.shelf = self.showcase.as_ref().map(|showcase| ResultsSnapshot::open(showcase.plan()));
         }
         if tasks.plan || tasks.shelf || tasks.show {
             self.amiss = self.show(tasks.show).err().unwrap_or_default();
@@ -218,7 +218,7 @@ impl<'a> Curator<'a> {
         if let Some(Message { title, lines }) = tasks.message {
             self.tell(News::Toast { title, lines });
         }
-        if matches!(self.audience, Audience::Still(_)) && self.built && !self.opening.goes_on_without {
+        if matches!(self.audience, CommandOutput::Still(_)) && self.built && !self.opening.goes_on_without {
             self.cancel.cancel();
         }
     }
@@ -226,7 +226,7 @@ impl<'a> Curator<'a> {
     /// Where the manifest has faults, the watcher tells them, and what it was stays.
     fn read_plan(&mut self) {
         let Ok(plan) = Plan::load(self.opening.manifest, self.opening.kinds) else { return };
-        let showcase = Showcase::among(plan, self.opening.stages);
+        let showcase = PreviewCatalog::among(plan, self.opening.stages);
         let catalogue = showcase.catalogue();
         if self.told.catalogue != catalogue {
             // For what is no longer there the window wants something else.
@@ -247,13 +247,13 @@ impl<'a> Curator<'a> {
         if showcase.is_empty() {
             return Err(subject::nothing(self.opening.manifest, self.opening.stages).lines());
         }
-        if let Audience::Still(settings) = &self.audience {
+        if let CommandOutput::Still(settings) = &self.audience {
             self.wanted = Some(settings.subject(showcase.catalogue()));
         }
         let (Some(subject), Some(shelf)) = (self.wanted.clone(), &self.shelf) else { return Ok(()) };
         let shelf = shelf.as_ref().map_err(|error| error.chain().to_vec())?;
         let exhibit = subject::exhibit(showcase, &subject.environment, &subject.material);
-        let exhibit = exhibit.map_err(Amiss::lines)?;
+        let exhibit = exhibit.map_err(SubjectError::lines)?;
         let plan = showcase.plan();
         self.ancestry.extend(exhibit.ancestry.iter().map(|item| {
             let item = &plan.items[*item];
@@ -271,7 +271,7 @@ impl<'a> Curator<'a> {
             }
         };
         let facts = showcase.facts(shelf, exhibit);
-        let is_still = matches!(self.audience, Audience::Still(_));
+        let is_still = matches!(self.audience, CommandOutput::Still(_));
         let is_shown = self.shown.as_ref().is_some_and(|(shown, other, told)| {
             *shown == subject && is_same(other, &scene) && (is_still || *told == facts)
         });
@@ -280,13 +280,13 @@ impl<'a> Curator<'a> {
         }
         self.shown = Some((subject.clone(), scene.clone(), facts.clone()));
         match &self.audience {
-            Audience::None => {}
-            Audience::Window(window) => {
+            CommandOutput::None => {}
+            CommandOutput::Window(window) => {
                 // The map that every window begins with is made here, where nobody waits for it.
                 scene.objects.iter().for_each(|object| _ = object.look.local());
                 window(News::Scene { subject, scene, facts });
             }
-            Audience::Still(settings) => self.draw(settings, &subject, &scene),
+            CommandOutput::Still(settings) => self.draw(settings, &subject, &scene),
         }
         Ok(())
     }
@@ -326,7 +326,7 @@ impl<'a> Curator<'a> {
         }
         if self.told.failure != failure {
             self.told.failure.clone_from(&failure);
-            if matches!(self.audience, Audience::Still(_)) && !self.amiss.is_empty() {
+            if matches!(self.audience, CommandOutput::Still(_)) && !self.amiss.is_empty() {
                 print::error(&self.amiss, None);
             }
             self.tell(News::Failure((!failure.is_empty()).then_some(failure)));
@@ -346,7 +346,7 @@ impl<'a> Curator<'a> {
     }
 
     fn tell(&self, news: News) {
-        if let Audience::Window(window) = &self.audience {
+        if let CommandOutput::Window(window) = &self.audience {
             window(news);
         }
     }

@@ -18,7 +18,7 @@ use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
 use super::unfinished::{Awaited, Unfinished};
-use crate::workbench::PathSet;
+use crate::session::PathSet;
 use crate::{Event, platform};
 
 /// How often a waiting watcher asks whether it is to stop.
@@ -107,7 +107,7 @@ pub(super) enum Woken {
 }
 
 /// Ears and eyes.
-pub(crate) struct Attention {
+pub(crate) struct ChangeCollector {
     heard: Receiver<Heard>,
     teller: Sender<Heard>,
     listener: Option<Listener>,
@@ -128,7 +128,7 @@ pub(crate) struct Attention {
     told: Option<bool>,
 }
 
-impl Attention {
+impl ChangeCollector {
     /// Attends to nothing yet. Looks where `poll` says so, else listens.
     pub(crate) fn new(quiet: Duration, poll: Option<Duration>, fallback: Duration) -> Self {
         let (teller, heard) = channel();

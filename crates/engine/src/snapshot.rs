@@ -5,11 +5,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::journal::Tag;
-use crate::judge::{item_subject, manifest_name};
 use crate::record::Record;
 use crate::run::failure_of;
 use crate::state::State;
 use crate::store::{Blob, Looked, Store};
+use crate::up_to_date::{item_subject, manifest_name};
 use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
 
 /// The results in effect of a plan's items, as the records had them when the shelf was opened.
@@ -19,7 +19,7 @@ use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
 ///
 /// Results stay in the cache for as long as a record names them. One that is removed after the shelf was opened fails
 /// when its handle is asked.
-pub struct Shelf {
+pub struct ResultsSnapshot {
     items: Vec<Option<Kept>>,
 }
 
@@ -30,7 +30,7 @@ struct Kept {
     handle: Option<Arc<Handle>>,
 }
 
-impl Shelf {
+impl ResultsSnapshot {
     /// Reads the records of a plan's items. Where nothing was built yet the shelf is empty.
     ///
     /// # Errors

@@ -2,14 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use engine::{Event, Faults, ItemName, line_and_column};
+use engine::{Diagnostics, Event, ItemName, line_and_column};
 
 /// At most so many are named in one place; the others are counted.
 const NAMED: usize = 5;
 
 /// What is broken, over all the builds of a watcher.
 #[derive(Default)]
-pub(crate) struct Standing {
+pub(crate) struct OutstandingErrors {
     failures: BTreeMap<ItemName, Failed>,
     /// The manifest's faults in one line, while the last good graph goes on.
     manifest: Option<String>,
@@ -40,7 +40,7 @@ pub(crate) enum Turn {
     Mended,
 }
 
-impl Standing {
+impl OutstandingErrors {
     /// Takes an event in.
     pub(crate) fn take(&mut self, event: &Event) -> Turn {
         match event {
@@ -83,7 +83,7 @@ impl Standing {
                 self.manifest = None;
                 return Turn::Mended;
             }
-            Event::Hindered { error, .. } => {
+            Event::BuildError { error, .. } => {
                 self.hindrance = Some(error.join(": "));
                 return Turn::Broke;
             }
@@ -136,7 +136,7 @@ impl Failed {
 }
 
 /// The first fault with its place, and how many others there are.
-fn in_one_line(faults: &Faults) -> String {
+fn in_one_line(faults: &Diagnostics) -> String {
     let Some(first) = faults.faults.first() else { return faults.file.clone() };
     let place = first.span.as_ref().map(|span| line_and_column(&faults.text, span.start));
     let place = place.map_or_else(String::new, |(line, column)| format!(":{line}:{column}"));

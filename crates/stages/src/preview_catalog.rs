@@ -15,25 +15,25 @@ use preview::MapSizes;
 use preview::window::Catalogue;
 use sphere::Rotation;
 
-pub use gallery::Gallery;
+pub use scenes::SceneCache;
 
 use crate::{artifacts, rotate};
 
-mod gallery;
+mod scenes;
 
 /// What of a graph can be shown.
-pub struct Showcase {
+pub struct PreviewCatalog {
     plan: Plan,
     environments: Vec<String>,
     materials: Vec<String>,
     /// By the places of their names.
-    exhibits: BTreeMap<(usize, usize), Exhibit>,
+    exhibits: BTreeMap<(usize, usize), CatalogEntry>,
     meshes: Vec<(String, Shape)>,
 }
 
 /// A material under a light, by the items that made it.
 #[derive(Clone, Debug)]
-pub struct Exhibit {
+pub struct CatalogEntry {
     /// What reflects: an item that makes a `reflection` or an `shrm`.
     pub reflection: ItemIndex,
     /// The light.
@@ -72,7 +72,7 @@ pub struct Unknown {
     pub known: Vec<String>,
 }
 
-impl Showcase {
+impl PreviewCatalog {
     /// What of a plan can be shown.
     pub fn of(plan: Plan) -> Self {
         Self::among(plan, &[])
@@ -90,10 +90,10 @@ impl Showcase {
         let named = lights.iter().map(|item| Named::of(&plan, *item));
         let environments = told_apart(&named.collect::<Vec<_>>());
         // What is left of a key tells the materials of a stage apart.
-        let coats = found.iter().map(|exhibit| Coat::of(&plan, exhibit)).collect::<Vec<_>>();
+        let coats = found.iter().map(|exhibit| MaterialKey::of(&plan, exhibit)).collect::<Vec<_>>();
         let each = coats.iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
         let materials = told_apart(&each.iter().map(|coat| coat.named(&plan)).collect::<Vec<_>>());
-        let place = |exhibit: &Exhibit, coat: &Coat| {
+        let place = |exhibit: &CatalogEntry, coat: &MaterialKey| {
             let environment = lights.binary_search(&exhibit.environment).unwrap_or_default();
             (environment, each.binary_search(&coat).unwrap_or_default())
         };
@@ -142,7 +142,7 @@ impl Showcase {
     ///
     /// # Errors
     /// Where one of them is not known at all.
-    pub fn exhibit(&self, environment: &str, material: &str) -> Result<Option<&Exhibit>, Unknown> {
+    pub fn exhibit(&self, environment: &str, material: &str) -> Result<Option<&CatalogEntry>, Unknown> {
         let environment = position("environment", &self.environments, environment)?;
         let material = position("material", &self.materials, material)?;
         Ok(self.exhibits.get(&(environment, material)))
@@ -173,7 +173,7 @@ impl Showcase {
     }
 
     /// The stages that make an exhibit and a mesh, and those that they need.
-    pub fn stages(&self, exhibit: &Exhibit, mesh: &str) -> BTreeSet<&str> {
+    pub fn stages(&self, exhibit: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
         let shape = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, shape)| *shape);
         let mesh = match shape {
             Some(Shape::Item(item)) => Some(item),
@@ -204,15 +204,15 @@ fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, U
 
 /// A material as a stage reflects it: the stage, and what of an item's key is not the environment's.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Coat {
+struct MaterialKey {
     reflection: StageIndex,
     rest: ItemKey,
     /// The stage of the material, where there is one.
     material: Option<StageIndex>,
 }
 
-impl Coat {
-    fn of(plan: &Plan, exhibit: &Exhibit) -> Self {
+impl MaterialKey {
+    fn of(plan: &Plan, exhibit: &CatalogEntry) -> Self {
         let (item, environment) = (&plan.items[exhibit.reflection], &plan.items[exhibit.environment]);
         let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
         let material = exhibit.material.map(|item| plan.items[item].stage);
@@ -283,11 +283,11 @@ fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
 }
 
 /// Of the stages that reflect one material, those that lead to files; where none does, all.
-fn without_steps(plan: &Plan, graph: &Connections, found: Vec<Exhibit>) -> Vec<Exhibit> {
-    let stage = |exhibit: &Exhibit| plan.items[exhibit.reflection].stage;
+fn without_steps(plan: &Plan, graph: &Connections, found: Vec<CatalogEntry>) -> Vec<CatalogEntry> {
+    let stage = |exhibit: &CatalogEntry| plan.items[exhibit.reflection].stage;
     let materials = found.iter().filter(|exhibit| graph.leads_to_files[stage(exhibit)]);
     let exported = materials.map(|exhibit| (exhibit.environment, exhibit.material)).collect::<BTreeSet<_>>();
-    let is_shown = |exhibit: &Exhibit| {
+    let is_shown = |exhibit: &CatalogEntry| {
         graph.leads_to_files[stage(exhibit)] || !exported.contains(&(exhibit.environment, exhibit.material))
     };
     found.into_iter().filter(is_shown).collect()
@@ -320,7 +320,7 @@ impl Connections {
     }
 
     /// The exhibit of an item that reflects an environment.
-    fn exhibit(&self, plan: &Plan, item: ItemIndex) -> Option<Exhibit> {
+    fn exhibit(&self, plan: &Plan, item: ItemIndex) -> Option<CatalogEntry> {
         if ![artifacts::Reflection::TYPE, artifacts::Shrm::TYPE].contains(&artifact(plan, item)?) {
             return None;
         }
@@ -331,7 +331,16 @@ impl Connections {
         let (environment, turn) = origin.environment?;
         let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
         let sizes = sizes(exports.iter().map(|export| self.fixed[plan.items[*export].stage]));
-        Some(Exhibit { reflection: item, environment, lighting, material, turn, sizes, exports, ancestry })
+        Some(CatalogEntry {
+            reflection: item,
+            environment,
+            lighting,
+            material,
+            turn,
+            sizes,
+            exports,
+            ancestry,
+        })
     }
 
     /// The items that export what an item made, as it is or as maps.
