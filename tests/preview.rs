@@ -144,7 +144,7 @@ fn without_a_graphics_device_the_cpu_draws_a_still_with_a_warning() {
     let project = Project::new(LITTLE);
     let still = ["preview", "--still", "none.png", "--size", "48x32", "--backend", "gpu"];
     let mut command = headless(&project, &still);
-    // No driver at all.
+    // No driver at all; without the feature `gpu` none is looked for.
     command.env("VK_DRIVER_FILES", "/dev/null").env("WGPU_BACKEND", "vulkan");
     let output = command.output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
@@ -201,7 +201,20 @@ fn a_still_that_cannot_be_written_is_the_machines_fault() {
     assert!(told.stderr.contains("cannot write taken/gold.png"), "{}", told.stderr);
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(not(feature = "window"))]
+#[test]
+fn a_build_without_the_window_draws_a_still_and_says_how_to_get_a_window() {
+    let project = Project::new(LITTLE);
+    let told = run(&project, &["preview", "--item", "material=satin"]);
+    assert_eq!(told.code, Some(0), "{}", told.stderr);
+    assert!(told.stderr.contains("preview.png: satin under studio on sphere"), "{}", told.stderr);
+    let hint = "`cargo install --path crates/cli --features window` opens a window";
+    assert_eq!(told.stderr.lines().last(), Some(hint), "{}", told.stderr);
+    let (width, pixels) = pixels(&project.path(".specula/preview.png"));
+    assert_eq!((width, pixels.len()), (1280, 1280 * 720));
+}
+
+#[cfg(all(target_os = "linux", feature = "window"))]
 #[test]
 fn without_a_display_a_still_stands_in_for_the_window() {
     let project = Project::new(LITTLE);
@@ -238,7 +251,9 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
         }
     };
     let drawn = "preview.png: gold under studio on sphere";
-    wait("there is no window", 1);
+    let reason =
+        if cfg!(feature = "window") { "there is no window" } else { "--features window` opens a window" };
+    wait(reason, 1);
     wait(drawn, 1);
     wait("listening to", 1);
     let before = fs::read(project.path(".specula/preview.png")).unwrap();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use ::preview::Mode;
-use ::preview::window::Wish;
+use ::preview::SubjectRequest;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::escape::escaped;
@@ -207,7 +207,7 @@ pub(crate) struct PreviewArguments {
     pub(crate) manifest: PathBuf,
     /// What to show first, such as environment=sky,material=gold,mesh=sphere; what is left out is as it was
     #[arg(long, value_name = "PART=NAME,...", value_parser = preview::parse_item)]
-    pub(crate) item: Option<Wish>,
+    pub(crate) item: Option<SubjectRequest>,
     /// The map that shades it first: local-shrm, global-shrm, cabral, kautz-mccool, prefiltered, irradiance, mirror or brute-force
     #[arg(long, value_parser = preview::parse_mode)]
     pub(crate) mode: Option<Mode>,

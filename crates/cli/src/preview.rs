@@ -5,16 +5,20 @@
 
 mod controller;
 mod files;
+#[cfg(feature = "window")]
+mod host;
 mod status;
 mod still;
 mod subject;
 mod window;
 
-use ::preview::window::Wish;
+use ::preview::{InitialView, SubjectRequest};
 use engine::Kinds;
 use stages::PreviewCatalog;
 
-use crate::arguments::{Backend, ManifestArgument, PreviewArguments, WatchArguments};
+#[cfg(feature = "window")]
+use crate::arguments::Backend;
+use crate::arguments::{ManifestArgument, PreviewArguments, WatchArguments};
 use crate::{Exit, manifest, print, watch};
 
 pub(crate) use still::{parse_exposure, parse_file as parse_still, parse_size};
@@ -32,14 +36,28 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
         print::error(&[amiss.message], Some(&amiss.help));
         return Exit::Manifest;
     }
-    let wish = Wish { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
+    let wish = SubjectRequest { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
     if let Err(unknown) = subject::check(&showcase, &wish) {
         print::error(&[unknown.message], Some(&unknown.help));
         return Exit::Usage;
     }
     if let Some(file) = &arguments.still {
-        return still::run(arguments, file, showcase, &wish);
+        // As a window shows it that was never opened before.
+        let view = InitialView { state: None, request: wish };
+        return still::run(arguments, file, showcase, &view);
     }
+    open(arguments, kinds, showcase, manifest, wish)
+}
+
+/// Opens the window.
+#[cfg(feature = "window")]
+fn open(
+    arguments: &PreviewArguments,
+    kinds: &Kinds,
+    _: PreviewCatalog,
+    manifest: ManifestArgument,
+    wish: SubjectRequest,
+) -> Exit {
     let watching = WatchArguments {
         stages: Vec::new(),
         manifest,
@@ -59,13 +77,31 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
     window::run(&opening, |cancel, also| watch::keep_fresh(&watching, kinds, cancel, also))
 }
 
+/// Without the feature `window`: draws what the window would show first.
+#[cfg(not(feature = "window"))]
+fn open(
+    arguments: &PreviewArguments,
+    _: &Kinds,
+    catalog: PreviewCatalog,
+    manifest: ManifestArgument,
+    wish: SubjectRequest,
+) -> Exit {
+    let view = window::initial_view(&manifest.manifest, wish);
+    let file = files::PreviewFiles::beside(&manifest.manifest).still();
+    let exit = still::run(arguments, &file, catalog, &view);
+    if exit == Exit::Success {
+        print::say!("{}", window::HINT);
+    }
+    exit
+}
+
 /// `specula watch --preview`.
 pub(crate) fn beside_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let opening = window::WindowRequest {
         manifest: &arguments.manifest.manifest,
         kinds,
         stages: &arguments.stages,
-        wish: Wish::default(),
+        wish: SubjectRequest::default(),
         cpu: false,
         goes_on_without: true,
     };

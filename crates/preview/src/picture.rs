@@ -53,7 +53,7 @@ impl Picture {
 
 /// How far two pictures of one scene by two renderers may be apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sameness {
+pub struct Tolerance {
     /// Pixels whose codes differ by more than this many steps of 255 are counted.
     pub codes: u8,
     /// The largest share of pixels that may be counted: outlines, and texels of the sun on their edge.
@@ -71,7 +71,7 @@ pub struct Sameness {
 /// radiance changes by g a radian, a reflection is off by 2 k g / 362: with k = 0.1, as on a tube of ten pixels' radius, and
 /// g = 2, as maps of degree 12 have it on average, by 1e-3. lavapipe does so; the worst that was measured over the tests' scenes
 /// is an RMS of 1.7e-3 and outliers of 0.0012.
-pub const SAME_PICTURE: Sameness = Sameness { codes: 2, outliers: 0.002, relative_rms: 2e-3 };
+pub const SAME_PICTURE: Tolerance = Tolerance { codes: 2, outliers: 0.002, relative_rms: 2e-3 };
 
 /// The tolerance of modes that read light itself: mirror and brute force.
 ///
@@ -79,9 +79,9 @@ pub const SAME_PICTURE: Sameness = Sameness { codes: 2, outliers: 0.002, relativ
 /// 2 k / (362 h) of the difference of neighbours, 1 percent at k = 0.1 and h = 0.05. Brute force takes each texel as
 /// a patch of one radiance, so that some of its samples fall on another one. The worst that was measured with lavapipe
 /// is an RMS of 1.3e-2 and outliers of 0.0065.
-pub const SAME_LIGHT: Sameness = Sameness { codes: 2, outliers: 0.01, relative_rms: 2e-2 };
+pub const SAME_LIGHT: Tolerance = Tolerance { codes: 2, outliers: 0.01, relative_rms: 2e-2 };
 
-impl Sameness {
+impl Tolerance {
     /// The tolerance of pictures that show these modes.
     pub fn of(show: Show) -> Self {
         let light = show.modes().any(|mode| matches!(mode, Mode::Mirror | Mode::BruteForce));

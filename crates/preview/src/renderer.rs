@@ -21,3 +21,14 @@ pub trait Renderer {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError>;
 }
+
+/// The graphics device.
+///
+/// # Errors
+/// If there is none, or if this program was built without the feature `gpu`.
+pub fn graphics_device() -> Result<Box<dyn Renderer>, RenderError> {
+    #[cfg(feature = "gpu")]
+    return Ok(Box::new(crate::Gpu::new()?));
+    #[cfg(not(feature = "gpu"))]
+    return Err(RenderError::Device("this program was built without the feature `gpu`".into()));
+}

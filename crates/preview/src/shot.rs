@@ -27,3 +27,15 @@ pub struct Shot {
     /// The light samples of each sample of a pixel in [`crate::Mode::BruteForce`].
     pub light_samples: u32,
 }
+
+/// The samples along each side of a pixel of a picture that is kept.
+const KEPT_SAMPLES: u32 = 2;
+
+impl Shot {
+    /// This shot as it is kept: with smooth outlines, and with as many light samples per pixel as the window shows.
+    #[must_use]
+    pub fn to_keep(self) -> Self {
+        let light_samples = self.light_samples.div_ceil(KEPT_SAMPLES.pow(2));
+        Self { samples: KEPT_SAMPLES, light_samples, ..self }
+    }
+}

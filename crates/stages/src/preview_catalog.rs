@@ -11,8 +11,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use engine::{Artifact, ItemIndex, ItemKey, Plan, Product, Stage, StageIndex};
+use preview::Catalog;
 use preview::MapSizes;
-use preview::window::Catalogue;
 use sphere::Rotation;
 
 pub use scenes::SceneCache;
@@ -114,8 +114,8 @@ impl PreviewCatalog {
     }
 
     /// The names of all that can be shown, and what goes together.
-    pub fn catalogue(&self) -> Catalogue {
-        Catalogue {
+    pub fn catalogue(&self) -> Catalog {
+        Catalog {
             environments: self.environments.clone(),
             materials: self.materials.clone(),
             meshes: self.meshes(),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use ::preview::window::{Catalogue, Facts, News, Subject, WindowSettings};
+use ::preview::{Catalog, InitialView, PreviewUpdate, Subject, SubjectDetails};
 use ::preview::{Picture, RenderError, Scene};
 use engine::{Cancel, Error, Event, ItemName, Plan, ResultsSnapshot};
 use stages::{PreviewCatalog, SceneCache};
@@ -22,16 +22,17 @@ use crate::arguments::Backend;
 use crate::print::{self, say};
 
 /// Shows news in a window.
-type Window = Box<dyn Fn(News) + Send>;
+type Window = Box<dyn Fn(PreviewUpdate) + Send>;
 
-/// What the curator is told.
+/// What the controller hears.
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends some of these"))]
 pub(crate) enum PreviewMessage {
     /// The watcher did something, at this moment.
     Event(Event, Instant),
     /// There is a window.
     Opened(Window),
     /// There is none and will be none: what it would have shown is drawn instead.
-    NoWindow(Box<WindowSettings>),
+    NoWindow(Box<InitialView>),
     /// The window wants this.
     Wanted(Subject),
     /// The window's state is to be kept.
@@ -50,7 +51,7 @@ enum CommandOutput {
     None,
     Window(Window),
     /// A file, in place of the window that would have had these settings.
-    Still(Box<WindowSettings>),
+    Still(Box<InitialView>),
 }
 
 /// What is to be done once all letters are read.
@@ -87,7 +88,7 @@ pub(crate) struct PreviewController<'a> {
     wanted: Option<Subject>,
     /// The items that what is wanted is made of; the last of them reflects.
     ancestry: Vec<ItemName>,
-    shown: Option<(Subject, Scene, Facts)>,
+    shown: Option<(Subject, Scene, SubjectDetails)>,
     /// Why what is wanted cannot be shown.
     amiss: Vec<String>,
     told: Told,
@@ -96,7 +97,7 @@ pub(crate) struct PreviewController<'a> {
 /// What the window was told last.
 #[derive(Default)]
 struct Told {
-    catalogue: Catalogue,
+    catalogue: Catalog,
     status: String,
     failure: Vec<String>,
 }
@@ -148,7 +149,7 @@ impl<'a> PreviewController<'a> {
                 self.audience = CommandOutput::Window(window);
                 self.told = Told::default();
                 if self.closing {
-                    self.tell(News::Close);
+                    self.tell(PreviewUpdate::Close);
                 }
                 (tasks.plan, tasks.shelf, tasks.show) = (true, true, true);
             }
@@ -166,7 +167,7 @@ impl<'a> PreviewController<'a> {
             PreviewMessage::Keepsake(subject, picture) => tasks.pictures.push((subject, picture)),
             PreviewMessage::Close => {
                 self.closing = true;
-                self.tell(News::Close);
+                self.tell(PreviewUpdate::Close);
             }
             PreviewMessage::End => tasks.end = true,
         }
@@ -200,7 +201,7 @@ impl<'a> PreviewController<'a> {
                 Ok(file) => ("kept the picture", file.display().to_string()),
                 Err(error) => ("the picture was not kept", error.to_string()),
             };
-            self.tell(News::Toast { title: title.into(), lines: vec![line] });
+            self.tell(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
         }
         if tasks.end || matches!(self.audience, CommandOutput::None) {
             return;
@@ -216,7 +217,7 @@ impl<'a> PreviewController<'a> {
         }
         self.tell_state();
         if let Some(Message { title, lines }) = tasks.message {
-            self.tell(News::Toast { title, lines });
+            self.tell(PreviewUpdate::Toast { title, lines });
         }
         if matches!(self.audience, CommandOutput::Still(_)) && self.built && !self.opening.goes_on_without {
             self.cancel.cancel();
@@ -232,7 +233,7 @@ impl<'a> PreviewController<'a> {
             // For what is no longer there the window wants something else.
             self.wanted.take_if(|wanted| subject::check(&showcase, &subject::wish(wanted)).is_err());
             self.told.catalogue = catalogue.clone();
-            self.tell(News::Catalogue(catalogue));
+            self.tell(PreviewUpdate::Catalog(catalogue));
         }
         self.showcase = Some(showcase);
     }
@@ -248,7 +249,7 @@ impl<'a> PreviewController<'a> {
             return Err(subject::nothing(self.opening.manifest, self.opening.stages).lines());
         }
         if let CommandOutput::Still(settings) = &self.audience {
-            self.wanted = Some(settings.subject(showcase.catalogue()));
+            self.wanted = Some(settings.subject(&showcase.catalogue()));
         }
         let (Some(subject), Some(shelf)) = (self.wanted.clone(), &self.shelf) else { return Ok(()) };
         let shelf = shelf.as_ref().map_err(|error| error.chain().to_vec())?;
@@ -284,7 +285,7 @@ impl<'a> PreviewController<'a> {
             CommandOutput::Window(window) => {
                 // The map that every window begins with is made here, where nobody waits for it.
                 scene.objects.iter().for_each(|object| _ = object.look.local());
-                window(News::Scene { subject, scene, facts });
+                window(PreviewUpdate::Scene { subject, scene, facts });
             }
             CommandOutput::Still(settings) => self.draw(settings, &subject, &scene),
         }
@@ -292,7 +293,7 @@ impl<'a> PreviewController<'a> {
     }
 
     /// Draws the still that stands in for the window.
-    fn draw(&self, settings: &WindowSettings, subject: &Subject, scene: &Scene) {
+    fn draw(&self, settings: &InitialView, subject: &Subject, scene: &Scene) {
         let file = self.keepsakes.still();
         let shot = settings.shot(scene.framing(), still::SIZE);
         let stop = || self.cancel.is_cancelled();
@@ -317,7 +318,7 @@ impl<'a> PreviewController<'a> {
         let status = self.gazette.status();
         if self.told.status != status {
             self.told.status.clone_from(&status);
-            self.tell(News::Status(status));
+            self.tell(PreviewUpdate::Status(status));
         }
         let mut failure = self.gazette.failures();
         failure.extend(self.amiss.iter().cloned());
@@ -329,7 +330,7 @@ impl<'a> PreviewController<'a> {
             if matches!(self.audience, CommandOutput::Still(_)) && !self.amiss.is_empty() {
                 print::error(&self.amiss, None);
             }
-            self.tell(News::Failure((!failure.is_empty()).then_some(failure)));
+            self.tell(PreviewUpdate::Failure((!failure.is_empty()).then_some(failure)));
         }
     }
 
@@ -345,7 +346,7 @@ impl<'a> PreviewController<'a> {
         }
     }
 
-    fn tell(&self, news: News) {
+    fn tell(&self, news: PreviewUpdate) {
         if let CommandOutput::Window(window) = &self.audience {
             window(news);
         }

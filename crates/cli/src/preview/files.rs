@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use ::preview::Picture;
-use ::preview::window::Subject;
+use ::preview::Subject;
 
 /// The folder beside the manifest for what nobody edits; it ignores itself in git, and no watcher attends to it.
 const FOLDER: &str = ".specula";

@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use ::preview::window::{Subject, WindowSettings, Wish};
-use ::preview::{Cpu, Gpu, Mode, Picture, RenderError, Renderer, Scene, Shot};
+use ::preview::{Cpu, Mode, Picture, RenderError, Renderer, Scene, Shot, graphics_device};
+use ::preview::{InitialView, Subject};
 use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
 use stages::{PreviewCatalog, SceneCache};
 
@@ -44,10 +44,13 @@ pub(crate) fn parse_file(text: &str) -> Result<PathBuf, String> {
 }
 
 /// Builds what a picture needs, draws it and writes it.
-pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: PreviewCatalog, wish: &Wish) -> Exit {
-    // As a window shows it that was never opened before.
-    let window = WindowSettings { wish: wish.clone(), ..WindowSettings::default() };
-    let subject = window.subject(showcase.catalogue());
+pub(crate) fn run(
+    arguments: &PreviewArguments,
+    file: &Path,
+    showcase: PreviewCatalog,
+    view: &InitialView,
+) -> Exit {
+    let subject = view.subject(&showcase.catalogue());
     let found = subject::exhibit(&showcase, &subject.environment, &subject.material);
     let exhibit = match found {
         Ok(exhibit) => exhibit,
@@ -78,7 +81,7 @@ pub(crate) fn run(arguments: &PreviewArguments, file: &Path, showcase: PreviewCa
             return if is_of_system { Exit::Machine } else { Exit::Failed };
         }
     };
-    let shot = Shot { exposure: arguments.exposure, ..window.shot(scene.framing(), arguments.size) };
+    let shot = Shot { exposure: arguments.exposure, ..view.shot(scene.framing(), arguments.size) };
     let backend = arguments.backend.unwrap_or(Backend::Cpu);
     match draw(&scene, &shot, backend, &|| cancel.is_cancelled()) {
         Ok(drawn) => match files::write_picture(file, &drawn.picture) {
@@ -162,7 +165,8 @@ pub(crate) fn draw(
 ) -> Result<Drawn, RenderError> {
     let start = Instant::now();
     if backend == Backend::Gpu {
-        let drawn = Gpu::new().and_then(|mut gpu| Ok((gpu.render(scene, shot, stop)?, gpu.name())));
+        let drawn =
+            graphics_device().and_then(|mut device| Ok((device.render(scene, shot, stop)?, device.name())));
         match drawn {
             Ok((picture, renderer)) => return Ok(Drawn { picture, renderer, milliseconds: elapsed(start) }),
             Err(error) if error.is_of_the_device() => {

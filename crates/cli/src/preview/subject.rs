@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ::preview::Mode;
-use ::preview::window::{Subject, Wish};
+use ::preview::{Subject, SubjectRequest};
 use engine::nearest;
 use stages::{CatalogEntry, PreviewCatalog, Unknown};
 
@@ -11,7 +11,7 @@ use stages::{CatalogEntry, PreviewCatalog, Unknown};
 const PARTS: [&str; 3] = ["environment", "material", "mesh"];
 
 /// `environment=sky,material=gold,mesh=sphere`, any of them in any order. A name may hold commas.
-pub(crate) fn parse_item(text: &str) -> Result<Wish, String> {
+pub(crate) fn parse_item(text: &str) -> Result<SubjectRequest, String> {
     let mut parts = Vec::<(&str, String)>::new();
     for piece in text.split(',') {
         match (piece.split_once('='), parts.last_mut()) {
@@ -28,7 +28,7 @@ pub(crate) fn parse_item(text: &str) -> Result<Wish, String> {
             (None, None) => return Err("expected environment=NAME, material=NAME or mesh=NAME".into()),
         }
     }
-    let mut wish = Wish::default();
+    let mut wish = SubjectRequest::default();
     for (part, name) in parts {
         if name.is_empty() {
             return Err(format!("{part} has no name"));
@@ -88,7 +88,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// Whether everything that is wished for is there, and goes together.
-pub(crate) fn check(showcase: &PreviewCatalog, wish: &Wish) -> Result<(), SubjectError> {
+pub(crate) fn check(showcase: &PreviewCatalog, wish: &SubjectRequest) -> Result<(), SubjectError> {
     if let Some(mesh) = &wish.mesh {
         showcase.check_mesh(mesh)?;
     }
@@ -130,9 +130,9 @@ pub(crate) fn nothing(manifest: &Path, stages: &[String]) -> SubjectError {
 }
 
 /// A wish for all of a subject.
-pub(crate) fn wish(subject: &Subject) -> Wish {
+pub(crate) fn wish(subject: &Subject) -> SubjectRequest {
     let Subject { environment, material, mesh } = subject.clone();
-    Wish { environment: Some(environment), material: Some(material), mesh: Some(mesh), mode: None }
+    SubjectRequest { environment: Some(environment), material: Some(material), mesh: Some(mesh), mode: None }
 }
 
 /// `gold under sky on sphere`
@@ -149,10 +149,16 @@ mod tests {
     fn an_item_is_parts_with_names_that_may_hold_commas() {
         let some = |name: &str| Some(name.to_owned());
         let wish = parse_item("material=gold, warm (shine),environment=sky").unwrap();
-        let expected =
-            Wish { environment: some("sky"), material: some("gold, warm (shine)"), ..Wish::default() };
+        let expected = SubjectRequest {
+            environment: some("sky"),
+            material: some("gold, warm (shine)"),
+            ..SubjectRequest::default()
+        };
         assert_eq!(wish, expected);
-        assert_eq!(parse_item("mesh=sphere").unwrap(), Wish { mesh: some("sphere"), ..Wish::default() });
+        assert_eq!(
+            parse_item("mesh=sphere").unwrap(),
+            SubjectRequest { mesh: some("sphere"), ..SubjectRequest::default() }
+        );
         for (text, word) in [
             ("", "expected environment=NAME"),
             ("sky", "expected environment=NAME"),

@@ -1,21 +1,28 @@
-//! The window's side: opening it, again where its device was lost, and without it.
+//! A window, or a still in its place, beside a watcher.
 
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 
-use ::preview::Picture;
-use ::preview::window::{self, Host, NewsSender, Subject, WindowError, WindowSettings, Wish};
+use ::preview::InitialView;
+use ::preview::SubjectRequest;
 use engine::{Cancel, Event, Kinds};
 
 use super::controller::{PreviewController, PreviewMessage};
 use super::files::PreviewFiles;
 use crate::Exit;
 use crate::build::stop_on_interrupt;
-use crate::print::{self, say};
+use crate::print::say;
 use crate::screen::locked;
+
+#[cfg(feature = "window")]
+use super::host::show;
+
+/// How to get a window.
+#[cfg(not(feature = "window"))]
+pub(crate) const HINT: &str = "`cargo install --path crates/cli --features window` opens a window";
 
 /// What a window is opened for.
 pub(crate) struct WindowRequest<'a> {
@@ -24,8 +31,9 @@ pub(crate) struct WindowRequest<'a> {
     /// The stages that are watched; none stand for all.
     pub(crate) stages: &'a [String],
     /// What to show first.
-    pub(crate) wish: Wish,
+    pub(crate) wish: SubjectRequest,
     /// Whether the CPU draws, also where a graphics device could.
+    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "stills are drawn by the CPU"))]
     pub(crate) cpu: bool,
     /// Whether the watcher goes on where no window can be opened.
     pub(crate) goes_on_without: bool,
@@ -83,72 +91,19 @@ impl Drop for Closing<'_> {
     }
 }
 
-/// Shows the window until it is closed; where its device is lost, once more. Where there is none, what it would have been.
-fn show(
-    opening: &WindowRequest<'_>,
-    cancel: &Cancel,
-    letters: &Sender<PreviewMessage>,
-) -> Result<(), Box<WindowSettings>> {
-    let keepsakes = PreviewFiles::beside(opening.manifest);
-    let kept = keepsakes.state().unwrap_or_else(|reason| {
+/// What a window or the still in its place shows first.
+pub(super) fn initial_view(manifest: &Path, request: SubjectRequest) -> InitialView {
+    let state = PreviewFiles::beside(manifest).state().unwrap_or_else(|reason| {
         say!("warning: {reason}");
         None
     });
-    let state = Arc::new(Mutex::new(kept));
-    let mut wish = opening.wish.clone();
-    let mut again = true;
-    while !cancel.is_cancelled() {
-        let settings = WindowSettings {
-            state: locked(&state).clone(),
-            wish: wish.clone(),
-            cpu: opening.cpu,
-            ..WindowSettings::default()
-        };
-        let host = WindowHost { letters: letters.clone(), state: Arc::clone(&state) };
-        let sender = letters.clone();
-        let begin = move |window: NewsSender| {
-            let _ = sender.send(PreviewMessage::Opened(Box::new(move |news| window.send(news))));
-        };
-        let shown = window::open(settings.clone(), Box::new(host), begin);
-        match shown {
-            Err(WindowError::Lost(reason)) if again => {
-                say!("warning: the graphics device is lost ({reason}); the window is opened once more");
-                // It comes back as it was left.
-                (again, wish) = (false, Wish::default());
-            }
-            Ok(()) => return Ok(()),
-            Err(error) => {
-                let file = keepsakes.still();
-                let next = if opening.goes_on_without { "; watching goes on" } else { "" };
-                let help = format!("a picture is drawn to {} instead{next}", file.display());
-                print::error(&[format!("there is no window: {error}")], Some(&help));
-                return Err(Box::new(settings));
-            }
-        }
-    }
-    Ok(())
+    InitialView { state, request }
 }
 
-/// Writes letters for the window; it never waits.
-struct WindowHost {
-    letters: Sender<PreviewMessage>,
-    /// The window's state as it was last.
-    state: Arc<Mutex<Option<String>>>,
-}
-
-impl Host for WindowHost {
-    fn show(&mut self, subject: &Subject) {
-        let _ = self.letters.send(PreviewMessage::Wanted(subject.clone()));
-    }
-
-    fn keep_state(&mut self, json: &str) {
-        *locked(&self.state) = Some(json.to_owned());
-        let _ = self.letters.send(PreviewMessage::Keep(json.to_owned()));
-    }
-
-    fn screenshot(&mut self, subject: &Subject, picture: Picture) {
-        let _ = self.letters.send(PreviewMessage::Keepsake(subject.clone(), picture));
-    }
-
-    fn closed(&mut self) {}
+/// Without the feature `window` there is none: a still is drawn in its place.
+#[cfg(not(feature = "window"))]
+fn show(opening: &WindowRequest<'_>, _: &Cancel, _: &Sender<PreviewMessage>) -> Result<(), Box<InitialView>> {
+    let file = PreviewFiles::beside(opening.manifest).still();
+    say!("{HINT}; this program keeps a picture in {} up to date instead", file.display());
+    Err(Box::new(initial_view(opening.manifest, opening.wish.clone())))
 }

@@ -9,7 +9,7 @@ use super::stop::{Patience, Stop};
 use crate::shading::background::{Behind, background};
 use crate::shading::develop::develop;
 use crate::shading::difference::{Squares, difference};
-use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, Sight};
+use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, ViewTransform};
 
 /// Rows of pixels in a band.
 pub(super) const BAND: usize = 4;
@@ -17,7 +17,7 @@ pub(super) const BAND: usize = 4;
 /// All that the bands of a picture are made of.
 pub(super) struct Frame<'a> {
     shot: &'a Shot,
-    sight: Sight,
+    sight: ViewTransform,
     geometry: Geometry,
     /// For each band the triangles that may reach it, in order.
     bins: Vec<Vec<u32>>,
@@ -39,7 +39,7 @@ impl<'a> Frame<'a> {
         kept: &'a [Kept],
         stop: &Stop<'_>,
     ) -> Result<Self, RenderError> {
-        let sight = Sight::new(shot);
+        let sight = ViewTransform::new(shot);
         let mut shaders = Vec::new();
         for mode in shot.show.modes() {
             let of_mode = kept.iter().map(|kept| {

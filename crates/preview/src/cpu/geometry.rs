@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::clip::{Corner, LOST, Planes};
-use crate::{Object, Placed, Scene, Sight};
+use crate::{Object, Placed, Scene, ViewTransform};
 
 /// The steps that a sample is divided into along each axis.
 pub(super) const STEPS: i32 = 256;
@@ -48,7 +48,7 @@ pub(super) struct Geometry {
 
 impl Geometry {
     /// Of a scene.
-    pub(super) fn new(scene: &Scene, sight: &Sight) -> Self {
+    pub(super) fn new(scene: &Scene, sight: &ViewTransform) -> Self {
         let mut geometry = Self::default();
         for (number, object) in scene.objects.iter().enumerate() {
             geometry.add(number as u32, object, sight);
@@ -56,7 +56,7 @@ impl Geometry {
         geometry
     }
 
-    fn add(&mut self, number: u32, object: &Object, sight: &Sight) {
+    fn add(&mut self, number: u32, object: &Object, sight: &ViewTransform) {
         let Placed { clip, normal, tangent, mirrored } = sight.place(object);
         let (mesh, planes) = (&object.mesh, Planes::new(sight.size));
         let corner = |vertex: usize| {

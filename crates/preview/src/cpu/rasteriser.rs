@@ -10,7 +10,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::geometry::{Geometry, STEPS, Triangle, Vertex, twice_the_area};
-use crate::Sight;
+use crate::ViewTransform;
 use crate::shading::surface::Surface;
 
 /// Up to so many columns every sample of a triangle's box is asked.
@@ -131,7 +131,13 @@ impl Band {
     }
 
     /// What a sample of these rows sees, if anything.
-    pub(super) fn seen(&self, geometry: &Geometry, sight: &Sight, column: u32, row: u32) -> Option<Seen> {
+    pub(super) fn seen(
+        &self,
+        geometry: &Geometry,
+        sight: &ViewTransform,
+        column: u32,
+        row: u32,
+    ) -> Option<Seen> {
         let place = (row - self.rows.start) as usize * self.width as usize + column as usize;
         let (number, _) = self.seen[place];
         if number == NONE {

@@ -7,7 +7,7 @@ use super::canvas::{Canvas, GROUP};
 use super::memory::Uniforms;
 use super::mesh::Rectangle;
 use super::{Resources, numbers, sides};
-use crate::{Background, Mode, RenderError, Scene, Shot, Show, Sight};
+use crate::{Background, Mode, RenderError, Scene, Shot, Show, ViewTransform};
 
 /// `Frame` of frame.wgsl.
 #[repr(C)]
@@ -83,7 +83,7 @@ pub(super) struct Frame<'a> {
     pub(super) shot: &'a Shot,
     resources: &'a Resources,
     canvas: &'a Canvas,
-    sight: Sight,
+    sight: ViewTransform,
     visible: Vec<Visible>,
     /// Of each visible object, where it is at each sample of pixels.
     places: Uniforms,
@@ -101,7 +101,7 @@ impl<'a> Frame<'a> {
         canvas: &'a Canvas,
     ) -> Result<Self, RenderError> {
         let device = &resources.device;
-        let sight = Sight::new(shot);
+        let sight = ViewTransform::new(shot);
         let count = canvas.samples;
         let samples: Vec<[u32; 2]> =
             (0..count * count).map(|sample| [sample % count, sample / count]).collect();
@@ -388,7 +388,7 @@ impl<'a> Frame<'a> {
 fn chosen_sample(
     resources: &Resources,
     canvas: &Canvas,
-    sight: &Sight,
+    sight: &ViewTransform,
     chosen: [u32; 2],
 ) -> Result<wgpu::BindGroup, RenderError> {
     let Resources { device, layouts, harmonics, .. } = resources;

@@ -1,7 +1,7 @@
 // What every pass over the samples of a picture knows: one sample of each pixel, the same one in all.
 
 struct Frame {
-    // The ray through the upper left corner of the picture, and the steps from sample to sample: `Sight`.
+    // The ray through the upper left corner of the picture, and the steps from sample to sample: `ViewTransform`.
     corner: vec3f,
     // Samples along each side of a pixel.
     samples: u32,

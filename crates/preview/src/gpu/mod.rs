@@ -48,9 +48,9 @@ pub struct Gpu {
     resources: Resources,
     /// What [`Gpu::draw`] goes on with.
     canvas: Option<Canvas>,
-    gathered: Option<Gathered>,
+    gathered: Option<Accumulation>,
     pace: Pace,
-    figure: Figure,
+    figure: RmsReadback,
 }
 
 /// How far a picture has come that is drawn again and again.
@@ -66,7 +66,7 @@ pub struct Drawn {
 
 /// What light samples were gathered for, and how many.
 #[derive(Debug, PartialEq)]
-struct Gathered {
+struct Accumulation {
     objects: Vec<(Identity<Mesh>, Identity<Look>, DAffine3)>,
     camera: Camera,
     turn: sphere::Rotation,
@@ -76,7 +76,7 @@ struct Gathered {
 
 /// How large a difference is, as far as it was told.
 #[derive(Debug, Default)]
-struct Figure {
+struct RmsReadback {
     modes: [Option<Mode>; 2],
     coming: Option<Readback>,
     /// Whether something was drawn that is in no figure yet.
@@ -122,7 +122,7 @@ impl Gpu {
 
     fn on(device: Device) -> Result<Self, RenderError> {
         let resources = device.guarded(|| Resources::new(device.clone(), Self::TARGET))?;
-        let (pace, figure) = (Pace::default(), Figure::default());
+        let (pace, figure) = (Pace::default(), RmsReadback::default());
         Ok(Self { resources, canvas: None, gathered: None, pace, figure })
     }
 
@@ -204,11 +204,13 @@ impl Gpu {
             None => Canvas::new(device, layouts, shot.size, samples)?,
         };
         let modes = sides(shot.show);
-        let mut gathered = Gathered::new(scene, shot);
+        let mut gathered = Accumulation::new(scene, shot);
         let mut same = false;
         if let Some(before) = self.gathered.take() {
             let light_samples = before.light_samples;
-            if light_samples <= shot.light_samples && (Gathered { light_samples: 0, ..before }) == gathered {
+            if light_samples <= shot.light_samples
+                && (Accumulation { light_samples: 0, ..before }) == gathered
+            {
                 gathered.light_samples = light_samples;
                 same = true;
             }
@@ -330,7 +332,7 @@ impl Renderer for Gpu {
     }
 }
 
-impl Gathered {
+impl Accumulation {
     /// Nothing yet, of a scene in a shot.
     fn new(scene: &Scene, shot: &Shot) -> Self {
         let objects = scene.objects.iter();
@@ -346,7 +348,7 @@ impl Gathered {
     }
 }
 
-impl Figure {
+impl RmsReadback {
     /// Takes what has come, and asks for the figure of what was drawn just now where that is new and nothing is on its way.
     fn follow(
         &mut self,

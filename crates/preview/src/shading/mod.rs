@@ -1,7 +1,7 @@
 //! Shading: one unit a file, and beside each shader `x.wgsl` its twin `x.rs`, which does the same on the CPU.
 //!
 //! All of it is in f32 and in the *light's frame*: a turned light is a picture whose normals, tangents and rays are turned
-//! back ([`crate::Sight`]), so that no mode knows of the turn. Twins have the same formulas; where it is quicker they sum in another order.
+//! back ([`crate::ViewTransform`]), so that no mode knows of the turn. Twins have the same formulas; where it is quicker they sum in another order.
 //! The kernels of `shrm`, `envmap` and `sh`, in f64, are what the tests hold them against.
 
 pub mod angles;

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Sameness, Scene, Shot};
+use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Scene, Shot, Tolerance};
 
 /// Both renderers, and what was found so far.
 pub(crate) struct Compared {
@@ -51,7 +51,7 @@ impl Compared {
         if let Some(folder) = std::env::var_os("SPECULA_PICTURES") {
             keep(std::path::Path::new(&folder), &name.trim().replace([' ', ','], "-"), &cpu, &gpu);
         }
-        let allowed = Sameness::of(shot.show);
+        let allowed = Tolerance::of(shot.show);
         let apart = Apart::of(&cpu, &gpu, allowed);
         let worst = self.worst.entry(kind.to_owned()).or_default();
         worst.outliers = worst.outliers.max(apart.outliers);
@@ -90,7 +90,7 @@ impl Compared {
 }
 
 impl Apart {
-    fn of(cpu: &Picture, gpu: &Picture, allowed: Sameness) -> Self {
+    fn of(cpu: &Picture, gpu: &Picture, allowed: Tolerance) -> Self {
         let (mut counted, mut most, mut square, mut difference) = (0, 0, 0.0, 0.0);
         for k in 0..cpu.codes.len() {
             let codes = (0..3).map(|channel| cpu.codes[k][channel].abs_diff(gpu.codes[k][channel])).max();

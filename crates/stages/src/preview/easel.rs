@@ -2,7 +2,7 @@
 
 use engine::Context;
 use engine::Failure;
-use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Scene, Shot};
+use preview::{Cpu, Picture, RenderError, Renderer, Scene, Shot, graphics_device};
 
 use super::{Backend, failure};
 
@@ -19,8 +19,7 @@ pub(super) struct Easel<'a, 'b> {
 impl<'a, 'b> Easel<'a, 'b> {
     /// An easel; it tells what draws, and warns where that is not what was asked for.
     pub(super) fn new(backend: Backend, context: &'a Context<'b>) -> Self {
-        let open = || Gpu::new().map(|gpu| Box::new(gpu) as Box<dyn Renderer>);
-        Self::with(matches!(backend, Backend::Gpu).then(open), context)
+        Self::with(matches!(backend, Backend::Gpu).then(graphics_device), context)
     }
 
     fn with(device: Option<Result<Box<dyn Renderer>, RenderError>>, context: &'a Context<'b>) -> Self {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
-use preview::window::{Export, Facts};
+use preview::{Export, SubjectDetails};
 use preview::{Light, Look, MapSizes, Scene};
 
 use super::{CatalogEntry, PreviewCatalog, Shape, artifact};
@@ -124,7 +124,7 @@ impl SceneCache {
 
 impl PreviewCatalog {
     /// What the inspector tells of an exhibit: the sizes of what was exported, what its stages warned of and noted.
-    pub fn facts(&self, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Facts {
+    pub fn facts(&self, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> SubjectDetails {
         let plan = self.plan();
         let exports = exhibit.exports.iter().filter_map(|&item| {
             let stage = &plan.stages[plan.items[item].stage];
@@ -145,7 +145,7 @@ impl PreviewCatalog {
             let stage = super::stage_name(plan, item);
             format!("{stage}: this is older than what it is made of; what is shown may be of before or after")
         });
-        Facts { exports: exports.collect(), notes: behind.chain(told).collect() }
+        SubjectDetails { exports: exports.collect(), notes: behind.chain(told).collect() }
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
-use ::preview::window::Wish;
+use ::preview::SubjectRequest;
 use engine::{BuildOptions, ItemKey, Kinds, Summary};
 
 use super::*;
@@ -77,7 +77,7 @@ impl Project {
 
     fn opening(&self, goes_on_without: bool) -> WindowRequest<'_> {
         let Self { manifest, kinds, stages, .. } = self;
-        WindowRequest { manifest, kinds, stages, wish: Wish::default(), cpu: true, goes_on_without }
+        WindowRequest { manifest, kinds, stages, wish: SubjectRequest::default(), cpu: true, goes_on_without }
     }
 }
 
@@ -109,21 +109,21 @@ fn wanted(material: &str) -> PreviewMessage {
 }
 
 /// A window that keeps what it is told.
-fn window() -> (PreviewMessage, Receiver<News>) {
+fn window() -> (PreviewMessage, Receiver<PreviewUpdate>) {
     let (sender, news) = channel();
     (PreviewMessage::Opened(Box::new(move |item| _ = sender.send(item))), news)
 }
 
 /// The news in a line each.
-fn told(news: &Receiver<News>) -> Vec<String> {
+fn told(news: &Receiver<PreviewUpdate>) -> Vec<String> {
     let told = news.try_iter().map(|news| match news {
-        News::Catalogue(catalogue) => format!("catalogue: {}", catalogue.materials.join(", ")),
-        News::Scene { subject, .. } => format!("scene: {}", subject.material),
-        News::Status(line) => format!("status: {line}"),
-        News::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
-        News::Failure(None) => "no failure".into(),
-        News::Failure(Some(lines)) => format!("failure: {}", lines.join("; ")),
-        News::Close => "close".into(),
+        PreviewUpdate::Catalog(catalogue) => format!("catalogue: {}", catalogue.materials.join(", ")),
+        PreviewUpdate::Scene { subject, .. } => format!("scene: {}", subject.material),
+        PreviewUpdate::Status(line) => format!("status: {line}"),
+        PreviewUpdate::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
+        PreviewUpdate::Failure(None) => "no failure".into(),
+        PreviewUpdate::Failure(Some(lines)) => format!("failure: {}", lines.join("; ")),
+        PreviewUpdate::Close => "close".into(),
     });
     told.filter(|line| !line.starts_with("status: ")).collect()
 }

@@ -18,7 +18,7 @@ use super::geometry::Geometry;
 use super::rasteriser::{Band, Seen};
 use crate::{
     Background, Camera, Framing, Light, Look, MapSizes, Mode, Object, Picture, RenderError, Renderer, Scene,
-    Shot, Show, Sight,
+    Shot, Show, ViewTransform,
 };
 
 /// A light given by its radiance.
@@ -95,7 +95,7 @@ fn render(scene: &Scene, shot: &Shot) -> Picture {
 
 /// What every sample of a shot sees, row by row.
 fn seen(scene: &Scene, shot: &Shot) -> Vec<Option<Seen>> {
-    let sight = Sight::new(shot);
+    let sight = ViewTransform::new(shot);
     let geometry = Geometry::new(scene, &sight);
     let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
     let [width, height] = sight.size;

@@ -1,0 +1,241 @@
+//! The panel on the right: figures of what is seen.
+
+use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
+use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
+
+use crate::error_meter::{ErrorMeter, Verdict};
+use crate::figures::Figures;
+use crate::keys::label;
+use crate::numbers;
+use crate::state::{Shown, State};
+use crate::theme;
+use preview::{Arrangement, Backdrop};
+
+/// What is not known yet.
+const SOON: &str = "...";
+
+pub(crate) fn inspector(ui: &mut Ui, state: &State, judge: &ErrorMeter) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let Some(shown) = &state.shown else {
+            ui.label(RichText::new("nothing is shown yet").color(theme::WEAK));
+            return;
+        };
+        let figures = judge.figures(shown.edition);
+        subject(ui, shown, figures.as_deref());
+        errors(ui, state, judge);
+        energies(ui, figures.as_deref());
+        sizes(ui, shown, figures.as_deref());
+        view(ui, state);
+        notes(ui, shown);
+    });
+}
+
+fn subject(ui: &mut Ui, shown: &Shown, figures: Option<&Figures>) {
+    let known = |of: &dyn Fn(&Figures) -> String| figures.map_or_else(|| SOON.to_owned(), of);
+    section(
+        ui,
+        "Subject",
+        &[
+            ("environment", shown.subject.environment.clone()),
+            ("material", shown.subject.material.clone()),
+            ("mesh", shown.subject.mesh.clone()),
+            (
+                "triangles",
+                known(&|figures| match figures.objects {
+                    1 => figures.triangles.to_string(),
+                    objects => format!("{} in {objects} objects", figures.triangles),
+                }),
+            ),
+            (
+                "degree F",
+                known(&|figures| {
+                    figures.f.map_or_else(|| "not known of a map".to_owned(), |f| f.to_string())
+                }),
+            ),
+            ("degree P", known(&|figures| figures.p.to_string())),
+            ("maps are about the", known(&|figures| figures.centre.to_owned())),
+        ],
+    );
+}
+
+fn errors(ui: &mut Ui, state: &State, judge: &ErrorMeter) {
+    let settings = &state.settings;
+    let mut modes = vec![settings.mode];
+    if settings.arrangement != Arrangement::One && settings.second != settings.mode {
+        modes.push(settings.second);
+    }
+    let mut samples = 0;
+    let rows: Vec<(&str, String)> = modes
+        .into_iter()
+        .map(|mode| {
+            let verdict = match judge.verdict(mode) {
+                None => SOON.to_owned(),
+                Some(Verdict::Rms { relative, by }) => {
+                    samples = samples.max(by);
+                    numbers::error(relative)
+                }
+                Some(Verdict::None(why)) => why,
+            };
+            (label(mode), verdict)
+        })
+        .collect();
+    section(ui, "RMS against brute force", &rows);
+    if samples > 0 {
+        explain(ui, &format!("of this view, small, by {samples} samples of light a pixel"));
+    }
+}
+
+fn energies(ui: &mut Ui, figures: Option<&Figures>) {
+    let known = |of: &dyn Fn(&Figures) -> String| figures.map_or_else(|| SOON.to_owned(), of);
+    section(
+        ui,
+        "Energy",
+        &[
+            ("captured of the light, to F", known(&|figures| numbers::percent(figures.captured()))),
+            (
+                "the same from every view",
+                known(&|figures| {
+                    figures.plain.map_or_else(|| "not known of a map".to_owned(), numbers::percent)
+                }),
+            ),
+        ],
+    );
+    let Some(figures) = figures else { return };
+    let points = |shares: &[f64]| -> PlotPoints<'static> {
+        // Powers of ten; what is nothing has no point.
+        let shares = shares.iter().enumerate().filter(|(_, share)| **share > 1e-12);
+        shares.map(|(l, share)| [l as f64, share.log10()]).collect()
+    };
+    let (lighting, reflected) = (points(&figures.lighting), points(&figures.reflected));
+    let most = figures.lighting.len().max(2) as f64 - 1.0;
+    Plot::new("energy per degree")
+        .height(120.0)
+        .show_axes(Vec2b::TRUE)
+        .show_crosshair(false)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .include_x(0.0)
+        .include_x(most)
+        .grid_color(theme::GRID)
+        .x_grid_spacer(tens)
+        .y_grid_spacer(decades)
+        .x_axis_formatter(|mark, _| format!("{}", mark.value))
+        .y_axis_formatter(|mark, _| power(mark.value))
+        .y_axis_min_width(34.0)
+        .label_formatter(|at| {
+            let HoverPosition::NearDataPoint { plot_name, position, .. } = at else { return None };
+            let share = numbers::percent(10_f64.powf(position.y));
+            Some(format!("{plot_name}, l = {:.0}: {share}", position.x))
+        })
+        .show(ui, |plot| {
+            plot.line(Line::new("light", lighting).color(theme::LIGHTING).width(1.5));
+            plot.line(Line::new("reflected", reflected).color(theme::REFLECTED).width(1.5));
+            plot.hline(HLine::new("all", 0.0).color(theme::WEAK).style(LineStyle::dotted_dense()));
+        });
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("share of each degree l:").small().color(theme::WEAK));
+        ui.label(RichText::new("light").small().color(theme::LIGHTING));
+        ui.label(RichText::new("reflected").small().color(theme::REFLECTED));
+    });
+}
+
+fn sizes(ui: &mut Ui, shown: &Shown, figures: Option<&Figures>) {
+    let maps = figures.map(|figures| figures.maps.as_slice()).unwrap_or_default();
+    let maps: Vec<(&str, String)> =
+        maps.iter().map(|(name, size)| (name.as_str(), numbers::bytes(*size))).collect();
+    section(ui, "Maps in memory, 32-bit RGB", &maps);
+    let exports = &shown.facts.exports;
+    if !exports.is_empty() {
+        let exports: Vec<(&str, String)> =
+            exports.iter().map(|export| (export.name.as_str(), numbers::bytes(export.bytes))).collect();
+        section(ui, "Exported files", &exports);
+    }
+}
+
+fn view(ui: &mut Ui, state: &State) {
+    let settings = &state.settings;
+    let grey =
+        if settings.backdrop == Backdrop::Flat { "flat grey, 0.18" } else { settings.backdrop.label() };
+    section(
+        ui,
+        "View",
+        &[
+            ("light yaw, pitch", pair(settings.light.yaw, settings.light.pitch)),
+            ("camera yaw, pitch", pair(settings.camera.yaw, settings.camera.pitch)),
+            ("zoom", format!("{:.2}", settings.zoom)),
+            ("exposure", numbers::stops(settings.exposure)),
+            ("tone curve", settings.tone.label().to_owned()),
+            ("background", grey.to_owned()),
+            ("output", "sRGB, 8 bits".to_owned()),
+        ],
+    );
+    explain(ui, "light is linear Rec. 709; yaw and pitch of the light are those of the kind rotate");
+}
+
+fn notes(ui: &mut Ui, shown: &Shown) {
+    if shown.facts.notes.is_empty() {
+        return;
+    }
+    heading(ui, "Notes");
+    for note in &shown.facts.notes {
+        ui.label(note);
+    }
+}
+
+fn pair(yaw: f64, pitch: f64) -> String {
+    format!("{}, {}", numbers::degrees(yaw), numbers::degrees(pitch))
+}
+
+fn power(exponent: f64) -> String {
+    match exponent {
+        0.0 => "1".into(),
+        exponent if exponent == exponent.round() => format!("1e{exponent}"),
+        _ => String::new(),
+    }
+}
+
+/// A line for each power of ten, or for each second or third where there are many.
+fn decades(input: GridInput) -> Vec<GridMark> {
+    marks(input, |range| (range / 5.0).ceil().max(1.0))
+}
+
+/// A line for each degree, or for each tenth, hundredth, ... where there are many.
+fn tens(input: GridInput) -> Vec<GridMark> {
+    marks(input, |range| 10_f64.powf((range / 15.0).log10().ceil()).max(1.0))
+}
+
+fn marks(input: GridInput, step: impl Fn(f64) -> f64) -> Vec<GridMark> {
+    let (least, most) = input.bounds;
+    let step = step(most - least);
+    // Marks far apart are drawn at full strength.
+    let mark = |count: i32| GridMark { value: step * f64::from(count), step_size: 1e6 };
+    ((least / step).ceil() as i32..=(most / step).floor() as i32).map(mark).collect()
+}
+
+fn heading(ui: &mut Ui, name: &str) {
+    ui.add_space(8.0);
+    ui.label(RichText::new(name).small().color(theme::WEAK));
+}
+
+fn explain(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).small().color(theme::WEAK));
+}
+
+/// Names on the left, values on the right.
+fn section(ui: &mut Ui, name: &str, rows: &[(&str, String)]) {
+    heading(ui, name);
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        for (name, value) in rows {
+            ui.horizontal(|ui| {
+                ui.label(*name);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    ui.add(Label::new(RichText::new(value).color(theme::STRONG)).truncate());
+                });
+            });
+        }
+    });
+}

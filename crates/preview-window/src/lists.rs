@@ -1,0 +1,43 @@
+//! The panel on the left: what can be shown.
+
+use eframe::egui::{Atom, Button, Id, RichText, ScrollArea, Ui, vec2};
+
+use crate::state::{Action, State};
+use crate::theme;
+use preview::List;
+
+pub(crate) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for (list, heading) in
+            [(List::Environments, "Environment"), (List::Materials, "Material"), (List::Meshes, "Mesh")]
+        {
+            ui.add_space(6.0);
+            ui.label(RichText::new(heading).small().color(theme::WEAK));
+            let (names, chosen) = list.of(&state.catalogue, &state.settings.subject);
+            if names.is_empty() {
+                ui.label(RichText::new("none yet").color(theme::WEAK));
+            }
+            ui.spacing_mut().item_spacing.y = 1.0;
+            for name in names {
+                let width = ui.available_width();
+                let row = Button::selectable(name == chosen, (name.as_str(), Atom::grow()));
+                let row = ui.add(row.truncate().min_size(vec2(width, 20.0)));
+                let last = Id::unique(("chosen last", heading));
+                if name == chosen && ui.data_mut(|data| is_another(data.get_temp_mut_or_default(last), name))
+                {
+                    row.scroll_to_me(None);
+                }
+                if row.clicked() {
+                    actions.push(Action::Choose(list, name.clone()));
+                }
+            }
+        }
+    });
+}
+
+/// Whether a name is another than the one before, which it then is; what is seen first is not another.
+fn is_another(before: &mut String, name: &str) -> bool {
+    let another = !before.is_empty() && before != name;
+    name.clone_into(before);
+    another
+}

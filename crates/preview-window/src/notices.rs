@@ -1,0 +1,196 @@
+//! What lies over the picture: the failure, toasts, the help; and the line below it.
+
+use eframe::egui::{
+    Align, Align2, Area, Button, Frame, Grid, Id, Label, Layout, Margin, Order, Rect, RichText, ScrollArea,
+    Sense, Stroke, Ui,
+};
+
+use crate::keys::{POINTER, bindings, label};
+use crate::panel_layout::PanelLayout;
+use crate::render_thread::Frame as Seen;
+use crate::state::{Action, State};
+use crate::{numbers, theme};
+use preview::Subject;
+
+/// The line below the picture: what goes on, and how the picture was made.
+pub(crate) fn status(ui: &mut Ui, desk: &PanelLayout<'_>, actions: &mut Vec<Action>) {
+    let (state, seen) = (desk.state, desk.seen.map(|(_, frame)| frame));
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.label(RichText::new(made(seen, desk.adapter)).color(theme::WEAK));
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| match &state.failure {
+                Some(lines) if state.failure_aside => {
+                    let first = lines.get(1).or(lines.first()).map_or("failed", String::as_str);
+                    let line = RichText::new(format!("failed: {first} (W)")).color(theme::FAILED);
+                    if ui.add(Label::new(line).truncate().sense(Sense::click())).clicked() {
+                        actions.push(Action::ShowFailure);
+                    }
+                }
+                _ => {
+                    ui.add(Label::new(said(desk)).truncate());
+                }
+            });
+        });
+    });
+}
+
+fn said(desk: &PanelLayout<'_>) -> String {
+    let state = desk.state;
+    let Subject { environment, material, mesh } = &state.settings.subject;
+    if state.waits() {
+        return format!("loading {environment}, {material}, {mesh}");
+    }
+    if state.shown.is_none() {
+        return state.status.clone();
+    }
+    if desk.refused.is_none() && !desk.reached {
+        let modes: Vec<&str> = state.settings.show().modes().map(label).collect();
+        return format!("drawing {environment}, {material}, {mesh}: {}", modes.join(", "));
+    }
+    state.status.clone()
+}
+
+/// By what the picture was made, how large it is and how long it took.
+fn made(seen: Option<&Seen>, adapter: &str) -> String {
+    let Some(seen) = seen else { return adapter.to_owned() };
+    let [width, height] = seen.size;
+    let samples = match seen.light_samples {
+        0 => String::new(),
+        1 => "1 sample of light so far  ·  ".to_owned(),
+        count if seen.unfinished => format!("{count} samples of light so far  ·  "),
+        count => format!("{count} samples of light  ·  "),
+    };
+    format!("{samples}{}  ·  {width} x {height}  ·  {}", numbers::seconds(seen.seconds), seen.by)
+}
+
+/// The failure, at the lower edge of the picture, which stays in sight: a headline and the rest.
+pub(crate) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Vec<Action>) {
+    let Some((headline, lines)) = lines.split_first() else { return };
+    let width = (picture.width() - AROUND).clamp(120.0, 860.0);
+    over(ui, "failure", picture, Align2::CENTER_BOTTOM, Stroke::new(1.0, theme::FAILED), |ui| {
+        ui.set_width(width);
+        ui.horizontal(|ui| {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if ui.add(Button::new("aside").small()).on_hover_text("Escape; W brings it back").clicked() {
+                    actions.push(Action::PutAside);
+                }
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                    ui.add(Label::new(RichText::new(headline).color(theme::FAILED)).truncate());
+                });
+            });
+        });
+        let most = (picture.height() * 0.4).max(48.0);
+        ScrollArea::vertical().max_height(most).show(ui, |ui| {
+            for line in lines {
+                ui.add(Label::new(RichText::new(line).monospace().color(theme::STRONG)).selectable(true));
+            }
+        });
+    });
+}
+
+/// What cannot be drawn, and why.
+pub(crate) fn refusal(ui: &Ui, picture: Rect, reason: &str) {
+    over(ui, "refusal", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
+        ui.set_max_width((picture.width() - AROUND).clamp(120.0, 560.0));
+        ui.label(RichText::new(reason).color(theme::STRONG));
+    });
+}
+
+/// What happened lately, in the upper right corner.
+pub(crate) fn toasts(ui: &Ui, state: &State, picture: Rect) {
+    if state.toasts.is_empty() && !state.keeping {
+        return;
+    }
+    over(ui, "toasts", picture, Align2::RIGHT_TOP, Stroke::NONE, |ui| {
+        ui.set_max_width((picture.width() - AROUND).clamp(120.0, 360.0));
+        if state.keeping {
+            ui.label(RichText::new("drawing a picture to keep").color(theme::STRONG));
+            ui.label(RichText::new("Escape gives it up").small());
+        }
+        for (at, toast) in state.toasts.iter().enumerate() {
+            if at > 0 || state.keeping {
+                ui.add_space(6.0);
+            }
+            ui.label(RichText::new(&toast.title).color(theme::STRONG));
+            for line in &toast.lines {
+                ui.label(RichText::new(line).small());
+            }
+        }
+    });
+}
+
+/// All keys.
+pub(crate) fn help(ui: &Ui, picture: Rect) {
+    over(ui, "help", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
+        let [width, height] = [picture.width(), picture.height()].map(|side| (side - AROUND).max(0.0));
+        let count = ((width / COLUMN) as usize).clamp(1, 3);
+        ScrollArea::both().max_width(width).max_height(height).show(ui, |ui| {
+            ui.horizontal_top(|ui| {
+                for column in columns(count) {
+                    ui.vertical(|ui| {
+                        for (group, rows) in column {
+                            keys(ui, group, &rows);
+                        }
+                    });
+                    ui.add_space(16.0);
+                }
+            });
+        });
+    });
+}
+
+type Group = (&'static str, Vec<(String, String)>);
+
+/// The groups of the table of keys and what the pointer does, in so many columns.
+fn columns(count: usize) -> Vec<Vec<Group>> {
+    let mut groups: Vec<Group> = Vec::new();
+    for binding in bindings() {
+        let row = (binding.chord.name(), binding.name.clone());
+        match groups.last_mut() {
+            Some((group, rows)) if *group == binding.group => rows.push(row),
+            _ => groups.push((binding.group, vec![row])),
+        }
+    }
+    groups.push(("Pointer", POINTER.map(|(what, does)| (what.to_owned(), does.to_owned())).to_vec()));
+    let share = groups.iter().map(|(_, rows)| rows.len() + 2).sum::<usize>().div_ceil(count);
+    let (mut columns, mut filled) = (vec![Vec::new(); count], 0);
+    for group in groups {
+        let height = group.1.len() + 2;
+        let column: &mut Vec<Group> = &mut columns[((filled + height / 2) / share.max(1)).min(count - 1)];
+        column.push(group);
+        filled += height;
+    }
+    columns
+}
+
+fn keys(ui: &mut Ui, group: &str, rows: &[(String, String)]) {
+    ui.label(RichText::new(group).small().color(theme::WEAK));
+    Grid::new(group).num_columns(2).spacing([10.0, 2.0]).min_col_width(64.0).show(ui, |ui| {
+        for (key, name) in rows {
+            ui.label(RichText::new(key).color(theme::STRONG));
+            ui.label(name);
+            ui.end_row();
+        }
+    });
+    ui.add_space(8.0);
+}
+
+/// What a panel over the picture has around its content, of the picture's width or height: gaps, margins and lines.
+const AROUND: f32 = 50.0;
+
+/// The width of a column of keys.
+const COLUMN: f32 = 240.0;
+
+/// A panel over the picture.
+fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, stroke: Stroke, show: impl FnOnce(&mut Ui)) {
+    let inside = picture.shrink(12.0);
+    let frame =
+        Frame::new().fill(theme::VEIL).stroke(stroke).corner_radius(4.0).inner_margin(Margin::same(12));
+    Area::new(Id::unique(name))
+        .order(Order::Foreground)
+        .default_size(inside.size())
+        .pivot(at)
+        .fixed_pos(at.pos_in_rect(&inside))
+        .constrain_to(inside)
+        .show(ui, |ui| frame.show(ui, show));
+}

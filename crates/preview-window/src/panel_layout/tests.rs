@@ -1,0 +1,550 @@
+//! The desk without a window: what is drawn, and what input does to it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use eframe::egui::{
+    Context, Event, FullOutput, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Shape, ViewportId, pos2,
+};
+
+use super::*;
+use crate::keyboard::Keyboard;
+use crate::keys::{POINTER, bindings};
+use crate::renderer_adapter::Canvas;
+use crate::state::Effect;
+use crate::{testkit, theme};
+use preview::List;
+use preview::{Aim, Arrangement, ViewSettings};
+use preview::{Catalog, Export, InitialView, PreviewUpdate, Subject, SubjectDetails};
+use preview::{Cpu, Mode, Picture};
+
+/// A window that is none.
+struct Session {
+    context: Context,
+    state: State,
+    judge: ErrorMeter,
+    pointer: Pointer,
+    size: [f32; 2],
+    /// The picture that is there.
+    seen: Option<Frame>,
+    keyboard: Keyboard,
+    refused: Option<RenderError>,
+    effects: Vec<Effect>,
+}
+
+/// What was drawn in a frame.
+struct Drawn {
+    texts: Vec<(String, Rect)>,
+    /// When there is something to draw again.
+    again: Duration,
+    picture: [u32; 2],
+}
+
+impl Drawn {
+    fn has(&self, text: &str) -> bool {
+        self.texts.iter().any(|(drawn, _)| drawn.contains(text))
+    }
+
+    fn place(&self, text: &str) -> Pos2 {
+        let found = self.texts.iter().find(|(drawn, _)| drawn == text);
+        found.unwrap_or_else(|| panic!("{text} is not drawn: {:?}", self.texts)).1.center()
+    }
+}
+
+impl Session {
+    fn new(size: [f32; 2]) -> Self {
+        let context = Context::default();
+        theme::set(&context);
+        let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+        let mut state = State::new(InitialView::default());
+        state.hear(PreviewUpdate::Catalog(Catalog {
+            environments: names(&["beach", "studio"]),
+            materials: names(&["chrome", "gold"]),
+            meshes: names(&["sphere", "plane"]),
+            pairs: [(0, 0), (0, 1), (1, 0), (1, 1)].into(),
+        }));
+        let subject = state.settings.subject.clone();
+        let facts = SubjectDetails {
+            exports: vec![Export { name: "export-shrm, ktx2".into(), bytes: 1_230_000 }],
+            notes: vec!["gold was cut".into()],
+        };
+        state.hear(PreviewUpdate::Scene { subject, scene: testkit::scene(), facts });
+        let judge = ErrorMeter::new(Box::new(Cpu::new()), || ()).unwrap();
+        Self {
+            context,
+            state,
+            judge,
+            pointer: Pointer::default(),
+            size,
+            seen: None,
+            keyboard: Keyboard::default(),
+            refused: None,
+            effects: Vec::new(),
+        }
+    }
+
+    /// A window in which the picture of what is set now is there.
+    fn with_picture(size: [f32; 2]) -> Self {
+        let mut session = Self::new(size);
+        session.show();
+        session
+    }
+
+    /// Lets the picture of what is set now be there.
+    fn show(&mut self) {
+        let shown = self.state.shown.as_ref().unwrap();
+        let of = self.state.settings.shot(shown.framing, [64, 40]);
+        let picture = Picture { size: of.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: None };
+        self.seen = Some(Frame {
+            canvas: Canvas::Codes(Arc::new(picture)),
+            size: of.size,
+            edition: shown.edition,
+            of,
+            full: true,
+            seconds: 0.0123,
+            by: "a pencil".into(),
+            instead: None,
+            light_samples: 0,
+            unfinished: false,
+            relative_rms: Some(0.5),
+        });
+    }
+
+    /// Draws a frame with these events, and does what they do.
+    fn frame(&mut self, events: Vec<Event>) -> Drawn {
+        let size = self.size.into();
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
+            events,
+            ..RawInput::default()
+        };
+        let (mut actions, mut picture) = (Vec::new(), [0; 2]);
+        let Self { context, state, judge, pointer, seen, keyboard, refused, .. } = self;
+        let output: FullOutput = context.run_ui(input, |ui| {
+            actions = keyboard.pressed(ui.ctx());
+            let desk = PanelLayout {
+                state,
+                judge,
+                seen: seen.as_ref().map(|frame| (TextureId::User(1), frame)),
+                reached: seen.is_some(),
+                refused: refused.as_ref(),
+                adapter: "adapter",
+            };
+            picture = desk.draw(ui, pointer, &mut actions);
+        });
+        keyboard.drawn(context);
+        self.effects.extend(actions.into_iter().filter_map(|action| self.state.update(action)));
+        let mut texts = Vec::new();
+        for clipped in &output.shapes {
+            gather(&clipped.shape, &mut texts);
+        }
+        let again = output.viewport_output[&ViewportId::ROOT].repaint_delay;
+        output.drop_without_applying_deltas();
+        Drawn { texts, again, picture }
+    }
+
+    /// Draws until it stays the same.
+    fn settle(&mut self) -> Drawn {
+        for _ in 0..4 {
+            self.frame(Vec::new());
+        }
+        self.frame(Vec::new())
+    }
+
+    fn press(&mut self, key: Key, modifiers: Modifiers) {
+        let event = |pressed| Event::Key { key, physical_key: Some(key), pressed, repeat: false, modifiers };
+        self.frame(vec![event(true), event(false)]);
+    }
+
+    fn click(&mut self, text: &str) {
+        let at = self.settle().place(text);
+        self.click_at(at);
+    }
+
+    fn click_at(&mut self, at: Pos2) {
+        let button = |pressed| {
+            let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+            Event::PointerButton { pos: at, button, pressed, modifiers }
+        };
+        self.frame(vec![Event::PointerMoved(at)]);
+        self.frame(vec![button(true)]);
+        self.frame(vec![button(false)]);
+    }
+}
+
+impl Session {
+    /// Where the picture is.
+    fn picture(&self) -> Rect {
+        self.context.viewport(|last| last.prev_pass.widgets.get(Id::unique("picture")).unwrap().rect)
+    }
+
+    /// All that the pointer can take hold of above the picture.
+    fn controls(&self) -> Vec<Rect> {
+        let below = self.picture().top();
+        self.context.viewport(|last| {
+            let widgets = last.prev_pass.widgets.layers().flat_map(|(_, widgets)| widgets);
+            let controls = widgets.filter(|widget| widget.sense.senses_click() || widget.sense.senses_drag());
+            controls.map(|widget| widget.rect).filter(|rect| rect.center().y < below).collect()
+        })
+    }
+}
+
+fn gather(shape: &Shape, texts: &mut Vec<(String, Rect)>) {
+    match shape {
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| gather(shape, texts)),
+        Shape::Text(text) => texts.push((text.galley.text().to_owned(), shape.visual_bounding_rect())),
+        _ => {}
+    }
+}
+
+/// Shift goes up before the key does, which then has another sign: it is no longer held all the same.
+#[test]
+fn a_key_that_goes_up_by_another_sign_is_up() {
+    let mut session = Session::new([1280.0, 800.0]);
+    let event = |key, pressed, modifiers| {
+        vec![Event::Key { key, physical_key: Some(Key::Slash), pressed, repeat: false, modifiers }]
+    };
+    for open in [true, false, true] {
+        session.frame(event(Key::Questionmark, true, Modifiers::SHIFT));
+        assert_eq!(session.state.help, open);
+        session.frame(event(Key::Questionmark, true, Modifiers::SHIFT));
+        assert_eq!(session.state.help, open, "it is held down");
+        session.frame(event(Key::Slash, false, Modifiers::NONE));
+    }
+}
+
+#[test]
+fn a_click_in_a_list_asks_for_its_subject() {
+    let mut session = Session::new([1280.0, 800.0]);
+    session.click("gold");
+    let wanted = Subject { environment: "beach".into(), material: "gold".into(), mesh: "sphere".into() };
+    assert_eq!(session.effects, [Effect::Show(wanted)]);
+    assert!(session.settle().has("loading beach, gold, sphere"));
+}
+
+#[test]
+fn every_key_of_the_table_does_its_action_and_each_does_something() {
+    /// All that a key may change.
+    fn seen(state: &State) -> (ViewSettings, [bool; 4], usize) {
+        let State { help, failure_aside, fullscreen, keeping, toasts, .. } = state;
+        (state.settings.clone(), [*help, *failure_aside, *fullscreen, *keeping], toasts.len())
+    }
+    let mut session = Session::new([1280.0, 800.0]);
+    let mut first = session.state.clone();
+    // Nothing is as at first, and there is something to take away.
+    let aim = Aim { yaw: 1.0, pitch: 0.5 };
+    let settings = ViewSettings { light: aim, camera: aim, zoom: 2.0, exposure: 1.0, ..first.settings };
+    first.settings = settings;
+    first.hear(PreviewUpdate::Failure(Some(vec!["no".into()])));
+    first.failure_aside = true;
+    first.toast("kept".into(), Vec::new());
+    for binding in bindings() {
+        session.state = first.clone();
+        match binding.action {
+            Action::Mode(mode) if mode == first.settings.mode => session.state.settings.mode = Mode::Mirror,
+            _ => {}
+        }
+        let before = seen(&session.state);
+        session.effects.clear();
+        let mut expected = session.state.clone();
+        let effect = expected.update(binding.action.clone());
+        let chord = binding.chord;
+        let held =
+            Modifiers { shift: chord.shift, command: chord.command, ctrl: chord.command, ..Modifiers::NONE };
+        session.press(chord.key, held);
+        let after = seen(&session.state);
+        assert_eq!(after, seen(&expected), "{}", binding.name);
+        assert_eq!(session.effects, Vec::from_iter(effect), "{}", binding.name);
+        assert!(after != before || !session.effects.is_empty(), "{} does nothing", binding.name);
+    }
+}
+
+#[test]
+fn the_help_lists_every_key_and_what_the_pointer_does() {
+    let mut session = Session::new([1600.0, 1400.0]);
+    session.press(Key::Questionmark, Modifiers::SHIFT);
+    let drawn = session.settle();
+    for binding in bindings() {
+        assert!(drawn.has(&binding.chord.name()) && drawn.has(&binding.name), "{}", binding.name);
+    }
+    for (what, does) in POINTER {
+        assert!(drawn.has(what) && drawn.has(does), "{what}");
+    }
+    session.press(Key::Escape, Modifiers::NONE);
+    assert!(!session.settle().has("this help"));
+}
+
+#[test]
+fn a_failure_lies_over_the_picture_and_leaves_it_its_place() {
+    let mut session = Session::new([1280.0, 800.0]);
+    let before = session.settle().picture;
+    let failure = ["This did not work", "gold.toml:3: unknown key"].map(str::to_owned);
+    session.state.hear(PreviewUpdate::Failure(Some(failure.into())));
+    let drawn = session.settle();
+    assert!(drawn.has("gold.toml:3: unknown key"));
+    assert_eq!(drawn.picture, before);
+    session.click("aside");
+    let aside = session.settle();
+    assert!(aside.has("failed: gold.toml:3: unknown key (W)"));
+    session.press(Key::W, Modifiers::NONE);
+    assert!(session.settle().has("This did not work"));
+}
+
+#[test]
+fn the_inspector_tells_what_is_known_and_dots_until_then() {
+    let mut session = Session::new([1280.0, 1400.0]);
+    let drawn = session.settle();
+    for text in ["export-shrm, ktx2", "1.23 MB", "gold was cut", "sRGB, 8 bits", "...", "local SHRM"] {
+        assert!(drawn.has(text), "{text}: {:?}", drawn.texts);
+    }
+    session.press(Key::I, Modifiers::NONE);
+    assert!(!session.settle().has("1.23 MB"));
+}
+
+#[test]
+fn without_panels_the_picture_fills_the_width() {
+    let mut session = Session::new([1280.0, 800.0]);
+    assert!(session.settle().picture[0] < 1280);
+    session.press(Key::H, Modifiers::NONE);
+    assert_eq!(session.settle().picture[0], 1280);
+}
+
+#[test]
+fn a_drag_on_the_picture_turns_the_camera_and_one_on_a_list_does_not() {
+    let drag = |from: Pos2, button| {
+        let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE };
+        let to = from + vec2(30.0, 0.0);
+        vec![Event::PointerMoved(from), press(from, true), Event::PointerMoved(to), press(to, false)]
+    };
+    let mut session = Session::new([1280.0, 800.0]);
+    session.settle();
+    let first = session.state.settings.clone();
+    session.frame(drag(pos2(60.0, 400.0), PointerButton::Primary));
+    assert_eq!(session.state.settings, first);
+    session.frame(drag(pos2(500.0, 400.0), PointerButton::Primary));
+    assert_ne!(session.state.settings.camera, first.camera);
+    session.frame(drag(pos2(500.0, 400.0), PointerButton::Secondary));
+    assert_ne!(session.state.settings.light, first.light);
+}
+
+#[test]
+fn nothing_is_drawn_again_when_nothing_changes() {
+    let mut session = Session::new([1280.0, 800.0]);
+    assert_eq!(session.settle().again, Duration::MAX);
+    session.state.hear(PreviewUpdate::Failure(Some(vec!["no".into()])));
+    session.state.toast("kept".into(), vec!["there".into()]);
+    session.state.update(Action::ToggleHelp);
+    session.state.update(Action::Arrange(Arrangement::Difference));
+    assert_eq!(session.settle().again, Duration::MAX);
+}
+
+#[test]
+fn no_window_is_too_small_to_be_drawn() {
+    for size in [[1.0, 1.0], [120.0, 90.0], [480.0, 320.0], [6000.0, 4000.0]] {
+        let mut session = Session::with_picture(size);
+        for action in [
+            Action::Second(Mode::BruteForce),
+            Action::Toggle(Arrangement::Difference),
+            Action::ToggleHelp,
+            Action::TogglePanels,
+        ] {
+            session.state.update(action);
+            session.show();
+            session.settle();
+        }
+        session.refused = Some(RenderError::Maps("too large".into()));
+        session.state.hear(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
+        session.settle();
+        session.state.hear(PreviewUpdate::Catalog(Catalog::default()));
+        let drawn = session.settle();
+        assert!(drawn.picture[0] > 0 && drawn.picture[1] > 0);
+    }
+}
+
+/// The smallest window, and those below which rows of controls break.
+const SIZES: [[f32; 2]; 4] = [[720.0, 400.0], [800.0, 600.0], [960.0, 640.0], [1280.0, 800.0]];
+
+#[test]
+fn controls_above_the_picture_lie_beside_each_other_within_the_window() {
+    for size in SIZES {
+        for arrangement in [Arrangement::One, Arrangement::Split, Arrangement::Difference] {
+            let mut session = Session::with_picture(size);
+            session.state.update(Action::Arrange(arrangement));
+            // The longest name, the longest number.
+            session.state.update(Action::Second(Mode::KautzMcCool));
+            session.state.update(Action::Arrange(arrangement));
+            session.state.update(Action::Expose(-12.0));
+            session.state.update(Action::Amplify(256.0));
+            session.show();
+            let drawn = session.settle();
+            let controls = session.controls();
+            let least = if arrangement == Arrangement::One { 12 } else { 13 };
+            assert!(controls.len() >= least, "{size:?} {arrangement:?}: {controls:?}");
+            let inside = Rect::from_min_size(Pos2::ZERO, size.into());
+            for (at, one) in controls.iter().enumerate() {
+                assert!(inside.contains_rect(*one), "{size:?} {arrangement:?}: {one:?}");
+                let under = controls[..at].iter().find(|other| other.shrink(0.5).intersects(*one));
+                assert_eq!(under, None, "{size:?} {arrangement:?}: {one:?} lies over it");
+            }
+            let picture = session.picture();
+            assert!(picture.width() >= 295.0 && picture.height() >= 240.0, "{size:?}: {picture:?}");
+            for text in ["screenshot", "lists", "inspector", "-12.00 stops"] {
+                assert!(
+                    drawn.texts.iter().any(|(drawn, at)| drawn == text && inside.contains_rect(*at)),
+                    "{text}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn captions_stay_within_the_picture_and_apart() {
+    for size in SIZES {
+        for divider in [0.0, 0.05, 0.5, 0.9, 1.0] {
+            let mut session = Session::with_picture(size);
+            session.state.update(Action::Second(Mode::BruteForce));
+            session.state.update(Action::Divider(divider));
+            session.show();
+            session.seen.as_mut().unwrap().instead =
+                Some("a limit of the device, said at length, ".repeat(4));
+            let (drawn, picture) = (session.settle(), session.picture());
+            let over: Vec<&(String, Rect)> =
+                drawn.texts.iter().filter(|(_, at)| picture.contains(at.center())).collect();
+            assert!(over.len() >= 2, "one mode and why the CPU draws: {over:?}");
+            for (at, (text, one)) in over.iter().enumerate() {
+                assert!(picture.contains_rect(*one), "{size:?} {divider}: {text} at {one:?} of {picture:?}");
+                assert!(over[..at].iter().all(|(_, other)| !other.intersects(*one)), "{text}: {over:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn panels_over_the_picture_are_whole() {
+    for size in SIZES {
+        let mut session = Session::with_picture(size);
+        session.state.hear(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
+        session.state.keeping = true;
+        let (drawn, picture) = (session.settle(), session.picture());
+        for text in ["aside", "drawing a picture to keep", "Escape gives it up"] {
+            let (_, at) = drawn.texts.iter().find(|(drawn, _)| drawn == text).unwrap();
+            assert!(picture.contains_rect(*at), "{size:?}: {text} at {at:?} of {picture:?}");
+        }
+        session.state.update(Action::ToggleHelp);
+        let drawn = session.settle();
+        let (_, at) = drawn.texts.iter().find(|(drawn, _)| drawn == "Mode").unwrap();
+        assert!(picture.contains_rect(*at), "{size:?}: {at:?} of {picture:?}");
+    }
+}
+
+#[test]
+fn the_divider_and_the_captions_are_where_the_pixels_are_but_under_the_hand_that_holds_it() {
+    let mut session = Session::with_picture([1280.0, 800.0]);
+    session.state.update(Action::Second(Mode::Mirror));
+    session.show();
+    session.settle();
+    let picture = session.picture();
+    let x = |share: f32| picture.left() + share * picture.width();
+    let left = |session: &mut Session| {
+        let texts = session.settle().texts;
+        let captions = |(text, at): &&(String, Rect)| text == "local SHRM" && picture.contains(at.center());
+        texts.iter().find(captions).unwrap().1.right()
+    };
+    session.state.update(Action::Divider(0.8));
+    let at = left(&mut session);
+    assert!((x(0.45)..x(0.5)).contains(&at), "the pixels are not there yet: {at}");
+    let button = |pos, pressed| {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        Event::PointerButton { pos, button, pressed, modifiers }
+    };
+    let (from, to) = (pos2(x(0.5), picture.center().y), pos2(x(0.7), picture.center().y));
+    session.frame(vec![Event::PointerMoved(from), button(from, true), Event::PointerMoved(to)]);
+    assert!((session.state.settings.divider - 0.7).abs() < 0.02, "it is taken hold of where it is seen");
+    let at = left(&mut session);
+    assert!((x(0.65)..x(0.7)).contains(&at), "{at}");
+    session.frame(vec![button(to, false)]);
+    session.show();
+    let first = session.state.settings.camera;
+    session.state.update(Action::Orbit(Aim { yaw: 1.0, pitch: 0.0 }));
+    let turned = session.state.settings.camera;
+    for _ in 0..2 {
+        session.click_at(to);
+    }
+    assert_eq!(session.state.settings.camera, turned, "a double click on the divider is none on the picture");
+    // Half a second later it is another double click.
+    (0..30).for_each(|_| drop(session.frame(Vec::new())));
+    for _ in 0..2 {
+        session.click_at(to - vec2(60.0, 0.0));
+    }
+    assert_eq!(session.state.settings.camera, first);
+}
+
+#[test]
+fn what_is_not_yet_there_is_said_over_the_picture() {
+    let mut session = Session::new([1280.0, 800.0]);
+    assert!(session.settle().has("drawing chrome"));
+    session.show();
+    let drawn = session.settle();
+    assert!(!drawn.has("drawing") && drawn.has("a pencil"));
+    session.state.update(Action::Choose(List::Materials, "gold".into()));
+    let drawn = session.settle();
+    assert!(session.picture().contains(drawn.place("loading gold")));
+    session.state.hear(PreviewUpdate::Failure(Some(vec!["gold.toml:3: unknown key".into()])));
+    assert!(session.settle().has("waiting for gold"));
+    session.state.hear(PreviewUpdate::Failure(None));
+    let subject = session.state.settings.subject.clone();
+    session.state.hear(PreviewUpdate::Scene {
+        subject,
+        scene: testkit::scene(),
+        facts: SubjectDetails::default(),
+    });
+    assert!(session.settle().has("drawing gold"), "chrome is seen");
+    session.show();
+    let subject = session.state.settings.subject.clone();
+    session.state.hear(PreviewUpdate::Scene {
+        subject,
+        scene: testkit::scene(),
+        facts: SubjectDetails::default(),
+    });
+    assert!(!session.settle().has("drawing gold"), "it is seen, as it was before an edit");
+}
+
+#[test]
+fn escape_in_a_text_field_or_a_list_that_has_dropped_down_does_no_more() {
+    let mut session = Session::with_picture([1280.0, 800.0]);
+    session.state.hear(PreviewUpdate::Failure(Some(vec!["no".into()])));
+    session.click("+0.00 stops");
+    session.settle();
+    assert!(session.context.text_edit_focused());
+    session.press(Key::Escape, Modifiers::NONE);
+    assert!(!session.context.text_edit_focused() && !session.state.failure_aside);
+    session.click("filmic");
+    assert!(session.settle().has("plain"));
+    session.press(Key::Escape, Modifiers::NONE);
+    assert!(!session.settle().has("plain") && !session.state.failure_aside);
+    session.press(Key::Escape, Modifiers::NONE);
+    assert!(session.state.failure_aside);
+}
+
+#[test]
+fn what_a_key_chooses_is_scrolled_into_sight() {
+    let mut session = Session::with_picture([1280.0, 800.0]);
+    let materials = (0..90).map(|number| format!("paint {number}")).collect();
+    session.state.hear(PreviewUpdate::Catalog(Catalog { materials, ..session.state.catalogue.clone() }));
+    let drawn = session.settle();
+    assert!(drawn.texts.iter().all(|(text, _)| text != "paint 89"), "it is far below");
+    session.press(Key::M, Modifiers::SHIFT);
+    let drawn = session.settle();
+    assert!(session.picture().y_range().contains(drawn.place("paint 89").y));
+    assert_eq!(drawn.again, Duration::MAX);
+}
+
+#[test]
+fn edges_of_the_picture_lie_between_pixels() {
+    let area = Rect::from_min_max(pos2(10.3, 20.0), pos2(110.9, 60.2));
+    let (rect, size) = pixels(area, 1.5);
+    assert_eq!(size, [150, 60]);
+    assert!((rect.min.x * 1.5 - 16.0).abs() < 1e-4 && (rect.max.y * 1.5 - 90.0).abs() < 1e-4);
+    assert_eq!(pixels(Rect::NOTHING, 1.0).1, [1, 1]);
+}

@@ -1,0 +1,84 @@
+//! The look of the window: greys without a hue, so that the eye judges the colours of the picture alone.
+
+use eframe::egui::{
+    Color32, Context, CornerRadius, FontId, Shadow, Stroke, TextStyle, Theme, Visuals, style,
+};
+
+/// Behind the picture, where it does not reach.
+pub(crate) const BEHIND: Color32 = Color32::from_gray(18);
+const PANEL: Color32 = Color32::from_gray(30);
+const LINE: Color32 = Color32::from_gray(52);
+const TEXT: Color32 = Color32::from_gray(190);
+/// What is worth the eye: values, what is chosen.
+pub(crate) const STRONG: Color32 = Color32::from_gray(236);
+/// What only explains.
+pub(crate) const WEAK: Color32 = Color32::from_gray(128);
+pub(crate) const GRID: Color32 = Color32::from_gray(58);
+/// The two curves of the plot, and what failed: the only hues, and muted ones.
+pub(crate) const LIGHTING: Color32 = Color32::from_gray(210);
+pub(crate) const REFLECTED: Color32 = Color32::from_rgb(206, 152, 92);
+pub(crate) const FAILED: Color32 = Color32::from_rgb(222, 108, 96);
+/// Under text over the picture.
+pub(crate) const VEIL: Color32 = Color32::from_rgba_premultiplied(12, 12, 12, 208);
+
+/// Sets the look of all that is drawn.
+pub(crate) fn set(context: &Context) {
+    context.set_theme(Theme::Dark);
+    // A picture has its own pixels, and text that it can be read by.
+    context.options_mut(|options| options.zoom_with_keyboard = false);
+    context.all_styles_mut(|style| {
+        style.visuals = visuals();
+        // Nothing moves by itself, so that nothing is drawn again when nothing has changed.
+        style.animation_time = 0.0;
+        style.scroll_animation = style::ScrollAnimation::none();
+        style.interaction.tooltip_delay = 0.4;
+        style.interaction.selectable_labels = false;
+        style.spacing.item_spacing = [8.0, 5.0].into();
+        // Scroll bars lie beside what is scrolled, not over its last letter.
+        style.spacing.scroll.floating_allocated_width = 8.0;
+        style.spacing.slider_width = 110.0;
+        for (text, size) in [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Heading, 15.0)] {
+            style.text_styles.insert(text, FontId::proportional(size));
+        }
+        style.text_styles.insert(TextStyle::Small, FontId::proportional(11.0));
+        style.text_styles.insert(TextStyle::Monospace, FontId::monospace(12.0));
+    });
+}
+
+fn visuals() -> Visuals {
+    let mut visuals = Visuals::dark();
+    visuals.panel_fill = PANEL;
+    visuals.window_fill = PANEL;
+    visuals.window_stroke = Stroke::new(1.0, LINE);
+    visuals.window_shadow = Shadow::NONE;
+    visuals.popup_shadow = Shadow::NONE;
+    visuals.extreme_bg_color = Color32::from_gray(22);
+    visuals.error_fg_color = FAILED;
+    visuals.weak_text_color = Some(WEAK);
+    visuals.selection.bg_fill = Color32::from_gray(74);
+    visuals.selection.stroke = Stroke::new(1.0, STRONG);
+    let widgets = &mut visuals.widgets;
+    widgets.noninteractive.bg_stroke = Stroke::new(1.0, LINE);
+    widgets.noninteractive.fg_stroke = Stroke::new(1.0, TEXT);
+    widgets.inactive.weak_bg_fill = Color32::from_gray(44);
+    widgets.inactive.bg_fill = Color32::from_gray(58);
+    widgets.inactive.fg_stroke = Stroke::new(1.0, TEXT);
+    widgets.hovered.weak_bg_fill = Color32::from_gray(54);
+    widgets.hovered.bg_stroke = Stroke::new(1.0, Color32::from_gray(92));
+    widgets.hovered.fg_stroke = Stroke::new(1.0, STRONG);
+    widgets.active.weak_bg_fill = Color32::from_gray(66);
+    widgets.active.bg_stroke = Stroke::new(1.0, Color32::from_gray(120));
+    widgets.active.fg_stroke = Stroke::new(1.0, STRONG);
+    widgets.open.weak_bg_fill = Color32::from_gray(54);
+    for state in [
+        &mut widgets.noninteractive,
+        &mut widgets.inactive,
+        &mut widgets.hovered,
+        &mut widgets.active,
+        &mut widgets.open,
+    ] {
+        state.corner_radius = CornerRadius::same(3);
+        state.expansion = 0.0;
+    }
+    visuals
+}
