@@ -1,92 +1,87 @@
-//! The invariants of `ARCHITECTURE.md`, held against the dependency graph.
+//! The invariants of `ARCHITECTURE.md`, held against the dependency graph and the sources.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
+const KERNELS: [&str; 6] = ["sphere", "sh", "envmap", "brdf", "shrm", "mesh"];
 
-const KERNELS: [&str; 7] = ["sphere", "sh", "sampling", "envmap", "brdf", "shrm", "mesh"];
+/// What only a window or a graphics device needs.
+const WINDOW: [&str; 7] = ["eframe", "egui", "naga", "preview-window", "wgpu", "wgpu-hal", "winit"];
 
-/// The normal and build dependencies of every crate of the workspace, direct and indirect, by name.
-fn reach() -> BTreeMap<String, BTreeSet<String>> {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
-    let metadata =
-        MetadataCommand::new().manifest_path(root).other_options(["--locked".into()]).exec().unwrap();
-    let resolve = metadata.resolve.as_ref().unwrap();
-    let nodes: BTreeMap<_, _> = resolve.nodes.iter().map(|node| (&node.id, node)).collect();
-    let members = metadata.workspace_packages();
-    let mut reach = BTreeMap::new();
-    for member in members {
-        let (mut seen, mut open) = (BTreeSet::new(), vec![&member.id]);
-        while let Some(id) = open.pop() {
-            for dependency in &nodes[id].deps {
-                let shipped =
-                    dependency.dep_kinds.iter().any(|kind| kind.kind != DependencyKind::Development);
-                if shipped && seen.insert(&dependency.pkg) {
-                    open.push(&dependency.pkg);
-                }
-            }
-        }
-        let names = seen.iter().map(|id| metadata[*id].name.to_string()).collect();
-        reach.insert(member.name.to_string(), names);
-    }
-    assert!(reach.len() >= 9, "the workspace was read: {reach:?}");
-    reach
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn assert_absent(reach: &BTreeMap<String, BTreeSet<String>>, from: &str, forbidden: &[&str]) {
-    for name in forbidden {
-        assert!(!reach[from].contains(*name), "{from} must not depend on {name}");
-    }
+/// What `cargo tree` lists below a crate of the workspace with these features, dependencies of tests left out.
+fn dependencies(package: &str, features: &[&str]) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--locked", "--offline", "--edges", "normal,build", "--prefix", "none"])
+        .args(["--format", "{p}", "--package", package, "--features", &features.join(",")])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{package}: {}", String::from_utf8_lossy(&output.stderr));
+    let mut names = text.lines().map(|line| line.split(' ').next().unwrap().to_owned());
+    assert_eq!(names.next().as_deref(), Some(package));
+    names.collect()
+}
+
+/// Asserts that a crate with these features depends on none of these.
+fn assert_absent(package: &str, features: &[&str], forbidden: &[&str]) {
+    let found = dependencies(package, features);
+    let found: Vec<_> = forbidden.iter().filter(|name| found.contains(**name)).collect();
+    assert!(found.is_empty(), "{package} must not depend on {found:?}");
+}
+
+/// The names of the crates below a folder of the workspace.
+fn crates(folder: &str) -> BTreeSet<String> {
+    let entries = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap());
+    let crates = entries.filter(|entry| entry.path().join("Cargo.toml").exists());
+    crates.map(|entry| entry.file_name().into_string().unwrap()).collect()
 }
 
 #[test]
-fn kernels_touch_no_serialisation_and_no_gpu() {
-    let reach = reach();
-    for kernel in KERNELS.into_iter().filter(|kernel| reach.contains_key(*kernel)) {
-        assert_absent(
-            &reach,
-            kernel,
-            &["serde", "serde_json", "toml", "wgpu", "engine", "containers", "stages", "cli"],
-        );
+fn kernels_need_no_serialisation_and_no_graphics_device() {
+    for kernel in KERNELS {
+        assert_absent(kernel, &[], &["serde", "serde_json", "toml", "engine", "containers", "stages", "cli"]);
+        assert_absent(kernel, &[], &WINDOW);
     }
 }
 
 #[test]
 fn the_engine_knows_nothing_of_light() {
-    let reach = reach();
-    assert_absent(&reach, "engine", &KERNELS);
-    assert_absent(&reach, "engine", &["containers", "stages", "cli", "wgpu"]);
+    assert_absent("engine", &[], &KERNELS);
+    assert_absent("engine", &[], &["containers", "preview", "stages", "cli"]);
+    assert_absent("preview", &["gpu"], &["engine", "containers", "stages", "cli", "eframe", "winit"]);
 }
 
 #[test]
-fn only_the_preview_names_wgpu_and_windows() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.toml");
-    let metadata = MetadataCommand::new().manifest_path(root).no_deps().exec().unwrap();
-    let naming: Vec<_> = metadata
-        .packages
-        .iter()
-        .filter(|package| {
-            package
-                .dependencies
-                .iter()
-                .any(|named| ["wgpu", "eframe", "winit"].contains(&named.name.as_str()))
-        })
-        .map(|package| package.name.to_string())
-        .collect();
-    assert_eq!(naming, ["preview"]);
-    let reach = reach();
-    assert_absent(&reach, "engine", &["wgpu"]);
-    assert_absent(&reach, "containers", &["wgpu"]);
-    assert_absent(&reach, "preview", &["engine", "containers", "stages", "cli"]);
+fn nothing_compiles_a_window_that_did_not_ask_for_one() {
+    for package in ["engine", "stages", "custom-kind", "cli"] {
+        assert_absent(package, &[], &WINDOW);
+    }
+    assert_absent("cli", &["gpu"], &["eframe", "egui", "preview-window", "winit"]);
+    let asked = dependencies("cli", &["window"]);
+    assert!(WINDOW.iter().all(|name| asked.contains(*name)), "the names above are those of today: {asked:?}");
 }
 
-/// The Rust files of a folder, and of the folders in it.
+#[test]
+fn only_the_preview_and_its_window_name_a_graphics_device() {
+    let names = |manifest: &str| ["wgpu", "eframe", "winit"].iter().any(|name| manifest.contains(*name));
+    let manifest = |name: &String| fs::read_to_string(root().join("crates").join(name).join("Cargo.toml"));
+    let naming: Vec<_> = crates("crates").into_iter().filter(|name| names(&manifest(name).unwrap())).collect();
+    assert_eq!(naming, ["preview", "preview-window"]);
+}
+
+/// The Rust files of a folder and of the folders in it.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
+    for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
             files.extend(rust_files(&path));
@@ -97,29 +92,52 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// A file without its items that only tests have: each item after `#[cfg(test)]`, up to the line that ends it.
+fn shipped(text: &str) -> String {
+    let mut kept = String::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if line.trim_start() != "#[cfg(test)]" {
+            kept += line;
+            kept.push('\n');
+            continue;
+        }
+        let indent = &line[..line.len() - line.trim_start().len()];
+        let (block, closed) = (format!("{indent}}}"), |line: &str| line.ends_with([';', ',', '}']));
+        let mut item = lines.by_ref().skip_while(|line| line.trim_start().starts_with("#["));
+        if item.next().is_some_and(|first| !closed(first)) {
+            item.find(|line| *line == block);
+        }
+    }
+    kept
+}
+
+#[test]
+fn what_only_tests_have_is_left_out_and_nothing_after_it() {
+    let text = "one\n#[cfg(test)]\nmod tests;\ntwo\n    #[cfg(test)]\n    fn three() {\n        x\n    }\n    four\n";
+    assert_eq!(shipped(text), "one\ntwo\n    four\n");
+}
+
 #[test]
 fn only_one_module_of_the_command_line_prints() {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let linked = dependencies("cli", &["window"]);
+    let shipping: Vec<_> =
+        crates("crates").into_iter().filter(|name| name == "cli" || linked.contains(name)).collect();
+    assert!(shipping.len() >= 12, "what the binary is made of: {shipping:?}");
     let mut printing = BTreeSet::new();
-    let reach = reach();
-    let linked = |krate: &str| krate == "cli" || reach["cli"].contains(krate);
-    let shipped: Vec<&String> = reach.keys().filter(|krate| linked(krate)).collect();
-    assert!(shipped.len() >= 9, "what the binary is made of: {shipped:?}");
-    for krate in shipped {
-        let folder = crates.join(krate).join("src");
+    for name in shipping {
+        let folder = root().join("crates").join(&name).join("src");
         for file in rust_files(&folder) {
-            let name = file.strip_prefix(&folder).unwrap().to_string_lossy().replace('\\', "/");
+            let path = file.strip_prefix(&folder).unwrap().to_string_lossy().replace('\\', "/");
             let is_test =
-                name.contains("tests/") || name.ends_with("tests.rs") || name.ends_with("testkit.rs");
-            let text = std::fs::read_to_string(&file).unwrap();
-            let shipped = text.split("#[cfg(test)]").next().unwrap();
+                path.contains("tests/") || path.ends_with("tests.rs") || path.ends_with("testkit.rs");
+            let text = shipped(&fs::read_to_string(&file).unwrap());
             let prints = ["print!(", "println!(", "stdout()", "stderr()"].iter().any(|call| {
-                shipped
-                    .match_indices(call)
-                    .any(|(at, _)| !shipped[at..].starts_with("stderr().is_terminal()"))
+                let mut calls = text.match_indices(call);
+                calls.any(|(at, _)| !text[at..].starts_with("stderr().is_terminal()"))
             });
             if prints && !is_test {
-                printing.insert(format!("{krate}/{name}"));
+                printing.insert(format!("{name}/{path}"));
             }
         }
     }
@@ -128,26 +146,25 @@ fn only_one_module_of_the_command_line_prints() {
 
 #[test]
 fn the_map_names_every_crate_and_no_other() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let map = std::fs::read_to_string(format!("{root}/ARCHITECTURE.md")).unwrap();
+    let map = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let named: BTreeSet<String> = map
         .lines()
         .filter_map(|line| line.strip_prefix("| `crates/").or(line.strip_prefix("| `examples/")))
         .filter_map(|line| line.split_once('`'))
         .map(|(name, _)| name.to_owned())
         .collect();
-    assert_eq!(named, reach().keys().cloned().collect(), "the crate table of ARCHITECTURE.md");
+    let all: BTreeSet<String> = crates("crates").into_iter().chain(crates("examples")).collect();
+    assert_eq!(named, all, "the crate table of ARCHITECTURE.md");
 }
 
 #[test]
 fn the_kernels_share_one_list_of_forbidden_calls() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    let list = |kernel: &str| std::fs::read_to_string(format!("{root}/{kernel}/clippy.toml"));
+    let list = |kernel: &str| fs::read_to_string(root().join("crates").join(kernel).join("clippy.toml"));
     let first = list("sphere").unwrap();
     for name in ["std::fs::File", "std::time::Instant", "std::time::SystemTime", "std::env::var"] {
         assert!(first.contains(name), "{name} is forbidden in kernels");
     }
-    for kernel in KERNELS.into_iter().filter(|kernel| reach().contains_key(*kernel)) {
+    for kernel in KERNELS {
         assert_eq!(list(kernel).unwrap(), first, "clippy.toml of {kernel}");
     }
 }
