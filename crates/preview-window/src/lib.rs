@@ -5,6 +5,8 @@
 //! window knows no manifest, no watcher and no file.
 
 mod adaptive_quality;
+#![cfg(feature = "window")]
+
 mod app;
 mod device_health;
 mod error_meter;

@@ -21,7 +21,7 @@ pub mod lobes;
 pub mod local_shrm;
 pub mod material;
 pub mod mirror;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod on_device;
 pub mod prefiltered;
 pub mod sequence;

@@ -7,6 +7,7 @@ use shrm::reference::{Cull, Reference};
 use sphere::{Direction, LatLong};
 
 use super::*;
+#[cfg(feature = "gpu")]
 use crate::shading::on_device;
 
 fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
@@ -106,6 +107,7 @@ fn it_converges_to_the_sum_over_texels() {
 }
 
 /// All that brute force needs, in the order of a renderer.
+#[cfg(feature = "gpu")]
 const SHADERS: [&str; 7] = [
     include_str!("../surface.wgsl"),
     include_str!("../angles.wgsl"),
@@ -116,6 +118,7 @@ const SHADERS: [&str; 7] = [
     include_str!("../brute_force.wgsl"),
 ];
 
+#[cfg(feature = "gpu")]
 #[test]
 fn the_shaders_are_sound() {
     use wgpu::naga::front::wgsl::parse_str;
@@ -129,6 +132,7 @@ fn the_shaders_are_sound() {
 
 /// Both take the same samples. A few of them fall beside the edge of a texel on one side only, or count otherwise by the
 /// rounding of a highlight: 2 parts in a thousand of a sum of 64.
+#[cfg(feature = "gpu")]
 #[test]
 fn the_shader_is_its_twin() {
     let Some(device) = on_device::device("the_shader_is_its_twin") else { return };

@@ -8,6 +8,7 @@ use glam::DVec3;
 use sphere::Direction;
 
 use super::*;
+#[cfg(feature = "gpu")]
 use crate::shading::on_device;
 
 /// Materials of every model, of a table and of layers, each with its sharpness s: its highlight is about 1 / sqrt(s) wide.
@@ -242,6 +243,7 @@ fn no_value_is_infinite_or_nan() {
 
 /// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm (WGSL allows
 /// 2^-21 of the latter, times s as in [`allowed`]).
+#[cfg(feature = "gpu")]
 #[test]
 fn the_shader_is_its_twin() {
     let Some(device) = on_device::device("the_shader_is_its_twin") else { return };
