@@ -5,13 +5,13 @@
 //! speaks every now and then, one of milliseconds at its end.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard};
 
 use engine::{Change, Changed, Event, ItemName, Reason, Summary};
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::outstanding::{OutstandingErrors, Turn, few};
 use crate::quantity::{SHOWN, count, duration, more};
-use crate::screen::{Screen, locked};
+use crate::screen::Screen;
 use crate::{manifest, reasons, terminal};
 
 /// A build that takes longer tells what it has, in milliseconds.
@@ -310,7 +310,7 @@ impl Session {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        locked(&self.state)
+        self.state.lock()
     }
 }
 

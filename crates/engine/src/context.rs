@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 use crate::running::RunningBuild;
 use crate::{Artifact, Cancel, Digest, Handle, ItemIndex, ItemKey};
@@ -315,27 +317,27 @@ impl<'a> Context<'a> {
 
     /// Tells the user about something that they should look at.
     pub fn warn(&self, message: impl Into<String>) {
-        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
+        self.warnings.lock().push(message.into());
     }
 
     /// Tells the user a fact about the result: the degree that was chosen, and why.
     pub fn note(&self, message: impl Into<String>) {
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
+        self.notes.lock().push(message.into());
     }
 
     /// The warnings so far.
     pub fn warnings(&self) -> Vec<String> {
-        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.warnings.lock().clone()
     }
 
     /// The notes so far.
     pub fn notes(&self) -> Vec<String> {
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.notes.lock().clone()
     }
 
     /// What was read so far, in order.
     pub fn reads(&self) -> Vec<Read> {
-        self.reads.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.reads.lock().clone()
     }
 
     /// Returns early from work that is no longer wanted.
@@ -364,7 +366,7 @@ impl<'a> Context<'a> {
     }
 
     fn noted(&self, read: Read) {
-        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut reads = self.reads.lock();
         if !reads.contains(&read) {
             reads.push(read);
         }

@@ -8,8 +8,9 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::{Mutex, MutexGuard};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -38,7 +39,7 @@ pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, bool)>>);
 impl ReadSet {
     /// All of them so far.
     pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, bool)>> {
-        lock(&self.0)
+        self.0.lock()
     }
 }
 
@@ -59,11 +60,11 @@ impl Disk {
     /// Each is looked at once in a build.
     pub(crate) fn digest(&self, path: &Path, listing: bool, journal: &Journal) -> Option<Digest> {
         let place = (path.to_path_buf(), listing);
-        if let Some(known) = lock(&self.digests).get(&place) {
+        if let Some(known) = self.digests.lock().get(&place) {
             return *known;
         }
         let (digest, line) = self.look(path, listing, journal);
-        lock(&self.digests).insert(place, digest);
+        self.digests.lock().insert(place, digest);
         // A stamp that is not remembered is hashed again by the next build; nothing else depends on it.
         let _ = journal.append(&line.into_iter().collect::<Vec<_>>());
         digest
@@ -71,7 +72,7 @@ impl Disk {
 
     /// Looks again at files and folders when they are asked for.
     pub(crate) fn forget(&self, is_concerned: impl Fn(&Path, bool) -> bool) {
-        lock(&self.digests).retain(|(path, listing), _| !is_concerned(path, *listing));
+        self.digests.lock().retain(|(path, listing), _| !is_concerned(path, *listing));
     }
 
     /// Notes what items read in their last runs.
@@ -86,7 +87,7 @@ impl Disk {
             ((place, digest), line)
         });
         let (digests, lines): (Vec<_>, Vec<_>) = looked.unzip();
-        lock(&self.digests).extend(digests);
+        self.digests.lock().extend(digests);
         let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
     }
 
@@ -160,8 +161,4 @@ pub(crate) fn place(path: &Path) -> u128 {
 
 fn line(path: &Path, stamped: &Stamped) -> Line {
     Line::new(Tag::Stamp, place(path), Some(stamped))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

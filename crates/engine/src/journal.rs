@@ -17,8 +17,8 @@ use std::hash::{BuildHasher, RandomState};
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
+use parking_lot::Mutex;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -331,7 +331,7 @@ impl Journal {
         if lines.is_empty() {
             return Ok(());
         }
-        let mut end = end.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut end = end.lock();
         // What is left of a line must not swallow the next one.
         let mut buffer = if end.torn { vec![b'\n'] } else { Vec::new() };
         lines.iter().for_each(|line| line.write(&mut buffer));

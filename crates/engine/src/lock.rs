@@ -198,11 +198,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
         let first = Lock::take(folder.path(), &request(LockTimeout::NONE, &cancel, &|_| {})).unwrap();
-        let first = std::sync::Mutex::new(Some(first));
+        let first = parking_lot::Mutex::new(Some(first));
         let told = AtomicUsize::new(0);
         let free = |_| {
             told.fetch_add(1, Ordering::Relaxed);
-            drop(first.lock().unwrap().take());
+            drop(first.lock().take());
         };
         Lock::take(folder.path(), &request(LockTimeout::ENDLESS, &cancel, &free)).unwrap();
         assert_eq!(told.into_inner(), 1);

@@ -6,7 +6,9 @@
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 use crate::Digest;
 
@@ -42,7 +44,7 @@ impl Memory {
 
     /// The value of an artifact, where it is kept.
     pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<Value> {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept.lock();
         let kept = &mut *kept;
         let place = kept.values.get_mut(&(type_name, digest))?;
         kept.clock += 1;
@@ -62,7 +64,7 @@ impl Memory {
         }
         // Values are dropped after the lock: that can take a while.
         let mut gone = Vec::new();
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept.lock();
         let kept = &mut *kept;
         kept.clock += 1;
         let place = Place { value, weight, used: kept.clock };
@@ -93,7 +95,7 @@ mod tests {
 
     /// The names that are kept, without using them.
     fn names(memory: &Memory) -> Vec<u8> {
-        let kept = memory.kept.lock().unwrap();
+        let kept = memory.kept.lock();
         assert_eq!(kept.weight, kept.values.values().map(|place| place.weight).sum::<u64>());
         assert_eq!(kept.order.len(), kept.values.len());
         kept.order.values().map(|(_, digest)| digest.0[0]).collect()

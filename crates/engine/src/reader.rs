@@ -8,8 +8,10 @@ use std::collections::HashMap;
 use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
+
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::disk::list;
 use crate::platform::Stamp;
@@ -42,7 +44,7 @@ impl Reader {
     }
 
     fn stamps(&self) -> MutexGuard<'_, HashMap<PathBuf, Stamp>> {
-        self.stamps.lock().unwrap_or_else(PoisonError::into_inner)
+        self.stamps.lock()
     }
 }
 

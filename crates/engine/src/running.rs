@@ -9,7 +9,9 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Weak};
+
+use parking_lot::Mutex;
 
 use crate::disk::{Disk, digest_now};
 use crate::explain::normal;
@@ -44,7 +46,7 @@ impl Cancel {
     /// [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end, nothing else
     /// begins, and its summary is `cancelled`. Where nothing is stale, or no build is under way, nothing happens.
     pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
-        let underway = lock(&self.0.underway).upgrade();
+        let underway = self.0.underway.lock().upgrade();
         if let Some(underway) = underway {
             underway.outdate(&Changes::new(paths), plan);
         }
@@ -52,7 +54,7 @@ impl Cancel {
 
     /// Makes a build the one that [`Cancel::outdate`] speaks to, as long as it is held.
     pub(crate) fn begin(&self, underway: &Arc<RunningBuild>) {
-        *lock(&self.0.underway) = Arc::downgrade(underway);
+        *self.0.underway.lock() = Arc::downgrade(underway);
     }
 }
 
@@ -99,16 +101,16 @@ impl RunningBuild {
 
     /// Notes what an item's result rests on.
     pub(crate) fn saw(&self, item: ItemIndex, seen: Seen) {
-        lock(&self.seen)[item] = seen;
+        self.seen.lock()[item] = seen;
     }
 
     /// The files and folders that items have read in this build.
     pub(crate) fn read_by(&self, items: &[ItemIndex]) -> HashSet<PathBuf> {
-        let seen = lock(&self.seen);
+        let seen = self.seen.lock();
         let mut paths = HashSet::new();
         for item in items {
             if let Seen::Now(reads) = &seen[*item] {
-                paths.extend(lock(reads).iter().map(|read| read.path.clone()));
+                paths.extend(reads.lock().iter().map(|read| read.path.clone()));
             }
         }
         paths
@@ -149,7 +151,7 @@ impl RunningBuild {
     fn with_changed_reads(&self, changes: &Changes) -> Vec<bool> {
         // Files are hashed after the lock is let go: the build wants it too.
         let mut concerned = Vec::new();
-        for (index, seen) in lock(&self.seen).iter().enumerate() {
+        for (index, seen) in self.seen.lock().iter().enumerate() {
             let mut add = |path: &Path, listing: bool, digest: Option<Digest>| {
                 if changes.concern(path, listing) {
                     concerned.push((index, path.to_path_buf(), listing, digest));
@@ -161,7 +163,7 @@ impl RunningBuild {
                     reads.iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
                 Seen::Now(reads) => {
-                    lock(reads).iter().for_each(|read| add(&read.path, read.listing, read.digest));
+                    reads.lock().iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
             }
         }
@@ -242,8 +244,4 @@ impl Changes {
         listing && self.folders.contains(&path)
             || path.ancestors().any(|ancestor| self.paths.contains(ancestor))
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -2,8 +2,9 @@
 
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::{Mutex, MutexGuard};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::disk::ReadSet;
@@ -37,7 +38,7 @@ pub(crate) struct PathSet(Mutex<HashSet<PathBuf>>);
 
 impl PathSet {
     pub(crate) fn lock(&self) -> MutexGuard<'_, HashSet<PathBuf>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 
@@ -117,10 +118,10 @@ impl BuildSession {
     }
 
     fn latest(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
-        self.noted.lock().unwrap_or_else(PoisonError::into_inner)
+        self.noted.lock()
     }
 
     pub(crate) fn between(&self) -> MutexGuard<'_, SavedState> {
-        self.between.lock().unwrap_or_else(PoisonError::into_inner)
+        self.between.lock()
     }
 }

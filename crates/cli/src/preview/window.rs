@@ -1,21 +1,21 @@
 //! The window's side: opening it, again where its device was lost, and without it.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
-use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Instant;
 
 use ::preview::Picture;
 use ::preview::window::{self, Host, NewsSender, Subject, WindowError, WindowSettings, Wish};
 use engine::{Cancel, Event, Kinds};
+use parking_lot::Mutex;
 
 use super::controller::{PreviewController, PreviewMessage};
 use super::files::PreviewFiles;
 use crate::Exit;
 use crate::build::stop_on_interrupt;
 use crate::print::{self, say};
-use crate::screen::locked;
 
 /// What a window is opened for.
 pub(crate) struct WindowRequest<'a> {
@@ -48,7 +48,7 @@ pub(crate) fn run(
             let also = |event: &Event| {
                 // What each worker did when is a timeline's business.
                 if !matches!(event, Event::TaskTimed { .. }) {
-                    let _ = locked(&heard).send(PreviewMessage::Event(event.clone(), Instant::now()));
+                    let _ = heard.lock().send(PreviewMessage::Event(event.clone(), Instant::now()));
                 }
             };
             // However it ends, nothing is left to be shown.
@@ -99,7 +99,7 @@ fn show(
     let mut again = true;
     while !cancel.is_cancelled() {
         let settings = WindowSettings {
-            state: locked(&state).clone(),
+            state: state.lock().clone(),
             wish: wish.clone(),
             cpu: opening.cpu,
             ..WindowSettings::default()
@@ -142,7 +142,7 @@ impl Host for WindowHost {
     }
 
     fn keep_state(&mut self, json: &str) {
-        *locked(&self.state) = Some(json.to_owned());
+        *self.state.lock() = Some(json.to_owned());
         let _ = self.letters.send(PreviewMessage::Keep(json.to_owned()));
     }
 

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 use crate::regular;
 
@@ -59,7 +60,7 @@ impl Text {
 
     /// The bytes of a line; `None` if they cannot be read.
     pub(super) fn get(&self, range: &Range<u64>) -> Option<Vec<u8>> {
-        let mut file = self.file.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut file = self.file.as_ref()?.lock();
         read_at(&mut file, range).ok()
     }
 

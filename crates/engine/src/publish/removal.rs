@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use super::{PublishEvent, Publisher, TEMPORARY, lock};
+use super::{PublishEvent, Publisher, TEMPORARY};
 use crate::journal::{Line, Tag};
 use crate::ledger::{Published, out_name};
 use crate::state::State;
@@ -85,7 +85,7 @@ impl Publisher<'_> {
     /// # Errors
     /// If the journal cannot be written.
     pub(crate) fn finish(&self) -> Result<(), Error> {
-        for folder in lock(&self.thinned).iter() {
+        for folder in self.thinned.lock().iter() {
             for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
                 // Fails if the folder is not empty.
                 if fs::remove_dir(folder).is_err() {
@@ -102,14 +102,14 @@ impl Publisher<'_> {
     /// Removes files of the ledger, and the folders that they leave empty.
     pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
         // Whoever finds a file removed may put something in its place, so that it must have gone by then.
-        let mut removed = lock(&self.removed);
+        let mut removed = self.removed.lock();
         for file in files {
             let Some(line) = self.entry(file).filter(|_| removed.insert(file.clone())) else { continue };
             if let Some(left) = self.left_over(&line)? {
                 if let PublishEvent::Removed { .. } = left {
                     let place = self.root.join(file);
                     platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
-                    lock(&self.thinned).extend(place.parent().map(Path::to_path_buf));
+                    self.thinned.lock().extend(place.parent().map(Path::to_path_buf));
                 }
                 told(left);
             }

@@ -112,7 +112,7 @@ fn imports() -> Project {
 
 #[test]
 fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ONE_AT_A_TIME.lock();
     DECODED.store(0, Ordering::SeqCst);
     MOST.store(0, Ordering::SeqCst);
     let mut project = imports();
@@ -137,7 +137,7 @@ fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
 
 #[test]
 fn a_bench_remembers_what_it_made_and_what_it_decoded() {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ONE_AT_A_TIME.lock();
     let project = imports();
     let bench = BuildSession::new(Some(2), 1 << 20).unwrap();
     assert!(project.build_on(&bench).contains("80 ran"));
@@ -168,7 +168,7 @@ fn a_bench_remembers_what_it_made_and_what_it_decoded() {
 
 #[test]
 fn memory_stands_in_for_a_damaged_result_and_not_for_a_lost_one() {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ONE_AT_A_TIME.lock();
     let project = imports();
     let bench = BuildSession::new(Some(1), 1 << 20).unwrap();
     project.build_on(&bench);

@@ -50,10 +50,10 @@ impl Told {
         let options = BuildOptions { changed, ..self.project.options.clone() };
         let events = Mutex::new(Vec::new());
         let built = self.bench.build(&self.plan, &options, &self.project.cancel, &|event| {
-            events.lock().unwrap().push(event);
+            events.lock().push(event);
         });
         built.unwrap();
-        log(&events.into_inner().unwrap())
+        log(&events.into_inner())
     }
 }
 

@@ -41,10 +41,10 @@ fn a_cancelled_build_stops_between_items_and_the_next_goes_on() {
         if matches!(event, Event::Finished { .. }) && ran.fetch_add(1, Ordering::Relaxed) == 1 {
             project.cancel.cancel();
         }
-        events.lock().unwrap().push(event);
+        events.lock().push(event);
     });
     assert!(summary.unwrap().cancelled);
-    let log = log(&events.into_inner().unwrap());
+    let log = log(&events.into_inner());
     assert!(
         log.ends_with("ended: 2 ran, 0 up to date, 0 failed, 4 skipped, 0 published, 0 removed, cancelled\n")
     );
@@ -103,16 +103,16 @@ fn a_second_build_is_refused_while_one_is_at_work() {
     let plan = project.plan();
     let seen = Mutex::new(None);
     crate::build(&plan, &project.options, &project.cancel, &|event| {
-        if matches!(event, Event::Started { .. }) && seen.lock().unwrap().is_none() {
+        if matches!(event, Event::Started { .. }) && seen.lock().is_none() {
             let hasty = BuildOptions { patience: LockTimeout::NONE, ..project.options.clone() };
             let second = crate::build(&plan, &hasty, &project.cancel, &|_| {});
-            *seen.lock().unwrap() = Some(second);
+            *seen.lock() = Some(second);
             let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
             crate::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
         }
     })
     .unwrap();
-    let error = seen.into_inner().unwrap().unwrap().unwrap_err();
+    let error = seen.into_inner().unwrap().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Locked);
     let who = format!("specula build (process {}, since 20", std::process::id());
     assert!(error.to_string().starts_with(&who), "{error}");
@@ -125,21 +125,21 @@ fn a_build_waits_for_the_one_at_work_and_stops_waiting_when_it_is_told_to() {
     let second = Mutex::new(None);
     let cancel = Cancel::default();
     crate::build(&plan, &project.options, &project.cancel, &|event| {
-        if matches!(event, Event::Started { .. }) && second.lock().unwrap().is_none() {
+        if matches!(event, Event::Started { .. }) && second.lock().is_none() {
             let patient = BuildOptions { patience: LockTimeout::ENDLESS, ..project.options.clone() };
             let events = Mutex::new(Vec::new());
             let summary = crate::build(&plan, &patient, &cancel, &|event| {
                 if matches!(event, Event::Waiting { .. }) {
                     cancel.cancel();
                 }
-                events.lock().unwrap().push(event);
+                events.lock().push(event);
             });
             summary.unwrap();
-            *second.lock().unwrap() = Some(log(&events.into_inner().unwrap()));
+            *second.lock() = Some(log(&events.into_inner()));
         }
     })
     .unwrap();
-    let told = second.into_inner().unwrap().unwrap();
+    let told = second.into_inner().unwrap();
     assert!(told.contains("waiting for specula build (process "), "{told}");
     assert!(
         told.ends_with("0 ran, 0 up to date, 0 failed, 6 skipped, 0 published, 0 removed, cancelled\n"),

@@ -16,7 +16,8 @@ mod watch;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+
+use parking_lot::Mutex;
 
 use crate::testkit::kinds;
 use crate::{
@@ -80,10 +81,9 @@ impl Project {
 
     fn try_build(&self) -> (Vec<Event>, Result<Summary, Error>) {
         let events = Mutex::new(Vec::new());
-        let summary = crate::build(&self.plan(), &self.options, &self.cancel, &|event| {
-            events.lock().unwrap().push(event)
-        });
-        (events.into_inner().unwrap(), summary)
+        let summary =
+            crate::build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
+        (events.into_inner(), summary)
     }
 
     /// Builds, and returns the events as lines.
@@ -96,10 +96,10 @@ impl Project {
     /// The same, by a bench that may remember something.
     fn build_on(&self, bench: &BuildSession) -> String {
         let events = Mutex::new(Vec::new());
-        let built = bench
-            .build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().unwrap().push(event));
+        let built =
+            bench.build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
         built.unwrap();
-        log(&events.into_inner().unwrap())
+        log(&events.into_inner())
     }
 
     fn explain(&self, target: &str) -> Vec<Explanation> {

@@ -1,8 +1,9 @@
 //! Builds that a change makes out of date while they are at work.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex};
 
 use super::*;
 use crate::testkit::{Nothing, Text};
@@ -23,7 +24,7 @@ const LONG: Duration = Duration::from_secs(120);
 impl Gate {
     fn pass(&self, name: &str, is_stopped: impl Fn() -> Result<(), Failure>) -> Result<(), Failure> {
         let clock = Instant::now();
-        let mut state = self.state.lock().unwrap();
+        let mut state = self.state.lock();
         state.0.insert(name.into());
         self.changed.notify_all();
         while !state.1.contains(name) {
@@ -31,19 +32,19 @@ impl Gate {
             if clock.elapsed() > LONG {
                 return Err(Failure::new(format!("nobody let {name} through")));
             }
-            state = self.changed.wait_timeout(state, Duration::from_millis(1)).unwrap().0;
+            self.changed.wait_for(&mut state, Duration::from_millis(1));
         }
         Ok(())
     }
 
     fn await_arrival(&self, name: &str) {
-        let state = self.state.lock().unwrap();
-        let waited = self.changed.wait_timeout_while(state, LONG, |state| !state.0.contains(name)).unwrap();
-        assert!(!waited.1.timed_out(), "{name} did not come");
+        let mut state = self.state.lock();
+        let waited = self.changed.wait_while_for(&mut state, |state| !state.0.contains(name), LONG);
+        assert!(!waited.timed_out(), "{name} did not come");
     }
 
     fn open(&self, name: &str) {
-        self.state.lock().unwrap().1.insert(name.into());
+        self.state.lock().1.insert(name.into());
         self.changed.notify_all();
     }
 }
@@ -344,7 +345,7 @@ impl Kind for Restless {
 
     fn run(parameters: &RestlessParameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
-        let run = *RUNS.lock().unwrap().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
+        let run = *RUNS.lock().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
         let first = context.read(source)?;
         if run <= parameters.writes {
             std::fs::write(source, format!("text {run}"))?;
@@ -367,14 +368,14 @@ fn an_item_that_saw_two_contents_of_a_file_is_tried_again() {
 
     project.edit("writes = 2", "writes = 1000");
     for _ in 0..2 {
-        let runs = RUNS.lock().unwrap()[&project.path("a.txt")];
+        let runs = RUNS.lock()[&project.path("a.txt")];
         let log = project.build();
         let path = project.path("a.txt").display().to_string();
         let failed = format!(
             "FAILED file [a]: source a.txt: {path} changed each time that it was read (build again when it is written)"
         );
         assert!(log.contains(&failed), "{log}");
-        assert_eq!(RUNS.lock().unwrap()[&project.path("a.txt")], runs + 3);
+        assert_eq!(RUNS.lock()[&project.path("a.txt")], runs + 3);
         assert_eq!(project.read("out/file/a.txt"), "text 2, text 2", "the last good file stays");
     }
 }

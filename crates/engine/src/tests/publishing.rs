@@ -177,11 +177,11 @@ fn foreseen_and_removed(project: &Project) -> [(Vec<String>, usize); 2] {
         let removed = Mutex::new(Vec::new());
         let hear = |event| {
             if let Event::Removed { file } = event {
-                removed.lock().unwrap().push(file);
+                removed.lock().push(file);
             }
         };
         let summary = crate::build(&project.plan(), &options, &project.cancel, &hear).unwrap();
-        let mut removed = removed.into_inner().unwrap();
+        let mut removed = removed.into_inner();
         removed.sort();
         (removed, summary.removed)
     })
