@@ -13,7 +13,7 @@ use crate::scheduler::{Scheduler, event_of};
 use crate::session::Settled;
 use crate::state::State;
 use crate::store::Blob;
-use crate::up_to_date::{Freshness, Known, UpToDateCheck, manifest_name};
+use crate::up_to_date::{Freshness, Known, UpToDateCheck};
 use crate::{
     BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, nearest,
 };
@@ -119,7 +119,7 @@ impl BuildSession {
         let known = before.clone().filter(|_| changes.is_some());
         let disk = Arc::new(Disk::new(state.now, self.begin_noting(), cancel));
         let underway = Arc::new(RunningBuild::new(plan, selected, &disk));
-        cancel.begin(&underway);
+        self.begin(&underway);
         let (mut judge, publisher) = self.pool.install(|| {
             rayon::join(
                 || UpToDateCheck::with_records(plan, &state, &disk, selected, known.clone()),
@@ -248,7 +248,7 @@ pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> 
 }
 
 fn unknown_stage(plan: &Plan, name: &str) -> Error {
-    let message = format!("{} has no stage {name:?}", manifest_name(plan));
+    let message = format!("{} has no stage {name:?}", plan.manifest_name());
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let names = plan.stages.iter().map(|stage| stage.name.as_str());
     match nearest(name, names.clone()) {

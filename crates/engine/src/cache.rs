@@ -14,38 +14,15 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::journal::{Journal, Tag};
+use crate::journal::{Journal, Retention, Tag};
 use crate::ledger::Published;
 use crate::lock::Request;
 use crate::regular::hash;
-use crate::retention::{Manifests, Retention};
+use crate::retention::Manifests;
 use crate::state::{FOLDER, State};
+pub use crate::store::Amount;
 use crate::store::Blob;
 use crate::{BuildSession, Cancel, Digest, Error, ErrorKind, ItemName, LockPurpose, LockTimeout};
-
-/// A number of files and their size.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Amount {
-    /// How many there are.
-    pub count: u64,
-    /// Their bytes.
-    pub bytes: u64,
-}
-
-impl Amount {
-    fn add(&mut self, bytes: u64) {
-        self.count += 1;
-        self.bytes += bytes;
-    }
-}
-
-impl std::ops::Add for Amount {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self { count: self.count + other.count, bytes: self.bytes + other.bytes }
-    }
-}
 
 /// What the state folder of some manifests holds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

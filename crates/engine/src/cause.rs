@@ -6,20 +6,9 @@
 use std::cell::LazyCell;
 use std::collections::HashMap;
 
-use serde::{Deserialize, Serialize};
-
 use crate::record::Record;
 use crate::up_to_date::UpToDateCheck;
-use crate::{ItemIndex, ItemName, Reason};
-
-/// What began that an item ran, or would run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cause {
-    /// What was different.
-    pub reason: Reason,
-    /// The items that it came through: first the one where it was different, last the one that it is told of.
-    pub chain: Vec<ItemName>,
-}
+use crate::{Cause, ItemIndex, Reason};
 
 /// So many causes of an item are followed: a sheet of thousands of items, each with another cause, names a few.
 const MOST: usize = 8;
@@ -79,9 +68,4 @@ impl UpToDateCheck<'_> {
             record.causes.clone()
         }
     }
-}
-
-/// The causes that a record has to hold: those that its reasons do not tell.
-pub(crate) fn worth_keeping(causes: &[Cause]) -> Vec<Cause> {
-    if causes.iter().any(|cause| cause.chain.len() > 1) { causes.to_vec() } else { Vec::new() }
 }

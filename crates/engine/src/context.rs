@@ -1,113 +1,18 @@
 //! What a running item may see: its inputs, the files that it names, its key; and what it may say.
 
 use std::collections::BTreeMap;
-use std::error::Error;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use parking_lot::Mutex;
 
-use crate::running::RunningBuild;
-use crate::{Artifact, Cancel, Digest, Handle, ItemIndex, ItemKey};
-
-/// Why an item has no output: a chain of messages, what happened first, its causes after.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Failure {
-    /// What happened, and then the causes.
-    pub chain: Vec<String>,
-    /// What to do.
-    pub help: Option<String>,
-    /// Whether the item stopped because it was told to.
-    pub cancelled: bool,
-    /// Whether the system caused it rather than the project: a full disk, a folder that cannot be written.
-    pub system_error: bool,
-}
-
-impl Failure {
-    /// A failure with one message: what happened, where, what was expected.
-    pub fn new(message: impl Into<String>) -> Self {
-        Self { chain: vec![message.into()], help: None, cancelled: false, system_error: false }
-    }
-
-    /// The failure of an item that was told to stop.
-    pub fn cancelled() -> Self {
-        Self { cancelled: true, ..Self::new("cancelled") }
-    }
-
-    /// Puts a message before the chain: where or while doing what.
-    #[must_use]
-    pub fn context(mut self, message: impl Into<String>) -> Self {
-        self.chain.insert(0, message.into());
-        self
-    }
-
-    /// Adds what to do.
-    #[must_use]
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
-        self
-    }
-
-    /// Says that the system caused it rather than the project: for an error of the scratch folder, which the item made
-    /// itself, or of starting a thread; not for one of a file that the project names.
-    #[must_use]
-    pub fn system_error(mut self) -> Self {
-        self.system_error = true;
-        self
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.chain.join(": "))
-    }
-}
-
-impl<E: Error> From<E> for Failure {
-    fn from(error: E) -> Self {
-        let mut chain = vec![error.to_string()];
-        let mut source = error.source();
-        while let Some(cause) = source {
-            chain.push(cause.to_string());
-            source = cause.source();
-        }
-        Self { chain, help: None, cancelled: false, system_error: false }
-    }
-}
+use crate::cancel::StaleFlag;
+use crate::files::listing_digest;
+use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
 
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
-
-/// The files of the outside world.
-pub trait Files: Send + Sync {
-    /// The content of a file.
-    ///
-    /// # Errors
-    /// Where the file cannot be read.
-    fn read(&self, path: &Path) -> std::io::Result<Arc<Vec<u8>>>;
-
-    /// The names in a folder, sorted; whether each is a folder.
-    ///
-    /// # Errors
-    /// Where the folder cannot be read.
-    fn list(&self, path: &Path) -> std::io::Result<Vec<(String, bool)>>;
-
-    /// Whether the path is a folder.
-    fn is_folder(&self, path: &Path) -> bool;
-}
-
-/// Something that an item read: a file's content or a folder's listing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Read {
-    /// The path as the item resolved it.
-    pub path: PathBuf,
-    /// Whether the names in a folder were read, rather than a file's content.
-    pub listing: bool,
-    /// The digest of the content or of the listing (names joined by newlines); `None`: it was not there.
-    pub digest: Option<Digest>,
-}
 
 /// What a running item may see and say.
 pub struct Context<'a> {
@@ -119,8 +24,8 @@ pub struct Context<'a> {
     pub(crate) scratch: PathBuf,
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
-    /// The build that the item is part of, which may call it stale.
-    pub(crate) underway: Option<(Arc<RunningBuild>, ItemIndex)>,
+    /// Whether a change has made the item stale.
+    pub(crate) stale: Option<StaleFlag>,
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
@@ -140,7 +45,7 @@ impl<'a> Context<'a> {
             scratch: std::env::temp_dir(),
             files,
             cancel: Cancel::default(),
-            underway: None,
+            stale: None,
             reads: Arc::default(),
             warnings: Mutex::default(),
             notes: Mutex::default(),
@@ -354,7 +259,7 @@ impl<'a> Context<'a> {
 
     /// Whether what the item works from has changed.
     pub(crate) fn is_stale(&self) -> bool {
-        self.underway.as_ref().is_some_and(|(underway, item)| underway.is_stale(*item))
+        self.stale.as_ref().is_some_and(StaleFlag::is_set)
     }
 
     /// The file that a path means: relative ones as for [`Context::read`].
@@ -371,13 +276,4 @@ impl<'a> Context<'a> {
             reads.push(read);
         }
     }
-}
-
-/// The digest of a folder's listing.
-pub(crate) fn listing_digest(names: &[(String, bool)]) -> Digest {
-    let mut hasher = blake3::Hasher::new();
-    for (name, folder) in names {
-        hasher.update(name.as_bytes()).update(if *folder { b"/\n" } else { b"\n" });
-    }
-    Digest(*hasher.finalize().as_bytes())
 }

@@ -13,7 +13,7 @@ use crate::build::select;
 use crate::disk::Disk;
 use crate::record::Record;
 use crate::state::State;
-use crate::up_to_date::{UpToDateCheck, item_name};
+use crate::up_to_date::UpToDateCheck;
 use crate::{BuildOptions, BuildSession, Cancel, Error, Event, ItemIndex, ItemName, Plan, Product, Summary};
 
 /// What came of running stages with several numbers of threads.
@@ -121,7 +121,7 @@ pub fn determinism(
         }
     }
     found.differences.sort_by_key(|difference| {
-        (0..plan.items.len()).find(|item| item_name(plan, *item) == difference.item)
+        (0..plan.items.len()).find(|item| plan.item_name(*item) == difference.item)
     });
     Ok(found)
 }
@@ -177,7 +177,7 @@ impl Results {
     fn failures(&self, plan: &Plan, threads: usize) -> Vec<FailedRun> {
         let failed = self.records.iter().enumerate().filter_map(|(item, record)| {
             let error = record.as_ref()?.failure.clone()?;
-            Some(FailedRun { item: item_name(plan, item), threads, error })
+            Some(FailedRun { item: plan.item_name(item), threads, error })
         });
         failed.collect()
     }
@@ -202,7 +202,7 @@ fn compare(
                 found.disturbed.push(old.path.clone());
             }
         }
-        let name = item_name(plan, item);
+        let name = plan.item_name(item);
         let differing = old.inputs.iter().zip(&new.inputs).find(|(old, new)| old.digest != new.digest);
         let because = differing.map(|(input, _)| begun.get(&input.item).unwrap_or(&input.item).clone());
         for (output, (one, other)) in old.outputs.iter().zip(&new.outputs).enumerate() {

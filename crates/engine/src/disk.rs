@@ -6,7 +6,6 @@
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -14,13 +13,12 @@ use parking_lot::{Mutex, MutexGuard};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::context::listing_digest;
+use crate::files::digest_now;
 use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
 use crate::reader::Reader;
-use crate::regular::{hash, hash_until};
-use crate::watch::is_probe;
-use crate::{Cancel, Digest, Read, Timestamp};
+use crate::regular::hash_until;
+use crate::{Cancel, Digest, Read};
 
 /// The disk as one build sees it.
 pub(crate) struct Disk {
@@ -116,7 +114,7 @@ impl Disk {
         }
         let Ok(metadata) = fs::metadata(path) else { return (None, None) };
         let stamp = Stamp::of(&metadata);
-        if let Some((_, digest)) = journal.stamped(place(path)).filter(|(known, _)| *known == stamp) {
+        if let Some((_, digest)) = journal.stamped(stamp_subject(path)).filter(|(known, _)| *known == stamp) {
             return (Some(digest), None);
         }
         let Ok(digest) = hash_until(path, &|| self.cancel.is_cancelled()) else { return (None, None) };
@@ -126,39 +124,11 @@ impl Disk {
     }
 }
 
-/// The names in a folder, sorted; whether each is a folder.
-///
-/// # Errors
-/// Where it cannot be read.
-pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(path)? {
-        let entry = entry?;
-        // A watcher's own, here for a moment.
-        if is_probe(&entry.file_name()) {
-            continue;
-        }
-        names.push((entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir()));
-    }
-    names.sort_unstable();
-    Ok(names)
-}
-
-/// When a file or folder was changed, by its file system.
-pub(crate) fn modified(path: &Path) -> Option<Timestamp> {
-    fs::metadata(path).and_then(|metadata| metadata.modified()).ok().map(Timestamp::of)
-}
-
-/// The digest of a file's content or a folder's listing, whatever its stamp says; `None` where it cannot be read.
-pub(crate) fn digest_now(path: &Path, listing: bool) -> Option<Digest> {
-    if listing { list(path).ok().map(|names| listing_digest(&names)) } else { hash(path).ok() }
-}
-
 /// The subject of a file's stamp.
-pub(crate) fn place(path: &Path) -> u128 {
+pub(crate) fn stamp_subject(path: &Path) -> u128 {
     subject(&[&path.to_string_lossy()])
 }
 
 fn line(path: &Path, stamped: &Stamped) -> Line {
-    Line::new(Tag::Stamp, place(path), Some(stamped))
+    Line::new(Tag::Stamp, stamp_subject(path), Some(stamped))
 }

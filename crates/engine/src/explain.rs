@@ -1,19 +1,23 @@
 //! Why an item would run or not, and what its last run did.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::build::{Forecast, forecast, select};
-use crate::disk::{Disk, modified};
+use crate::disk::Disk;
+use crate::files::{modified, normal};
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::regular::hash;
 use crate::state::State;
-use crate::up_to_date::{UpToDateCheck, item_name};
-use crate::{Cancel, Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
+use crate::up_to_date::UpToDateCheck;
+use crate::{
+    Cancel, Cause, Digest, Error, ErrorKind, FileRead, FromCache, InputUsed, ItemIndex, ItemName, Plan,
+    Reason, Timestamp, nearest,
+};
 
 /// What is known about one item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -67,42 +71,6 @@ pub struct LastRun {
     pub results: Vec<Digest>,
     /// What happened and its causes, where it failed.
     pub failure: Option<Vec<String>>,
-}
-
-/// Where a result comes from that came into effect without a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FromCache {
-    /// When it came into effect.
-    pub since: Timestamp,
-    /// The item whose run made it: this one earlier, or another one for which everything was equal.
-    pub item: ItemName,
-    /// That item's manifest: those of one folder share the cache.
-    pub manifest: String,
-}
-
-/// An artifact that a run used.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct InputUsed {
-    /// The port where it arrived.
-    pub port: String,
-    /// The item that made it.
-    pub item: ItemName,
-    /// Its digest.
-    pub digest: Digest,
-}
-
-/// A file or folder that a run read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FileRead {
-    /// The path, relative to the manifest's folder where it lies inside.
-    pub path: String,
-    /// Whether the names in a folder were read, not a file's content.
-    pub listing: bool,
-    /// The digest of what was read; `None` where it was looked for and not there.
-    pub digest: Option<Digest>,
-    /// When the file had been changed, by its file system; a clue for people: no key holds it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub modified: Option<Timestamp>,
 }
 
 /// A file in `out`.
@@ -238,7 +206,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     }
     let named = |told: fn(&str) -> String| {
         let target = told(target);
-        (0..plan.items.len()).find(|item| told(&item_name(plan, *item).to_string()) == target)
+        (0..plan.items.len()).find(|item| told(&plan.item_name(*item).to_string()) == target)
     };
     // Spaces are easily forgotten; where they tell items apart, they count.
     if let Some(item) = named(str::to_owned).or_else(|| named(|name| name.replace(' ', ""))) {
@@ -260,7 +228,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
     let stage = target.split_once('[').map(|(stage, _)| stage.trim());
-    let items = (0..plan.items.len()).map(|item| item_name(plan, item));
+    let items = (0..plan.items.len()).map(|item| plan.item_name(item));
     let mut items = items.filter(|item| Some(item.stage.as_str()) == stage).map(|item| format!("\"{item}\""));
     Err(match (nearest(target, stages.chain(files)), items.next()) {
         (_, Some(first)) => error.with_help(format!("the stage's first item is {first}")),
@@ -300,19 +268,6 @@ pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
         names.extend(places.iter().filter_map(|place| place.strip_prefix(root).ok()).map(slashed));
     }
     names
-}
-
-/// The path without `.` and `..`, by its letters.
-pub(crate) fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => _ = normal.pop(),
-            part => normal.push(part),
-        }
-    }
-    normal
 }
 
 fn slashed(path: &Path) -> String {

@@ -18,21 +18,26 @@ use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use line::{CHECK, HEAD, check, write_line};
 use parking_lot::Mutex;
 use rayon::prelude::*;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tables::{Fact, Tables};
 use text::Text;
 
+pub(crate) use line::{Line, Subject, Tag, short, subject};
+#[cfg(test)]
+pub(crate) use retention::OTHERS;
+pub(crate) use retention::Retention;
 pub(crate) use tables::{Effect, PublishedStamp};
 
 use crate::platform::Stamp;
 use crate::regular::write_new;
-use crate::retention::Retention;
 use crate::{Digest, Error, ErrorKind, platform};
 
 mod index;
+mod line;
+mod retention;
 mod tables;
 mod text;
 
@@ -45,88 +50,6 @@ const UNINDEXED_OF: u64 = 16;
 
 /// The letter of the line that names a writing of the file.
 const WRITING: u8 = b'w';
-
-/// What a line is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub(crate) enum Tag {
-    /// The result in effect, or the failure, of an item.
-    Item = b'i',
-    /// A result, by its key.
-    Result = b'r',
-    /// The digest of a file, with the stamp that it had.
-    Stamp = b's',
-    /// A published file.
-    Published = b'p',
-    /// A folder that a build publishes into at this time.
-    Publishing = b'o',
-}
-
-impl Tag {
-    const ALL: [Self; 5] = [Self::Item, Self::Result, Self::Stamp, Self::Published, Self::Publishing];
-
-    fn of(letter: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|tag| *tag as u8 == letter)
-    }
-}
-
-/// The subject of a line: a digest, cut short.
-pub(crate) type Subject = u128;
-
-/// The subject that is named by some parts.
-pub(crate) fn subject(parts: &[&str]) -> Subject {
-    let mut hasher = blake3::Hasher::new();
-    for part in parts {
-        hasher.update(&(part.len() as u64).to_le_bytes()).update(part.as_bytes());
-    }
-    short(Digest(*hasher.finalize().as_bytes()))
-}
-
-/// The subject that a digest names.
-pub(crate) fn short(digest: Digest) -> Subject {
-    digest.0[..16].iter().fold(0, |value, byte| value << 8 | Subject::from(*byte))
-}
-
-/// A line to append.
-pub(crate) struct Line {
-    tag: Tag,
-    subject: Subject,
-    json: String,
-}
-
-impl Line {
-    /// A line with some content; `None` takes back what earlier lines say.
-    pub(crate) fn new<T: Serialize>(tag: Tag, subject: Subject, content: Option<&T>) -> Self {
-        let json = serde_json::to_string(&content).unwrap_or_else(|_| "null".into());
-        Self { tag, subject, json }
-    }
-
-    fn write(&self, buffer: &mut Vec<u8>) {
-        write_line(buffer, self.tag as u8, self.subject, self.json.as_bytes());
-    }
-}
-
-fn write_line(buffer: &mut Vec<u8>, tag: u8, subject: Subject, json: &[u8]) {
-    let start = buffer.len();
-    buffer.extend_from_slice(&[b' '; CHECK + 1]);
-    let _ = write!(buffer, "{} {subject:032x} ", char::from(tag));
-    buffer.extend_from_slice(json);
-    let check = check(&buffer[start + CHECK + 1..]);
-    buffer[start..start + CHECK].copy_from_slice(&check);
-    buffer.push(b'\n');
-}
-
-const CHECK: usize = 16;
-const SUBJECT: usize = 32;
-
-/// The length of what stands before the content.
-const HEAD: usize = CHECK + 1 + 2 + SUBJECT + 1;
-
-fn check(rest: &[u8]) -> [u8; CHECK] {
-    let mut check = [0; CHECK];
-    check.copy_from_slice(&blake3::hash(rest).to_hex().as_bytes()[..CHECK]);
-    check
-}
 
 /// The journal as it was when it was opened, and where to append.
 pub(crate) struct Journal {

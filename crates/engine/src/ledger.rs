@@ -14,7 +14,6 @@ use crate::journal::{Journal, Line, PublishedStamp, Subject, Tag, subject};
 use crate::plan::template;
 use crate::platform::Stamp;
 use crate::record::path_name;
-use crate::up_to_date::manifest_name;
 use crate::{Digest, ItemName, Plan};
 
 /// A line of the ledger.
@@ -65,7 +64,7 @@ pub(crate) struct Ledger<'a> {
 
 impl<'a> Ledger<'a> {
     pub(crate) fn new(plan: &'a Plan, journal: &'a Journal) -> Self {
-        let (manifest, out) = (manifest_name(plan), out_name(plan));
+        let (manifest, out) = (plan.manifest_name(), out_name(plan));
         Self { plan, journal, manifest, out, wanted: OnceLock::new(), others: OnceLock::new() }
     }
 

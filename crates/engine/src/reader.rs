@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use parking_lot::{Mutex, MutexGuard};
 
-use crate::disk::list;
+use crate::files::list;
 use crate::platform::Stamp;
 use crate::regular::{self, read_until};
 use crate::{Cancel, Files, Timestamp};

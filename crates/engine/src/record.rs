@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::store::Blob;
-use crate::{Cause, Digest, FileRead, FromCache, InputUsed, ItemKey, ItemName, Reason, Timestamp};
+use crate::{Digest, ItemKey, ItemName, Reason, Timestamp};
 
 /// Raised when the engine itself gives kinds something else for equal keys.
 const ENGINE_FORMAT: u32 = 1;
@@ -60,6 +60,56 @@ impl Record {
     pub(crate) fn kind_name(&self) -> String {
         kind_name(&self.kind, self.revision)
     }
+}
+
+/// An artifact that a run used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputUsed {
+    /// The port where it arrived.
+    pub port: String,
+    /// The item that made it.
+    pub item: ItemName,
+    /// Its digest.
+    pub digest: Digest,
+}
+
+/// A file or folder that a run read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FileRead {
+    /// The path, relative to the manifest's folder where it lies inside.
+    pub path: String,
+    /// Whether the names in a folder were read, not a file's content.
+    pub listing: bool,
+    /// The digest of what was read; `None` where it was looked for and not there.
+    pub digest: Option<Digest>,
+    /// When the file had been changed, by its file system; a clue for people: no key holds it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modified: Option<Timestamp>,
+}
+
+/// Where a result comes from that came into effect without a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FromCache {
+    /// When it came into effect.
+    pub since: Timestamp,
+    /// The item whose run made it: this one earlier, or another one for which everything was equal.
+    pub item: ItemName,
+    /// That item's manifest: those of one folder share the cache.
+    pub manifest: String,
+}
+
+/// What began that an item ran, or would run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// What was different.
+    pub reason: Reason,
+    /// The items that it came through: first the one where it was different, last the one that it is told of.
+    pub chain: Vec<ItemName>,
+}
+
+/// The causes that a record has to hold: those that its reasons do not tell.
+pub(crate) fn worth_keeping(causes: &[Cause]) -> Vec<Cause> {
+    if causes.iter().any(|cause| cause.chain.len() > 1) { causes.to_vec() } else { Vec::new() }
 }
 
 /// Kind and revision as people read them: `project-sh 3`.

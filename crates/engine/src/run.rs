@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use crate::cause::worth_keeping;
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
@@ -17,11 +16,11 @@ use crate::memory::Memory;
 use crate::platform::Stamp;
 use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
-use crate::record::{Record, path_name, recipe};
+use crate::record::{Record, path_name, recipe, worth_keeping};
 use crate::running::{RunningBuild, Seen};
 use crate::session::PathSet;
 use crate::store::Blob;
-use crate::up_to_date::{UpToDateCheck, manifest_name};
+use crate::up_to_date::UpToDateCheck;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
@@ -147,7 +146,7 @@ impl RunContext<'_> {
         }
         let before = self.judge.effect(order.item).map_or_else(Vec::new, |effect| effect.outputs().to_vec());
         let record = Record {
-            manifest: manifest_name(self.judge.plan),
+            manifest: self.judge.plan.manifest_name(),
             item: self.judge.name(order.item),
             gone: false,
             key: order.key,
@@ -288,7 +287,7 @@ impl RunContext<'_> {
             .with_cancel(self.cancel.clone())
             .with_folder(self.judge.folder.to_path_buf())
             .with_scratch(self.judge.state.store.temporaries());
-        context.underway = Some((Arc::clone(self.underway), order.item));
+        context.stale = Some(self.underway.stale_flag(order.item));
         self.underway.saw(order.item, Seen::Now(Arc::clone(&context.reads)));
         for (port, handles) in &order.handles {
             let shown = |key: &ItemKey| if facts.shows_keys { key.clone() } else { ItemKey::default() };

@@ -8,55 +8,15 @@
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Weak};
 
 use parking_lot::Mutex;
 
-use crate::disk::{Disk, digest_now};
-use crate::explain::normal;
+use crate::cancel::StaleFlag;
+use crate::disk::Disk;
+use crate::files::{digest_now, normal};
 use crate::{Digest, ItemIndex, Plan, Read, Stage};
-
-/// Tells running work to stop. Clones share one flag.
-#[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<Shared>);
-
-#[derive(Debug, Default)]
-struct Shared {
-    cancelled: AtomicBool,
-    /// The latest build that was given this.
-    underway: Mutex<Weak<RunningBuild>>,
-}
-
-impl Cancel {
-    /// Tells everyone who holds a clone to stop.
-    pub fn cancel(&self) {
-        self.0.cancelled.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.cancelled.load(Ordering::Relaxed)
-    }
-
-    /// Tells the build under way that these files or folders (absolute) may have changed and, where that changed the
-    /// graph, what the graph is now.
-    ///
-    /// Where that makes anything stale, the build ends early: stale items stop at their next
-    /// [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end, nothing else
-    /// begins, and its summary is `cancelled`. Where nothing is stale, or no build is under way, nothing happens.
-    pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
-        let underway = self.0.underway.lock().upgrade();
-        if let Some(underway) = underway {
-            underway.outdate(&Changes::new(paths), plan);
-        }
-    }
-
-    /// Makes a build the one that [`Cancel::outdate`] speaks to, as long as it is held.
-    pub(crate) fn begin(&self, underway: &Arc<RunningBuild>) {
-        *self.0.underway.lock() = Arc::downgrade(underway);
-    }
-}
 
 /// What an item's result rests on.
 pub(crate) enum Seen {
@@ -81,7 +41,7 @@ pub(crate) struct RunningBuild {
     selected: Vec<bool>,
     disk: Arc<Disk>,
     seen: Mutex<Vec<Seen>>,
-    stale: Vec<AtomicBool>,
+    stale: Arc<[AtomicBool]>,
     outdated: AtomicBool,
 }
 
@@ -116,9 +76,9 @@ impl RunningBuild {
         paths
     }
 
-    /// Whether an item is to stop.
-    pub(crate) fn is_stale(&self, item: ItemIndex) -> bool {
-        self.stale[item].load(Ordering::Relaxed)
+    /// By which an item learns that a change has made it stale.
+    pub(crate) fn stale_flag(&self, item: ItemIndex) -> StaleFlag {
+        StaleFlag::new(&self.stale, item)
     }
 
     /// Whether nothing more is to begin.
@@ -126,7 +86,8 @@ impl RunningBuild {
         self.outdated.load(Ordering::Relaxed)
     }
 
-    fn outdate(&self, changes: &Changes, plan: Option<&Plan>) {
+    /// Marks what is stale now; see [`BuildSession::outdate`](crate::BuildSession::outdate).
+    pub(crate) fn outdate(&self, changes: &Changes, plan: Option<&Plan>) {
         // First, so that an item which is judged from now on is judged by what the files hold.
         self.disk.forget(|path, listing| changes.concern(path, listing));
         let mut stale = self.with_changed_reads(changes);

@@ -18,14 +18,13 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rayon::{Scope, ThreadPool};
 
-use crate::cause::worth_keeping;
 use crate::journal::{Line, Tag, short};
 use crate::publish::{PublishError, PublishEvent};
-use crate::record::Record;
+use crate::record::{Record, worth_keeping};
 use crate::run::{Outcome, RunContext, RunRequest, message_of};
 use crate::running::Seen;
 use crate::store::Blob;
-use crate::up_to_date::{Freshness, UpToDateCheck, manifest_name};
+use crate::up_to_date::{Freshness, UpToDateCheck};
 use crate::{Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work};
 
 mod outcomes;
@@ -300,7 +299,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let (maker, made_by) = found.maker();
         let since = Timestamp::now();
         let record = Record {
-            manifest: manifest_name(self.judge.plan),
+            manifest: self.judge.plan.manifest_name(),
             item: self.judge.name(item),
             gone: false,
             inputs: self.judge.inputs(item, |input| self.digest(input)),

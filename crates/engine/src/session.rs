@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use parking_lot::{Mutex, MutexGuard};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -10,6 +10,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::disk::ReadSet;
 use crate::journal::Journal;
 use crate::memory::Memory;
+use crate::running::{Changes, RunningBuild};
 use crate::up_to_date::Known;
 use crate::{Error, ErrorKind, Plan};
 
@@ -28,6 +29,8 @@ pub struct BuildSession {
     between: Mutex<SavedState>,
     /// The paths that a watcher has heard of and not acted on, if one is at work: it will build again because of them.
     pub(crate) pending: Option<Arc<PathSet>>,
+    /// The build that runs, or the last one.
+    running: Mutex<Weak<RunningBuild>>,
     /// What the items read that failed in the last build.
     pub(crate) failed_on: PathSet,
 }
@@ -94,8 +97,27 @@ impl BuildSession {
             memory: Memory::new(memory),
             between: Mutex::default(),
             pending: None,
+            running: Mutex::default(),
             failed_on: PathSet::default(),
         })
+    }
+
+    /// Reports to the running build that these files or folders (absolute) may have changed and, if that changed the
+    /// graph, what the graph is now.
+    ///
+    /// If that makes anything stale, the build ends early: stale items stop at their next
+    /// [`Context::check_cancelled`](crate::Context::check_cancelled), the other running items finish, no item starts any
+    /// more, and its summary is `cancelled`. If nothing is stale, or no build runs, nothing happens.
+    pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
+        let running = self.running.lock().upgrade();
+        if let Some(running) = running {
+            running.outdate(&Changes::new(paths), plan);
+        }
+    }
+
+    /// Makes a build the one that [`BuildSession::outdate`] reaches, as long as it is held.
+    pub(crate) fn begin(&self, running: &Arc<RunningBuild>) {
+        *self.running.lock() = Arc::downgrade(running);
     }
 
     /// A build begins: what it notes here is what its items read.

@@ -9,7 +9,7 @@ use crate::record::Record;
 use crate::run::failure_of;
 use crate::state::State;
 use crate::store::{Blob, Looked, Store};
-use crate::up_to_date::{item_subject, manifest_name};
+use crate::up_to_date::item_subject;
 use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
 
 /// The results in effect of a plan's items, as the records had them when the shelf was opened.
@@ -37,7 +37,7 @@ impl ResultsSnapshot {
     /// Where the state folder cannot be read, or was written by a newer version.
     pub fn open(plan: &Plan) -> Result<Self, Error> {
         let State { journal, store, .. } = State::read(&plan.state)?;
-        let manifest = manifest_name(plan);
+        let manifest = plan.manifest_name();
         let items = plan.items.par_iter().map(|item| {
             let stage = &plan.stages[item.stage];
             let subject = item_subject(&manifest, &stage.name, &item.key);

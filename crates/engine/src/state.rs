@@ -16,10 +16,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fs, io};
 
-use crate::journal::Journal;
+use crate::journal::{Journal, Retention};
 use crate::lock::{Lock, Request};
 use crate::regular::{check_own, links_in};
-use crate::retention::Retention;
 use crate::store::Store;
 use crate::{Error, ErrorKind};
 

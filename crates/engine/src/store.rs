@@ -14,7 +14,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::cache::Amount;
 use crate::regular::{read_file, write_new};
 use crate::{Digest, Error, platform};
 
@@ -24,6 +23,30 @@ use crate::{Digest, Error, platform};
 pub(crate) struct Blob {
     pub(crate) digest: Digest,
     pub(crate) bytes: u64,
+}
+
+/// A number of files and their size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Amount {
+    /// How many there are.
+    pub count: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Amount {
+    pub(crate) fn add(&mut self, bytes: u64) {
+        self.count += 1;
+        self.bytes += bytes;
+    }
+}
+
+impl std::ops::Add for Amount {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { count: self.count + other.count, bytes: self.bytes + other.bytes }
+    }
 }
 
 /// What is where a blob should be.

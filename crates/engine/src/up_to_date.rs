@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::disk::{Disk, modified};
+use crate::disk::Disk;
+use crate::files::modified;
 use crate::journal::{Effect, Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
@@ -89,7 +90,7 @@ impl<'a> UpToDateCheck<'a> {
         known: Option<Known>,
     ) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
-        let manifest = manifest_name(plan);
+        let manifest = plan.manifest_name();
         let (stages, effects, current) = (stage_facts(plan), Vec::new(), Vec::new());
         let mut judge =
             Self { plan, state, disk, stages, folder, manifest, selected, effects, current, known };
@@ -211,7 +212,7 @@ impl<'a> UpToDateCheck<'a> {
     }
 
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
-        item_name(self.plan, item)
+        self.plan.item_name(item)
     }
 
     /// What every build asks of the record in effect of an item of a selected stage.
@@ -450,17 +451,6 @@ impl<'a> UpToDateCheck<'a> {
             reasons.push(Reason::File { path, old: None, new, old_time: None, new_time });
         }
     }
-}
-
-/// An item's name.
-pub(crate) fn item_name(plan: &Plan, item: ItemIndex) -> ItemName {
-    let item = &plan.items[item];
-    ItemName { stage: plan.stages[item.stage].name.clone(), key: item.key.clone() }
-}
-
-/// The manifest's file name: several manifests may share a folder, and then its state.
-pub(crate) fn manifest_name(plan: &Plan) -> String {
-    plan.manifest.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The subject of the record in effect of an item.

@@ -11,13 +11,14 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::build::{Forecast, forecast};
-use crate::disk::{Disk, modified};
+use crate::disk::Disk;
 use crate::explain::{forecast_causes, names_by_place};
+use crate::files::modified;
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::state::State;
-use crate::up_to_date::{UpToDateCheck, manifest_name};
+use crate::up_to_date::UpToDateCheck;
 use crate::{
     Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, Timestamp,
     read_file,
@@ -223,7 +224,7 @@ impl<'a> Archive<'a> {
             records
         });
         let last = vec![OnceCell::new(); judge.plan.items.len()];
-        Self { judge, manifest: manifest_name(judge.plan), items, last, earlier: LazyCell::new(read) }
+        Self { judge, manifest: judge.plan.manifest_name(), items, last, earlier: LazyCell::new(read) }
     }
 
     /// The record in effect of an item.

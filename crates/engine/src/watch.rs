@@ -365,7 +365,7 @@ impl<'a> Watcher<'a> {
                     let woken = attention.wait(Some(Instant::now() + PULSE), &has_ended);
                     if woken == Woken::Hints {
                         let hints = attention.hints();
-                        outdate(cancel, draft, &hints, attention.places());
+                        outdate(bench, draft, &hints, attention.places());
                         during.merge(hints);
                     }
                     // What is read becomes known by and by.
@@ -395,14 +395,14 @@ impl<'a> Watcher<'a> {
 }
 
 /// Stops what a build under way does in vain.
-fn outdate(cancel: &Cancel, draft: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
+fn outdate(bench: &BuildSession, draft: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
     let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
     if hints.lost {
         paths.extend(places.files.iter().cloned());
     }
     let ManifestSnapshot { plan, faults, .. } = draft.look();
     // Diagnostics are told by the next pass; until then the last good graph is right.
-    cancel.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
+    bench.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
 }
 
 /// All that the graph depends on, as far as it is known.

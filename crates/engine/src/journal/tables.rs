@@ -8,7 +8,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use serde::Deserialize;
 
-use super::{Subject, Tag};
+use super::line::{Subject, Tag};
 use crate::platform::Stamp;
 use crate::store::Blob;
 use crate::{Digest, FileRead};

@@ -63,7 +63,7 @@ fn half_a_line_that_cannot_be_taken_back_does_not_swallow_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
     let journal = journal(&path);
-    let mut end = journal.end.as_ref().unwrap().lock().unwrap();
+    let mut end = journal.end.as_ref().unwrap().lock();
     end.file.write_all(b"0123456789abcdef i half").unwrap();
     end.torn = true;
     drop(end);

@@ -10,7 +10,6 @@ use super::{PublishEvent, Publisher, TEMPORARY};
 use crate::journal::{Line, Tag};
 use crate::ledger::{Published, out_name};
 use crate::state::State;
-use crate::up_to_date::item_name;
 use crate::{Error, ItemName, Plan, platform};
 
 impl Publisher<'_> {
@@ -28,7 +27,7 @@ impl Publisher<'_> {
         if self.stale.is_empty() {
             return Ok(());
         }
-        let items = (0..plan.items.len()).map(|item| item_name(plan, item)).collect::<HashSet<_>>();
+        let items = (0..plan.items.len()).map(|item| plan.item_name(item)).collect::<HashSet<_>>();
         for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
             let stage = plan.stages.iter().position(|stage| stage.name == item.stage);
             if stage.map_or(all, |stage| selected[stage]) {

@@ -1,6 +1,5 @@
 //! How often artifacts are decoded, and how long they are held.
 
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;

@@ -29,7 +29,7 @@ fn project() -> Project {
 fn forge(project: &Project, lines: &[Line]) {
     let path = project.path(".specula/journal");
     let journal =
-        Journal::write(&path, None, |journal| crate::retention::Retention::of(journal, &project.path("")));
+        Journal::write(&path, None, |journal| crate::journal::Retention::of(journal, &project.path("")));
     journal.unwrap().append(lines).unwrap();
 }
 

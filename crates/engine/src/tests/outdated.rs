@@ -7,7 +7,7 @@ use parking_lot::{Condvar, Mutex};
 
 use super::*;
 use crate::testkit::{Nothing, Text};
-use crate::{Context, Failure, Kind, Output, Port, parameters};
+use crate::{BuildSession, Context, Failure, Kind, Output, Port, parameters};
 
 /// A place where running items wait until they are let through, or told to stop.
 struct Gate {
@@ -125,13 +125,17 @@ impl Project {
     }
 
     /// Builds, and does something meanwhile. Returns the events as sorted lines, and the summary.
-    fn build_and(&self, meanwhile: impl FnOnce()) -> (BTreeSet<String>, Summary) {
-        std::thread::scope(|scope| {
-            let build = scope.spawn(|| self.try_build());
-            meanwhile();
-            let (events, summary) = build.join().unwrap();
-            (log(&events).lines().map(str::to_owned).collect(), summary.unwrap())
-        })
+    fn build_and(&self, meanwhile: impl FnOnce(&BuildSession)) -> (BTreeSet<String>, Summary) {
+        let session = BuildSession::new(self.options.jobs, 0).unwrap();
+        let events = Mutex::new(Vec::new());
+        let report = |event| events.lock().push(event);
+        let summary = std::thread::scope(|scope| {
+            let build =
+                scope.spawn(|| session.build(&self.plan(), &self.options, &self.cancel, &report).unwrap());
+            meanwhile(&session);
+            build.join().unwrap()
+        });
+        (log(&events.into_inner()).lines().map(str::to_owned).collect(), summary)
     }
 
     fn gate(&self, name: &str) -> String {
@@ -165,14 +169,14 @@ fn sources() -> Project {
 fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
     let project = sources();
     let (a, b, c) = (project.gate("a.txt"), project.gate("b.txt"), project.gate("c.txt"));
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&a);
         GATE.await_arrival(&b);
         // Nobody has read it yet, so that this is no reason to stop.
         project.write("c.txt", "four");
-        project.cancel.outdate(&[project.path("c.txt")], None);
+        session.outdate(&[project.path("c.txt")], None);
         project.write("a.txt", "bad");
-        project.cancel.outdate(&[project.path("a.txt")], Some(&project.plan()));
+        session.outdate(&[project.path("a.txt")], Some(&project.plan()));
         GATE.open(&b);
     });
     assert!(log.contains("skipped text [a]") && log.contains("ran text [b]"), "{log:?}");
@@ -184,7 +188,7 @@ fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
     project.write("a.txt", "six");
     GATE.open(&a);
     GATE.open(&c);
-    let (log, summary) = project.build_and(|| {});
+    let (log, summary) = project.build_and(|_| {});
     assert!(log.contains("up to date text [b]"), "{log:?}");
     assert_eq!((summary.ran, summary.up_to_date, summary.cancelled), (5, 1, false));
     let texts = ["a", "b", "c"].map(|name| project.read(&format!("out/file/{name}.txt")));
@@ -195,13 +199,13 @@ fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
 fn a_touch_without_change_stops_nothing() {
     let project = sources();
     let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
-    let (_, summary) = project.build_and(|| {
+    let (_, summary) = project.build_and(|session| {
         GATE.await_arrival(&gates[0]);
         GATE.await_arrival(&gates[1]);
         project.write("a.txt", "one");
         // The file, its folder, and the manifest, from which the same plan is made.
         let paths = ["a.txt", "", "pipeline.toml", "../x"].map(|name| project.path(name));
-        project.cancel.outdate(&paths, Some(&project.plan()));
+        session.outdate(&paths, Some(&project.plan()));
         gates.iter().for_each(|gate| GATE.open(gate));
     });
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (6, 0, false));
@@ -212,16 +216,16 @@ fn a_file_that_cannot_be_used_while_it_is_written_is_no_failure() {
     let project = sources();
     project.write("a.txt", "bad");
     let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&gates[0]);
         project.write("a.txt", "bad luck");
-        project.cancel.outdate(&[project.path("a.txt")], None);
+        session.outdate(&[project.path("a.txt")], None);
         gates.iter().for_each(|gate| GATE.open(gate));
     });
     assert!(log.contains("skipped text [a]"), "{log:?}");
     assert_eq!((summary.failed, summary.cancelled), (0, true));
     assert!(project.explain("text")[0].last.is_none());
-    assert_eq!(project.build_and(|| {}).1.failed, 0);
+    assert_eq!(project.build_and(|_| {}).1.failed, 0);
     assert_eq!(project.read("out/file/a.txt"), "bad luck");
 }
 
@@ -261,18 +265,18 @@ fn chains() -> (Project, String, String) {
 #[test]
 fn an_edited_parameter_stops_its_stage_and_those_after_it() {
     let (project, left, right) = chains();
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&left);
         GATE.await_arrival(&right);
         project.edit("text = \"<\"", "text = \"[\"");
-        project.cancel.outdate(&[project.path("pipeline.toml")], Some(&project.plan()));
+        session.outdate(&[project.path("pipeline.toml")], Some(&project.plan()));
         GATE.open(&right);
     });
     assert!(log.contains("skipped left [a]") && log.contains("ran right [a]"), "{log:?}");
     assert!(log.contains("skipped file [a]"), "{log:?}");
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (2, 2, true));
     GATE.open(&left);
-    let (_, summary) = project.build_and(|| {});
+    let (_, summary) = project.build_and(|_| {});
     assert_eq!((summary.ran, summary.up_to_date), (2, 2));
     assert_eq!(project.read("out/file/a.txt"), "one[");
 }
@@ -282,31 +286,31 @@ fn an_edit_of_what_was_up_to_date_stops_what_follows_from_it() {
     let (project, left, right) = chains();
     GATE.open(&left);
     GATE.open(&right);
-    assert_eq!(project.build_and(|| {}).1.ran, 4);
+    assert_eq!(project.build_and(|_| {}).1.ran, 4);
     project.edit("\">\"", "\"}\"");
     project.edit("right ", "again ");
     let again = right.replace("right", "again");
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&again);
         project.write("a.txt", "two");
-        project.cancel.outdate(&[project.path("a.txt")], None);
+        session.outdate(&[project.path("a.txt")], None);
     });
     assert!(log.contains("skipped right [a]") && log.contains("up to date text [a]"), "{log:?}");
     assert!(summary.cancelled);
     GATE.open(&left.replace("one", "two"));
     GATE.open(&again.replace("one", "two"));
-    assert_eq!(project.build_and(|| {}).1.ran, 4);
+    assert_eq!(project.build_and(|_| {}).1.ran, 4);
     assert_eq!(project.read("out/file/a.txt"), "two<");
 }
 
 #[test]
 fn a_new_file_ends_the_build_early_and_stops_nothing_at_work() {
     let (project, left, right) = chains();
-    let (_, summary) = project.build_and(|| {
+    let (_, summary) = project.build_and(|session| {
         GATE.await_arrival(&left);
         GATE.await_arrival(&right);
         project.write("b.txt", "two");
-        project.cancel.outdate(&[project.path("b.txt")], Some(&project.plan()));
+        session.outdate(&[project.path("b.txt")], Some(&project.plan()));
         GATE.open(&left);
         GATE.open(&right);
     });
