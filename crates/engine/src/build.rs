@@ -1,4 +1,4 @@
-//! The build: runs what is out of date and publishes what it exports.
+//! The build: runs the items that are out of date and publishes their files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,32 +18,32 @@ use crate::{
     BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, nearest,
 };
 
-/// What a build is asked to do.
+/// Options of a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
-    /// The stages to build, with all that they need; empty stands for all stages.
+    /// The stages to build, with everything that they need; empty means all stages.
     pub stages: Vec<String>,
-    /// The number of threads; `None` stands for the number of available cores.
+    /// The number of threads; `None` means the number of available cores.
     pub jobs: Option<usize>,
-    /// Whether items that do not depend on a failed one still run.
+    /// Whether items that do not depend on a failed item still run.
     pub keep_going: bool,
-    /// Whether only to tell what would run and why; nothing is written.
+    /// Whether only to report what would run and why; nothing is written.
     pub dry_run: bool,
-    /// What the build is part of, for other processes that find it at work.
+    /// What other processes are shown that find the folder locked.
     pub errand: LockPurpose,
-    /// How long to wait for another process that works in the folder.
+    /// How long to wait while another process has the folder locked.
     pub patience: LockTimeout,
-    /// The only files and folders, absolute, that have changed since the last build of the workbench; `None` if any may
-    /// have. Nothing else is looked at: an item that these do not concern is as that build left it, with its files, and
-    /// no event names it. If the workbench cannot know that (another plan, or another process that built), it looks at
-    /// everything all the same.
+    /// The only files and folders, absolute, that have changed since the last build of the session; `None` if
+    /// any may have. The build checks only the items that depend on them: every other item is as that build
+    /// left it, with its files, and no event names it. If the session cannot know that (another plan, or
+    /// another process that built since), the build checks everything nevertheless.
     pub changed: Option<Vec<PathBuf>>,
 }
 
-/// Builds once: [`BuildSession::build`] with threads of its own and nothing kept in memory afterwards.
+/// Builds once: [`BuildSession::build`] with threads of its own, and nothing is kept in memory afterwards.
 ///
 /// # Errors
-/// As [`BuildSession::build`], and where threads cannot be started.
+/// As [`BuildSession::build`], and if threads cannot be started.
 pub fn build(
     plan: &Plan,
     options: &BuildOptions,
@@ -56,13 +56,13 @@ pub fn build(
 impl BuildSession {
     /// Runs the items of a plan that are out of date and publishes the files of exporting stages into `out`.
     ///
-    /// Events come one at a time, from the calling thread. The failure of an item is told as an event and counted in the
-    /// summary; it is not an error of the build. With one job the events come in one order; with more, those of
-    /// different items may change places, but what is made does not.
+    /// Events are reported one at a time, from the calling thread. The failure of an item is an event and
+    /// counts in the summary; it is not an error of the build. With one job the order of the events is always
+    /// the same; with more, events of different items may change places, but the results are the same.
     ///
     /// # Errors
-    /// Where the build as a whole cannot go on: an unknown stage, another process at work, a state folder that is damaged
-    /// beyond use or cannot be written.
+    /// If the build as a whole cannot go on: a stage is unknown, another process holds the lock, the state
+    /// folder is damaged beyond use or cannot be written.
     pub fn build(
         &self,
         plan: &Plan,
@@ -129,7 +129,7 @@ impl BuildSession {
                 },
             )
         });
-        // Before the files are looked at: a change between the two must not go unseen.
+        // Before the files are read: a change between the two would be missed.
         let mut readers = judge.readers();
         readers.iter().for_each(|item| underway.saw(*item, judge.seen_before(*item)));
         let stop = || cancel.is_cancelled() || underway.is_outdated();
@@ -162,7 +162,7 @@ impl BuildSession {
         let settled = scheduler.items_settled(before.map(|known| &known.settled[..]));
         let at_work = scheduler.items_at_work().map(|item| (item, judge.subject(item))).collect::<Vec<_>>();
         let summary = ended(scheduler.summary, clock, events);
-        // What is left to do is for the next build, and nobody waits for it.
+        // The rest is written for the next build after the end is reported, so that nobody waits for it.
         let mut between = self.between();
         between.stored += state.store.stored();
         between.journal = state.rest();
@@ -177,7 +177,7 @@ impl BuildSession {
         Ok(summary)
     }
 
-    /// Tells what a build would do; writes nothing.
+    /// Reports what a build would do; writes nothing.
     fn rehearse(
         &self,
         plan: &Plan,
@@ -221,17 +221,17 @@ impl BuildSession {
     }
 }
 
-/// Tells the end of a build that began with the clock.
+/// Reports the end of a build, which took as long as the clock says.
 fn ended(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sync)) -> Summary {
     summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
     events(Event::Ended(summary.clone()));
     summary
 }
 
-/// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.
+/// For each stage, whether it has one of the names or is needed by one that has; no names mean all stages.
 ///
 /// # Errors
-/// Where a name is no stage's.
+/// If a name is not the name of a stage.
 pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> {
     let mut selected = vec![names.is_empty(); plan.stages.len()];
     for name in names {
@@ -259,18 +259,18 @@ fn unknown_stage(plan: &Plan, name: &str) -> Error {
 
 /// What a build would do with an item.
 pub(crate) enum Forecast {
-    /// Its result is at hand.
+    /// Its result is in the cache.
     Current {
         outputs: Vec<Blob>,
-        /// Whether it is that of an earlier run than the last.
+        /// Whether the result is that of an earlier run than the last.
         restored: bool,
     },
     /// It would run.
     Runs(Vec<Reason>),
 }
 
-/// What a build would do with each selected item. What an item that would run makes is not known, so that all that
-/// need it would run too, unless it makes what it made before.
+/// What a build would do with each selected item. The output of an item that would run is not known, so all
+/// items that need it would run too, unless its output turns out to be the same as before.
 pub(crate) fn forecast(judge: &UpToDateCheck<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
     let mut forecasts = Vec::<Option<Forecast>>::with_capacity(judge.plan.items.len());
     for (index, item) in judge.plan.items.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Flags by which running work learns that it is no longer wanted.
+//! Flags that tell running work to stop.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,7 +1,7 @@
-//! What began it.
+//! The causes of a rerun.
 //!
-//! An item reruns because of what arrives at it, and that changed because of something further up. A cause is the
-//! reason at the far end of such a chain: the file, parameter or kind that was changed first.
+//! An item reruns because an input changed, and that changed because of something further up. A cause is the
+//! reason at the far end of such a chain: the file, parameter or kind that changed first.
 
 use std::cell::LazyCell;
 use std::collections::HashMap;
@@ -10,11 +10,12 @@ use crate::record::Record;
 use crate::up_to_date::UpToDateCheck;
 use crate::{Cause, ItemIndex, Reason};
 
-/// So many causes of an item are followed: a sheet of thousands of items, each with another cause, names a few.
+/// At most this many causes of an item are followed: of a contact sheet of thousands of items, each with
+/// another cause, the first few are named.
 const MOST: usize = 8;
 
 impl UpToDateCheck<'_> {
-    /// What began that an item runs for some reasons, given what began that each of its inputs changed.
+    /// The causes of an item's run for some reasons, given the causes of the change of each input.
     pub(crate) fn causes(
         &self,
         item: ItemIndex,
@@ -54,15 +55,15 @@ impl UpToDateCheck<'_> {
         causes
     }
 
-    /// What began the last run of an item.
+    /// The causes of the last run of an item.
     pub(crate) fn last_causes(&self, item: ItemIndex) -> Vec<Cause> {
         self.record(item).map_or_else(Vec::new, |record| self.causes_of(item, &record))
     }
 
-    /// What began a run, by its record.
+    /// The causes of a run, by its record.
     pub(crate) fn causes_of(&self, item: ItemIndex, record: &Record) -> Vec<Cause> {
         if record.causes.is_empty() {
-            // Each reason began with the item itself, or the record is older than causes are.
+            // Each reason is a cause itself, or the record is older than causes are.
             self.causes(item, &record.reasons, |_| Vec::new())
         } else {
             record.causes.clone()

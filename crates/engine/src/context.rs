@@ -1,4 +1,4 @@
-//! What a running item may see: its inputs, the files that it names, its key; and what it may say.
+//! What a running item has access to: its inputs, the files that it names, its key; and what it reports.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
 
-/// What a running item may see and say.
+/// What a running item has access to.
 pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
@@ -29,12 +29,12 @@ pub struct Context<'a> {
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
-    /// Whether the item was told to stop.
+    /// Whether the item was stopped.
     pub(crate) stopped: AtomicBool,
 }
 
 impl<'a> Context<'a> {
-    /// A context without inputs; the scheduler and tests of kinds add what the item has.
+    /// A context without inputs; the scheduler and tests of kinds add those of the item.
     pub fn new(files: &'a dyn Files) -> Self {
         Self {
             inputs: BTreeMap::new(),
@@ -53,7 +53,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Adds the items that arrive at a port, sorted by key.
+    /// Adds the items at a port, sorted by key.
     #[must_use]
     pub fn with_input(mut self, port: &str, items: Vec<(ItemKey, Arc<Handle>)>) -> Self {
         self.inputs.insert(port.into(), items);
@@ -67,7 +67,7 @@ impl<'a> Context<'a> {
         self
     }
 
-    /// Sets the folder that relative paths are taken from where the item has no source: the manifest's.
+    /// Sets the folder for relative paths if the item has no source: the manifest's folder.
     #[must_use]
     pub fn with_folder(mut self, folder: PathBuf) -> Self {
         self.folder = Some(folder);
@@ -88,7 +88,7 @@ impl<'a> Context<'a> {
         self
     }
 
-    /// Sets the folder for the scratch folders of items; the system's, where it is not set.
+    /// Sets the folder for the scratch folders of items. The default is the system's.
     #[must_use]
     pub fn with_scratch(mut self, scratch: PathBuf) -> Self {
         self.scratch = scratch;
@@ -105,7 +105,7 @@ impl<'a> Context<'a> {
     /// The artifact at a single port.
     ///
     /// # Errors
-    /// Where it cannot be read, or the port is not connected.
+    /// If it cannot be read, or the port is not connected.
     pub fn get<T: Artifact>(&self, port: &str) -> Result<Arc<T>, Failure> {
         self.optional(port)?.ok_or_else(|| Failure::new(format!("port {port} is not connected")))
     }
@@ -113,7 +113,7 @@ impl<'a> Context<'a> {
     /// The artifact at an optional port.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// If it cannot be read.
     pub fn optional<T: Artifact>(&self, port: &str) -> Result<Option<Arc<T>>, Failure> {
         match self.inputs.get(port).and_then(|items| items.first()) {
             Some((_, handle)) => handle.get::<T>().map(Some),
@@ -123,19 +123,19 @@ impl<'a> Context<'a> {
 
     /// The artifacts at a `many` port, sorted by key.
     ///
-    /// The keys are there only for a kind that shows names (`SHOWS_KEYS`); for others they are empty.
+    /// Only a kind that shows names (`SHOWS_KEYS`) gets the keys; for other kinds they are empty.
     ///
     /// # Errors
-    /// Where one cannot be read.
+    /// If one cannot be read.
     pub fn many<T: Artifact>(&self, port: &str) -> Result<Vec<(ItemKey, Arc<T>)>, Failure> {
         let items = self.inputs.get(port).map_or(&[][..], Vec::as_slice);
         items.iter().map(|(key, handle)| Ok((key.clone(), handle.get::<T>()?))).collect()
     }
 
-    /// The encoded bytes of the artifact at a single port, for a kind that hands them to another program.
+    /// The encoded bytes of the artifact at a single port, for a kind that passes them to another program.
     ///
     /// # Errors
-    /// Where they cannot be read, or the port is not connected.
+    /// If they cannot be read, or the port is not connected.
     pub fn bytes(&self, port: &str) -> Result<Vec<u8>, Failure> {
         match self.inputs.get(port).and_then(|items| items.first()) {
             Some((_, handle)) => handle.bytes(),
@@ -143,7 +143,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The type of the artifact that arrives at a port, for a port that takes several.
+    /// The type of the artifact at a port, for a port that takes several types.
     pub fn type_at(&self, port: &str) -> Option<&'static str> {
         self.inputs.get(port).and_then(|items| items.first()).map(|(_, handle)| handle.type_name())
     }
@@ -151,19 +151,19 @@ impl<'a> Context<'a> {
     /// The source file or folder of this item.
     ///
     /// # Errors
-    /// Where the stage has no source.
+    /// If the stage has no source.
     pub fn source(&self) -> Result<&Path, Failure> {
         self.source.as_deref().ok_or_else(|| Failure::new("this stage has no source"))
     }
 
-    /// The content of a file; a relative path is taken from the folder of the item's source, or from the manifest's
-    /// where it has none.
+    /// The content of a file. A relative path is taken from the folder of the item's source, or, if it has
+    /// none, from the manifest's.
     ///
-    /// The engine notes the file: the item is rerun when its content changes. A file that is written meanwhile is read
-    /// again, until it has held still.
+    /// The engine records the file: the item reruns when its content changes. A file that another program
+    /// writes meanwhile is read again until it no longer changes.
     ///
     /// # Errors
-    /// Where the file cannot be read; the message names it.
+    /// If the file cannot be read; the message names it.
     pub fn read(&self, path: &Path) -> Result<Arc<Vec<u8>>, Failure> {
         let path = self.resolve(path);
         let bytes = self.files.read(&path);
@@ -180,10 +180,10 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// The names in a folder, sorted, each with whether it is a folder; noted as [`Context::read`] is.
+    /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].
     ///
     /// # Errors
-    /// Where the folder cannot be read; the message names it.
+    /// If the folder cannot be read; the message names it.
     pub fn list(&self, path: &Path) -> Result<Vec<(String, bool)>, Failure> {
         let path = self.resolve(path);
         let names = self.files.list(&path);
@@ -194,7 +194,7 @@ impl<'a> Context<'a> {
 
     /// Whether the path is a folder; relative paths as for [`Context::read`].
     ///
-    /// The answer is noted as a reading of the folder's names, or of a folder that is not there.
+    /// The answer is recorded as a reading of the folder's names, or of a folder that does not exist.
     pub fn is_folder(&self, path: &Path) -> bool {
         let path = self.resolve(path);
         let is_folder = self.files.is_folder(&path);
@@ -213,19 +213,20 @@ impl<'a> Context<'a> {
         &self.recipe
     }
 
-    /// An existing folder, in which a kind that runs another program makes a folder of its own and removes it again.
+    /// An existing folder, in which a kind that runs another program creates a folder of its own and removes
+    /// it again.
     ///
-    /// What a build that was killed left there is removed by the next.
+    /// Whatever a killed build leaves there is removed by the next build.
     pub fn scratch(&self) -> &Path {
         &self.scratch
     }
 
-    /// Tells the user about something that they should look at.
+    /// Warns the user about something that they should check.
     pub fn warn(&self, message: impl Into<String>) {
         self.warnings.lock().push(message.into());
     }
 
-    /// Tells the user a fact about the result: the degree that was chosen, and why.
+    /// Reports a fact about the result to the user: the degree that was chosen, and why.
     pub fn note(&self, message: impl Into<String>) {
         self.notes.lock().push(message.into());
     }
@@ -245,10 +246,11 @@ impl<'a> Context<'a> {
         self.reads.lock().clone()
     }
 
-    /// Returns early from work that is no longer wanted.
+    /// Returns early from work that is no longer needed.
     ///
     /// # Errors
-    /// [`Failure::cancelled`] where the build was told to stop, or what the item works from has changed.
+    /// [`Failure::cancelled`] if the build is cancelled, or the item's files, parameters or inputs have
+    /// changed.
     pub fn check_cancelled(&self) -> Result<(), Failure> {
         if !self.cancel.is_cancelled() && !self.is_stale() {
             return Ok(());
@@ -257,12 +259,12 @@ impl<'a> Context<'a> {
         Err(Failure::cancelled())
     }
 
-    /// Whether what the item works from has changed.
+    /// Whether the item's files, parameters or inputs have changed.
     pub(crate) fn is_stale(&self) -> bool {
         self.stale.as_ref().is_some_and(StaleFlag::is_set)
     }
 
-    /// The file that a path means: relative ones as for [`Context::read`].
+    /// The file that a path names: relative paths as for [`Context::read`].
     pub fn resolve(&self, path: &Path) -> PathBuf {
         match self.source.as_deref().and_then(Path::parent).or(self.folder.as_deref()) {
             Some(folder) if path.is_relative() => folder.join(path),

@@ -1,8 +1,8 @@
-//! The files of the outside world, and their digests.
+//! The digests of files, as one build sees them.
 //!
-//! A file is hashed again only when its stamp differs from the one that it had when it was hashed last, or when that
-//! stamp was too young to be trusted. What an item reads is hashed by [`Context::read`](crate::Context::read) from
-//! the very bytes that the item gets.
+//! A file is hashed again only if its stamp differs from that of its last hashing, or if that stamp was too
+//! recent to be trusted. A file that an item reads is hashed by [`Context::read`](crate::Context::read) from
+//! the same bytes that the item gets.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -20,22 +20,22 @@ use crate::reader::Reader;
 use crate::regular::hash_until;
 use crate::{Cancel, Digest, Read};
 
-/// The disk as one build sees it.
+/// The files on disk as one build sees them.
 pub(crate) struct Disk {
     /// The file system's time when the build began.
     now: i64,
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
-    /// All that items read, or would read again.
+    /// All files that items read, or would read again.
     noted: Arc<ReadSet>,
     cancel: Cancel,
 }
 
-/// The files and (`true`) listings that the items of a build read, now or in their last runs.
+/// The files and (`true`) folder listings that the items of a build read, now or in their last runs.
 #[derive(Default)]
 pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, bool)>>);
 
 impl ReadSet {
-    /// All of them so far.
+    /// All of them so far, locked.
     pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, bool)>> {
         self.0.lock()
     }
@@ -48,14 +48,14 @@ struct Stamped {
 }
 
 impl Disk {
-    /// Notes what items read where `noted` says. Once `cancel` is cancelled, what was not read by then cannot be read.
+    /// Adds the files that items read to `reads`. Once `cancel` is cancelled, files can no longer be read.
     pub(crate) fn new(now: i64, noted: Arc<ReadSet>, cancel: &Cancel) -> Self {
         Self { now, digests: Mutex::default(), noted, cancel: cancel.clone() }
     }
 
-    /// The digest of a file's content or a folder's listing at present; `None` where it cannot be read.
+    /// The digest of a file's content or a folder's listing at present; `None` if it cannot be read.
     ///
-    /// Each is looked at once in a build.
+    /// Each is read at most once in a build.
     pub(crate) fn digest(&self, path: &Path, listing: bool, journal: &Journal) -> Option<Digest> {
         let place = (path.to_path_buf(), listing);
         if let Some(known) = self.digests.lock().get(&place) {
@@ -63,22 +63,22 @@ impl Disk {
         }
         let (digest, line) = self.look(path, listing, journal);
         self.digests.lock().insert(place, digest);
-        // A stamp that is not remembered is hashed again by the next build; nothing else depends on it.
+        // Without the line the next build hashes the file again; nothing else depends on it.
         let _ = journal.append(&line.into_iter().collect::<Vec<_>>());
         digest
     }
 
-    /// Looks again at files and folders when they are asked for.
+    /// Reads these files and folders again when they are asked for next.
     pub(crate) fn forget(&self, is_concerned: impl Fn(&Path, bool) -> bool) {
         self.digests.lock().retain(|(path, listing), _| !is_concerned(path, *listing));
     }
 
-    /// Notes what items read in their last runs.
+    /// Adds files and listings that items read in their last runs.
     pub(crate) fn note_places(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
         self.noted.places().extend(places);
     }
 
-    /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
+    /// Computes the digests of many files and folders in parallel, before [`Disk::digest`] is asked for them.
     pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
         let looked = places.into_par_iter().map(|place| {
             let (digest, line) = self.look(&place.0, place.1, journal);
@@ -89,17 +89,17 @@ impl Disk {
         let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
     }
 
-    /// Notes what an item read.
+    /// Adds what an item read.
     pub(crate) fn note(&self, reads: &[Read]) {
         self.noted.places().extend(reads.iter().map(|read| (read.path.clone(), read.listing)));
     }
 
-    /// The disk as an item sees it that runs in this build.
+    /// The files on disk as a running item of this build sees them.
     pub(crate) fn reader(&self) -> Reader {
         Reader::new(self.now, &self.cancel)
     }
 
-    /// What is to be remembered of the files that an item read.
+    /// The lines that record the digests of the files that an item read.
     pub(crate) fn stamps_of(&self, reader: &Reader, reads: &[Read]) -> Vec<Line> {
         let stamped = reads.iter().filter(|read| !read.listing).filter_map(|read| {
             let stamp = reader.stamp(&read.path)?;

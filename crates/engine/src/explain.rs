@@ -19,30 +19,31 @@ use crate::{
     Reason, Timestamp, nearest,
 };
 
-/// What is known about one item.
+/// The explanation of one item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
     /// The item.
     pub item: ItemName,
     /// Whether a build would run it now.
     pub would_run: bool,
-    /// Why it would run: every difference from its last run. Empty where it would not.
+    /// Why it would run: every difference from its last run. Empty if it would not.
     pub reasons: Vec<Reason>,
-    /// What began it: the changed files, parameters and kinds at the far ends of the chains that lead here. At most
-    /// eight.
+    /// The causes of the rerun: the files, parameters and kinds that changed first. At most eight.
     pub causes: Vec<Cause>,
-    /// Whether the result of an earlier run is in effect again, so that a build takes it from the cache.
+    /// Whether a build takes the result of an earlier run from the cache.
     pub restored: bool,
-    /// What made the present result and why the item has it, or the failure of the last run; `None` where there is neither.
+    /// The run that made the present result and why the item has it, or the failure of the last run; `None`
+    /// if there is neither.
     pub last: Option<LastRun>,
     /// The files that it exports.
     pub files: Vec<ExportedFile>,
 }
 
-/// What a run did. Where its result came from the cache, the run is the one that made it, and all else is this item's own.
+/// What a run did. If its result came from the cache, the times and the version are those of the run that
+/// made it, and everything else is this item's own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LastRun {
-    /// When it began.
+    /// When it started.
     pub started: Timestamp,
     /// How long it took.
     pub milliseconds: f64,
@@ -52,24 +53,24 @@ pub struct LastRun {
     pub kind: String,
     /// Why it ran, or why its result came from the cache.
     pub reasons: Vec<Reason>,
-    /// What began it, as [`Explanation::causes`].
+    /// The causes of the run, as [`Explanation::causes`].
     pub causes: Vec<Cause>,
-    /// Where its result came from the cache; `None` where the item ran for these reasons.
+    /// The origin of the result if it came from the cache; `None` if the item ran for these reasons.
     pub from_cache: Option<FromCache>,
-    /// What it warned of.
+    /// Its warnings.
     pub warnings: Vec<String>,
-    /// What it noted.
+    /// Its notes.
     pub notes: Vec<String>,
-    /// The artifacts that arrived.
+    /// The artifacts at its ports.
     pub inputs: Vec<InputUsed>,
     /// The files and listings that it read.
     pub reads: Vec<FileRead>,
-    /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported files
-    /// hold it.
+    /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported
+    /// files hold it.
     pub recipe: String,
-    /// The digests of its outputs; empty where it failed.
+    /// The digests of its outputs; empty if it failed.
     pub results: Vec<Digest>,
-    /// What happened and its causes, where it failed.
+    /// What happened and its causes, if it failed.
     pub failure: Option<Vec<String>>,
 }
 
@@ -78,25 +79,25 @@ pub struct LastRun {
 pub struct ExportedFile {
     /// The path relative to `out`.
     pub file: String,
-    /// The digest of what was published there last; `None` where nothing was.
+    /// The digest of what was published there last; `None` if nothing was.
     pub digest: Option<Digest>,
-    /// What became of it.
+    /// Its present state.
     pub state: FileState,
 }
 
-/// What became of an exported file.
+/// The present state of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum FileState {
-    /// It is there as it was published.
+    /// It is as it was published.
     AsPublished,
-    /// It was published and is not there any more.
+    /// It was published and no longer exists.
     Gone,
-    /// Somebody else changed it since it was published.
+    /// Someone else changed it since it was published.
     Altered {
-        /// What it holds now; `None` where it cannot be read.
+        /// The digest of its present content; `None` if it cannot be read.
         digest: Option<Digest>,
-        /// When it was changed, by its file system.
+        /// When it was modified, by its file system.
         modified: Option<Timestamp>,
     },
     /// Nothing was published there.
@@ -105,11 +106,12 @@ pub enum FileState {
 
 /// Explains the items of a stage, one of them, or the item that exports a file.
 ///
-/// `target` is a stage's name, an item as events name it (`reflection [sky, gold]`), or a file of `out`: relative to `out`, relative to the current folder, or absolute.
-/// Nothing is written, and a build may be at work.
+/// `target` is a stage's name, an item as events name it (`reflection [sky, gold]`), or a file of `out`:
+/// relative to `out`, relative to the current folder, or absolute. Nothing is written, and a build may be
+/// running.
 ///
 /// # Errors
-/// Where there is no such stage or file, or the records cannot be read.
+/// If there is no such stage or file, or the records cannot be read.
 pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let items = targets(plan, target)?;
     let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
@@ -140,7 +142,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     Ok(explained.collect())
 }
 
-/// For each item, what began that it would run or that its result is another than at the last run.
+/// For each stale item, the changes that made it stale.
 pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
     let digest = |input: ItemIndex| match &forecasts[input] {
         Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
@@ -164,7 +166,7 @@ pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<For
     causes
 }
 
-/// What became of a file of `out`.
+/// The present state of a file of `out`.
 fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile {
     let digest = publisher.entry(file).as_ref().and_then(Published::owned);
     let place = plan.out.join(file);
@@ -199,7 +201,7 @@ fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> Last
     }
 }
 
-/// The items of a stage, one item, that which exports a file, or those whose source it is.
+/// The items of a stage, one item, the item that exports a file, or those whose source it is.
 fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
@@ -208,7 +210,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
         let target = told(target);
         (0..plan.items.len()).find(|item| told(&plan.item_name(*item).to_string()) == target)
     };
-    // Spaces are easily forgotten; where they tell items apart, they count.
+    // Spaces are easily forgotten; if they tell items apart, they count.
     if let Some(item) = named(str::to_owned).or_else(|| named(|name| name.replace(' ', ""))) {
         return Ok(vec![item]);
     }
@@ -237,7 +239,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     })
 }
 
-/// The items whose source a path is, taken from the working folder or from the manifest's.
+/// The items whose source a path is, relative to the working folder or to the manifest's.
 fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
     let folders = [std::env::current_dir().ok(), plan.manifest.parent().map(Path::to_path_buf)];
     let places = folders.iter().flatten().map(|folder| normal(&folder.join(path))).collect::<Vec<_>>();
@@ -245,7 +247,7 @@ fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
     (0..plan.items.len()).filter(|item| plan.items[*item].source.as_ref().is_some_and(is_meant)).collect()
 }
 
-/// What a path may be called relative to `out`.
+/// The names that a path may have relative to `out`.
 fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     let path = Path::new(target);
     let mut names = vec![slashed(&normal(path))];
@@ -253,7 +255,7 @@ fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     names
 }
 
-/// What a path is called relative to `out`, where it lies inside.
+/// The names of a path relative to `out`, if it is inside.
 pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
     let mut names = Vec::new();
     let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));

@@ -3,16 +3,16 @@
 use std::error::Error;
 use std::fmt;
 
-/// Why an item has no output: a chain of messages, what happened first, its causes after.
+/// Why an item has no output: a chain of messages, first what happened, then its causes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// What happened, and then the causes.
+    /// What happened, then its causes.
     pub chain: Vec<String>,
     /// What to do.
     pub help: Option<String>,
-    /// Whether the item stopped because it was told to.
+    /// Whether the item was stopped rather than failed.
     pub cancelled: bool,
-    /// Whether the system caused it rather than the project: a full disk, a folder that cannot be written.
+    /// Whether the system is the cause, not the project: a disk is full, a folder cannot be written.
     pub system_error: bool,
 }
 
@@ -22,12 +22,12 @@ impl Failure {
         Self { chain: vec![message.into()], help: None, cancelled: false, system_error: false }
     }
 
-    /// The failure of an item that was told to stop.
+    /// The failure of an item that was stopped.
     pub fn cancelled() -> Self {
         Self { cancelled: true, ..Self::new("cancelled") }
     }
 
-    /// Puts a message before the chain: where or while doing what.
+    /// Puts a message before the chain: where it happened, or what was being done.
     #[must_use]
     pub fn context(mut self, message: impl Into<String>) -> Self {
         self.chain.insert(0, message.into());
@@ -41,8 +41,8 @@ impl Failure {
         self
     }
 
-    /// Says that the system caused it rather than the project: for an error of the scratch folder, which the item made
-    /// itself, or of starting a thread; not for one of a file that the project names.
+    /// Marks the system as the cause, not the project: for an error of the scratch folder, which the item
+    /// created itself, or of starting a thread; not for an error of a file that the project names.
     #[must_use]
     pub fn system_error(mut self) -> Self {
         self.system_error = true;

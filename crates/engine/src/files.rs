@@ -1,4 +1,4 @@
-//! The files of the outside world as items read them, and what they hold at present.
+//! The files of the outside world: as items read them, and their present digests.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -13,39 +13,39 @@ pub trait Files: Send + Sync {
     /// The content of a file.
     ///
     /// # Errors
-    /// Where the file cannot be read.
+    /// If the file cannot be read.
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>>;
 
-    /// The names in a folder, sorted; whether each is a folder.
+    /// The names in a folder, sorted, each with whether it is a folder.
     ///
     /// # Errors
-    /// Where the folder cannot be read.
+    /// If the folder cannot be read.
     fn list(&self, path: &Path) -> io::Result<Vec<(String, bool)>>;
 
     /// Whether the path is a folder.
     fn is_folder(&self, path: &Path) -> bool;
 }
 
-/// Something that an item read: a file's content or a folder's listing.
+/// A file or folder listing that an item read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Read {
     /// The path as the item resolved it.
     pub path: PathBuf,
-    /// Whether the names in a folder were read, rather than a file's content.
+    /// Whether the names in a folder were read, not a file's content.
     pub listing: bool,
-    /// The digest of the content or of the listing (names joined by newlines); `None`: it was not there.
+    /// The digest of the content or of the listing (names joined by newlines); `None` if it did not exist.
     pub digest: Option<Digest>,
 }
 
-/// The names in a folder, sorted; whether each is a folder.
+/// The names in a folder, sorted, each with whether it is a folder.
 ///
 /// # Errors
-/// Where it cannot be read.
+/// If it cannot be read.
 pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path)? {
         let entry = entry?;
-        // A watcher's own, here for a moment.
+        // A watcher's own file, which exists only for a moment.
         if is_probe(&entry.file_name()) {
             continue;
         }
@@ -64,17 +64,17 @@ pub(crate) fn listing_digest(names: &[(String, bool)]) -> Digest {
     Digest(*hasher.finalize().as_bytes())
 }
 
-/// When a file or folder was changed, by its file system.
+/// When a file or folder was modified, by its file system.
 pub(crate) fn modified(path: &Path) -> Option<Timestamp> {
     fs::metadata(path).and_then(|metadata| metadata.modified()).ok().map(Timestamp::of)
 }
 
-/// The digest of a file's content or a folder's listing, whatever its stamp says; `None` where it cannot be read.
+/// The digest of a file's content or a folder's listing, whatever its stamp is; `None` if it cannot be read.
 pub(crate) fn digest_now(path: &Path, listing: bool) -> Option<Digest> {
     if listing { list(path).ok().map(|names| listing_digest(&names)) } else { hash(path).ok() }
 }
 
-/// The path without `.` and `..`, by its letters.
+/// The path without `.` and `..`, computed without asking the disk.
 pub(crate) fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for part in path.components() {

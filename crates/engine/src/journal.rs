@@ -1,16 +1,18 @@
-//! The journal: everything that the engine remembers, as lines that are only ever appended.
+//! The journal: everything that the engine records, as lines that are only ever appended.
 //!
-//! A line is `CHECK TAG KEY JSON`: 16 hex digits of the BLAKE3 digest of the rest, a letter for what it is, 32 hex
-//! digits that name its subject, and the content. Of the lines on one subject the last holds, but of [`Tag::Result`]
-//! the last few. A line whose check fails (a torn tail, a damaged disk) is ignored. When it has twice the lines that
-//! are worth keeping, the file is written anew beside itself, without what is out of date or forgotten, and renamed. The first line
-//! names the format; that line's shape never changes. The second names this writing of the file and says how many lines
-//! it began with.
+//! A line is `CHECK TAG KEY JSON`: 16 hex digits of the BLAKE3 digest of the rest, a letter for its tag, 32
+//! hex digits that name its subject, and the content. A line replaces earlier lines on the same subject; of
+//! [`Tag::Result`] the last few remain. A line with a wrong check (a torn tail, a damaged disk) is ignored.
+//! When the file has twice as many lines as it needs, it is compacted: written again without those that are
+//! outdated or no longer kept, and renamed. The first line names the format; its shape never changes. The
+//! second is a random name of the file since its last compaction, with the number of lines that it began
+//! with.
 //!
-//! What every build asks is in tables ([`tables`]), which a file beside the journal, the index, holds too: only what was
-//! appended since is read when the journal is opened. The rest is read when it is asked for. What a build appends it does
-//! not see itself: what it does cannot depend on the order in which its items finish. A process that builds again and
-//! again keeps the tables, and takes the journal up with what has been appended since, whoever did that.
+//! What every build needs is in tables ([`tables`]), which are also in a file beside the journal, the index:
+//! when the journal is opened, only the lines appended since are read. Everything else is read when it is
+//! needed. A build does not see the lines that it appends itself: what it does cannot depend on the order in
+//! which its items finish. A process that builds repeatedly keeps the tables in memory and reads the lines
+//! that were appended since, by whichever process.
 
 use std::fs::{self, File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};
@@ -41,14 +43,14 @@ mod retention;
 mod tables;
 mod text;
 
-/// Raised when an older version would misunderstand the journal or the folder.
+/// To be raised when an older version would misunderstand the journal or the folder.
 pub(crate) const FORMAT: u32 = 1;
 
-/// The index is written anew when so many lines are not in it, and of those in it one in so many.
+/// The index is written again when more than this many lines are not in it, plus one for so many that are.
 const UNINDEXED: u64 = 1000;
 const UNINDEXED_OF: u64 = 16;
 
-/// The letter of the line that names a writing of the file.
+/// The tag of the second line, which names the file since its last compaction.
 const WRITING: u8 = b'w';
 
 /// The journal as it was when it was opened, and where to append.
@@ -56,16 +58,16 @@ pub(crate) struct Journal {
     path: PathBuf,
     text: Text,
     tables: Tables,
-    /// The lines in the file, those out of date among them.
+    /// The lines in the file, outdated ones included.
     lines: u64,
-    /// Those that the index covers.
+    /// The lines that the index covers.
     indexed: u64,
-    /// Whether nobody else has written to it since it was kept.
+    /// Whether no other process has written to it since it was saved.
     as_kept: bool,
     end: Option<Mutex<End>>,
 }
 
-/// A line that holds.
+/// A line that is not outdated.
 pub(crate) struct Held {
     pub(crate) tag: Tag,
     pub(crate) subject: Subject,
@@ -73,7 +75,7 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    /// Where it is in the file: a later line has a greater one.
+    /// Its place in the file: a later line has a greater one.
     pub(crate) fn place(&self) -> u64 {
         self.range.start
     }
@@ -82,15 +84,15 @@ impl Held {
 struct End {
     file: File,
     length: u64,
-    /// Whether half a line may stand at the end.
+    /// Whether half a line may be at the end.
     torn: bool,
 }
 
 impl Journal {
-    /// Opens a journal to read; one that is not there is empty.
+    /// Opens a journal for reading; if the file does not exist, it is empty.
     ///
     /// # Errors
-    /// Where it cannot be read or has a newer format.
+    /// If it cannot be read or has a newer format.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let broken = |error: io::Error| Error::io(&error, "read", path);
         if let Some((covered, tables)) = index::read(&index_of(path)) {
@@ -98,7 +100,7 @@ impl Journal {
             let text = Text::known(head, tail, length);
             let mut journal =
                 Self { path: path.into(), text, tables, lines, indexed: lines, as_kept: false, end: None };
-            // What is wrong with the journal shows when all of it is read.
+            // Errors of the journal itself are found below, when all of it is read.
             if journal.take_up().is_ok_and(|same| same) {
                 check_format(journal.text.head(), path)?;
                 return Ok(journal);
@@ -112,18 +114,18 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Opens a journal to read and append; the caller holds the lock. Where `kept` is the journal of this file as it was
-    /// some time ago, only what was appended since is read.
+    /// Opens a journal for reading and appending; the caller holds the lock. If `saved` is the journal of
+    /// this file as it was some time ago, only the lines appended since are read.
     ///
     /// # Errors
-    /// As [`Journal::read`], and where it cannot be written.
+    /// As [`Journal::read`], and if it cannot be written.
     pub(crate) fn write(
         path: &Path,
         kept: Option<Self>,
         retention: impl FnOnce(&Self) -> Retention,
     ) -> Result<Self, Error> {
         let kept = kept.filter(|kept| kept.path == path);
-        // Whatever is wrong with a journal that was kept shows when it is read anew.
+        // Errors of a saved journal are found when the file is read again.
         let taken_up = kept.and_then(|mut kept| {
             let before = kept.text.length();
             let is_same = kept.take_up().is_ok_and(|same| same);
@@ -136,7 +138,7 @@ impl Journal {
             journal.forget(retention)?;
         } else if journal.is_overgrown() {
             let retention = retention(&journal);
-            // It can wait: a full disk is no reason not to build.
+            // It can wait: a full disk is not a reason not to build.
             let _ = journal.forget(retention);
         }
         let opened = OpenOptions::new().append(true).open(path);
@@ -145,7 +147,7 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Writes the file anew with what is kept.
+    /// Compacts the file to what `retention` keeps.
     ///
     /// # Errors
     /// As [`Journal::compact`].
@@ -153,8 +155,9 @@ impl Journal {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
 
-    /// The journal as it can be kept without the lock, which is still held: with what was appended, its file not open.
-    /// The index is written if much is not in it. `None` if the file is no longer the one that is known.
+    /// The journal for the next build of this process, with the lines appended by this one and its file
+    /// closed; the lock is still held. Writes the index if many lines are not in it. `None` if the file has
+    /// been replaced.
     pub(crate) fn rest(mut self) -> Option<Self> {
         self.end = None;
         if !self.take_up().is_ok_and(|same| same) {
@@ -165,17 +168,17 @@ impl Journal {
         Some(self)
     }
 
-    /// Whether it was kept, and nobody else has written to it since.
+    /// Whether it was saved, and no other process has written to it since.
     pub(crate) fn is_as_kept(&self) -> bool {
         self.as_kept
     }
 
-    /// The bytes and lines of the file, as it was read.
+    /// The bytes and lines of the file when it was read.
     pub(crate) fn size(&self) -> (u64, u64) {
         (self.text.length(), self.lines)
     }
 
-    /// What every build asks of the record in effect of an item.
+    /// The latest record of an item, as far as every build needs it.
     pub(crate) fn effect(&self, subject: Subject) -> Option<Effect<'_>> {
         self.tables.effect(subject)
     }
@@ -185,27 +188,27 @@ impl Journal {
         self.tables.effects()
     }
 
-    /// The stamp and digest that a file had.
+    /// The recorded stamp of a file and the digest that it had then.
     pub(crate) fn stamped(&self, subject: Subject) -> Option<(Stamp, Digest)> {
         self.tables.stamped(subject)
     }
 
-    /// What the ledger says of a file, as far as every build asks.
+    /// The ledger's line on a file, as far as every build needs it.
     pub(crate) fn published(&self, subject: Subject) -> Option<PublishedStamp> {
         self.tables.published(subject)
     }
 
-    /// What the last line of a tag on a subject says.
+    /// The content of the last line of a tag on a subject.
     pub(crate) fn get<T: DeserializeOwned>(&self, tag: Tag, subject: Subject) -> Option<T> {
         self.parse(&self.tables.line(tag, subject)?.range())
     }
 
-    /// The subjects of a tag, in no order.
+    /// The subjects of a tag, in any order.
     pub(crate) fn named(&self, tag: Tag) -> impl Iterator<Item = Subject> {
         self.tables.lines(tag).map(tables::Line::subject)
     }
 
-    /// The subjects of a tag, each with what its last line says, in the order of the file.
+    /// The subjects of a tag, each with the content of its last line, in the order of the file.
     pub(crate) fn subjects<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
         self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
@@ -220,7 +223,7 @@ impl Journal {
         self.all(lines.collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
-    /// Every result, the oldest first; each with its place.
+    /// All results, the least recently used first, each with its place.
     pub(crate) fn results_by_age<T: DeserializeOwned>(&self) -> Vec<(u64, T)> {
         let all = self.all(self.tables.lines(Tag::Result).collect());
         all.map(|(line, content)| (line.range().start, content)).collect()
@@ -232,7 +235,7 @@ impl Journal {
         lines.filter_map(|line| self.parse(&line.range()))
     }
 
-    /// What some lines say, in the order of the file.
+    /// The contents of some lines, in the order of the file.
     fn all<'a, T: DeserializeOwned>(
         &'a self,
         mut lines: Vec<&'a tables::Line>,
@@ -245,17 +248,17 @@ impl Journal {
         })
     }
 
-    /// Appends lines, all or (should the process be killed or the disk be full) the first few.
+    /// Appends all lines, or (if the process is killed or the disk is full) the first few.
     ///
     /// # Errors
-    /// Where the file cannot be written.
+    /// If the file cannot be written.
     pub(crate) fn append(&self, lines: &[Line]) -> Result<(), Error> {
         let Some(end) = &self.end else { return Ok(()) };
         if lines.is_empty() {
             return Ok(());
         }
         let mut end = end.lock();
-        // What is left of a line must not swallow the next one.
+        // A line must not continue the rest of a torn one.
         let mut buffer = if end.torn { vec![b'\n'] } else { Vec::new() };
         lines.iter().for_each(|line| line.write(&mut buffer));
         if let Err(error) = end.file.write_all(&buffer) {
@@ -275,14 +278,14 @@ impl Journal {
         serde_json::from_slice(&self.text.get(range)?).ok()
     }
 
-    /// Reads what was appended since; whether this is still the same writing of the file.
+    /// Reads the lines that were appended since; returns whether the file is still the same.
     fn take_up(&mut self) -> io::Result<bool> {
         let Self { text, tables, lines, path, .. } = self;
         let mut facts = Vec::new();
         let same = text.take_up(path, |start, piece| {
             *lines += piece.iter().filter(|byte| **byte == b'\n').count() as u64;
             facts.extend(facts_of(start, piece));
-            // To enter many costs hardly more than to enter a few.
+            // Entering many costs hardly more than entering a few.
             if facts.len() > 1 << 14 {
                 tables.enter(std::mem::take(&mut facts));
             }
@@ -315,12 +318,12 @@ impl Journal {
         self.lines > self.limit()
     }
 
-    /// Whether it will soon be written anew: better now, where nobody waits.
+    /// Whether it will soon be compacted: better now, while nobody waits.
     pub(crate) fn is_large(&self) -> bool {
         4 * self.lines > 3 * self.limit()
     }
 
-    /// So many lines it may have: twice those that would be kept, and 1000.
+    /// The number of lines that it may have: twice those that a compaction keeps, and 1000.
     fn limit(&self) -> u64 {
         let rows = |tag| self.tables.lines(tag).count();
         let gone = self.tables.effects().filter(|(_, effect)| effect.is_gone()).count();
@@ -328,11 +331,11 @@ impl Journal {
         2 * (kept + rows(Tag::Published) + rows(Tag::Publishing)) as u64 + 1000
     }
 
-    /// Writes the lines that hold and that `keeps` wants beside the file, and renames. It is asked from the newest line to
-    /// the oldest.
+    /// Writes the lines that are not outdated and that `keeps` accepts to a new file, and renames it. `keeps`
+    /// is called from the newest line to the oldest.
     ///
     /// # Errors
-    /// Where the file cannot be written; it is as it was then.
+    /// If the file cannot be written; it is unchanged then.
     pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&Held) -> bool) -> Result<(), Error> {
         let mut held = Vec::new();
         for tag in Tag::ALL {
@@ -351,7 +354,7 @@ impl Journal {
         drop(held);
         let before = self.end.take();
         *self = Self::read(&self.path)?;
-        // If it was open for appending, that was the file before.
+        // If it was open for appending, that was the old file.
         if before.is_some() {
             let file = OpenOptions::new().append(true).open(&self.path);
             let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;
@@ -360,7 +363,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes lines to a file of their own.
+    /// Writes lines to another file.
     fn copy(&self, lines: &[Held], to: &Path) -> io::Result<()> {
         let mut file = BufWriter::new(write_new(to, b"")?);
         let mut buffer = header().into_bytes();
@@ -378,7 +381,7 @@ impl Journal {
     }
 }
 
-/// The index beside a journal.
+/// The path of the index beside a journal.
 fn index_of(path: &Path) -> PathBuf {
     path.with_file_name("index")
 }
@@ -387,7 +390,7 @@ fn header() -> String {
     format!("specula journal {FORMAT}\n")
 }
 
-/// How many lines this writing of the file began with.
+/// The number of lines that the file had after its last compaction.
 fn lines_at_first(head: &[u8]) -> Option<u64> {
     let line = head.strip_suffix(b"\n")?.rsplit(|byte| *byte == b'\n').next()?;
     let intact =
@@ -395,13 +398,13 @@ fn lines_at_first(head: &[u8]) -> Option<u64> {
     intact.then(|| std::str::from_utf8(&line[HEAD..]).ok()?.parse().ok())?
 }
 
-/// A name that no other writing of a journal has.
+/// A name that no other journal has.
 fn new_name() -> Subject {
     let half = || Subject::from(RandomState::new().hash_one(std::process::id()));
     half() << 64 | half()
 }
 
-/// A first line that is damaged is passed over, as any other; one of a newer version is not.
+/// Refuses the first line of a newer version. If that line is damaged, it is ignored as any other.
 fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
     let first = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let format = std::str::from_utf8(first).ok().and_then(|line| line.strip_prefix("specula journal "));
@@ -417,7 +420,7 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
     }
 }
 
-/// What the lines of some text say, which begins at a place of the file. Lines are checked in parallel.
+/// The updates in a piece of the file. Lines are checked in parallel.
 fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
     let mut pieces = Vec::new();
     let mut begin = 0;
@@ -433,14 +436,14 @@ fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
     facts.collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-/// What the lines of a piece of text say whose check holds.
+/// The updates of the lines whose check is right.
 fn lines(start: u64, text: &[u8]) -> Vec<Fact> {
     let mut found = Vec::new();
     let mut start = start;
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         let place = start;
         start += line.len() as u64;
-        // A line without its end was torn, whatever its check says.
+        // A line without its end is torn, even if its check is right.
         let Some(line) = line.strip_suffix(b"\n") else { continue };
         if line.len() < HEAD || line[..CHECK] != check(&line[CHECK + 1..]) {
             continue;

@@ -1,8 +1,8 @@
 //! An incremental, content-addressed build of a graph of stages. It knows nothing of light.
 //!
-//! A *manifest* names *stages*; each has a *kind* (code, by [`Kind`]), inputs and parameters. [`Plan`] turns a
-//! manifest and the files that it matches into *items*; the scheduler runs those that are out of date and
-//! publishes what they export. Everything that happens is told as an [`Event`].
+//! A *manifest* names *stages*; each has a *kind* (code that implements [`Kind`]), inputs and parameters.
+//! [`Plan`] turns a manifest and the files that it matches into *items*; the scheduler runs those that are
+//! out of date and publishes what they export. Everything that happens is reported as an [`Event`].
 
 mod artifact;
 mod build;

@@ -1,7 +1,7 @@
-//! The lock on a state folder: one process at a time works in it, and the others are told which.
+//! The lock on a state folder: only one process at a time writes there, and the others learn which.
 //!
-//! The system frees the lock when its process ends, however it ends. A watcher holds it for a moment at a time, so that
-//! whoever meets it held waits a little before giving up.
+//! The system frees the lock when its process ends, however it ends. A watcher holds it only while it builds,
+//! so another process waits a little before it gives up.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Cancel, Error, ErrorKind, Timestamp, platform, read_file};
 
-/// What a process does in a state folder, for the others that find it there.
+/// The purpose for which a process holds the lock, for the processes that wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LockPurpose {
@@ -21,14 +21,14 @@ pub enum LockPurpose {
     Build,
     /// A build of the watcher.
     Watch,
-    /// The cache is made smaller.
+    /// A collection, which makes the cache smaller.
     Collect,
-    /// Damaged results are dropped.
+    /// A check of the cache, which removes damaged results.
     Verify,
 }
 
 impl fmt::Display for LockPurpose {
-    /// The command that people know it by.
+    /// The command as users know it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Build => "specula build",
@@ -39,10 +39,10 @@ impl fmt::Display for LockPurpose {
     }
 }
 
-/// How long to wait for another process that works in the folder.
+/// How long to wait while another process holds the lock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LockTimeout(
-    /// The longest wait; `None` stands for as long as it takes.
+    /// The longest wait; `None` means as long as it takes.
     pub Option<Duration>,
 );
 
@@ -54,21 +54,21 @@ impl LockTimeout {
 }
 
 impl Default for LockTimeout {
-    /// Ten seconds: many times what a watcher's rebuild takes, and short enough to ask what is the matter.
+    /// Ten seconds: many times what a watcher's rebuild takes, and short enough for a user to wait.
     fn default() -> Self {
         Self(Some(Duration::from_secs(10)))
     }
 }
 
-/// A wait that is shorter than this is nobody's business.
+/// Waits shorter than this are not reported.
 const SILENT: Duration = Duration::from_millis(250);
 
-/// Who asks for the lock, and how.
+/// The purpose of a lock, and how to wait for it.
 pub(crate) struct Request<'a> {
     pub(crate) errand: LockPurpose,
     pub(crate) patience: LockTimeout,
     pub(crate) cancel: &'a Cancel,
-    /// Is told once who has the lock, when the wait becomes one.
+    /// Called once with a description of the holder, when the wait becomes noticeable.
     pub(crate) waiting: &'a dyn Fn(String),
 }
 
@@ -80,7 +80,8 @@ pub(crate) struct Lock {
 }
 
 impl Drop for Lock {
-    /// Closing the file would do, but for a process that was begun a moment ago and still has it open.
+    /// Closing the file would be enough, except for a child process that was just started and still has it
+    /// open.
     fn drop(&mut self) {
         let _ = self.file.unlock();
     }
@@ -95,11 +96,11 @@ struct Holder {
 }
 
 impl Lock {
-    /// Locks a state folder, and makes it where it is not there.
+    /// Locks a state folder, and creates it if it does not exist.
     ///
     /// # Errors
-    /// Where another process holds it for longer than the request is patient, the request is cancelled meanwhile, or the
-    /// folder cannot be written.
+    /// If another process holds the lock for longer than the timeout, the request is cancelled meanwhile, or
+    /// the folder cannot be written.
     pub(crate) fn take(folder: &Path, request: &Request<'_>) -> Result<Self, Error> {
         let begun = Instant::now();
         let mut pause = Duration::from_millis(2);
@@ -130,10 +131,10 @@ impl Lock {
         &self.folder
     }
 
-    /// Writes who holds the lock, and returns the file system's time, nanoseconds since 1970.
+    /// Writes who holds the lock, and returns the file system's time in nanoseconds since 1970.
     ///
     /// # Errors
-    /// Where the folder cannot be written.
+    /// If the folder cannot be written.
     pub(crate) fn announce(&self) -> Result<i64, Error> {
         let path = self.folder.join("holder");
         let holder = Holder { process: std::process::id(), since: Timestamp::now(), errand: self.errand };
@@ -144,7 +145,7 @@ impl Lock {
     }
 }
 
-/// The lock, where it is free. The file is opened anew each time: the folder may have been deleted meanwhile.
+/// The lock, if it is free. The file is opened again each time: the folder may have been deleted meanwhile.
 fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
     fs::create_dir_all(folder).map_err(|error| Error::io(&error, "create", folder))?;
     let path = folder.join("lock");
@@ -157,7 +158,7 @@ fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
     }
 }
 
-/// Who holds the lock: `specula watch (process 123, since 2026-03-01 09:30:05 UTC)`.
+/// A description of the holder: `specula watch (process 123, since 2026-03-01 09:30:05 UTC)`.
 fn holder(folder: &Path) -> String {
     let holder = read_file(&folder.join("holder")).ok();
     match holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok()) {

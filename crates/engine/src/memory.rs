@@ -1,8 +1,9 @@
-//! Decoded artifacts that outlive a build, so that the next one need not read and decode them again.
+//! Decoded artifacts that stay in memory after a build, so that the next one does not need to read and decode
+//! them again.
 //!
-//! A value is known by its type's name and the digest of its bytes, so that it can never be out of date. Those that
-//! were not asked for longest go first. What a value weighs is the size of its encoded bytes: what it takes in memory
-//! is the kind's own affair, some times that where the container compresses.
+//! The key of a value is its type's name and the digest of its bytes, so a value is never out of date. The
+//! least recently used values are dropped first. The weight of a value is the size of its encoded bytes; in
+//! memory it may take several times as much if its container compresses.
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
@@ -15,7 +16,7 @@ use crate::Digest;
 type Value = Arc<dyn Any + Send + Sync>;
 type Name = (&'static str, Digest);
 
-/// The values that are kept.
+/// The values in memory.
 pub(crate) struct Memory {
     limit: u64,
     kept: Mutex<Kept>,
@@ -24,7 +25,7 @@ pub(crate) struct Memory {
 #[derive(Default)]
 struct Kept {
     values: HashMap<Name, Place>,
-    /// The names by the time of their last use: the oldest first.
+    /// The keys by the time of their last use, the oldest first.
     order: BTreeMap<u64, Name>,
     weight: u64,
     clock: u64,
@@ -37,12 +38,12 @@ struct Place {
 }
 
 impl Memory {
-    /// A memory of at most so many encoded bytes; of 0, it keeps nothing.
+    /// A memory for values of at most `limit` encoded bytes; with 0 it keeps nothing.
     pub(crate) fn new(limit: u64) -> Self {
         Self { limit, kept: Mutex::default() }
     }
 
-    /// The value of an artifact, where it is kept.
+    /// The value of an artifact, if it is in memory.
     pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<Value> {
         let mut kept = self.kept.lock();
         let kept = &mut *kept;
@@ -54,15 +55,15 @@ impl Memory {
         Some(Arc::clone(&place.value))
     }
 
-    /// Keeps the value of an artifact of so many bytes, and lets others go. One that alone is beyond the limit is not
-    /// kept, and costs no other its place.
+    /// Adds the value of an artifact of so many bytes, and drops others as needed. A value that alone exceeds
+    /// the limit is not added, and no other is dropped for it.
     pub(crate) fn put(&self, type_name: &'static str, digest: Digest, bytes: u64, value: Value) {
-        // Those without any bytes take memory too.
+        // Values without bytes take memory too.
         let weight = bytes.max(1);
         if weight > self.limit {
             return;
         }
-        // Values are dropped after the lock: that can take a while.
+        // Values are dropped after the lock is released: that can take a while.
         let mut gone = Vec::new();
         let mut kept = self.kept.lock();
         let kept = &mut *kept;
@@ -93,7 +94,7 @@ mod tests {
         memory.put("text", Digest([name; 32]), bytes, Arc::new(name));
     }
 
-    /// The names that are kept, without using them.
+    /// The names of the values in memory, without using them.
     fn names(memory: &Memory) -> Vec<u8> {
         let kept = memory.kept.lock();
         assert_eq!(kept.weight, kept.values.values().map(|place| place.weight).sum::<u64>());

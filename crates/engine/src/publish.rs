@@ -1,16 +1,16 @@
-//! `out` as a published view of the store.
+//! Publishes files from the store to `out`.
 //!
-//! A file is written beside its place under a temporary name and renamed, so that it is whole or not at all; the
-//! files of an item are all written before the first is renamed, and the last of them, the index, is renamed last.
-//! The *ledger* ([`crate::ledger`]) says what was published: the digest and the stamp of each file. A line about what is
-//! to appear is written before the rename, so that a process killed at any moment leaves no file that the next build
-//! takes for a stranger's. Only files of the ledger are ever removed or replaced. A file that a person has changed is put back,
-//! with a warning, while its item exists, and left alone when its item has gone. If the ledger is lost, a file whose
-//! recipe names the kind of its stage is replaced, too.
+//! A file is written beside its place under a temporary name and renamed, so that it appears complete or not
+//! at all. All files of an item are written before the first is renamed, and the last of them, the index, is
+//! renamed last. The *ledger* ([`crate::ledger`]) records the digest and the stamp of each published file.
+//! The line of a file is written before the rename, so that after a kill at any moment the next build
+//! recognizes the file as its own. Only files of the ledger are ever removed or replaced. A file that someone
+//! has changed is put back, with a warning, while its item exists, and left alone when its item does not
+//! exist any more. If the ledger is lost, a file is also replaced if its recipe names the kind of its stage.
 //!
-//! Whether a file is as it was published is known by its stamp. It is taken from the file that was written, before the
-//! rename: whatever happens to the file afterwards makes another. If the file system keeps time too coarsely for that,
-//! the content is read again until the stamp is old enough to be relied on.
+//! The stamp of a file shows whether it is as it was published. It is taken from the written file before the
+//! rename: any later change of the file changes its stamp. If the file system keeps time too coarsely for
+//! that, the content is read again until the stamp is old enough.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, Metadata};
@@ -33,7 +33,7 @@ mod removal;
 
 pub(crate) use removal::sweep;
 
-/// Something that publishing did.
+/// A step of publishing, to be reported as an event.
 #[derive(Debug, PartialEq)]
 pub(crate) enum PublishEvent {
     Published { file: String, bytes: u64, restored: bool },
@@ -47,7 +47,7 @@ pub(crate) enum PublishEvent {
 pub(crate) enum PublishError {
     /// A result is no longer in the store.
     Lost,
-    /// Something stands in the way.
+    /// A file or folder is in the way, or cannot be written.
     Error(Error),
 }
 
@@ -63,33 +63,34 @@ pub(crate) struct Publisher<'a> {
     plan: &'a Plan,
     root: &'a Path,
     ledger: Ledger<'a>,
-    /// The files that the plan's items export by their names in lower case: no two are one file if case does not count.
+    /// The files that the plan's items export, by their names in lower case: two of them never differ in case
+    /// only.
     folded: OnceLock<HashMap<String, &'a str>>,
-    /// Files of the ledger that nobody wants any more, by item.
+    /// Files of the ledger that no item exports any more, by their former item.
     stale: BTreeMap<ItemName, Vec<String>>,
-    /// What this build has removed.
+    /// The files that this build has removed.
     removed: Mutex<BTreeSet<String>>,
-    /// The folders that it was removed from.
+    /// The folders of those files.
     thinned: Mutex<BTreeSet<PathBuf>>,
     announced: AtomicBool,
     next: AtomicU64,
 }
 
-/// What is to be done for a file.
+/// What has to be done for a file.
 struct Action {
     file: String,
     blob: Blob,
     replaces: Option<Digest>,
-    /// The stamp that the file had before its content was found to be there already.
+    /// The stamp that the file had before it turned out to have the right content.
     found: Option<Stamp>,
-    /// `None`: the content is there already and only has to be entered in the ledger.
+    /// `None` if the content is in place and only has to be entered in the ledger.
     write: Option<Write>,
 }
 
 struct Write {
     bytes: Vec<u8>,
     restored: bool,
-    /// What is to be said when it is done.
+    /// To be reported when it is done.
     remark: Option<PublishEvent>,
     temporary: Option<Temporary>,
 }
@@ -109,7 +110,7 @@ impl<'a> Publisher<'a> {
         publisher
     }
 
-    /// The same, if it is known that every file of the ledger is wanted.
+    /// The same, if it is known that items export every file of the ledger.
     pub(crate) fn without_stale(plan: &'a Plan, state: &'a State) -> Self {
         Self {
             state,
@@ -125,12 +126,12 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    /// What was published under a name.
+    /// The ledger's line of a file.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
         self.ledger.entry(file)
     }
 
-    /// Whether a file is there as it was published.
+    /// Whether a file is as it was published.
     pub(crate) fn is_intact(&self, file: &str, digest: Digest) -> bool {
         let line = self.ledger.stamp(file).filter(|line| line.digest == digest);
         let stamp = line.and_then(|line| line.stamp);
@@ -138,7 +139,7 @@ impl<'a> Publisher<'a> {
         stamp.is_some() && found() == stamp
     }
 
-    /// Whether a file is there with this content, whatever its stamp says.
+    /// Whether a file has this content, whatever its stamp is.
     pub(crate) fn is_in_place(&self, file: &str, digest: Digest) -> bool {
         let place = self.root.join(file);
         self.is_intact(file, digest)
@@ -146,16 +147,17 @@ impl<'a> Publisher<'a> {
                 && hash(&place).is_ok_and(|found| found == digest)
     }
 
-    /// Whether publishing a file would only bring back what was published there.
+    /// Whether publishing a file would only restore what was published there.
     pub(crate) fn is_restored(&self, file: &str, digest: Digest) -> bool {
         self.ledger.stamp(file).is_some_and(|line| line.digest == digest)
     }
 
-    /// Puts an item's files in place. `bytes` are their contents where they are at hand.
+    /// Puts an item's files in place. `bytes` are their contents, if they are in memory.
     ///
     /// # Errors
-    /// Where a result is lost or something is in the way: that is found before the first rename, and the files are
-    /// as they were. Where a rename itself fails, those renamed before it are new, each whole; the index is not.
+    /// If a result is lost or something is in the way: both are found before the first rename, and the files
+    /// are unchanged. If a rename fails, the files renamed before it are new and complete; the index is not
+    /// replaced.
     pub(crate) fn publish(
         &self,
         item: &ItemName,
@@ -181,7 +183,7 @@ impl<'a> Publisher<'a> {
         result
     }
 
-    /// What has to be done for one file; `None` where it is in place.
+    /// What has to be done for one file; `None` if it is in place.
     fn plan_file(
         &self,
         item: &ItemName,
@@ -216,7 +218,7 @@ impl<'a> Publisher<'a> {
                 (Some(content), Some(line)) if content == line.digest || Some(content) == line.replaces => {
                     replaces = Some(content);
                 }
-                // Where the ledger's own file was never put in place, this one is not it.
+                // If the ledger's own file was never put in place, this is another one.
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
                     remark = Some(PublishEvent::Warning(format!(
@@ -243,8 +245,8 @@ impl<'a> Publisher<'a> {
         Ok(Some(Action { file: file.into(), blob, replaces, found: None, write }))
     }
 
-    /// Whether the recipe of a file that is not in the ledger, in the file or in another one of its item, says that it was
-    /// exported by a stage of this kind: the ledger has been lost.
+    /// Whether a file that is not in the ledger was exported by a stage of this kind, according to its recipe
+    /// or that of another file of its item: if so, the ledger has been lost.
     fn is_export(&self, item: &ItemName, files: &[(String, Blob)], file: &str) -> bool {
         let stage = self.plan.stages.iter().find(|stage| stage.name == item.stage);
         let Some(stage) = stage.filter(|_| !self.ledger.is_of_another_manifest(file)) else { return false };
@@ -258,7 +260,7 @@ impl<'a> Publisher<'a> {
         })
     }
 
-    /// The digest of a file that is in place; a link or folder has none.
+    /// The digest of a file; a link or folder has none.
     fn content(
         &self,
         found: &Metadata,
@@ -315,8 +317,8 @@ impl<'a> Publisher<'a> {
                         result = Err(Error::io(&error, "write", &place).into());
                         break;
                     }
-                    // Of a file that somebody changed or replaced since the rename, the stamp is that of what was written:
-                    // the next build finds that it differs.
+                    // If someone has changed or replaced the file since the rename, the stamp is that of the
+                    // written file: the next build sees the difference.
                     let renamed = now().filter(|now| now.is_renamed(&temporary.stamp));
                     let stamp = (renamed.unwrap_or(temporary.stamp), temporary.settled);
                     write.temporary = None;
@@ -336,7 +338,7 @@ impl<'a> Publisher<'a> {
         result
     }
 
-    /// Tells the journal once that temporary files may be left in `out` from now on.
+    /// Records once that temporary files may be left in `out` from now on.
     fn announce(&self) -> Result<(), Error> {
         if !self.announced.swap(true, Ordering::AcqRel) {
             self.state.journal.append(&[self.ledger.publishing(true)])?;
@@ -344,7 +346,8 @@ impl<'a> Publisher<'a> {
         Ok(())
     }
 
-    /// Makes the folders of a file, and removes files of the ledger that nobody wants from its way.
+    /// Creates the folders of a file, and removes files of the ledger that are in the way and no longer
+    /// exported.
     fn clear_way(&self, file: &str, told: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
         fs::create_dir_all(self.root).map_err(|error| Error::io(&error, "create", self.root))?;
         let mut folder = self.root.to_path_buf();
@@ -397,8 +400,8 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    /// A file of the ledger whose name differs in case only, on a file system that takes the two for one: it gets its
-    /// new spelling.
+    /// A file of the ledger whose name differs only in case, on a file system that ignores case: it is
+    /// renamed to the new spelling.
     fn other_spelling(&self, file: &str, place: &Path) -> Option<Published> {
         if fs::symlink_metadata(place).is_err() {
             return None;
@@ -411,10 +414,10 @@ impl<'a> Publisher<'a> {
     }
 }
 
-/// How the names of files begin that are being written.
+/// The prefix of the names of temporary files.
 const TEMPORARY: &str = ".specula-";
 
-/// The kind that a recipe names.
+/// The kind in a recipe.
 fn kind_of_recipe(recipe: &str) -> Option<String> {
     #[derive(Deserialize)]
     struct Recipe {
@@ -429,7 +432,7 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
     serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
 }
 
-/// Removes a folder and those in it as far as they are empty.
+/// Removes a folder and its subfolders if they are empty.
 fn remove_empty_folders(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {

@@ -1,8 +1,9 @@
-//! Files as a running item reads them: whole, or not at all.
+//! Files as a running item reads them: complete, and of one moment.
 //!
-//! Another program may write a file while it is read, so that half of what was read is old and half is new. A file
-//! that did not hold still is read again, after a pause for the writer. Its stamp tells; where that is so young that a
-//! further change need not show in it, the bytes are compared with what is there after the read.
+//! Another program may write a file while it is read, so that half of the bytes are old and half are new. A
+//! file that changed meanwhile is read again, after a pause for the writer. Its stamp shows the change; if
+//! the stamp is so recent that a further change may not show, the bytes are compared with the file after the
+//! read.
 
 use std::collections::HashMap;
 use std::fs;
@@ -18,7 +19,7 @@ use crate::platform::Stamp;
 use crate::regular::{self, read_until};
 use crate::{Cancel, Files, Timestamp};
 
-/// The disk as one running item sees it.
+/// The files on disk as one running item sees them.
 pub(crate) struct Reader {
     /// The file system's time when the build began.
     now: i64,
@@ -38,7 +39,7 @@ impl Reader {
         self.stamps().get(path).copied()
     }
 
-    /// When a file that was read had been changed.
+    /// When a file that was read had been modified.
     pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
         self.stamp(path).as_ref().and_then(Stamp::modified)
     }
@@ -65,10 +66,11 @@ impl Files for Reader {
     }
 }
 
-/// A file is read so often at most.
+/// A file is read at most this many times.
 const TRIES: u32 = 8;
 
-/// Reads a file that holds still meanwhile; `pause` gives a writer time, a quarter of a second in all.
+/// Reads a file until it does not change meanwhile; `pause` gives a writer time, a quarter of a second in
+/// all.
 fn steadily(
     path: &Path,
     now: i64,
@@ -121,8 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// A file that another program writes to while it is read the first so many times; what came of reading it, and
-    /// how often that was tried.
+    /// A file that another program changes during its first reads: the outcome, and the number of reads.
     fn read(times_written: u32, now: i64) -> (io::Result<Vec<u8>>, u32) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("text");
@@ -132,7 +133,7 @@ mod tests {
             tries.set(tries.get() + 1);
             let mut bytes = fs::read(path)?;
             if tries.get() <= times_written {
-                // Of the same length, and with the same times: only contents can tell.
+                // The length and the times stay the same: only contents differ.
                 let time = fs::metadata(path)?.modified()?;
                 let next = format!("new, {:03}", tries.get());
                 fs::write(path, &next)?;

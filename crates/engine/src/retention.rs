@@ -1,4 +1,4 @@
-//! What the journal of the manifests in a folder has to keep.
+//! Which lines the journal of the manifests in a folder has to keep.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::disk::stamp_subject;
 use crate::journal::{Journal, Retention, Tag, short};
 use crate::{Digest, FileRead};
 
-/// What a record says of the lines that it needs.
+/// The fields of a record that refer to other lines.
 #[derive(Deserialize)]
 struct Needs {
     key: Digest,
@@ -20,7 +20,7 @@ struct Needs {
 }
 
 impl Retention {
-    /// What the journal of the manifests in a folder keeps.
+    /// What a compaction of the journal of the manifests in a folder keeps.
     pub(crate) fn of(journal: &Journal, folder: &Path) -> Self {
         let mut manifests = Manifests::new(folder);
         let (mut results, mut stamps, mut gone) = (HashSet::new(), HashSet::new(), HashSet::new());
@@ -78,7 +78,7 @@ mod tests {
         })
     }
 
-    /// A watcher's rebuild: the journal of the last one is taken up, lines are appended.
+    /// A watcher's rebuild: the last one's journal is opened again, and lines are appended.
     fn rebuild(path: &Path, folder: &Path, kept: Option<Journal>, lines: &[Line]) -> Option<Journal> {
         let journal = Journal::write(path, kept, |journal| Retention::of(journal, folder)).unwrap();
         journal.append(lines).unwrap();
@@ -93,7 +93,7 @@ mod tests {
         fs::write(folder.path().join("pipeline.toml"), "").unwrap();
         let stamp = |n: usize| stamp_subject(&folder.path().join(format!("texts/{n}.txt")));
         let item = |n: usize| subject(&["item", &n.to_string()]);
-        // What one rebuild appends for one item: the digest of a file, a result, the record in effect.
+        // One rebuild appends for one item: the digest of a file, a result, the latest record.
         let run = |place: usize, n: usize| {
             [
                 Line::new(Tag::Stamp, stamp(n), Some(&n)),
@@ -116,7 +116,8 @@ mod tests {
             largest = largest.max(journal.as_ref().unwrap().size().1);
             kept = journal;
         }
-        // 20 items, 20 + 4 * 20 + 1000 results and 20 + 1000 stamps are kept; twice that and a thousand lines trigger.
+        // 20 items, 20 + 4 * 20 + 1000 results and 20 + 1000 stamps are kept; a compaction comes at twice
+        // that and 1000.
         let bound = 2 * (20 + 1100 + 1020) + 1000 + 3 * ITEMS;
         assert!(longest < 400 * bound as u64, "{longest} bytes in the file");
         assert!(largest <= bound as u64, "{largest} lines in the file");

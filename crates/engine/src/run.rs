@@ -1,4 +1,4 @@
-//! One run of one item: its context, its outcome, what is stored and remembered of it.
+//! One run of one item: its context, its outcome, what is stored and recorded of it.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -26,7 +26,7 @@ use crate::{
     Product, Read, Reason, Timestamp,
 };
 
-/// What running items share.
+/// What all running items share.
 pub(crate) struct RunContext<'a> {
     pub(crate) judge: &'a UpToDateCheck<'a>,
     pub(crate) disk: &'a Disk,
@@ -34,14 +34,14 @@ pub(crate) struct RunContext<'a> {
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
     pub(crate) underway: &'a Arc<RunningBuild>,
-    /// The paths that a watcher will act on, if one is at work.
+    /// The paths that a watcher will handle, if there is a watcher.
     pub(crate) pending: Option<&'a PathSet>,
 }
 
-/// What arrives at a port, sorted by key.
+/// The artifacts at a port, sorted by key.
 pub(crate) type Inputs = Vec<(ItemKey, Arc<Handle>)>;
 
-/// An item that is to run: what it gets.
+/// An item that is to run, with its inputs.
 pub(crate) struct RunRequest {
     pub(crate) item: ItemIndex,
     pub(crate) key: Digest,
@@ -51,7 +51,7 @@ pub(crate) struct RunRequest {
     pub(crate) causes: Vec<Cause>,
 }
 
-/// What came of it.
+/// The outcome of a run.
 pub(crate) struct Outcome {
     pub(crate) made: Result<Made, Failure>,
     pub(crate) milliseconds: f64,
@@ -60,21 +60,21 @@ pub(crate) struct Outcome {
     pub(crate) told: Vec<PublishEvent>,
 }
 
-/// What a good run made.
+/// The output of a successful run.
 pub(crate) struct Made {
     pub(crate) outputs: Vec<Blob>,
     pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
-    /// Why its files could not be published, although they are stored.
+    /// Why its files could not be published although they are stored.
     pub(crate) unpublished: Option<Failure>,
 }
 
-/// An item is run so often at most where the files that it reads do not hold still.
+/// An item runs at most this many times if the files that it reads keep changing.
 const ATTEMPTS: usize = 3;
 
-/// A run of a kind.
+/// One call of a kind.
 struct Attempt {
     output: Result<Output, Failure>,
-    /// A file that it saw with different contents.
+    /// A file that was read twice with different contents.
     unsteady: Option<PathBuf>,
     reader: Reader,
     reads: Vec<Read>,
@@ -98,10 +98,10 @@ struct Stored {
 }
 
 impl RunContext<'_> {
-    /// Runs an item, stores and remembers its outputs and publishes its files.
+    /// Runs an item, stores and records its outputs, and publishes its files.
     ///
     /// # Errors
-    /// Where the journal cannot be written: nothing can be remembered then.
+    /// If the journal cannot be written, so that nothing can be recorded.
     pub(crate) fn run(&self, order: RunRequest) -> Result<Outcome, Error> {
         let state = self.judge.state;
         let item = &self.judge.plan.items[order.item];
@@ -131,7 +131,7 @@ impl RunContext<'_> {
             }
             output => output,
         };
-        // A kind tells what is wrong inside its source; here is known which file of the project that is.
+        // A kind says what is wrong inside its source; which file of the project that is, is known only here.
         let output = output.map_err(|failure| match self.judge.source(order.item) {
             Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
             _ => failure,
@@ -193,7 +193,7 @@ impl RunContext<'_> {
         Ok(outcome)
     }
 
-    /// Whether an item's files are there as these outputs, and nothing else is that it exported before.
+    /// Whether an item's files are published with these outputs, and no file is left that it exported before.
     pub(crate) fn is_published(&self, item: ItemIndex, outputs: &[Blob]) -> bool {
         let files = &self.judge.plan.items[item].files;
         files.len() <= outputs.len()
@@ -201,7 +201,7 @@ impl RunContext<'_> {
             && !self.publisher.has_stale(&|| self.judge.name(item))
     }
 
-    /// Puts an item's files in place, and removes those that it does not export any more.
+    /// Puts an item's files in place, and removes those that it no longer exports.
     ///
     /// # Errors
     /// As [`Publisher::publish`].
@@ -218,14 +218,14 @@ impl RunContext<'_> {
         Ok(self.publisher.remove_stale(&name, told)?)
     }
 
-    /// The value of a stored artifact; `None` where it is lost or cannot be understood.
+    /// The value of a stored artifact; `None` if it is lost or cannot be decoded.
     pub(crate) fn fetch(&self, item: ItemIndex, digest: Digest) -> Result<Option<Arc<Handle>>, Error> {
         let Some(bytes) = self.judge.state.store.get(digest)? else { return Ok(None) };
         let Some((name, decoder)) = self.judge.stages[self.judge.plan.items[item].stage].artifact else {
             return Ok(None);
         };
         let Some(decoder) = decoder else { return Ok(None) };
-        // What another version encoded otherwise is made again.
+        // An artifact that another version encoded differently is made again.
         match catch_unwind(AssertUnwindSafe(|| decoder(&bytes))) {
             Ok(Ok(value)) => {
                 self.memory.put(name, digest, bytes.len() as u64, Arc::clone(&value));
@@ -238,8 +238,8 @@ impl RunContext<'_> {
         }
     }
 
-    /// The value of a stored artifact that an earlier build left in memory. What is stored may have been damaged since:
-    /// the value is as good as it was, and who wants the bytes is told.
+    /// The value of a stored artifact that an earlier build left in memory. The stored bytes may have been
+    /// damaged since; the value is still good, and a consumer that asks for the bytes gets an error.
     pub(crate) fn remembered(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
         let (name, _) = self.judge.stages[self.judge.plan.items[item].stage].artifact?;
         let value = self.memory.get(name, digest)?;
@@ -259,7 +259,7 @@ impl RunContext<'_> {
         })
     }
 
-    /// Runs an item, for better or worse.
+    /// Runs an item once and collects its output or failure.
     fn attempt(&self, order: &RunRequest) -> Attempt {
         let stage = &self.judge.plan.stages[self.judge.plan.items[order.item].stage];
         let reader = self.disk.reader();
@@ -269,7 +269,7 @@ impl RunContext<'_> {
         let output = match ran {
             Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
             Ok(_) if stopped => Err(Failure::cancelled()),
-            // Half an edit is no news: the next build tells what is wrong with the whole.
+            // A failure on half an edit is not reported: the next build reports what is wrong with the whole.
             Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
             Ok(output) => output.and_then(|output| self.checked(order.item, output)),
         };
@@ -300,7 +300,7 @@ impl RunContext<'_> {
         if facts.shows_keys {
             context = context.with_key(item.key.clone());
         }
-        // An artifact holds no provenance, so that only kinds that export see a recipe.
+        // An artifact holds no provenance, so only kinds that export see a recipe.
         if matches!(stage.product, Product::Files(_)) {
             let is_many = |port: &str| facts.many.contains(port);
             let kind = stage.kind.name();
@@ -310,7 +310,7 @@ impl RunContext<'_> {
         context
     }
 
-    /// The output, where it is what the plan says.
+    /// The output, if it is what the plan says.
     fn checked(&self, item: ItemIndex, output: Output) -> Result<Output, Failure> {
         let item = &self.judge.plan.items[item];
         let stage = &self.judge.plan.stages[item.stage];
@@ -339,15 +339,15 @@ impl RunContext<'_> {
         }
     }
 
-    /// Whether a watcher will build again because one of these files has changed since, or is still being written. That
-    /// an item failed on what it read is no news then.
+    /// Whether a watcher will build again because one of these files has changed since, or is still being
+    /// written. If so, a failure on what was read is not reported.
     fn is_overtaken(&self, reader: &Reader, reads: &[Read]) -> bool {
         let Some(pending) = self.pending else { return false };
         let is_pending = {
             let pending = pending.lock();
             !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
         };
-        // The watcher may not have heard of it yet.
+        // The watcher may not have heard of the change yet.
         is_pending
             || reads.iter().any(|read| {
                 reader.stamp(&read.path).is_some_and(|stamp| {
@@ -367,7 +367,7 @@ impl RunContext<'_> {
     }
 }
 
-/// A file that a run saw with different contents.
+/// A file that was read twice with different contents.
 fn unsteady<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
     let mut digests = HashMap::<(&'r PathBuf, bool), Option<Digest>>::new();
     let mut differs =
@@ -375,7 +375,7 @@ fn unsteady<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
     reads.iter().find_map(|read| differs(read).then_some(&read.path))
 }
 
-/// The failure of an item that met an error of the engine.
+/// The failure of an item because of an error of the engine.
 pub(crate) fn failure_of(error: Error) -> Failure {
     Failure {
         chain: error.chain().to_vec(),
@@ -389,7 +389,7 @@ fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
     bug(kind, &format!("panicked: {}", message_of(panic)))
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
     let message = panic.downcast_ref::<String>().map(String::as_str);
     message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")

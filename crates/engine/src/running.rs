@@ -1,10 +1,10 @@
-//! The build under way, as those see it who may stop it: as a whole, or as far as a change has made it stale.
+//! The running build, for those who stop it or make a part of it stale.
 //!
-//! A build tells its [`Cancel`] what it works on and what each item has read. Where a file changes meanwhile, contents
-//! decide: an item is stale when what it read is not there any more, and so is all that follows from it. A stale item
-//! stops at its next [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end,
-//! and nothing else begins, so that the next build soon does what is wanted now. A file that nobody has read yet
-//! makes nothing stale: whoever reads it gets what it holds then.
+//! A build records here what each item has read. If a file changes meanwhile, contents decide: an item is
+//! stale if a file that it read no longer has the same content, and so are all items that depend on it. A
+//! stale item stops at its next [`Context::check_cancelled`](crate::Context::check_cancelled), other running
+//! items finish, and no further item starts, so that the next build can start soon. A file that no item has
+//! read yet makes nothing stale: the item that reads it gets its new content.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -18,24 +18,24 @@ use crate::disk::Disk;
 use crate::files::{digest_now, normal};
 use crate::{Digest, ItemIndex, Plan, Read, Stage};
 
-/// What an item's result rests on.
+/// The files that an item's result depends on.
 pub(crate) enum Seen {
-    /// Nothing yet.
+    /// None yet.
     Nothing,
-    /// What an earlier run read, which is still so.
+    /// Those that an earlier run read and that have not changed since.
     Before(Box<[Read]>),
-    /// What a run of this build has read so far.
+    /// Those that the item's run in this build has read so far.
     Now(Arc<Mutex<Vec<Read>>>),
 }
 
 impl Seen {
-    /// What an earlier run read.
+    /// Those that an earlier run read.
     pub(crate) fn before(reads: Box<[Read]>) -> Self {
         if reads.is_empty() { Self::Nothing } else { Self::Before(reads) }
     }
 }
 
-/// What a build works on.
+/// The plan of a running build, and what its items have read.
 pub(crate) struct RunningBuild {
     plan: Plan,
     selected: Vec<bool>,
@@ -46,7 +46,7 @@ pub(crate) struct RunningBuild {
 }
 
 impl RunningBuild {
-    /// A build that begins: what `disk` says of files is asked for after this.
+    /// A new build. To be created before `disk` is asked for digests.
     pub(crate) fn new(plan: &Plan, selected: &[bool], disk: &Arc<Disk>) -> Self {
         let items = plan.items.len();
         Self {
@@ -59,12 +59,12 @@ impl RunningBuild {
         }
     }
 
-    /// Notes what an item's result rests on.
+    /// Sets the files that an item's result depends on.
     pub(crate) fn saw(&self, item: ItemIndex, seen: Seen) {
         self.seen.lock()[item] = seen;
     }
 
-    /// The files and folders that items have read in this build.
+    /// The files and folders that these items have read in this build.
     pub(crate) fn read_by(&self, items: &[ItemIndex]) -> HashSet<PathBuf> {
         let seen = self.seen.lock();
         let mut paths = HashSet::new();
@@ -76,19 +76,19 @@ impl RunningBuild {
         paths
     }
 
-    /// By which an item learns that a change has made it stale.
+    /// The flag that tells an item that a change has made it stale.
     pub(crate) fn stale_flag(&self, item: ItemIndex) -> StaleFlag {
         StaleFlag::new(&self.stale, item)
     }
 
-    /// Whether nothing more is to begin.
+    /// Whether no further item may start.
     pub(crate) fn is_outdated(&self) -> bool {
         self.outdated.load(Ordering::Relaxed)
     }
 
     /// Marks what is stale now; see [`BuildSession::outdate`](crate::BuildSession::outdate).
     pub(crate) fn outdate(&self, changes: &Changes, plan: Option<&Plan>) {
-        // First, so that an item which is judged from now on is judged by what the files hold.
+        // First, so that items which are checked from now on see the files' new contents.
         self.disk.forget(|path, listing| changes.concern(path, listing));
         let mut stale = self.with_changed_reads(changes);
         let mut outdated = false;
@@ -108,9 +108,9 @@ impl RunningBuild {
         }
     }
 
-    /// For each item, whether a changed file is not what its result rests on.
+    /// For each item, whether a changed file makes its result stale.
     fn with_changed_reads(&self, changes: &Changes) -> Vec<bool> {
-        // Files are hashed after the lock is let go: the build wants it too.
+        // Files are hashed after the lock is released: the build needs it too.
         let mut concerned = Vec::new();
         for (index, seen) in self.seen.lock().iter().enumerate() {
             let mut add = |path: &Path, listing: bool, digest: Option<Digest>| {
@@ -138,8 +138,8 @@ impl RunningBuild {
         stale
     }
 
-    /// Marks the items that another plan does not have or makes otherwise. Returns whether the plans are the same in
-    /// what else matters: that there is nothing more to make, and where files go.
+    /// Marks the items that another plan does not have or makes differently. Returns whether the plans are
+    /// otherwise the same: no item is new, and files go to the same places.
     fn compare(&self, plan: &Plan, stale: &mut [bool]) -> bool {
         if self.plan.is_same(plan) {
             return true;
@@ -152,7 +152,7 @@ impl RunningBuild {
             new.is_some_and(|new| does_the_same(old, new))
         });
         let stages = stages.collect::<Vec<_>>();
-        // The place of each item in the other plan.
+        // The index of each item in the other plan.
         let moved = self
             .plan
             .items
@@ -176,7 +176,7 @@ impl RunningBuild {
     }
 }
 
-/// Whether items of two stages with equal inputs and sources make the same.
+/// Whether items of two stages make the same output from equal inputs and sources.
 fn does_the_same(old: &Stage, new: &Stage) -> bool {
     let ports = |stage: &Stage| stage.inputs.iter().map(|(port, _)| port.clone()).collect::<Vec<_>>();
     old.kind.name() == new.kind.name()
@@ -188,7 +188,7 @@ fn does_the_same(old: &Stage, new: &Stage) -> bool {
 /// The files and folders that may have changed.
 pub(crate) struct Changes {
     paths: HashSet<PathBuf>,
-    /// The folders that they are in.
+    /// The folders that contain them.
     folders: HashSet<PathBuf>,
 }
 
@@ -199,7 +199,7 @@ impl Changes {
         Self { paths, folders }
     }
 
-    /// Whether they bear on a file's content, or on the names in a folder.
+    /// Whether a file's content, or the names in a folder, may have changed.
     pub(crate) fn concern(&self, path: &Path, listing: bool) -> bool {
         let path = normal(path);
         listing && self.folders.contains(&path)

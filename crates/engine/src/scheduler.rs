@@ -1,13 +1,13 @@
-//! Which item does what when.
+//! Decides which item does what, and when.
 //!
-//! One thread (the caller's) decides and tells; a pool of threads works. An item whose inputs are settled is judged;
-//! where its result is not at hand it becomes a task. Before a task runs, the stored artifacts that it needs are
-//! fetched, each once; one that turns out to be lost is made again first. `tasks.rs`
-//! says which of the tasks that are ready goes first. An artifact is held only while somebody may need it, but for those
-//! that the bench remembers.
+//! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
+//! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
+//! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
+//! first. `tasks.rs` says which of the ready tasks is next. An artifact is kept in memory only while an item
+//! may need it, except for those that the session keeps.
 //!
-//! No thread ever waits for another item's result: kernels share the pool, and a waiting thread could be the one that
-//! has to do the work.
+//! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
+//! be the one that has to do the work.
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -32,40 +32,40 @@ mod tasks;
 
 use tasks::{Task, Tasks};
 
-/// How far an item is.
+/// The progress of an item.
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {
-    /// It waits for its inputs, or its turn.
+    /// It waits for its inputs, or for its turn.
     Waiting,
-    /// It is being fetched for, run or published.
+    /// It is being run or published, or its inputs are being fetched.
     Busy,
-    /// Its result is at hand.
+    /// Its result is complete.
     Done,
-    /// It failed, or was skipped because of the item named.
+    /// It failed, or was skipped because of the named item.
     Failed(ItemName),
-    /// It was told to stop.
+    /// It was stopped.
     Stopped,
 }
 
 /// An item as the scheduler sees it.
 struct Progress {
     phase: Phase,
-    /// The inputs that are not settled.
+    /// The number of inputs that are not finished.
     waiting: usize,
-    /// The consumers that may still need the artifact.
+    /// The number of consumers that may still need the artifact.
     users: usize,
-    /// The inputs that have to be fetched before it can run.
+    /// The number of inputs that have to be fetched before it can run.
     missing: usize,
-    /// What it made or was found to have made; `None`: what its record in effect says.
+    /// Its outputs, new or found; `None`: those of its latest record.
     outputs: Option<Vec<Blob>>,
     handle: Option<Arc<Handle>>,
     /// The consumers that cannot run before the artifact is fetched or made again.
     fetchers: Vec<ItemIndex>,
-    /// Whether consumers have been told that it is settled.
+    /// Whether its consumers know that it is finished.
     announced: bool,
     /// Whether its stored result turned out to be lost.
     lost: bool,
-    /// What began that its artifact changed in this build.
+    /// The causes of the change of its artifact in this build.
     causes: Vec<Cause>,
     /// Whether it ran in this build.
     ran: bool,
@@ -75,7 +75,7 @@ enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Ran(ItemIndex, Result<Outcome, Error>),
     Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
-    /// The engine itself panicked in a task, and said so.
+    /// The engine itself panicked in a task, with this message.
     Broken(ItemIndex, String),
 }
 
@@ -88,13 +88,13 @@ struct WorkSpan {
     took: Duration,
 }
 
-/// A build under way.
+/// A running build.
 pub(crate) struct Scheduler<'a, 'e> {
     workshop: &'a RunContext<'a>,
     judge: &'a UpToDateCheck<'a>,
     keep_going: bool,
     jobs: usize,
-    /// Started with the build.
+    /// Started at the begin of the build.
     clock: Instant,
     events: &'e (dyn Fn(Event) + Sync),
     items: Vec<Progress>,
@@ -107,7 +107,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     tasks: Tasks,
     busy: usize,
     pub(crate) summary: Summary,
-    /// The items that failed, but for those that the system failed.
+    /// The items that failed, except for those that failed because of the system.
     pub(crate) failed: Vec<ItemIndex>,
     fatal: Option<Error>,
 }
@@ -123,7 +123,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     ) -> Self {
         let judge = workshop.judge;
         let plan = judge.plan;
-        // Most items of most builds: their files are looked at all at once.
+        // For most items of most builds this is the only check, so all are checked in parallel.
         let is_settled = (0..plan.items.len()).into_par_iter().map(|item| {
             judge.is_settled(item)
                 || judge.is_current(item)
@@ -183,10 +183,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Settles every item.
+    /// Finishes every item.
     ///
     /// # Errors
-    /// Where the journal cannot be written.
+    /// If the journal cannot be written.
     pub(crate) fn settle_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
         for index in 0..self.selected.len() {
             let item = self.selected[index];
@@ -217,7 +217,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 if self.busy == 0 {
                     break;
                 }
-                // A sender is alive in this function, so that there is always a message to come.
+                // This function holds a sender, so there is always a message to come.
                 if let Ok((spell, message)) = receiver.recv() {
                     self.busy -= 1;
                     self.tell_spell(&spell);
@@ -232,8 +232,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Which items have their results and files at hand; of those that a build which was stopped did not come to, which
-    /// had them before, by `before`.
+    /// Which items have complete results and files. For an item that a stopped build did not reach, `before`
+    /// says so.
     pub(crate) fn items_settled(&self, before: Option<&[bool]>) -> Vec<bool> {
         let had = |item: ItemIndex| before.is_some_and(|before| before[item]);
         let items = self.items.iter().enumerate();
@@ -245,7 +245,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         is_settled.collect()
     }
 
-    /// The items of selected stages of which something had to be done.
+    /// The items of selected stages for which something had to be done.
     pub(crate) fn items_at_work(&self) -> impl Iterator<Item = ItemIndex> {
         self.selected.iter().copied().filter(|item| !self.was_settled[*item])
     }
@@ -254,7 +254,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.fatal.is_some() || self.is_cancelled() || (!self.keep_going && self.summary.failed > 0)
     }
 
-    /// Whether it was told to stop, or has been made out of date by a change.
+    /// Whether the build was cancelled, or a change has made it out of date.
     fn is_cancelled(&self) -> bool {
         self.workshop.cancel.is_cancelled() || self.workshop.underway.is_outdated()
     }
@@ -267,7 +267,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if let Some(root) = self.failed_input(item) {
             return self.skip(item, Some(root));
         }
-        // Before the files are looked at: a change between the two must not go unseen.
+        // Before the files are read: a change between the two would be missed.
         self.workshop.underway.saw(item, self.judge.seen_before(item));
         let verdict = self.judge.verdict(item, self.key(item));
         match verdict {
@@ -292,7 +292,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// An earlier result is the one in effect again, or another item's is taken over; the next run is compared with it.
+    /// Makes an earlier result, or one of another item, the item's latest record; the next run is compared
+    /// with it.
     fn bring_into_effect(&mut self, item: ItemIndex, found: Record) -> Record {
         let reasons = self.judge.reasons(item, |input| Some(self.digest(input)));
         let causes = self.judge.causes(item, &reasons, |input| self.causes(input));
@@ -310,8 +311,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             ..found.clone()
         };
         self.items[item].causes = causes;
-        // PublishEvent again, so that of the earlier results it is the one used last: word for word where it is this item's, so
-        // that it replaces the line before.
+        // Written again, so that it counts as the most recently used result. If it is this item's own, the
+        // text stays the same, so that it replaces the line before.
         let result = if self.judge.is_of(item, &found) { &found } else { &record };
         let again = Line::new(Tag::Result, short(record.key), Some(result));
         let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
@@ -321,7 +322,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         record
     }
 
-    /// Makes an item run as soon as the artifacts that it needs are there.
+    /// Runs an item as soon as the artifacts that it needs are in memory.
     fn want(&mut self, item: ItemIndex) {
         self.items[item].phase = Phase::Busy;
         for input in distinct(&self.judge.plan.items[item].inputs) {
@@ -421,7 +422,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// What began that an item's artifact is what it is: in this build, or in the one that ran it last.
+    /// The causes of an item's present artifact: those of this build, or of the build that ran it last.
     fn causes(&self, item: ItemIndex) -> Vec<Cause> {
         match &self.items[item].causes[..] {
             [] => self.judge.last_causes(item),
@@ -451,7 +452,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Tells an event, and counts files.
+    /// Reports an event, and counts files.
     pub(crate) fn tell(&mut self, event: Event) {
         match &event {
             Event::Published { .. } => self.summary.published += 1,
@@ -462,7 +463,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 }
 
-/// The event of something that publishing did.
+/// The event for a publishing step.
 pub(crate) fn event_of(name: &ItemName, told: PublishEvent) -> Event {
     match told {
         PublishEvent::Published { file, bytes, restored } => {
@@ -474,7 +475,7 @@ pub(crate) fn event_of(name: &ItemName, told: PublishEvent) -> Event {
     }
 }
 
-/// The items that arrive at any port, each once.
+/// The items at all ports, each once.
 fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
     let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
     all.sort_unstable();

@@ -1,8 +1,9 @@
 //! The content-addressed store: artifacts and exported files under the digest of their bytes.
 //!
-//! A blob is written to `tmp/` and renamed to `blobs/ab/cdef...`, so that a reader finds it whole or not at all. A
-//! read verifies the digest: a blob that a crash or a bad disk has damaged is dropped and made again, so that no
-//! write has to wait for the disk. A blob that no record names is garbage; nothing else refers to it.
+//! A blob is written to `tmp/` and renamed to `blobs/ab/cdef...`, so that a reader finds it complete or not
+//! at all. Reading verifies the digest: a blob that was damaged by a crash or a bad disk is removed and made
+//! again, so writing does not need to wait for the disk. A blob that no record names is garbage; nothing else
+//! refers to it.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -49,13 +50,13 @@ impl std::ops::Add for Amount {
     }
 }
 
-/// What is where a blob should be.
+/// What a blob's file contains.
 pub(crate) enum Looked {
     /// The blob's bytes.
     Whole(Vec<u8>),
     /// Other bytes.
     Damaged,
-    /// Nothing.
+    /// The file does not exist.
     Gone,
 }
 
@@ -64,14 +65,14 @@ pub(crate) enum Looked {
 pub(crate) struct Store {
     folder: PathBuf,
     next: AtomicU64,
-    /// The bytes that have been stored through this.
+    /// The number of bytes that have been stored through this.
     stored: AtomicU64,
 }
 
-/// From so many blobs on they are listed.
+/// Asked for at least this many blobs, the store lists its folders.
 const LISTED: usize = 4096;
 
-/// A digest is as good as a hash.
+/// A hasher that returns the first bytes of a digest.
 #[derive(Default)]
 struct DigestHasher(u64);
 
@@ -87,7 +88,7 @@ impl Hasher for DigestHasher {
     }
 }
 
-/// Which blobs are there.
+/// Which blobs exist.
 pub(crate) struct Presence<'a> {
     store: &'a Store,
     listed: Option<HashSet<Digest, BuildHasherDefault<DigestHasher>>>,
@@ -107,7 +108,7 @@ impl Store {
         Self { folder: state.to_path_buf(), next: AtomicU64::new(0), stored: AtomicU64::new(0) }
     }
 
-    /// Whether a blob is there, by its name and size.
+    /// Whether a blob exists, by its name and size.
     pub(crate) fn has(&self, blob: &Blob) -> bool {
         fs::metadata(self.path(blob.digest)).is_ok_and(|metadata| metadata.len() == blob.bytes)
     }
@@ -115,7 +116,7 @@ impl Store {
     /// Stores bytes.
     ///
     /// # Errors
-    /// Where the file cannot be written; nothing is left of it then.
+    /// If the file cannot be written; nothing is left of it then.
     pub(crate) fn put(&self, bytes: &[u8]) -> Result<Blob, Error> {
         let blob = Blob { digest: Digest::of(bytes), bytes: bytes.len() as u64 };
         if self.has(&blob) {
@@ -126,7 +127,6 @@ impl Store {
         let place = self.path(blob.digest);
         let written =
             write_new(&temporary, bytes).and_then(|_| match platform::replace(&temporary, &place) {
-                // Most folders are there.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
                     fs::create_dir_all(place.parent().unwrap_or(&place))?;
                     platform::replace(&temporary, &place)
@@ -146,13 +146,14 @@ impl Store {
         self.stored.load(Ordering::Relaxed)
     }
 
-    /// Every blob that is there, with its size. One that is removed meanwhile is not among them.
+    /// Every blob, with its size. One that is removed meanwhile may be missing.
     pub(crate) fn blobs(&self) -> HashMap<Digest, u64> {
         self.listed(|entry, digest| Some((digest, entry.metadata().ok()?.len()))).into_iter().collect()
     }
 
-    /// A look at which blobs are there, to ask of so many. Many are listed, by name alone: to ask the system for each
-    /// would take most of the time of a build that has nothing to do. One that is cut short shows when it is read.
+    /// Answers which blobs exist, for so many questions. For many the folders are listed, and only names
+    /// count: asking the system for each file would take most of the time of a build that has nothing to do.
+    /// A truncated blob is detected when it is read.
     pub(crate) fn presence(&self, asked: usize) -> Presence<'_> {
         let listed = || self.listed(|_, digest| Some(digest)).into_iter().collect();
         Presence { store: self, listed: (asked >= LISTED).then(listed) }
@@ -170,16 +171,16 @@ impl Store {
         found.collect()
     }
 
-    /// What is being written, or was left half written.
+    /// The files that are being written, or were left by a killed build.
     pub(crate) fn unfinished(&self) -> Amount {
         let sizes = entries(&self.temporaries()).filter_map(|entry| Some(entry.metadata().ok()?.len()));
         sizes.map(|bytes| Amount { count: 1, bytes }).fold(Amount::default(), |all, one| all + one)
     }
 
-    /// The bytes of a blob; `None` where it is not there or damaged, and then it is dropped.
+    /// The bytes of a blob; `None` if it does not exist or is damaged. A damaged one is removed.
     ///
     /// # Errors
-    /// Where the file is there and cannot be read.
+    /// If the file exists and cannot be read.
     pub(crate) fn get(&self, digest: Digest) -> Result<Option<Vec<u8>>, Error> {
         match self.look(digest)? {
             Looked::Whole(bytes) => Ok(Some(bytes)),
@@ -195,7 +196,7 @@ impl Store {
     /// Reads a blob and compares it with its digest; nothing is written.
     ///
     /// # Errors
-    /// Where the file is there and cannot be read.
+    /// If the file exists and cannot be read.
     pub(crate) fn look(&self, digest: Digest) -> Result<Looked, Error> {
         let place = self.path(digest);
         match read_file(&place) {
@@ -206,15 +207,15 @@ impl Store {
         }
     }
 
-    /// Forgets a blob whose bytes are intact and yet of no use.
+    /// Removes a blob, for example one whose bytes are intact and cannot be decoded.
     pub(crate) fn forget(&self, digest: Digest) {
         let _ = platform::remove(&self.path(digest));
     }
 
-    /// Makes the folders, and removes what a killed build left half written.
+    /// Creates the folders, and removes what a killed build left in them.
     ///
     /// # Errors
-    /// Where the folders cannot be made.
+    /// If the folders cannot be created.
     pub(crate) fn prepare(&self) -> Result<(), Error> {
         let temporaries = self.temporaries();
         fs::create_dir_all(&temporaries).map_err(|error| Error::io(&error, "create", &temporaries))?;
@@ -226,7 +227,8 @@ impl Store {
         Ok(())
     }
 
-    /// The folder for what is not whole yet: blobs that are being written, the scratch folders of running items.
+    /// The folder for unfinished files: blobs that are being written, and the scratch folders of running
+    /// items.
     pub(crate) fn temporaries(&self) -> PathBuf {
         self.folder.join("tmp")
     }

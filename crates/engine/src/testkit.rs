@@ -72,7 +72,7 @@ parameters! {
     pub(crate) struct Nothing {}
 }
 
-/// Reads a file; of a folder, the names in it. A line `include NAME` reads a file beside it.
+/// Reads a file, or the names in a folder. A line `include NAME` reads a file beside it.
 pub(crate) struct TextSource;
 
 impl Kind for TextSource {
@@ -263,12 +263,12 @@ impl Kind for Count {
 parameters! {
     /// Parameters of `refuse`.
     pub(crate) struct RefuseParameters {
-        /// The word that it does not want to see.
+        /// The word that must not be in the text.
         word: String = "bad".into(),
     }
 }
 
-/// Passes a text on, but fails where it holds a word.
+/// Passes a text on, but fails if it contains a word.
 pub(crate) struct Refuse;
 
 impl Kind for Refuse {

@@ -1,4 +1,4 @@
-//! Times in records, for people. They never enter keys or artifacts.
+//! Times in records, for people. They are never part of keys or artifacts.
 
 use std::fmt;
 use std::time::{SystemTime, UNIX_EPOCH};

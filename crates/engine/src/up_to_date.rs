@@ -1,8 +1,8 @@
-//! Whether an item's result is at hand, and if not, why not.
+//! Whether an item's result is in the cache, and if not, why not.
 //!
-//! An item is up to date when there is a record with its key whose reads are what the files hold now, and whose
-//! outputs are in the store. The record in effect (of the last build) is asked first, then the results of earlier
-//! keys and contents, so that an edit which is taken back runs nothing.
+//! An item is up to date if there is a record with its key, the files that the record names still have the
+//! same contents, and its outputs are in the store. The latest record is checked first, then the results of
+//! earlier keys and contents, so that undoing an edit runs nothing.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use crate::state::State;
 use crate::store::{Blob, Presence};
 use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
 
-/// What is worked out once for a stage.
+/// What is computed once for a stage.
 pub(crate) struct StageFacts {
     pub(crate) parameters: Value,
     parameters_text: String,
@@ -28,11 +28,11 @@ pub(crate) struct StageFacts {
     pub(crate) shows_keys: bool,
     /// The artifact's type and the decoder that the first consumer declares.
     pub(crate) artifact: Option<(&'static str, Option<Decoder>)>,
-    /// The names of the ports that take many.
+    /// The names of the ports that take many items.
     pub(crate) many: HashSet<String>,
 }
 
-/// Judges the items of a plan.
+/// Checks which items of a plan are up to date.
 pub(crate) struct UpToDateCheck<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a State,
@@ -42,38 +42,38 @@ pub(crate) struct UpToDateCheck<'a> {
     pub(crate) folder: &'a Path,
     manifest: String,
     selected: &'a [bool],
-    /// The record in effect of each item; empty: each is looked up when it is asked for.
+    /// The latest record of each item; if empty, each is looked up when needed.
     effects: Vec<Option<Effect<'a>>>,
-    /// Whether its result was at hand when the build began.
+    /// For each item, whether its result was in the cache when the build began.
     current: Vec<bool>,
     /// What an earlier build left, as far as nothing has changed since.
     known: Option<Known>,
 }
 
-/// What is known of the items of a plan without looking.
+/// What an earlier build of the plan left, so that it does not need to be checked again.
 #[derive(Clone)]
 pub(crate) struct Known {
-    /// Whether an item is as an earlier build left it, its result and its files.
+    /// For each item, whether it is as that build left it, with its result and its files.
     pub(crate) settled: Vec<bool>,
-    /// The items that read files, and perhaps others.
+    /// The items that read files; others may be among them.
     pub(crate) readers: Vec<ItemIndex>,
 }
 
-/// What is known of an item's result.
+/// Whether an item's result is in the cache.
 pub(crate) enum Freshness {
-    /// It is at hand.
+    /// It is.
     Current {
         /// The outputs.
         outputs: Vec<Blob>,
-        /// The record that made them, where it is not the one in effect.
+        /// The record of the run that made them, if that is not the latest record.
         restored: Option<Box<Record>>,
     },
-    /// It has to be made.
+    /// The item has to run.
     Run,
 }
 
 impl<'a> UpToDateCheck<'a> {
-    /// Reads the records of the items, and looks at the files that those of selected stages name.
+    /// Reads the records of the items, and checks the files that the records of selected stages name.
     pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a [bool]) -> Self {
         let mut judge = Self::with_records(plan, state, disk, selected, None);
         let readers = judge.readers();
@@ -81,7 +81,7 @@ impl<'a> UpToDateCheck<'a> {
         judge
     }
 
-    /// Reads the records of the items; but if something is `known`, only when they are asked for.
+    /// Reads the records of the items; but if something is `known`, only when they are needed.
     pub(crate) fn with_records(
         plan: &'a Plan,
         state: &'a State,
@@ -101,7 +101,7 @@ impl<'a> UpToDateCheck<'a> {
         judge
     }
 
-    /// The items that read files in their last runs, and perhaps others.
+    /// The items that read files in their last runs; others may be among them.
     pub(crate) fn readers(&self) -> Vec<ItemIndex> {
         match &self.known {
             Some(known) => known.readers.clone(),
@@ -114,8 +114,9 @@ impl<'a> UpToDateCheck<'a> {
         }
     }
 
-    /// Looks at the files that the records name, and finds the items whose results are at hand. Of what is known before,
-    /// only that is looked at which changes concern. If `stop` says so, the rest is left.
+    /// Checks the files that the records name, and finds the items whose results are in the cache. Of the
+    /// items that are known from an earlier build, only those that depend on `changes` are checked. Once
+    /// `stop` returns true, the rest is left out.
     pub(crate) fn look(
         &mut self,
         readers: &[ItemIndex],
@@ -141,7 +142,7 @@ impl<'a> UpToDateCheck<'a> {
         self.disk.look_ahead(read.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
         let asked = if self.known.is_some() { 0 } else { self.plan.items.len() };
         let store = self.state.store.presence(asked);
-        // Stage by stage, because keys hold what arrives; the items of a stage all at once.
+        // Stage by stage, because keys contain the digests of inputs; the items of a stage in parallel.
         let mut current = Vec::with_capacity(self.plan.items.len());
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
             let first = current.len();
@@ -152,7 +153,7 @@ impl<'a> UpToDateCheck<'a> {
         self.current = current;
     }
 
-    /// Whether the result of an item is at hand, given that of those before it.
+    /// Whether the result of an item is in the cache, given that of the items before it.
     fn is_current_after(&self, item: ItemIndex, current: &[bool], store: &Presence<'_>) -> bool {
         let this = &self.plan.items[item];
         if !self.selected[this.stage] || !this.inputs.iter().flatten().all(|input| current[*input]) {
@@ -171,26 +172,26 @@ impl<'a> UpToDateCheck<'a> {
         self.known.as_ref().is_some_and(|known| known.settled[item])
     }
 
-    /// What is known without looking; `None` if everything was looked at.
+    /// What an earlier build left; `None` if everything was checked.
     pub(crate) fn known(&self) -> Option<&Known> {
         self.known.as_ref()
     }
 
-    /// Whether an item is known, without looking, to be as an earlier build left it.
+    /// Whether an earlier build completed an item and nothing has changed since.
     pub(crate) fn is_settled(&self, item: ItemIndex) -> bool {
         self.current[item] && self.is_known_settled(item)
     }
 
-    /// What an item made, by its record in effect.
+    /// The digest of an item's artifact, by its latest record.
     fn digest_in_effect(&self, item: ItemIndex) -> Digest {
         let made = self.effect_of(item).and_then(|effect| effect.outputs().first());
         made.map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
-    /// Marks the records of items that the manifest does not have any more.
+    /// Marks the records of items that the manifest no longer has.
     ///
     /// # Errors
-    /// Where the journal cannot be written.
+    /// If the journal cannot be written.
     pub(crate) fn mark_gone(&self) -> Result<(), Error> {
         let journal = &self.state.journal;
         let is_ours = |effect: &Effect<'_>| !effect.is_gone() && effect.manifest() == self.manifest;
@@ -215,7 +216,7 @@ impl<'a> UpToDateCheck<'a> {
         self.plan.item_name(item)
     }
 
-    /// What every build asks of the record in effect of an item of a selected stage.
+    /// The latest record of an item of a selected stage, as far as every build needs it.
     pub(crate) fn effect(&self, item: ItemIndex) -> Option<Effect<'a>> {
         self.effect_of(item).filter(|_| self.selected[self.plan.items[item].stage])
     }
@@ -227,17 +228,17 @@ impl<'a> UpToDateCheck<'a> {
         }
     }
 
-    /// The same record, read from the journal.
+    /// The same record in full, read from the journal.
     pub(crate) fn record(&self, item: ItemIndex) -> Option<Record> {
         self.effect(item).and_then(|_| self.state.journal.get(Tag::Item, self.subject(item)))
     }
 
-    /// Whether the result of an item was at hand when the build began.
+    /// Whether the result of an item was in the cache when the build began.
     pub(crate) fn is_current(&self, item: ItemIndex) -> bool {
         self.current[item]
     }
 
-    /// The subject of the record in effect.
+    /// The subject of an item's latest record.
     pub(crate) fn subject(&self, item: ItemIndex) -> Subject {
         let item = &self.plan.items[item];
         item_subject(&self.manifest, &self.plan.stages[item.stage].name, &item.key)
@@ -248,19 +249,19 @@ impl<'a> UpToDateCheck<'a> {
         record.item == self.name(item) && record.manifest == self.manifest
     }
 
-    /// The source as records hold it.
+    /// The source as records contain it.
     pub(crate) fn source(&self, item: ItemIndex) -> Option<String> {
         self.plan.items[item].source.as_deref().map(|source| path_name(self.folder, source))
     }
 
-    /// The artifacts that arrive, given what each item made.
+    /// The artifacts at the ports, given the digest of each item's artifact.
     pub(crate) fn inputs(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Vec<InputUsed> {
         self.arrivals(item)
             .map(|(port, from)| InputUsed { port: port.into(), item: self.name(from), digest: digest(from) })
             .collect()
     }
 
-    /// All that an item's result depends on but the files that it reads.
+    /// Everything that an item's result depends on, except for the files that it reads.
     pub(crate) fn key(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Digest {
         let this = &self.plan.items[item];
         let stage = &self.plan.stages[this.stage];
@@ -285,7 +286,7 @@ impl<'a> UpToDateCheck<'a> {
         hasher.finish()
     }
 
-    /// What the record in effect of an item rests on.
+    /// The files that the latest record of an item depends on.
     pub(crate) fn seen_before(&self, item: ItemIndex) -> Seen {
         let reads = self.effect(item).into_iter().flat_map(|effect| effect.reads());
         let reads =
@@ -293,7 +294,7 @@ impl<'a> UpToDateCheck<'a> {
         Seen::before(reads.collect())
     }
 
-    /// What a record rests on.
+    /// The files that a record depends on.
     pub(crate) fn seen(&self, record: &Record) -> Seen {
         let read = |read: &FileRead| Read {
             path: self.folder.join(&read.path),
@@ -303,7 +304,7 @@ impl<'a> UpToDateCheck<'a> {
         Seen::before(record.reads.iter().map(read).collect())
     }
 
-    /// Whether a result with this key is at hand.
+    /// Whether a result with this key is in the cache.
     pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Freshness {
         let is_stored = |outputs: &[Blob]| outputs.iter().all(|blob| self.state.store.has(blob));
         let in_effect = self.effect(item).filter(|effect| !effect.is_gone() && effect.key() == key);
@@ -313,7 +314,7 @@ impl<'a> UpToDateCheck<'a> {
         }
         let results = self.state.journal.results::<Record>(short(key));
         let mut results = results.filter(|record| record.key == key).collect::<Vec<_>>();
-        // Its own result says more of it than one of another item for which everything is equal.
+        // Its own result is more specific than one of another item with the same inputs.
         results.sort_by_key(|record| !self.is_of(item, record));
         let is_stored = |record: &Record| is_stored(&record.outputs);
         match results.into_iter().find(|record| self.is_good(item, record) && is_stored(record)) {
@@ -324,9 +325,9 @@ impl<'a> UpToDateCheck<'a> {
         }
     }
 
-    /// Every difference from the record in effect.
+    /// Every difference from the latest record.
     ///
-    /// `digest` tells what an item made, where that is known yet.
+    /// `digest` returns the digest of an item's artifact, if that is known yet.
     pub(crate) fn reasons(
         &self,
         item: ItemIndex,
@@ -359,16 +360,16 @@ impl<'a> UpToDateCheck<'a> {
         reasons
     }
 
-    /// Whether a record, should its outputs be in the store, holds what the item would make now.
+    /// Whether a record, if its outputs are in the store, has the result that the item would make now.
     fn is_good(&self, item: ItemIndex, record: &Record) -> bool {
-        // An artifact is one output; the files of an export are as many as it names.
+        // An artifact is one output; an export has one for each of its files.
         let expected = self.plan.items[item].files.len().max(1);
         record.failure.is_none()
             && record.outputs.len() == expected
             && record.reads.iter().all(|read| self.now(read) == read.digest)
     }
 
-    /// The same of the record in effect.
+    /// The same of the latest record.
     fn is_good_in_effect(&self, item: ItemIndex, effect: Effect<'_>) -> bool {
         let expected = self.plan.items[item].files.len().max(1);
         let now =
@@ -378,7 +379,7 @@ impl<'a> UpToDateCheck<'a> {
             && effect.reads().all(|(path, listing, digest)| now(path, listing) == digest)
     }
 
-    /// What a file or folder that was read holds now.
+    /// The digest of the present content of a file or folder that was read.
     pub(crate) fn now(&self, read: &FileRead) -> Option<Digest> {
         self.disk.digest(&self.folder.join(&read.path), read.listing, &self.state.journal)
     }
@@ -453,7 +454,7 @@ impl<'a> UpToDateCheck<'a> {
     }
 }
 
-/// The subject of the record in effect of an item.
+/// The subject of an item's latest record.
 pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subject {
     let mut parts = vec![manifest, stage];
     parts.extend(key.iter().flat_map(|(stage, stem)| [stage, stem]));

@@ -1,7 +1,8 @@
-//! Whether an exported file is what its recipe says, and whether what it was made of has changed since.
+//! Whether an exported file is what its recipe says, and whether anything that it was made from has changed
+//! since.
 //!
-//! A file is known by its place in `out`, or, where it was moved or copied away, by its digest or by the recipe that it
-//! holds. From the record of the run that made it, its ancestry is followed up to the source files.
+//! A file is recognized by its place in `out`, or, if it was moved or copied, by its digest or by the recipe
+//! in it. From the record of the run that made it, its ancestry is followed up to the source files.
 
 use std::cell::{LazyCell, OnceCell};
 use std::collections::{HashMap, HashSet};
@@ -24,39 +25,39 @@ use crate::{
     read_file,
 };
 
-/// What is known of an exported file.
+/// The verification of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
-    /// The file that was asked for.
+    /// The requested file.
     pub file: String,
     /// The digest of its bytes.
     pub digest: Digest,
-    /// The item that exports it; `None` where the manifest has none any more that does.
+    /// The item that exports it; `None` if the manifest no longer has one that does.
     pub item: Option<ItemName>,
-    /// When the run began that made it.
+    /// When the run that made it started.
     pub made: Timestamp,
-    /// The item whose run that was: another one where the item took over a result that was in the cache.
+    /// The item of that run: another one if the item took over a result from the cache.
     pub maker: ItemName,
     /// What its bytes are.
     pub content: Content,
     /// What its recipe is.
     pub recipe: Recipe,
-    /// The files that it and its ancestors were made of.
+    /// The files that it and its ancestors were made from.
     pub sources: Vec<SourceFile>,
-    /// The parameters and kinds in its ancestry that were changed since.
+    /// The parameters and kinds in its ancestry that have changed since.
     pub revised: Vec<Cause>,
-    /// The ancestors that the manifest does not have any more.
+    /// The ancestors that the manifest no longer has.
     pub gone: Vec<ItemName>,
-    /// The ancestors of whose runs no record is left: of what they were made of nothing is known.
+    /// The ancestors without a remaining record: what they were made from is not known.
     pub forgotten: Vec<ItemName>,
-    /// Whether a build would make it anew, as far as can be known before.
+    /// Whether a build would make it again, as far as that can be known.
     pub would_run: bool,
-    /// What began that it would.
+    /// The causes of that rerun.
     pub causes: Vec<Cause>,
 }
 
 impl Verification {
-    /// Whether it is the file that a build would leave as it is.
+    /// Whether a build would leave the file as it is.
     pub fn is_current(&self) -> bool {
         self.content == Content::Current
             && !matches!(self.recipe, Recipe::Differs { .. })
@@ -75,9 +76,9 @@ pub enum Content {
     Current,
     /// A result of an earlier run.
     Earlier,
-    /// No result: somebody changed it.
+    /// Not a result: someone changed it.
     Altered {
-        /// The digest of what was made.
+        /// The digest of the result.
         made: Option<Digest>,
     },
 }
@@ -88,44 +89,44 @@ pub enum Content {
 pub enum Recipe {
     /// The file holds the recipe of its record.
     AsRecorded {
-        /// The file beside it that holds the recipe, where its own format cannot.
+        /// The file beside it that holds the recipe, if its own format cannot.
         beside: Option<PathBuf>,
     },
-    /// The file holds another.
+    /// The file holds another recipe.
     Differs {
         /// The recipe that it holds.
         found: String,
         /// The recipe of its record.
         recorded: String,
     },
-    /// The file holds none, nor does one beside it.
+    /// Neither the file nor one beside it holds a recipe.
     Absent,
 }
 
-/// A file or a folder's listing that something was made of.
+/// A file or folder listing that something was made from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceFile {
-    /// The path, relative to the manifest's folder where it lies inside.
+    /// The path, relative to the manifest's folder if it is inside.
     pub path: String,
     /// Whether the names in a folder were read, not a file's content.
     pub listing: bool,
-    /// The digest when it was read; `None` where it was looked for and not there.
+    /// The digest when it was read; `None` if it was looked for and did not exist.
     pub old: Option<Digest>,
-    /// The digest now; `None` where it is gone.
+    /// The digest now; `None` if it does not exist.
     pub new: Option<Digest>,
-    /// When it had been changed that was read, by its file system, where that is on record.
+    /// When the file that was read had been modified, by its file system, if that was recorded.
     pub old_time: Option<Timestamp>,
-    /// When it was changed now, by its file system.
+    /// When the present file was modified, by its file system.
     pub new_time: Option<Timestamp>,
 }
 
-/// Says whether an exported file is what was published, and whether that is up to date.
+/// Reports whether an exported file is as it was published, and whether that is up to date.
 ///
-/// `bytes` are the file's, `recipe_of` reads the recipe out of a file of any format. Nothing is written, and a build may
-/// be at work.
+/// `bytes` are the file's; `recipe_of` reads the recipe from a file of any format. Nothing is written, and a
+/// build may be running.
 ///
 /// # Errors
-/// Where nothing that the manifest has made is known by that place, content or recipe, or the records cannot be read.
+/// If no output of this manifest is known by that place, content or recipe, or the records cannot be read.
 pub fn verify(
     plan: &Plan,
     file: &Path,
@@ -190,7 +191,7 @@ fn published(judge: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
 
 /// The run that made a file.
 struct Found {
-    /// The item, where the plan has it.
+    /// The item, if the plan has it.
     item: Option<ItemIndex>,
     record: Record,
     /// Which of its outputs the file is.
@@ -198,12 +199,12 @@ struct Found {
     content: Content,
 }
 
-/// The records of the last runs, and of those earlier ones that are still known.
+/// The records of the last runs, and the earlier ones that remain.
 struct Archive<'a> {
     judge: &'a UpToDateCheck<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
-    /// The records in effect, as far as they were asked for.
+    /// The latest records, as far as they were needed.
     last: Vec<OnceCell<Option<Record>>>,
     earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
 }
@@ -227,17 +228,17 @@ impl<'a> Archive<'a> {
         Self { judge, manifest: judge.plan.manifest_name(), items, last, earlier: LazyCell::new(read) }
     }
 
-    /// The record in effect of an item.
+    /// The latest record of an item.
     fn record(&self, item: ItemIndex) -> Option<&Record> {
         self.last[item].get_or_init(|| self.judge.record(item)).as_ref()
     }
 
-    /// The good record in effect of an item.
+    /// The latest record of an item, if it is not a failure.
     fn last(&self, item: ItemIndex) -> Option<&Record> {
         self.record(item).filter(|record| record.failure.is_none())
     }
 
-    /// A file of the plan, whatever it holds now.
+    /// A file of the plan, whatever it contains now.
     fn by_place(&self, names: &[String], digest: Digest) -> Option<Found> {
         let place = |(item, this): (ItemIndex, &crate::Item)| {
             Some((item, this.files.iter().position(|file| names.contains(file))?))
@@ -257,15 +258,15 @@ impl<'a> Archive<'a> {
         found(record, Content::Altered { made: None })
     }
 
-    /// The newest earlier record of an item that is as asked for; where it has been forgotten, that of another item which
-    /// made the same, as it would have been this one's.
+    /// The newest earlier record of an item that `is_this` accepts. If there is none, that of another item
+    /// with the same inputs, as if it were this one's.
     fn earlier_of(&self, item: ItemIndex, is_this: impl Fn(&Record) -> bool) -> Option<Record> {
         let mut found = self.earlier.iter().filter(|record| is_this(record));
         let own = found.clone().find(|record| self.judge.is_of(item, record));
         own.cloned().or_else(|| found.find_map(|record| self.adopted(item, record)))
     }
 
-    /// Another item's record with this item's inputs; `None` where the two have another kind or other ports.
+    /// Another item's record with this item's inputs; `None` if the two have different kinds or ports.
     fn adopted(&self, item: ItemIndex, record: &Record) -> Option<Record> {
         let inputs = self.judge.inputs(item, |_| Digest([0; 32]));
         let is_like = record.kind == self.judge.plan.stages[self.judge.plan.items[item].stage].kind.name()
@@ -283,8 +284,8 @@ impl<'a> Archive<'a> {
         })
     }
 
-    /// A copy of a file that was exported, under whatever name. Of several items that made the same it is one whose file is
-    /// called as the copy.
+    /// A copy of an exported file, under any name. If several items made the same, one whose file has the
+    /// name of the copy.
     fn by_digest(&self, digest: Digest, file: &Path) -> Option<Found> {
         let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
         let is_called = |item: ItemIndex| {
@@ -307,7 +308,7 @@ impl<'a> Archive<'a> {
         Some(Found { item, record: record.clone(), output, content: Content::Earlier })
     }
 
-    /// A copy that was changed, but for its recipe.
+    /// A copy that was changed, except for its recipe.
     fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Found> {
         let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
         let mut last = (0..self.judge.plan.items.len()).filter(exports);
@@ -325,13 +326,13 @@ impl<'a> Archive<'a> {
         Some(Found { item, record: record.clone(), output, content: Content::Altered { made: None } })
     }
 
-    /// The item of the plan that an earlier record was of.
+    /// The item of the plan with an earlier record.
     fn item_of(&self, record: &Record) -> Option<ItemIndex> {
         self.items.get(&record.item).copied().filter(|_| record.manifest == self.manifest)
     }
 
-    /// The record of an item's artifact: its last one, or the newest that made the same. Not that of another item, which read
-    /// other files.
+    /// The record of an item's artifact: its latest one, or the newest with the same output. Not that of
+    /// another item, which read other files.
     fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
         let made = |record: &&Record| record.outputs.first().is_some_and(|blob| blob.digest == digest);
         let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
@@ -365,7 +366,7 @@ impl<'a> Archive<'a> {
         if found == recorded { Recipe::AsRecorded { beside } } else { Recipe::Differs { found, recorded } }
     }
 
-    /// The recipe in another file of the item, where the file's own format holds none: beside it, or in `out`.
+    /// The recipe in another file of the item, beside it or in `out`, if the file's own format holds none.
     fn beside(
         &self,
         file: &Path,
@@ -385,7 +386,7 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// What a file was made of, up to its sources.
+/// What a file was made from, up to its sources.
 #[derive(Default)]
 struct Ancestry {
     sources: Vec<SourceFile>,

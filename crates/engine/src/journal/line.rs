@@ -10,15 +10,15 @@ use crate::Digest;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub(crate) enum Tag {
-    /// The result in effect, or the failure, of an item.
+    /// The latest result, or the failure, of an item.
     Item = b'i',
     /// A result, by its key.
     Result = b'r',
-    /// The digest of a file, with the stamp that it had.
+    /// The stamp of a file, and the digest that it had then.
     Stamp = b's',
     /// A published file.
     Published = b'p',
-    /// A folder that a build publishes into at this time.
+    /// A folder that a build is publishing into.
     Publishing = b'o',
 }
 
@@ -31,10 +31,10 @@ impl Tag {
     }
 }
 
-/// The subject of a line: a digest, cut short.
+/// The subject of a line: a shortened digest.
 pub(crate) type Subject = u128;
 
-/// The subject that is named by some parts.
+/// The subject with a name of several parts.
 pub(crate) fn subject(parts: &[&str]) -> Subject {
     let mut hasher = blake3::Hasher::new();
     for part in parts {
@@ -43,7 +43,7 @@ pub(crate) fn subject(parts: &[&str]) -> Subject {
     short(Digest(*hasher.finalize().as_bytes()))
 }
 
-/// The subject that a digest names.
+/// The subject with a digest as its name.
 pub(crate) fn short(digest: Digest) -> Subject {
     digest.0[..16].iter().fold(0, |value, byte| value << 8 | Subject::from(*byte))
 }
@@ -56,7 +56,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// A line with some content; `None` takes back what earlier lines say.
+    /// A line with some content; `None` revokes earlier lines.
     pub(crate) fn new<T: Serialize>(tag: Tag, subject: Subject, content: Option<&T>) -> Self {
         let json = serde_json::to_string(&content).unwrap_or_else(|_| "null".into());
         Self { tag, subject, json }
@@ -80,7 +80,7 @@ pub(super) fn write_line(buffer: &mut Vec<u8>, tag: u8, subject: Subject, json: 
 pub(super) const CHECK: usize = 16;
 const SUBJECT: usize = 32;
 
-/// The length of what stands before the content.
+/// The number of bytes before the content.
 pub(super) const HEAD: usize = CHECK + 1 + 2 + SUBJECT + 1;
 
 pub(super) fn check(rest: &[u8]) -> [u8; CHECK] {

@@ -1,6 +1,6 @@
-//! What the lines of a journal say of the present, as sorted tables without a pointer in them: they are read from the
-//! index and searched as they are, and an item takes some hundred bytes. What only `explain` and a run ask is not in
-//! them, but where its line is.
+//! The present state that the lines of a journal describe, as sorted tables without pointers: they are read
+//! from the index and searched without decoding, and an item takes some hundred bytes. Of what only `explain`
+//! and a run need, they contain the place of the line.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,21 +13,21 @@ use crate::platform::Stamp;
 use crate::store::Blob;
 use crate::{Digest, FileRead};
 
-/// So many results are remembered for one key and different contents of the files read.
+/// For one key, at most this many results are remembered, with different contents of the files read.
 const RESULTS: usize = 8;
 
-/// Where a line is that holds.
+/// The place of a line.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct Line {
     /// The subject, most significant byte first.
     subject: [u8; 16],
-    /// The place of its content in the file.
+    /// The offset of its content in the file.
     offset: u64,
     length: u32,
     /// The letter of its tag.
     tag: u32,
-    /// What tells its text from others.
+    /// The check of the line, which differs if the text does.
     check: u64,
 }
 
@@ -46,7 +46,7 @@ impl Line {
     }
 }
 
-/// The record in effect of an item.
+/// The latest record of an item.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ItemEntry {
@@ -60,7 +60,7 @@ pub(super) struct ItemEntry {
     flags: u32,
 }
 
-/// Some neighbours of another table: the first, and how many.
+/// Some consecutive rows of another table: the first, and how many.
 #[repr(C)]
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 struct Span {
@@ -83,7 +83,7 @@ pub(super) struct ReadEntry {
     flags: u32,
 }
 
-/// The digest of a file, with the stamp that it had.
+/// The stamp of a file, and the digest that it had then.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct StampEntry {
@@ -103,7 +103,7 @@ pub(super) struct FileEntry {
     flags: u64,
 }
 
-/// Whether the line's content is of the shape that its tag has.
+/// Whether the line's content has the shape that its tag requires.
 const UNDERSTOOD: u32 = 1;
 const GONE: u32 = 2;
 const FAILED: u32 = 4;
@@ -127,19 +127,19 @@ impl Entry for Line {
     }
 }
 
-/// What a line says, as far as tables hold it.
+/// The change that a line makes to the tables.
 pub(super) enum Fact {
     Item(Line, Option<ItemFact>),
     Result(Line),
     Stamp(Line, Option<StampFact>),
     Published(Line, Option<FileFact>),
     Publishing(Line),
-    /// What was said before is taken back.
+    /// Revokes what earlier lines say.
     Nothing(Line),
 }
 
 impl Fact {
-    /// What a line with this content says.
+    /// The update of a line with this content.
     pub(super) fn of(tag: Tag, line: Line, json: &[u8]) -> Self {
         match tag {
             Tag::Result => Self::Result(line),
@@ -187,14 +187,14 @@ pub(super) struct Tables {
     pub(super) stamps: Vec<StampEntry>,
     pub(super) files: Vec<FileEntry>,
     pub(super) publishing: Vec<Line>,
-    /// By subject, of one subject the oldest first.
+    /// By subject; of one subject, the oldest first.
     pub(super) results: Vec<Line>,
     pub(super) blobs: Vec<Blob>,
     pub(super) reads: Vec<ReadEntry>,
     pub(super) names: Names,
 }
 
-/// Texts that recur, by number.
+/// Recurring texts, by number.
 #[derive(Default)]
 pub(super) struct Names {
     texts: Vec<Box<str>>,
@@ -222,7 +222,7 @@ impl Names {
 }
 
 impl Tables {
-    /// Enters what lines say, in the order of the file.
+    /// Applies the updates of lines, in the order of the file.
     pub(super) fn enter(&mut self, facts: Vec<Fact>) {
         let (mut items, mut stamps, mut files) = (Vec::new(), Vec::new(), Vec::new());
         let (mut publishing, mut results) = (Vec::new(), Vec::new());
@@ -233,7 +233,7 @@ impl Tables {
                 Fact::Published(line, fact) => files.push(file_entry(line, fact)),
                 Fact::Publishing(line) => publishing.push(line),
                 Fact::Result(line) => results.push(line),
-                // A line without a length takes back those before it.
+                // A location without a length revokes those before it.
                 Fact::Nothing(line) => {
                     let nothing = Line { length: 0, ..line };
                     match Tag::of(line.tag as u8) {
@@ -281,7 +281,7 @@ impl Tables {
         }
     }
 
-    /// Of one key the last few results stay. One that came into effect again is written again, and counts once.
+    /// Of one key the last few results are kept. One that was used again was written again, and counts once.
     fn merge_results(&mut self, added: Vec<Line>) {
         if added.is_empty() {
             return;
@@ -302,7 +302,7 @@ impl Tables {
         self.results = kept;
     }
 
-    /// Drops blobs, reads and names of records that are no longer in effect, once they are more than the others.
+    /// Drops blobs, reads and names of outdated records once they outnumber the others.
     fn drop_unused(&mut self) {
         let used = |span: fn(&ItemEntry) -> Span| {
             self.items.iter().map(|entry| span(entry).count as usize).sum::<usize>()
@@ -327,7 +327,7 @@ impl Tables {
         (self.blobs, self.reads, self.names) = (fresh.blobs, fresh.reads, fresh.names);
     }
 
-    /// Whether every row leads to rows that are there, and the tables are sorted: they come from a file.
+    /// Whether every row refers to existing rows, and the tables are sorted: they come from a file.
     pub(super) fn are_sound(&self) -> bool {
         let names = self.names.texts.len();
         let item = |entry: &ItemEntry| {
@@ -401,7 +401,7 @@ impl Tables {
     }
 }
 
-/// The record in effect of an item: what every build asks of it.
+/// The latest record of an item, as far as every build needs it.
 #[derive(Clone, Copy)]
 pub(crate) struct Effect<'a> {
     tables: &'a Tables,
@@ -409,7 +409,7 @@ pub(crate) struct Effect<'a> {
 }
 
 impl<'a> Effect<'a> {
-    /// The manifest that the item is of.
+    /// The manifest of the item.
     pub(crate) fn manifest(&self) -> &'a str {
         self.tables.names.get(self.entry.manifest)
     }
@@ -419,12 +419,12 @@ impl<'a> Effect<'a> {
         self.tables.names.get(self.entry.kind)
     }
 
-    /// The key that it ran under.
+    /// The key of the run.
     pub(crate) fn key(&self) -> Digest {
         Digest(self.entry.key)
     }
 
-    /// Whether the manifest has no such item any more.
+    /// Whether the manifest no longer has the item.
     pub(crate) fn is_gone(&self) -> bool {
         self.entry.flags & GONE != 0
     }
@@ -439,12 +439,13 @@ impl<'a> Effect<'a> {
         self.entry.milliseconds.into()
     }
 
-    /// What it made; of a failure, what the last good run made.
+    /// Its outputs; for a failure, those of the last successful run.
     pub(crate) fn outputs(&self) -> &'a [Blob] {
         self.tables.blobs.get(self.entry.outputs.range()).unwrap_or_default()
     }
 
-    /// The files and listings that it read: path as records hold it, whether it is a listing, and its digest.
+    /// The files and listings that it read: the path as in the record, whether it is a listing, and its
+    /// digest.
     pub(crate) fn reads(&self) -> impl Iterator<Item = (&'a str, bool, Option<Digest>)> + use<'a> {
         let tables = self.tables;
         let reads = tables.reads.get(self.entry.reads.range()).unwrap_or_default();
@@ -455,11 +456,11 @@ impl<'a> Effect<'a> {
     }
 }
 
-/// What the ledger says of a file.
+/// The ledger's line on a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PublishedStamp {
     pub(crate) digest: Digest,
-    /// The stamp that it had, if that can be relied on.
+    /// The stamp that it had, if it is reliable.
     pub(crate) stamp: Option<Stamp>,
 }
 
@@ -478,14 +479,14 @@ fn file_entry(line: Line, fact: Option<FileFact>) -> FileEntry {
     FileEntry { line, stamp, digest: fact.digest.0, flags: flags.into() }
 }
 
-/// Enters rows, in the order of the file, into a sorted table. Of those on one subject the last holds; one without a length
-/// takes the others back.
+/// Enters rows, in the order of the file, into a sorted table. A row replaces earlier rows on the same
+/// subject; one without a length revokes them.
 fn merge<E: Entry>(table: &mut Vec<E>, added: Vec<E>) {
     if added.is_empty() {
         return;
     }
     table.extend(added);
-    // Stable, and quick if most is sorted already.
+    // Stable, and fast if most of it is sorted already.
     table.sort_by_key(|entry| entry.line().subject);
     let mut kept = 0;
     for index in 0..table.len() {
@@ -506,7 +507,7 @@ fn is_sorted<E: Entry>(table: &[E]) -> bool {
     table.is_sorted_by(|one, other| one.line().subject < other.line().subject)
 }
 
-/// The row of a subject. Subjects are digests, so that one can be looked for near where it would be if they were evenly
+/// The row of a subject. Subjects are digests, so the search starts where it would be if they were evenly
 /// spread.
 fn find<E: Entry>(table: &[E], subject: Subject) -> Option<&E> {
     let at = |index: usize| table[index].line().subject();
@@ -532,7 +533,7 @@ mod tests {
 
     #[test]
     fn every_subject_of_a_table_is_found_and_no_other() {
-        // As digests are, and spread as unevenly as somebody might who made an index.
+        // As evenly spread as digests, and as unevenly as a forged index may be.
         let even = |n: u64| super::super::subject(&[&n.to_string()]);
         let uneven = [|n: u64| n, |n: u64| n << 40, |n: u64| u64::MAX - (n << 50)];
         let uneven = uneven.map(|spread| move |n: u64| Subject::from(spread(n + 1)) << 64 | 7);

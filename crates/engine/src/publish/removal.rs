@@ -1,5 +1,5 @@
-//! What leaves `out`: files that no item exports any more, the folders that they leave empty, and what a killed build left
-//! half written. Only files of the ledger go, and only as they were published.
+//! Removes files from `out`: those that no item exports any more, folders that become empty, and temporary
+//! files of killed builds. Only files of the ledger are removed, and only if they are as they were published.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -13,7 +13,8 @@ use crate::state::State;
 use crate::{Error, ItemName, Plan, platform};
 
 impl Publisher<'_> {
-    /// Removes the files of items that have gone from selected stages (`all`: also from stages that have gone).
+    /// Removes the files of items that no longer exist in selected stages (with `all`, also in stages that no
+    /// longer exist).
     ///
     /// # Errors
     /// If a file cannot be removed.
@@ -37,7 +38,7 @@ impl Publisher<'_> {
         Ok(())
     }
 
-    /// Removes the files that an item does not export any more, now that its others are in place.
+    /// Removes the files that an item no longer exports, now that its others are in place.
     ///
     /// # Errors
     /// If a file cannot be removed.
@@ -48,7 +49,7 @@ impl Publisher<'_> {
         }
     }
 
-    /// Whether an item does not export any more what it exported.
+    /// Whether an item no longer exports some file.
     pub(crate) fn has_stale(&self, item: &dyn Fn() -> ItemName) -> bool {
         !self.stale.is_empty() && self.stale.contains_key(&item())
     }
@@ -77,9 +78,9 @@ impl Publisher<'_> {
         removed.collect()
     }
 
-    /// Removes the folders that are empty now, and says that nothing is being published any more.
+    /// Removes folders that are empty now, and records that publishing has ended.
     ///
-    /// Not before the end of a build: another item may be about to write into such a folder.
+    /// Only at the end of a build: until then another item may be about to write into such a folder.
     ///
     /// # Errors
     /// If the journal cannot be written.
@@ -100,7 +101,8 @@ impl Publisher<'_> {
 
     /// Removes files of the ledger, and the folders that they leave empty.
     pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
-        // Whoever finds a file removed may put something in its place, so that it must have gone by then.
+        // The lock is held until the files are removed: whoever finds a file in `removed` may put something
+        // in its place.
         let mut removed = self.removed.lock();
         for file in files {
             let Some(line) = self.entry(file).filter(|_| removed.insert(file.clone())) else { continue };
@@ -117,8 +119,8 @@ impl Publisher<'_> {
         Ok(())
     }
 
-    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` if it is
-    /// not there any more.
+    /// What happens to a file that no item exports: it is removed, or left alone if someone changed it.
+    /// `None` if it does not exist any more.
     fn left_over(&self, line: &Published) -> Result<Option<PublishEvent>, Error> {
         let file = &line.file;
         let place = self.root.join(file);
@@ -151,8 +153,8 @@ impl Publisher<'_> {
     }
 }
 
-/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the plan's.
-/// What the journal says of other folders is left to the builds of the manifests that name them.
+/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the
+/// plan's `out`. Other folders are left to the builds of the manifests that name them.
 ///
 /// # Errors
 /// If the journal cannot be written.

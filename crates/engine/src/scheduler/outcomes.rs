@@ -1,4 +1,4 @@
-//! What becomes of items: what workers report, and what that means for those that wait.
+//! Handles what workers report: what becomes of the item, and of the items that wait for it.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ impl Scheduler<'_, '_> {
     pub(super) fn hear(&mut self, message: Message) {
         match message {
             Message::Fetched(item, Ok(Some(handle))) => {
-                // Those who asked for it may have been skipped meanwhile.
+                // Its consumers may have been skipped meanwhile.
                 if self.items[item].users > 0 {
                     self.items[item].handle = Some(handle);
                 }
@@ -49,7 +49,7 @@ impl Scheduler<'_, '_> {
         if let Err(failure) = &made
             && failure.cancelled
         {
-            // Also where no other is stopped, because only this one's file is being written.
+            // Even if nothing else is stopped, because only this item's file is being written.
             self.summary.cancelled = true;
             return self.skip(item, None);
         }
@@ -91,14 +91,14 @@ impl Scheduler<'_, '_> {
         self.done(item);
     }
 
-    /// The artifact of an item that was up to date is not in the store any more.
+    /// The artifact of an item that was up to date is no longer in the store.
     fn make_again(&mut self, item: ItemIndex) {
         self.reopen(item);
         self.items[item].lost = true;
         self.want(item);
     }
 
-    /// Takes back that an item was settled.
+    /// Undoes that an item was finished.
     fn reopen(&mut self, item: ItemIndex) {
         if self.items[item].ran {
             self.summary.ran -= 1;
@@ -129,12 +129,12 @@ impl Scheduler<'_, '_> {
         self.tell(Event::Skipped { item: name.clone(), because: because.clone() });
         match because {
             Some(root) => self.lose(item, &root),
-            // The build is being stopped: the rest follows at the end.
+            // The build is being stopped: the rest is skipped at its end.
             None => self.items[item].phase = Phase::Stopped,
         }
     }
 
-    /// Settles an item without a result.
+    /// Finishes an item without a result.
     fn lose(&mut self, item: ItemIndex, root: &ItemName) {
         self.items[item].phase = Phase::Failed(root.clone());
         self.settled(item);
@@ -150,7 +150,7 @@ impl Scheduler<'_, '_> {
         self.settled(item);
     }
 
-    /// Tells the consumers of an item, and lets go of the artifacts that only it still needed.
+    /// Informs the consumers of a finished item, and drops the artifacts that only it still needed.
     fn settled(&mut self, item: ItemIndex) {
         for input in distinct(&self.judge.plan.items[item].inputs) {
             let input = &mut self.items[input];
@@ -196,7 +196,7 @@ impl Scheduler<'_, '_> {
         }
     }
 
-    /// The item on whose account this one cannot run.
+    /// The failed item because of which this one cannot run.
     pub(super) fn failed_input(&self, item: ItemIndex) -> Option<ItemName> {
         let inputs = self.judge.plan.items[item].inputs.iter().flatten();
         inputs.into_iter().find_map(|input| match &self.items[*input].phase {
