@@ -180,10 +180,10 @@ impl Session {
                     self.conclude(&mut state, summary, &since);
                 }
             }
-            Event::Rejected { faults } => {
-                self.screen.painted(&manifest::drawn(faults));
+            Event::Rejected { diagnostics } => {
+                self.screen.painted(&manifest::drawn(diagnostics));
                 let next = if state.built { "the last good graph goes on" } else { "nothing runs" };
-                self.line("", &format!("{}; {next} until it is mended", manifest::counted(faults)));
+                self.line("", &format!("{}; {next} until it is mended", manifest::counted(diagnostics)));
                 state.changed.clear();
             }
             Event::Accepted => self.line("mended", "the manifest is sound again"),

@@ -25,7 +25,7 @@ pub struct EventLine {
 impl EventLine {
     /// The version of the format: raised when an event or a field is removed or renamed, or changes its type
     /// or meaning.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// The line of an event that happens now.
     pub fn now(event: Event) -> Self {
@@ -251,7 +251,7 @@ pub enum Event {
     /// manifest. Reported once for the same errors, and again if they are all that a change led to.
     Rejected {
         /// The first 50 errors, and the number of further ones.
-        faults: Diagnostics,
+        diagnostics: Diagnostics,
     },
     /// The manifest and the files that it names are valid again after they were rejected.
     Accepted,

@@ -270,7 +270,7 @@ fn a_broken_manifest_is_drawn_and_kept_in_view_until_it_is_mended() {
     let watched = Watched::new(false);
     let text = "schema = 1\nout = 7\n";
     let faults = vec![Diagnostic::at(17..18, "out is a number").expected("a folder")];
-    let rejected = Event::Rejected { faults: Diagnostics::new("pipeline.toml", text, faults) };
+    let rejected = Event::Rejected { diagnostics: Diagnostics::new("pipeline.toml", text, faults) };
     let manifest = noticed(&[("pipeline.toml", Changed::Changed)]);
     watched.after(0, &[manifest.clone(), rejected]);
     let lines = std::mem::take(&mut *watched.lines.lock());
