@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
-        patience: patience(arguments.wait),
+        lock_timeout: lock_timeout(arguments.wait),
         ..BuildOptions::default()
     };
     let cancel = Cancel::default();
@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.
-fn patience(wait: Option<Option<u32>>) -> LockTimeout {
+fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     match wait {
         None => LockTimeout::default(),
         Some(None) => LockTimeout::ENDLESS,

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::journal::{Journal, Retention, Tag};
 use crate::ledger::Published;
-use crate::lock::Request;
+use crate::lock::LockRequest;
 use crate::regular::hash;
 use crate::retention::Manifests;
 use crate::state::{FOLDER, State};
@@ -63,7 +63,7 @@ pub struct CollectOptions {
     /// Whether only to report what would be removed.
     pub dry_run: bool,
     /// How long to wait for a running build.
-    pub patience: LockTimeout,
+    pub lock_timeout: LockTimeout,
 }
 
 /// What a collection removed, or would have removed.
@@ -87,12 +87,12 @@ pub struct Verified {
     /// The blobs whose bytes have their digest.
     pub intact: Amount,
     /// The damaged ones, which have been removed, and those that should exist and do not.
-    pub lost: Vec<Lost>,
+    pub lost: Vec<LostBlob>,
 }
 
 /// A damaged or missing blob.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Lost {
+pub struct LostBlob {
     /// Its digest.
     pub digest: Digest,
     /// Whether it had other bytes; if not, it did not exist.
@@ -115,7 +115,7 @@ pub fn stats(folder: &Path) -> Result<Stats, Error> {
         in_effect: inventory.amount(|kind| kind == Holding::InEffect),
         earlier: inventory.amount(|kind| kind == Holding::Earlier),
         garbage: inventory.amount(|kind| kind == Holding::Garbage),
-        temporary: state.store.unfinished(),
+        temporary: state.store.temporary_files(),
         journal: Amount { count: lines, bytes },
         stages: inventory.shares(),
     })
@@ -129,12 +129,13 @@ pub fn stats(folder: &Path) -> Result<Stats, Error> {
 /// If there is no state folder, another process holds the lock, or the folder cannot be written.
 pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)) -> Result<Freed, Error> {
     let state = read(folder)?;
-    let temporary = state.store.unfinished();
+    let temporary = state.store.temporary_files();
     let (freed, state) = if options.dry_run {
         (Collection::of(&Inventory::of(&state, folder), options.limit).freed, state)
     } else {
         drop(state);
-        let mut state = State::open(lock(folder, LockPurpose::Collect, options.patience, waiting)?, None)?;
+        let mut state =
+            State::open(lock(folder, LockPurpose::Collect, options.lock_timeout, waiting)?, None)?;
         (state.collect(folder, options.limit)?, state)
     };
     drop(state);
@@ -147,7 +148,7 @@ pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)
 ///
 /// # Errors
 /// If there is no state folder, a blob cannot be read, or a damaged one cannot be removed.
-pub fn verify(folder: &Path, patience: LockTimeout, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
+pub fn verify(folder: &Path, timeout: LockTimeout, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
     let state = read(folder)?;
     let inventory = Inventory::of(&state, folder);
     let checked = inventory.blobs.par_iter().map(|(digest, bytes)| {
@@ -170,7 +171,7 @@ pub fn verify(folder: &Path, patience: LockTimeout, waiting: &dyn Fn(String)) ->
         }
     }
     if !lost.is_empty() {
-        let state = State::open(lock(folder, LockPurpose::Verify, patience, waiting)?, None)?;
+        let state = State::open(lock(folder, LockPurpose::Verify, timeout, waiting)?, None)?;
         for digest in lost.keys() {
             // It is read once more: a build may have made it again meanwhile.
             state.store.get(*digest)?;
@@ -194,20 +195,20 @@ impl BuildSession {
     /// # Errors
     /// If the state folder cannot be written.
     pub fn trim(&self, folder: &Path, limit: u64) -> Result<Freed, Error> {
-        let mut between = self.between();
-        let is_large = between.journal.as_ref().is_some_and(Journal::is_large);
-        if (between.stored < between.room && !is_large) || !folder.join(FOLDER).is_dir() {
+        let mut saved = self.saved();
+        let is_large = saved.journal.as_ref().is_some_and(Journal::is_large);
+        if (saved.stored < saved.room && !is_large) || !folder.join(FOLDER).is_dir() {
             return Ok(Freed::default());
         }
         let lock = match lock(folder, LockPurpose::Watch, LockTimeout::NONE, &|_| {}) {
             Err(error) if error.kind() == ErrorKind::Locked => return Ok(Freed::default()),
             lock => lock?,
         };
-        let kept = between.journal.take();
-        let mut state = self.pool.install(|| State::open(lock, kept))?;
+        let journal = saved.journal.take();
+        let mut state = self.pool.install(|| State::open(lock, journal))?;
         if state.journal.is_large() {
             let retention = Retention::of(&state.journal, folder);
-            state.journal.forget(retention)?;
+            state.journal.compact_to(retention)?;
         }
         let size = Inventory::of(&state, folder).amount(|_| true).bytes;
         let freed = if size > limit {
@@ -218,9 +219,9 @@ impl BuildSession {
         let spare = limit.saturating_sub(freed.left.bytes) + 1;
         // If the last good outputs alone are about as large, there is little to remove before more has been
         // added.
-        between.room = if freed.in_effect.bytes > limit - limit / 10 { limit / 10 } else { spare };
-        between.stored = 0;
-        between.journal = state.rest();
+        saved.room = if freed.in_effect.bytes > limit - limit / 10 { limit / 10 } else { spare };
+        saved.stored = 0;
+        saved.journal = state.close();
         Ok(freed)
     }
 }
@@ -233,7 +234,7 @@ impl State {
             let lines = &collection.lines;
             self.journal.compact(|held| held.tag != Tag::Result || !lines.contains(&held.place()))?;
         }
-        collection.blobs.iter().for_each(|digest| self.store.forget(*digest));
+        collection.blobs.iter().for_each(|digest| self.store.remove(*digest));
         Ok(collection.freed)
     }
 }
@@ -243,18 +244,18 @@ fn read(folder: &Path) -> Result<State, Error> {
     if !state.exists() {
         let message = format!("there is no cache: {} does not exist", state.display());
         return Err(Error::new(ErrorKind::UnknownTarget, message)
-            .with_help("a build makes it; name the manifest whose cache is meant with --manifest"));
+            .with_help("run a build first, or name another manifest with --manifest"));
     }
     State::read(folder)
 }
 
 fn lock(
     folder: &Path,
-    errand: LockPurpose,
-    patience: LockTimeout,
+    purpose: LockPurpose,
+    timeout: LockTimeout,
     waiting: &dyn Fn(String),
 ) -> Result<crate::lock::Lock, Error> {
-    State::lock(folder, &Request { errand, patience, cancel: &Cancel::default(), waiting })
+    State::lock(folder, &LockRequest { purpose, timeout, cancel: &Cancel::default(), waiting })
 }
 
 /// Why a blob is kept, or that it is not.
@@ -267,7 +268,7 @@ enum Holding {
 
 /// The outputs in a record.
 #[derive(Deserialize)]
-struct Made {
+struct RecordOutputs {
     manifest: String,
     item: ItemName,
     outputs: Vec<Blob>,
@@ -283,19 +284,19 @@ struct Inventory {
     /// The blobs of results.
     remembered: HashSet<Digest>,
     /// The latest records.
-    items: Vec<Made>,
+    items: Vec<RecordOutputs>,
     /// The results, the least recently used first, each with the place of its line.
-    results: Vec<(u64, Made)>,
+    results: Vec<(u64, RecordOutputs)>,
 }
 
 impl Inventory {
     fn of(state: &State, folder: &Path) -> Self {
         let mut manifests = Manifests::new(folder);
-        let items = state.journal.subjects::<Made>(Tag::Item).into_iter().map(|(_, made)| made);
+        let items = state.journal.contents::<RecordOutputs>(Tag::Item).into_iter().map(|(_, made)| made);
         let items = items.filter(|made| !made.gone && manifests.has(&made.manifest)).collect::<Vec<_>>();
-        let results = state.journal.results_by_age::<Made>();
+        let results = state.journal.results_by_age::<RecordOutputs>();
         let mut in_effect = digests(&items).collect::<HashSet<_>>();
-        let ledger = state.journal.subjects::<Published>(Tag::Published);
+        let ledger = state.journal.contents::<Published>(Tag::Published);
         let lines = ledger.iter().map(|(_, line)| line);
         in_effect.extend(lines.filter(|line| manifests.has(&line.manifest)).map(|line| line.digest));
         let remembered = results.iter().flat_map(|(_, made)| digests(std::slice::from_ref(made))).collect();
@@ -343,18 +344,23 @@ impl Inventory {
         shares
     }
 
-    fn lost(&self, digest: Digest, damaged: bool) -> Lost {
-        let holds = |made: &Made| made.outputs.iter().any(|blob| blob.digest == digest);
+    fn lost(&self, digest: Digest, damaged: bool) -> LostBlob {
+        let holds = |made: &RecordOutputs| made.outputs.iter().any(|blob| blob.digest == digest);
         let items = self.items.iter().filter(|made| holds(made)).map(|made| made.item.clone());
         let items = items.collect::<BTreeSet<_>>();
         let results = self.results.iter().map(|(_, made)| made).filter(|made| holds(made));
         let earlier = results.map(|made| made.item.clone()).filter(|item| !items.contains(item));
         let earlier = earlier.collect::<BTreeSet<_>>();
-        Lost { digest, damaged, items: items.into_iter().collect(), earlier: earlier.into_iter().collect() }
+        LostBlob {
+            digest,
+            damaged,
+            items: items.into_iter().collect(),
+            earlier: earlier.into_iter().collect(),
+        }
     }
 }
 
-fn digests(made: &[Made]) -> impl Iterator<Item = Digest> {
+fn digests(made: &[RecordOutputs]) -> impl Iterator<Item = Digest> {
     made.iter().flat_map(|made| made.outputs.iter().map(|blob| blob.digest))
 }
 
@@ -410,6 +416,6 @@ impl Collection {
     }
 }
 
-fn distinct(made: &Made) -> BTreeSet<Digest> {
+fn distinct(made: &RecordOutputs) -> BTreeSet<Digest> {
     digests(std::slice::from_ref(made)).collect()
 }

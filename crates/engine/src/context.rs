@@ -168,7 +168,7 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
-        self.noted(Read { path: path.clone(), listing: false, digest });
+        self.record(Read { path: path.clone(), listing: false, digest });
         if bytes.as_ref().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
             self.stopped.store(true, Ordering::Relaxed);
             return Err(Failure::cancelled());
@@ -188,7 +188,7 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
-        self.noted(Read { path: path.clone(), listing: true, digest });
+        self.record(Read { path: path.clone(), listing: true, digest });
         names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path.display())))
     }
 
@@ -199,7 +199,7 @@ impl<'a> Context<'a> {
         let path = self.resolve(path);
         let is_folder = self.files.is_folder(&path);
         let names = if is_folder { self.files.list(&path).ok() } else { None };
-        self.noted(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
+        self.record(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
         is_folder
     }
 
@@ -272,7 +272,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    fn noted(&self, read: Read) {
+    fn record(&self, read: Read) {
         let mut reads = self.reads.lock();
         if !reads.contains(&read) {
             reads.push(read);

@@ -76,7 +76,7 @@ pub struct FailedRun {
 }
 
 /// The numbers of threads that show differences best: one, two, and one more than there are processors.
-pub fn telling_threads() -> Vec<usize> {
+pub fn default_threads() -> Vec<usize> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let mut threads = vec![1, 2, processors + 1];
     threads.dedup();
@@ -100,7 +100,7 @@ pub fn determinism(
 ) -> Result<Determinism, Error> {
     let selected = select(plan, stages)?;
     let mut found = Determinism { threads: threads.to_vec(), ..Determinism::default() };
-    let mut told = HashSet::new();
+    let mut reported = HashSet::new();
     let mut first = None;
     for &threads in threads {
         let (trial, summary) = Trial::run(plan, stages, threads, cancel, events)?;
@@ -117,7 +117,7 @@ pub fn determinism(
                 first = Some((trial, results));
             }
             Some((trial, before)) => {
-                compare(plan, (trial.threads, before), (threads, &results), &mut told, &mut found)?;
+                compare(plan, (trial.threads, before), (threads, &results), &mut reported, &mut found)?;
             }
         }
     }
@@ -160,16 +160,16 @@ impl Trial {
             keep_going: true,
             ..BuildOptions::default()
         };
-        let bench = BuildSession::new(Some(threads), 0)?;
-        let summary = bench.build(&plan, &options, cancel, &|event| events(threads, event))?;
+        let session = BuildSession::new(Some(threads), 0)?;
+        let summary = session.build(&plan, &options, cancel, &|event| events(threads, event))?;
         Ok((Self { threads, plan, _folder: folder }, summary))
     }
 
     fn results(&self, selected: &[bool]) -> Result<Results, Error> {
         let state = State::read(&self.plan.state)?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-        let judge = UpToDateCheck::new(&self.plan, &state, &disk, selected);
-        let records = (0..self.plan.items.len()).map(|item| judge.record(item).map(Arc::new)).collect();
+        let check = UpToDateCheck::new(&self.plan, &state, &disk, selected);
+        let records = (0..self.plan.items.len()).map(|item| check.record(item).map(Arc::new)).collect();
         Ok(Results { records, state })
     }
 }
@@ -188,11 +188,11 @@ fn compare(
     plan: &Plan,
     (threads_before, before): (usize, &Results),
     (threads, after): (usize, &Results),
-    told: &mut HashSet<(ItemIndex, usize)>,
+    reported: &mut HashSet<(ItemIndex, usize)>,
     found: &mut Determinism,
 ) -> Result<(), Error> {
     // The items whose outputs differ, each with the item where the difference begins.
-    let mut begun = HashMap::<ItemName, ItemName>::new();
+    let mut origins = HashMap::<ItemName, ItemName>::new();
     for item in 0..plan.items.len() {
         let (Some(old), Some(new)) = (&before.records[item], &after.records[item]) else { continue };
         if old.failure.is_some() || new.failure.is_some() {
@@ -205,13 +205,13 @@ fn compare(
         }
         let name = plan.item_name(item);
         let differing = old.inputs.iter().zip(&new.inputs).find(|(old, new)| old.digest != new.digest);
-        let because = differing.map(|(input, _)| begun.get(&input.item).unwrap_or(&input.item).clone());
+        let because = differing.map(|(input, _)| origins.get(&input.item).unwrap_or(&input.item).clone());
         for (output, (one, other)) in old.outputs.iter().zip(&new.outputs).enumerate() {
             if one.digest == other.digest {
                 continue;
             }
-            begun.insert(name.clone(), because.clone().unwrap_or_else(|| name.clone()));
-            if !told.insert((item, output)) {
+            origins.insert(name.clone(), because.clone().unwrap_or_else(|| name.clone()));
+            if !reported.insert((item, output)) {
                 continue;
             }
             found.differences.push(Difference {

@@ -26,7 +26,7 @@ pub(crate) struct Disk {
     now: i64,
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
     /// All files that items read, or would read again.
-    noted: Arc<ReadSet>,
+    reads: Arc<ReadSet>,
     cancel: Cancel,
 }
 
@@ -49,8 +49,8 @@ struct Stamped {
 
 impl Disk {
     /// Adds the files that items read to `reads`. Once `cancel` is cancelled, files can no longer be read.
-    pub(crate) fn new(now: i64, noted: Arc<ReadSet>, cancel: &Cancel) -> Self {
-        Self { now, digests: Mutex::default(), noted, cancel: cancel.clone() }
+    pub(crate) fn new(now: i64, reads: Arc<ReadSet>, cancel: &Cancel) -> Self {
+        Self { now, digests: Mutex::default(), reads, cancel: cancel.clone() }
     }
 
     /// The digest of a file's content or a folder's listing at present; `None` if it cannot be read.
@@ -61,7 +61,7 @@ impl Disk {
         if let Some(known) = self.digests.lock().get(&place) {
             return *known;
         }
-        let (digest, line) = self.look(path, listing, journal);
+        let (digest, line) = self.digest_and_line(path, listing, journal);
         self.digests.lock().insert(place, digest);
         // Without the line the next build hashes the file again; nothing else depends on it.
         let _ = journal.append(&line.into_iter().collect::<Vec<_>>());
@@ -69,29 +69,24 @@ impl Disk {
     }
 
     /// Reads these files and folders again when they are asked for next.
-    pub(crate) fn forget(&self, is_concerned: impl Fn(&Path, bool) -> bool) {
-        self.digests.lock().retain(|(path, listing), _| !is_concerned(path, *listing));
+    pub(crate) fn invalidate(&self, is_affected: impl Fn(&Path, bool) -> bool) {
+        self.digests.lock().retain(|(path, listing), _| !is_affected(path, *listing));
     }
 
     /// Adds files and listings that items read in their last runs.
-    pub(crate) fn note_places(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
-        self.noted.places().extend(places);
+    pub(crate) fn add_reads(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
+        self.reads.places().extend(places);
     }
 
     /// Computes the digests of many files and folders in parallel, before [`Disk::digest`] is asked for them.
-    pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
-        let looked = places.into_par_iter().map(|place| {
-            let (digest, line) = self.look(&place.0, place.1, journal);
+    pub(crate) fn hash_all(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
+        let hashed = places.into_par_iter().map(|place| {
+            let (digest, line) = self.digest_and_line(&place.0, place.1, journal);
             ((place, digest), line)
         });
-        let (digests, lines): (Vec<_>, Vec<_>) = looked.unzip();
+        let (digests, lines): (Vec<_>, Vec<_>) = hashed.unzip();
         self.digests.lock().extend(digests);
         let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
-    }
-
-    /// Adds what an item read.
-    pub(crate) fn note(&self, reads: &[Read]) {
-        self.noted.places().extend(reads.iter().map(|read| (read.path.clone(), read.listing)));
     }
 
     /// The files on disk as a running item of this build sees them.
@@ -108,7 +103,12 @@ impl Disk {
         stamped.map(|(path, stamped)| line(path, &stamped)).collect()
     }
 
-    fn look(&self, path: &Path, listing: bool, journal: &Journal) -> (Option<Digest>, Option<Line>) {
+    fn digest_and_line(
+        &self,
+        path: &Path,
+        listing: bool,
+        journal: &Journal,
+    ) -> (Option<Digest>, Option<Line>) {
         if listing {
             return (digest_now(path, true), None);
         }

@@ -59,14 +59,14 @@ impl Error {
         let kind = classify(error);
         let help = match kind {
             ErrorKind::DiskFull => {
-                Some("make room on that disk and build again; what was there before is intact")
+                Some("free some space on that disk and build again; the earlier outputs are intact")
             }
-            ErrorKind::ReadOnly => Some("make the place writable, or build in a copy of the project"),
+            ErrorKind::ReadOnly => Some("make the folder writable, or build in a copy of the project"),
             _ => None,
         };
         let cause = match error.kind() {
             _ if kind == ErrorKind::DiskFull => format!("the disk is full: {error}"),
-            io::ErrorKind::ReadOnlyFilesystem => format!("the place is read-only: {error}"),
+            io::ErrorKind::ReadOnlyFilesystem => format!("the folder is read-only: {error}"),
             _ => error.to_string(),
         };
         let chain = vec![format!("cannot {doing} {}", path.display()), cause];

@@ -118,10 +118,10 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-    let judge = UpToDateCheck::new(plan, &state, &disk, &selected);
+    let check = UpToDateCheck::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
-    let mut forecasts = forecast(&judge, &selected);
-    let mut causes = forecast_causes(&judge, &forecasts);
+    let mut forecasts = forecast(&check, &selected);
+    let mut causes = forecast_causes(&check, &forecasts);
     let explained = items.into_iter().map(|item| {
         let (reasons, restored) = match forecasts[item].take() {
             Some(Forecast::Runs(reasons)) => (Some(reasons), false),
@@ -130,12 +130,12 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
         };
         let files = plan.items[item].files.iter().map(|file| exported(plan, &publisher, file));
         Explanation {
-            item: judge.name(item),
+            item: check.name(item),
             would_run: reasons.is_some(),
             causes: if reasons.is_some() { std::mem::take(&mut causes[item]) } else { Vec::new() },
             reasons: reasons.unwrap_or_default(),
             restored,
-            last: judge.record(item).map(|record| last_run(&judge, item, &record)),
+            last: check.record(item).map(|record| last_run(&check, item, &record)),
             files: files.collect(),
         }
     });
@@ -143,7 +143,7 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
 }
 
 /// For each stale item, the changes that made it stale.
-pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
+pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
     let digest = |input: ItemIndex| match &forecasts[input] {
         Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
         _ => None,
@@ -151,13 +151,13 @@ pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<For
     let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
     for (item, forecast) in forecasts.iter().enumerate() {
         let of_input = |input: ItemIndex| match &causes[input][..] {
-            [] => judge.last_causes(input),
+            [] => check.last_causes(input),
             causes => causes.to_vec(),
         };
         let begun = match forecast {
-            Some(Forecast::Runs(reasons)) => judge.causes(item, reasons, of_input),
+            Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
             Some(Forecast::Current { restored: true, .. }) => {
-                judge.causes(item, &judge.reasons(item, digest), of_input)
+                check.causes(item, &check.reasons(item, digest), of_input)
             }
             _ => Vec::new(),
         };
@@ -179,8 +179,8 @@ fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile 
     ExportedFile { file: file.into(), digest, state }
 }
 
-fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> LastRun {
-    let many = &judge.stages[judge.plan.items[item].stage].many;
+fn last_run(check: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> LastRun {
+    let many = &check.stages[check.plan.items[item].stage].many;
     let is_many = |port: &str| many.contains(port);
     let failed = record.failure.is_some();
     LastRun {
@@ -189,7 +189,7 @@ fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> Last
         version: record.version.clone(),
         kind: record.kind_name(),
         reasons: record.reasons.clone(),
-        causes: judge.causes_of(item, record),
+        causes: check.causes_of(item, record),
         from_cache: record.from_cache.clone(),
         warnings: record.warnings.clone(),
         notes: record.notes.clone(),
@@ -206,9 +206,9 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
     }
-    let named = |told: fn(&str) -> String| {
-        let target = told(target);
-        (0..plan.items.len()).find(|item| told(&plan.item_name(*item).to_string()) == target)
+    let named = |spelled: fn(&str) -> String| {
+        let target = spelled(target);
+        (0..plan.items.len()).find(|item| spelled(&plan.item_name(*item).to_string()) == target)
     };
     // Spaces are easily forgotten; if they tell items apart, they count.
     if let Some(item) = named(str::to_owned).or_else(|| named(|name| name.replace(' ', ""))) {

@@ -14,7 +14,7 @@
 //! which its items finish. A process that builds repeatedly keeps the tables in memory and reads the lines
 //! that were appended since, by whichever process.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
@@ -24,18 +24,18 @@ use line::{CHECK, HEAD, check, write_line};
 use parking_lot::Mutex;
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
-use tables::{Fact, Tables};
+use tables::{Tables, Update};
 use text::Text;
 
 pub(crate) use line::{Line, Subject, Tag, short, subject};
 #[cfg(test)]
 pub(crate) use retention::OTHERS;
 pub(crate) use retention::Retention;
-pub(crate) use tables::{Effect, PublishedStamp};
+pub(crate) use tables::{LatestRecord, PublishedStamp};
 
 use crate::platform::Stamp;
-use crate::regular::write_new;
-use crate::{Digest, Error, ErrorKind, platform};
+use crate::regular::replace_through;
+use crate::{Digest, Error, ErrorKind};
 
 mod index;
 mod line;
@@ -63,25 +63,25 @@ pub(crate) struct Journal {
     /// The lines that the index covers.
     indexed: u64,
     /// Whether no other process has written to it since it was saved.
-    as_kept: bool,
-    end: Option<Mutex<End>>,
+    unchanged: bool,
+    appender: Option<Mutex<Appender>>,
 }
 
 /// A line that is not outdated.
-pub(crate) struct Held {
+pub(crate) struct LiveLine {
     pub(crate) tag: Tag,
     pub(crate) subject: Subject,
     range: Range<u64>,
 }
 
-impl Held {
+impl LiveLine {
     /// Its place in the file: a later line has a greater one.
     pub(crate) fn place(&self) -> u64 {
         self.range.start
     }
 }
 
-struct End {
+struct Appender {
     file: File,
     length: u64,
     /// Whether half a line may be at the end.
@@ -97,19 +97,26 @@ impl Journal {
         let broken = |error: io::Error| Error::io(&error, "read", path);
         if let Some((covered, tables)) = index::read(&index_of(path)) {
             let index::Covered { head, tail, length, lines } = covered;
-            let text = Text::known(head, tail, length);
-            let mut journal =
-                Self { path: path.into(), text, tables, lines, indexed: lines, as_kept: false, end: None };
+            let text = Text::resume(head, tail, length);
+            let mut journal = Self {
+                path: path.into(),
+                text,
+                tables,
+                lines,
+                indexed: lines,
+                unchanged: false,
+                appender: None,
+            };
             // Errors of the journal itself are found below, when all of it is read.
-            if journal.take_up().is_ok_and(|same| same) {
+            if journal.read_appended().is_ok_and(|same| same) {
                 check_format(journal.text.head(), path)?;
                 return Ok(journal);
             }
         }
         let (text, tables) = (Text::default(), Tables::default());
         let mut journal =
-            Self { path: path.into(), text, tables, lines: 0, indexed: 0, as_kept: false, end: None };
-        journal.take_up().map_err(broken)?;
+            Self { path: path.into(), text, tables, lines: 0, indexed: 0, unchanged: false, appender: None };
+        journal.read_appended().map_err(broken)?;
         check_format(journal.text.head(), path)?;
         Ok(journal)
     }
@@ -121,29 +128,29 @@ impl Journal {
     /// As [`Journal::read`], and if it cannot be written.
     pub(crate) fn write(
         path: &Path,
-        kept: Option<Self>,
+        saved: Option<Self>,
         retention: impl FnOnce(&Self) -> Retention,
     ) -> Result<Self, Error> {
-        let kept = kept.filter(|kept| kept.path == path);
+        let saved = saved.filter(|saved| saved.path == path);
         // Errors of a saved journal are found when the file is read again.
-        let taken_up = kept.and_then(|mut kept| {
-            let before = kept.text.length();
-            let is_same = kept.take_up().is_ok_and(|same| same);
-            kept.as_kept = kept.text.length() == before;
-            is_same.then_some(kept)
+        let reopened = saved.and_then(|mut saved| {
+            let before = saved.text.length();
+            let is_same = saved.read_appended().is_ok_and(|same| same);
+            saved.unchanged = saved.text.length() == before;
+            is_same.then_some(saved)
         });
-        let mut journal = taken_up.map_or_else(|| Self::read(path), Ok)?;
+        let mut journal = reopened.map_or_else(|| Self::read(path), Ok)?;
         if !journal.is_whole() {
             let retention = retention(&journal);
-            journal.forget(retention)?;
+            journal.compact_to(retention)?;
         } else if journal.is_overgrown() {
             let retention = retention(&journal);
             // It can wait: a full disk is not a reason not to build.
-            let _ = journal.forget(retention);
+            let _ = journal.compact_to(retention);
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;
-        journal.end = Some(Mutex::new(End { file, length: journal.text.length(), torn: false }));
+        journal.appender = Some(Mutex::new(Appender { file, length: journal.text.length(), torn: false }));
         Ok(journal)
     }
 
@@ -151,16 +158,16 @@ impl Journal {
     ///
     /// # Errors
     /// As [`Journal::compact`].
-    pub(crate) fn forget(&mut self, mut retention: Retention) -> Result<(), Error> {
+    pub(crate) fn compact_to(&mut self, mut retention: Retention) -> Result<(), Error> {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
 
     /// The journal for the next build of this process, with the lines appended by this one and its file
     /// closed; the lock is still held. Writes the index if many lines are not in it. `None` if the file has
     /// been replaced.
-    pub(crate) fn rest(mut self) -> Option<Self> {
-        self.end = None;
-        if !self.take_up().is_ok_and(|same| same) {
+    pub(crate) fn close(mut self) -> Option<Self> {
+        self.appender = None;
+        if !self.read_appended().is_ok_and(|same| same) {
             return None;
         }
         self.save_index();
@@ -169,8 +176,8 @@ impl Journal {
     }
 
     /// Whether it was saved, and no other process has written to it since.
-    pub(crate) fn is_as_kept(&self) -> bool {
-        self.as_kept
+    pub(crate) fn is_unchanged(&self) -> bool {
+        self.unchanged
     }
 
     /// The bytes and lines of the file when it was read.
@@ -179,13 +186,13 @@ impl Journal {
     }
 
     /// The latest record of an item, as far as every build needs it.
-    pub(crate) fn effect(&self, subject: Subject) -> Option<Effect<'_>> {
-        self.tables.effect(subject)
+    pub(crate) fn latest(&self, subject: Subject) -> Option<LatestRecord<'_>> {
+        self.tables.latest(subject)
     }
 
     /// The same of all items, by subject.
-    pub(crate) fn effects(&self) -> impl Iterator<Item = (Subject, Effect<'_>)> {
-        self.tables.effects()
+    pub(crate) fn latest_records(&self) -> impl Iterator<Item = (Subject, LatestRecord<'_>)> {
+        self.tables.latest_records()
     }
 
     /// The recorded stamp of a file and the digest that it had then.
@@ -204,17 +211,17 @@ impl Journal {
     }
 
     /// The subjects of a tag, in any order.
-    pub(crate) fn named(&self, tag: Tag) -> impl Iterator<Item = Subject> {
-        self.tables.lines(tag).map(tables::Line::subject)
+    pub(crate) fn subjects(&self, tag: Tag) -> impl Iterator<Item = Subject> {
+        self.tables.lines(tag).map(tables::Location::subject)
     }
 
     /// The subjects of a tag, each with the content of its last line, in the order of the file.
-    pub(crate) fn subjects<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
+    pub(crate) fn contents<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
         self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
     /// The same of these subjects.
-    pub(crate) fn subjects_among<T: DeserializeOwned>(
+    pub(crate) fn contents_of<T: DeserializeOwned>(
         &self,
         tag: Tag,
         subjects: &[Subject],
@@ -238,8 +245,8 @@ impl Journal {
     /// The contents of some lines, in the order of the file.
     fn all<'a, T: DeserializeOwned>(
         &'a self,
-        mut lines: Vec<&'a tables::Line>,
-    ) -> impl Iterator<Item = (&'a tables::Line, T)> {
+        mut lines: Vec<&'a tables::Location>,
+    ) -> impl Iterator<Item = (&'a tables::Location, T)> {
         lines.sort_unstable_by_key(|line| line.range().start);
         let mut window = self.text.window();
         lines.into_iter().filter_map(move |line| {
@@ -253,24 +260,24 @@ impl Journal {
     /// # Errors
     /// If the file cannot be written.
     pub(crate) fn append(&self, lines: &[Line]) -> Result<(), Error> {
-        let Some(end) = &self.end else { return Ok(()) };
+        let Some(appender) = &self.appender else { return Ok(()) };
         if lines.is_empty() {
             return Ok(());
         }
-        let mut end = end.lock();
+        let mut appender = appender.lock();
         // A line must not continue the rest of a torn one.
-        let mut buffer = if end.torn { vec![b'\n'] } else { Vec::new() };
+        let mut buffer = if appender.torn { vec![b'\n'] } else { Vec::new() };
         lines.iter().for_each(|line| line.write(&mut buffer));
-        if let Err(error) = end.file.write_all(&buffer) {
+        if let Err(error) = appender.file.write_all(&buffer) {
             // Windows cannot shorten a file that is open for appending.
-            if end.file.set_len(end.length).is_err() {
-                end.length = end.file.metadata().map_or(end.length, |metadata| metadata.len());
-                end.torn = true;
+            if appender.file.set_len(appender.length).is_err() {
+                appender.length = appender.file.metadata().map_or(appender.length, |metadata| metadata.len());
+                appender.torn = true;
             }
             return Err(Error::io(&error, "write", &self.path));
         }
-        end.length += buffer.len() as u64;
-        end.torn = false;
+        appender.length += buffer.len() as u64;
+        appender.torn = false;
         Ok(())
     }
 
@@ -279,18 +286,18 @@ impl Journal {
     }
 
     /// Reads the lines that were appended since; returns whether the file is still the same.
-    fn take_up(&mut self) -> io::Result<bool> {
+    fn read_appended(&mut self) -> io::Result<bool> {
         let Self { text, tables, lines, path, .. } = self;
-        let mut facts = Vec::new();
-        let same = text.take_up(path, |start, piece| {
+        let mut updates = Vec::new();
+        let same = text.read_appended(path, |start, piece| {
             *lines += piece.iter().filter(|byte| **byte == b'\n').count() as u64;
-            facts.extend(facts_of(start, piece));
+            updates.extend(parse_piece(start, piece));
             // Entering many costs hardly more than entering a few.
-            if facts.len() > 1 << 14 {
-                tables.enter(std::mem::take(&mut facts));
+            if updates.len() > 1 << 14 {
+                tables.apply(std::mem::take(&mut updates));
             }
         });
-        tables.enter(facts);
+        tables.apply(updates);
         same
     }
 
@@ -326,7 +333,7 @@ impl Journal {
     /// The number of lines that it may have: twice those that a compaction keeps, and 1000.
     fn limit(&self) -> u64 {
         let rows = |tag| self.tables.lines(tag).count();
-        let gone = self.tables.effects().filter(|(_, effect)| effect.is_gone()).count();
+        let gone = self.tables.latest_records().filter(|(_, latest)| latest.is_gone()).count();
         let kept = Retention::most(rows(Tag::Item) - gone, gone, rows(Tag::Result), rows(Tag::Stamp));
         2 * (kept + rows(Tag::Published) + rows(Tag::Publishing)) as u64 + 1000
     }
@@ -336,36 +343,33 @@ impl Journal {
     ///
     /// # Errors
     /// If the file cannot be written; it is unchanged then.
-    pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&Held) -> bool) -> Result<(), Error> {
-        let mut held = Vec::new();
+    pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&LiveLine) -> bool) -> Result<(), Error> {
+        let mut live = Vec::new();
         for tag in Tag::ALL {
             let lines = self.tables.lines(tag);
-            held.extend(lines.map(|line| Held { tag, subject: line.subject(), range: line.range() }));
+            live.extend(lines.map(|line| LiveLine { tag, subject: line.subject(), range: line.range() }));
         }
-        held.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
-        held.retain(|line| keeps(line));
-        held.reverse();
+        live.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
+        live.retain(|line| keeps(line));
+        live.reverse();
         let temporary = self.path.with_extension("new");
-        let written = self.copy(&held, &temporary).and_then(|()| platform::replace(&temporary, &self.path));
-        written.map_err(|error| {
-            let _ = fs::remove_file(&temporary);
-            Error::io(&error, "write", &self.path)
-        })?;
-        drop(held);
-        let before = self.end.take();
+        replace_through(&temporary, &self.path, &mut |file| self.copy(&live, file))
+            .map_err(|error| Error::io(&error, "write", &self.path))?;
+        drop(live);
+        let before = self.appender.take();
         *self = Self::read(&self.path)?;
         // If it was open for appending, that was the old file.
         if before.is_some() {
             let file = OpenOptions::new().append(true).open(&self.path);
             let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;
-            self.end = Some(Mutex::new(End { file, length: self.text.length(), torn: false }));
+            self.appender = Some(Mutex::new(Appender { file, length: self.text.length(), torn: false }));
         }
         Ok(())
     }
 
     /// Writes lines to another file.
-    fn copy(&self, lines: &[Held], to: &Path) -> io::Result<()> {
-        let mut file = BufWriter::new(write_new(to, b"")?);
+    fn copy(&self, lines: &[LiveLine], file: File) -> io::Result<()> {
+        let mut file = BufWriter::new(file);
         let mut buffer = header().into_bytes();
         write_line(&mut buffer, WRITING, new_name(), lines.len().to_string().as_bytes());
         file.write_all(&buffer)?;
@@ -421,7 +425,7 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
 }
 
 /// The updates in a piece of the file. Lines are checked in parallel.
-fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
+fn parse_piece(start: u64, text: &[u8]) -> Vec<Update> {
     let mut pieces = Vec::new();
     let mut begin = 0;
     while begin < text.len() {
@@ -432,12 +436,12 @@ fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
         pieces.push(begin..begin + end);
         begin += end;
     }
-    let facts = pieces.into_par_iter().map(|piece| lines(start + piece.start as u64, &text[piece]));
-    facts.collect::<Vec<_>>().into_iter().flatten().collect()
+    let updates = pieces.into_par_iter().map(|piece| lines(start + piece.start as u64, &text[piece]));
+    updates.collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 /// The updates of the lines whose check is right.
-fn lines(start: u64, text: &[u8]) -> Vec<Fact> {
+fn lines(start: u64, text: &[u8]) -> Vec<Update> {
     let mut found = Vec::new();
     let mut start = start;
     for line in text.split_inclusive(|byte| *byte == b'\n') {
@@ -454,7 +458,7 @@ fn lines(start: u64, text: &[u8]) -> Vec<Fact> {
         let check = hex(&line[..CHECK]).and_then(|text| u64::from_str_radix(text, 16).ok());
         if let (Some(tag), Some(subject), Some(check)) = (tag, subject, check) {
             let content = place + HEAD as u64..place + line.len() as u64;
-            found.push(Fact::of(tag, tables::Line::new(tag, subject, &content, check), &line[HEAD..]));
+            found.push(Update::of(tag, tables::Location::new(tag, subject, &content, check), &line[HEAD..]));
         }
     }
     found

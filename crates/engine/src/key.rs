@@ -124,7 +124,7 @@ impl JsonSchema for ItemKey {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut schema = BTreeMap::<String, String>::json_schema(generator);
-        let description = "What tells an item of a stage from its siblings: source stage name to file stem.\n\n\
+        let description = "What distinguishes an item of a stage from the others: source stage name to file stem.\n\n\
                            `{environment: \"sky\", material: \"gold\"}`; empty for a stage that has one item.";
         schema.insert("description".into(), description.into());
         schema

@@ -85,10 +85,11 @@ impl<'a> Ledger<'a> {
     /// The published files that no item of the plan exports, sorted, by the item that did.
     pub(crate) fn unwanted(&self) -> BTreeMap<ItemName, Vec<String>> {
         let wanted = self.wanted();
-        let unwanted = self.journal.named(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
+        let unwanted =
+            self.journal.subjects(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
         let unwanted = unwanted.collect::<Vec<_>>();
         let mut files = BTreeMap::<_, Vec<_>>::new();
-        for (subject, line) in self.journal.subjects_among::<Published>(Tag::Published, &unwanted) {
+        for (subject, line) in self.journal.contents_of::<Published>(Tag::Published, &unwanted) {
             if line.is_of(&self.manifest, &self.out, subject) {
                 files.entry(line.item).or_default().push(line.file);
             }
@@ -105,7 +106,7 @@ impl<'a> Ledger<'a> {
     /// Whether another manifest has published a file of this name into the same folder.
     pub(crate) fn is_of_another_manifest(&self, file: &str) -> bool {
         let others = self.others.get_or_init(|| {
-            let lines = self.journal.subjects::<Published>(Tag::Published).into_iter().map(|(_, line)| line);
+            let lines = self.journal.contents::<Published>(Tag::Published).into_iter().map(|(_, line)| line);
             let others = lines.filter(|line| line.out == self.out && line.manifest != self.manifest);
             others.map(|line| line.file).collect()
         });

@@ -54,7 +54,7 @@ pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
 pub use cancel::Cancel;
 pub use context::Context;
-pub use determinism::{Determinism, Difference, FailedRun, determinism, telling_threads};
+pub use determinism::{Determinism, Difference, FailedRun, default_threads, determinism};
 pub use diagnostic::{Diagnostic, Diagnostics, line_and_column};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};

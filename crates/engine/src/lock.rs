@@ -61,12 +61,12 @@ impl Default for LockTimeout {
 }
 
 /// Waits shorter than this are not reported.
-const SILENT: Duration = Duration::from_millis(250);
+const UNREPORTED: Duration = Duration::from_millis(250);
 
 /// The purpose of a lock, and how to wait for it.
-pub(crate) struct Request<'a> {
-    pub(crate) errand: LockPurpose,
-    pub(crate) patience: LockTimeout,
+pub(crate) struct LockRequest<'a> {
+    pub(crate) purpose: LockPurpose,
+    pub(crate) timeout: LockTimeout,
     pub(crate) cancel: &'a Cancel,
     /// Called once with a description of the holder, when the wait becomes noticeable.
     pub(crate) waiting: &'a dyn Fn(String),
@@ -75,7 +75,7 @@ pub(crate) struct Request<'a> {
 /// A locked state folder.
 pub(crate) struct Lock {
     folder: PathBuf,
-    errand: LockPurpose,
+    purpose: LockPurpose,
     file: File,
 }
 
@@ -91,8 +91,8 @@ impl Drop for Lock {
 struct Holder {
     process: u32,
     since: Timestamp,
-    #[serde(default)]
-    errand: LockPurpose,
+    #[serde(default, alias = "errand")]
+    purpose: LockPurpose,
 }
 
 impl Lock {
@@ -101,25 +101,25 @@ impl Lock {
     /// # Errors
     /// If another process holds the lock for longer than the timeout, the request is cancelled meanwhile, or
     /// the folder cannot be written.
-    pub(crate) fn take(folder: &Path, request: &Request<'_>) -> Result<Self, Error> {
+    pub(crate) fn take(folder: &Path, request: &LockRequest<'_>) -> Result<Self, Error> {
         let begun = Instant::now();
         let mut pause = Duration::from_millis(2);
-        let mut told = false;
+        let mut reported = false;
         loop {
             if let Some(file) = try_lock(folder)? {
-                return Ok(Self { folder: folder.to_path_buf(), errand: request.errand, file });
+                return Ok(Self { folder: folder.to_path_buf(), purpose: request.purpose, file });
             }
             let waited = begun.elapsed();
             if request.cancel.is_cancelled() {
                 let message = format!("stopped while it waited for {}", holder(folder));
                 return Err(Error::new(ErrorKind::Cancelled, message));
             }
-            if request.patience.0.is_some_and(|limit| waited >= limit) {
+            if request.timeout.0.is_some_and(|limit| waited >= limit) {
                 let message = format!("{} is at work in {}", holder(folder), folder.display());
                 return Err(Error::new(ErrorKind::Locked, message)
                     .with_help("wait for it, or stop that process: its lock goes with it"));
             }
-            if waited >= SILENT && !std::mem::replace(&mut told, true) {
+            if waited >= UNREPORTED && !std::mem::replace(&mut reported, true) {
                 (request.waiting)(holder(folder));
             }
             std::thread::sleep(pause);
@@ -137,7 +137,7 @@ impl Lock {
     /// If the folder cannot be written.
     pub(crate) fn announce(&self) -> Result<i64, Error> {
         let path = self.folder.join("holder");
-        let holder = Holder { process: std::process::id(), since: Timestamp::now(), errand: self.errand };
+        let holder = Holder { process: std::process::id(), since: Timestamp::now(), purpose: self.purpose };
         let text = serde_json::to_string(&holder).unwrap_or_default();
         let written = fs::write(&path, text).and_then(|()| fs::metadata(&path));
         let written = written.map_err(|error| Error::io(&error, "write", &path))?;
@@ -162,7 +162,7 @@ fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
 fn holder(folder: &Path) -> String {
     let holder = read_file(&folder.join("holder")).ok();
     match holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok()) {
-        Some(Holder { process, since, errand }) => format!("{errand} (process {process}, since {since})"),
+        Some(Holder { process, since, purpose }) => format!("{purpose} (process {process}, since {since})"),
         None => "another process".into(),
     }
 }
@@ -173,12 +173,12 @@ mod tests {
 
     use super::*;
 
-    fn request<'a>(patience: LockTimeout, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> Request<'a> {
-        Request { errand: LockPurpose::Collect, patience, cancel, waiting }
+    fn request<'a>(timeout: LockTimeout, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> LockRequest<'a> {
+        LockRequest { purpose: LockPurpose::Collect, timeout, cancel, waiting }
     }
 
     #[test]
-    fn a_second_process_is_told_who_holds_the_lock_and_what_it_does() {
+    fn a_second_process_learns_who_holds_the_lock_and_why() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
         let request = request(LockTimeout::NONE, &cancel, &|_| panic!("it does not wait"));
@@ -195,18 +195,18 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_says_so_once_and_gets_the_lock_when_it_is_free() {
+    fn a_wait_is_reported_once_and_ends_when_the_lock_is_free() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
         let first = Lock::take(folder.path(), &request(LockTimeout::NONE, &cancel, &|_| {})).unwrap();
         let first = parking_lot::Mutex::new(Some(first));
-        let told = AtomicUsize::new(0);
+        let reported = AtomicUsize::new(0);
         let free = |_| {
-            told.fetch_add(1, Ordering::Relaxed);
+            reported.fetch_add(1, Ordering::Relaxed);
             drop(first.lock().take());
         };
         Lock::take(folder.path(), &request(LockTimeout::ENDLESS, &cancel, &free)).unwrap();
-        assert_eq!(told.into_inner(), 1);
+        assert_eq!(reported.into_inner(), 1);
     }
 
     #[test]

@@ -150,18 +150,18 @@ fn shared_mount(table: &str, path: &Path) -> Option<String> {
 /// On Windows a virus scanner or viewer may hold the place for a moment; the rename is retried for two
 /// seconds.
 pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
-    patiently(|| fs::rename(from, to))
+    retry_while_held(|| fs::rename(from, to))
 }
 
 /// Removes a file; it is not an error if it does not exist.
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
-    match patiently(|| fs::remove_file(path)) {
+    match retry_while_held(|| fs::remove_file(path)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         other => other,
     }
 }
 
-fn patiently(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
+fn retry_while_held(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
     let mut pause = Duration::from_millis(1);
     loop {
         match act() {
@@ -214,17 +214,17 @@ mod tests {
     }
 
     #[test]
-    fn a_path_on_a_network_mount_is_told_by_the_innermost_mount() {
+    fn the_innermost_mount_of_a_path_counts() {
         let table = "22 1 8:1 / / rw - ext4 /dev/sda1 rw\n\
                      36 22 0:45 / /mnt/light\\040box rw shared:1 - nfs4 server:/x rw\n\
                      37 36 8:2 / /mnt/light\\040box/local rw - xfs /dev/sdb rw\n\
                      38 22 0:46 / /ssh rw - fuse.sshfs me@host: rw\n";
-        let told = |path: &str| shared_mount(table, Path::new(path));
-        assert_eq!(told("/home/me/a.exr"), None);
-        assert_eq!(told("/mnt/light box/a.exr").as_deref(), Some("nfs4"));
-        assert_eq!(told("/mnt/light box/local/a.exr"), None);
-        assert_eq!(told("/mnt/light boxes/a.exr"), None);
-        assert_eq!(told("/ssh/a.exr").as_deref(), Some("fuse.sshfs"));
+        let kind = |path: &str| shared_mount(table, Path::new(path));
+        assert_eq!(kind("/home/me/a.exr"), None);
+        assert_eq!(kind("/mnt/light box/a.exr").as_deref(), Some("nfs4"));
+        assert_eq!(kind("/mnt/light box/local/a.exr"), None);
+        assert_eq!(kind("/mnt/light boxes/a.exr"), None);
+        assert_eq!(kind("/ssh/a.exr").as_deref(), Some("fuse.sshfs"));
     }
 
     #[test]
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn different_files_are_not_one() {
+    fn two_files_with_equal_content_are_not_one() {
         let folder = tempfile::tempdir().unwrap();
         let (a, b) = (folder.path().join("a"), folder.path().join("b"));
         fs::write(&a, "x").unwrap();

@@ -46,7 +46,7 @@ pub(crate) enum PublishEvent {
 #[derive(Debug)]
 pub(crate) enum PublishError {
     /// A result is no longer in the store.
-    Lost,
+    ResultLost,
     /// A file or folder is in the way, or cannot be written.
     Error(Error),
 }
@@ -71,7 +71,7 @@ pub(crate) struct Publisher<'a> {
     /// The files that this build has removed.
     removed: Mutex<BTreeSet<String>>,
     /// The folders of those files.
-    thinned: Mutex<BTreeSet<PathBuf>>,
+    emptied_folders: Mutex<BTreeSet<PathBuf>>,
     announced: AtomicBool,
     next: AtomicU64,
 }
@@ -120,7 +120,7 @@ impl<'a> Publisher<'a> {
             folded: OnceLock::new(),
             stale: BTreeMap::new(),
             removed: Mutex::default(),
-            thinned: Mutex::default(),
+            emptied_folders: Mutex::default(),
             announced: AtomicBool::new(false),
             next: AtomicU64::new(0),
         }
@@ -163,18 +163,18 @@ impl<'a> Publisher<'a> {
         item: &ItemName,
         files: &[(String, Blob)],
         bytes: Option<Vec<Vec<u8>>>,
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
         let mut bytes = bytes.map(Vec::into_iter);
         let mut actions = Vec::new();
         for (file, blob) in files {
             let fresh = bytes.as_mut().and_then(Iterator::next);
-            actions.extend(self.plan_file(item, files, file, *blob, fresh, told)?);
+            actions.extend(self.plan_file(item, files, file, *blob, fresh, events)?);
         }
         if actions.is_empty() {
             return Ok(());
         }
-        let result = self.carry_out(item, &mut actions, told);
+        let result = self.carry_out(item, &mut actions, events);
         for write in actions.iter().filter_map(|action| action.write.as_ref()) {
             if let Some(left) = &write.temporary {
                 let _ = fs::remove_file(&left.path);
@@ -191,12 +191,12 @@ impl<'a> Publisher<'a> {
         file: &str,
         blob: Blob,
         fresh: Option<Vec<u8>>,
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<Option<Action>, PublishError> {
         if self.is_intact(file, blob.digest) {
             return Ok(None);
         }
-        let place = self.clear_way(file, told)?;
+        let place = self.prepare_place(file, events)?;
         let line = self.entry(file).or_else(|| self.other_spelling(file, &place));
         let line = line.as_ref();
         let found = match fs::symlink_metadata(&place) {
@@ -239,7 +239,7 @@ impl<'a> Publisher<'a> {
         let restored = line.is_some_and(|line| line.digest == blob.digest && line.stamp.is_some());
         let bytes = match fresh {
             Some(bytes) => bytes,
-            None => self.state.store.get(blob.digest)?.ok_or(PublishError::Lost)?,
+            None => self.state.store.get(blob.digest)?.ok_or(PublishError::ResultLost)?,
         };
         let write = Some(Write { bytes, restored, remark, temporary: None });
         Ok(Some(Action { file: file.into(), blob, replaces, found: None, write }))
@@ -281,7 +281,7 @@ impl<'a> Publisher<'a> {
         &self,
         item: &ItemName,
         actions: &mut [Action],
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
         if actions.iter().any(|action| action.write.is_some()) {
             self.announce()?;
@@ -322,9 +322,9 @@ impl<'a> Publisher<'a> {
                     let renamed = now().filter(|now| now.is_renamed(&temporary.stamp));
                     let stamp = (renamed.unwrap_or(temporary.stamp), temporary.settled);
                     write.temporary = None;
-                    told.extend(write.remark.take());
+                    events.extend(write.remark.take());
                     let (file, restored) = (action.file.clone(), write.restored);
-                    told.push(PublishEvent::Published { file, bytes: action.blob.bytes, restored });
+                    events.push(PublishEvent::Published { file, bytes: action.blob.bytes, restored });
                     stamp
                 }
                 None => {
@@ -348,7 +348,7 @@ impl<'a> Publisher<'a> {
 
     /// Creates the folders of a file, and removes files of the ledger that are in the way and no longer
     /// exported.
-    fn clear_way(&self, file: &str, told: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
+    fn prepare_place(&self, file: &str, events: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
         fs::create_dir_all(self.root).map_err(|error| Error::io(&error, "create", self.root))?;
         let mut folder = self.root.to_path_buf();
         let mut parts = file.split('/').peekable();
@@ -359,19 +359,19 @@ impl<'a> Publisher<'a> {
             if parts.peek().is_none() {
                 break;
             }
-            self.make_folder(&folder, &so_far, told)?;
+            self.make_folder(&folder, &so_far, events)?;
             so_far.push('/');
         }
         if fs::symlink_metadata(&folder).is_ok_and(|found| found.is_dir()) {
             let inside = format!("{file}/");
             let stale = self.stale.values().flatten().filter(|stale| stale.starts_with(&inside)).cloned();
-            self.remove(&stale.collect::<Vec<_>>(), &mut |what| told.push(what))?;
+            self.remove(&stale.collect::<Vec<_>>(), &mut |what| events.push(what))?;
             remove_empty_folders(&folder);
         }
         Ok(folder)
     }
 
-    fn make_folder(&self, folder: &Path, name: &str, told: &mut Vec<PublishEvent>) -> Result<(), Error> {
+    fn make_folder(&self, folder: &Path, name: &str, events: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match fs::symlink_metadata(folder) {
             Ok(found) if found.is_dir() => return Ok(()),
             Ok(found) if found.is_symlink() && folder.is_dir() => {
@@ -388,7 +388,7 @@ impl<'a> Publisher<'a> {
                     .with_help("files are published inside out only: remove the link, or change path"));
             }
             Ok(_) if self.entry(name).is_some() && !self.ledger.is_wanted(name) => {
-                self.remove(&[name.to_owned()], &mut |what| told.push(what))?;
+                self.remove(&[name.to_owned()], &mut |what| events.push(what))?;
             }
             Ok(_) => return Err(in_the_way(folder)),
             Err(_) => {}

@@ -52,7 +52,7 @@ impl Reader {
 impl Files for Reader {
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
         let read = |path: &Path| read_until(path, &|| self.cancel.is_cancelled());
-        let (bytes, stamp) = steadily(path, self.now, read, std::thread::sleep)?;
+        let (bytes, stamp) = read_stable(path, self.now, read, std::thread::sleep)?;
         self.stamps().insert(path.to_path_buf(), stamp);
         Ok(Arc::new(bytes))
     }
@@ -71,7 +71,7 @@ const TRIES: u32 = 8;
 
 /// Reads a file until it does not change meanwhile; `pause` gives a writer time, a quarter of a second in
 /// all.
-fn steadily(
+fn read_stable(
     path: &Path,
     now: i64,
     mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
@@ -88,7 +88,7 @@ fn steadily(
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => continue,
             bytes => bytes?,
         };
-        if (before.is_settled(now) || holds(path, &bytes)?) && stamp()? == before {
+        if (before.is_settled(now) || has_content(path, &bytes)?) && stamp()? == before {
             return Ok((bytes, before));
         }
     }
@@ -97,7 +97,7 @@ fn steadily(
 }
 
 /// Whether a file holds these bytes.
-fn holds(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
+fn has_content(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
     let (mut file, _) = regular::open(path)?;
     let mut buffer = vec![0; 1 << 16];
     loop {
@@ -142,12 +142,12 @@ mod tests {
             }
             Ok(bytes)
         };
-        let read = steadily(&path, now, torn, |_| {}).map(|(bytes, _)| bytes);
+        let read = read_stable(&path, now, torn, |_| {}).map(|(bytes, _)| bytes);
         (read, tries.get())
     }
 
     #[test]
-    fn what_was_torn_is_read_again() {
+    fn a_file_that_changed_meanwhile_is_read_again() {
         // As if the file were old enough for its stamp to be trusted, and as if it were not.
         for now in [i64::MAX, 0] {
             let (bytes, tries) = read(0, now);
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_holds_still_is_said_to_be_written() {
+    fn a_file_that_keeps_changing_is_reported_as_being_written() {
         let (error, tries) = read(u32::MAX, 0);
         let error = error.unwrap_err();
         assert_eq!((error.kind(), tries), (io::ErrorKind::ResourceBusy, TRIES));
@@ -166,19 +166,19 @@ mod tests {
     }
 
     #[test]
-    fn a_file_holds_what_it_holds_and_no_less() {
+    fn a_file_is_compared_to_its_last_byte() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("text");
         let text = vec![7; 100_000];
         for length in [0, 1, 1 << 16, 100_000] {
             fs::write(&path, &text[..length]).unwrap();
-            assert!(holds(&path, &text[..length]).unwrap());
-            assert!(!holds(&path, &text[..length.saturating_sub(1)]).unwrap() || length == 0);
-            assert!(!holds(&path, &[&text[..length], &[7][..]].concat()).unwrap());
+            assert!(has_content(&path, &text[..length]).unwrap());
+            assert!(!has_content(&path, &text[..length.saturating_sub(1)]).unwrap() || length == 0);
+            assert!(!has_content(&path, &[&text[..length], &[7][..]].concat()).unwrap());
             let mut other = text[..length].to_vec();
             if let Some(last) = other.last_mut() {
                 *last = 8;
-                assert!(!holds(&path, &other).unwrap());
+                assert!(!has_content(&path, &other).unwrap());
             }
         }
     }

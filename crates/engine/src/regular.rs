@@ -34,8 +34,28 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
     let temporary = path.with_file_name(format!(".specula-{}-{number}.part", std::process::id()));
-    write_new(&temporary, bytes).and_then(|_| platform::replace(&temporary, path)).inspect_err(|_| {
-        let _ = fs::remove_file(&temporary);
+    replace_through(&temporary, path, &mut |mut file| file.write_all(bytes))
+}
+
+/// Writes a file under a temporary name and renames it to its place, whose folder is created if it does not exist.
+///
+/// # Errors
+/// If it cannot be written; nothing is left of it then.
+pub(crate) fn replace_through(
+    temporary: &Path,
+    place: &Path,
+    write: &mut dyn FnMut(File) -> io::Result<()>,
+) -> io::Result<()> {
+    let rename = || platform::replace(temporary, place);
+    let written = create_new(temporary).and_then(write).and_then(|()| match rename() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            fs::create_dir_all(place.parent().unwrap_or(place))?;
+            rename()
+        }
+        renamed => renamed,
+    });
+    written.inspect_err(|_| {
+        let _ = fs::remove_file(temporary);
     })
 }
 
@@ -91,17 +111,21 @@ pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
 /// # Errors
 /// If something exists there, or it cannot be written. What was written of it remains.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> io::Result<File> {
-    let mut file = match File::create_new(path) {
+    let mut file = create_new(path)?;
+    file.write_all(bytes)?;
+    Ok(file)
+}
+
+fn create_new(path: &Path) -> io::Result<File> {
+    match File::create_new(path) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             // Left by a killed process with the same number, or prepared by someone: a link is removed, not
             // its target.
             fs::remove_file(path)?;
-            File::create_new(path)?
+            File::create_new(path)
         }
-        created => created?,
-    };
-    file.write_all(bytes)?;
-    Ok(file)
+        created => created,
+    }
 }
 
 /// Refuses a path in the engine's own folder that is a link, or that exists and is not of the expected type.
@@ -238,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn files_without_an_end_are_errors() {
+    fn endless_files_are_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sparse");
         File::create(&path).unwrap().set_len(MOST_BYTES + 1).unwrap();

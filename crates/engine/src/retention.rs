@@ -24,7 +24,7 @@ impl Retention {
     pub(crate) fn of(journal: &Journal, folder: &Path) -> Self {
         let mut manifests = Manifests::new(folder);
         let (mut results, mut stamps, mut gone) = (HashSet::new(), HashSet::new(), HashSet::new());
-        for (subject, needs) in journal.subjects::<Needs>(Tag::Item) {
+        for (subject, needs) in journal.contents::<Needs>(Tag::Item) {
             if needs.gone || !manifests.has(&needs.manifest) {
                 gone.insert(subject);
                 continue;
@@ -79,10 +79,10 @@ mod tests {
     }
 
     /// A watcher's rebuild: the last one's journal is opened again, and lines are appended.
-    fn rebuild(path: &Path, folder: &Path, kept: Option<Journal>, lines: &[Line]) -> Option<Journal> {
-        let journal = Journal::write(path, kept, |journal| Retention::of(journal, folder)).unwrap();
+    fn rebuild(path: &Path, folder: &Path, saved: Option<Journal>, lines: &[Line]) -> Option<Journal> {
+        let journal = Journal::write(path, saved, |journal| Retention::of(journal, folder)).unwrap();
         journal.append(lines).unwrap();
-        journal.rest()
+        journal.close()
     }
 
     #[test]
@@ -102,7 +102,7 @@ mod tests {
             ]
         };
         let first = (0..ITEMS).flat_map(|n| run(n, n)).collect::<Vec<_>>();
-        let mut kept = rebuild(&path, folder.path(), None, &first);
+        let mut saved = rebuild(&path, folder.path(), None, &first);
         let (mut longest, mut largest) = (0, 0);
         let mut appended = first.len();
         let mut n = ITEMS;
@@ -111,10 +111,10 @@ mod tests {
             let lines = (1..ITEMS).flat_map(|place| run(place, n + place)).collect::<Vec<_>>();
             n += ITEMS;
             appended += lines.len();
-            let journal = rebuild(&path, folder.path(), kept.take(), &lines);
+            let journal = rebuild(&path, folder.path(), saved.take(), &lines);
             longest = longest.max(fs::metadata(&path).unwrap().len());
             largest = largest.max(journal.as_ref().unwrap().size().1);
-            kept = journal;
+            saved = journal;
         }
         // 20 items, 20 + 4 * 20 + 1000 results and 20 + 1000 stamps are kept; a compaction comes at twice
         // that and 1000.
@@ -122,7 +122,7 @@ mod tests {
         assert!(longest < 400 * bound as u64, "{longest} bytes in the file");
         assert!(largest <= bound as u64, "{largest} lines in the file");
         let journal = Journal::read(&path).unwrap();
-        assert_eq!(journal.subjects::<serde_json::Value>(Tag::Item).len(), ITEMS);
+        assert_eq!(journal.contents::<serde_json::Value>(Tag::Item).len(), ITEMS);
         assert!(journal.results::<serde_json::Value>(short(digest(0))).next().is_some(), "it is in effect");
         assert_eq!(journal.get::<usize>(Tag::Stamp, stamp(0)), Some(0));
         let newest = n - 1;
@@ -146,10 +146,10 @@ mod tests {
             100..8000 => line(n, "pipeline.toml", true),
             _ => line(n, "lost.toml", false),
         });
-        let kept = rebuild(&path, folder.path(), None, &lines.collect::<Vec<_>>());
-        rebuild(&path, folder.path(), kept, &[]);
+        let saved = rebuild(&path, folder.path(), None, &lines.collect::<Vec<_>>());
+        rebuild(&path, folder.path(), saved, &[]);
         let journal = Journal::read(&path).unwrap();
-        let left = journal.subjects::<serde_json::Value>(Tag::Item);
+        let left = journal.contents::<serde_json::Value>(Tag::Item);
         assert_eq!(left.len(), 100 + OTHERS);
         assert!((0..100).all(|n| left.iter().any(|(subject, _)| *subject == n)));
     }

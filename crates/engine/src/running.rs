@@ -19,19 +19,19 @@ use crate::files::{digest_now, normal};
 use crate::{Digest, ItemIndex, Plan, Read, Stage};
 
 /// The files that an item's result depends on.
-pub(crate) enum Seen {
+pub(crate) enum Dependencies {
     /// None yet.
-    Nothing,
+    None,
     /// Those that an earlier run read and that have not changed since.
-    Before(Box<[Read]>),
+    Recorded(Box<[Read]>),
     /// Those that the item's run in this build has read so far.
-    Now(Arc<Mutex<Vec<Read>>>),
+    Running(Arc<Mutex<Vec<Read>>>),
 }
 
-impl Seen {
+impl Dependencies {
     /// Those that an earlier run read.
-    pub(crate) fn before(reads: Box<[Read]>) -> Self {
-        if reads.is_empty() { Self::Nothing } else { Self::Before(reads) }
+    pub(crate) fn recorded(reads: Box<[Read]>) -> Self {
+        if reads.is_empty() { Self::None } else { Self::Recorded(reads) }
     }
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct RunningBuild {
     plan: Plan,
     selected: Vec<bool>,
     disk: Arc<Disk>,
-    seen: Mutex<Vec<Seen>>,
+    dependencies: Mutex<Vec<Dependencies>>,
     stale: Arc<[AtomicBool]>,
     outdated: AtomicBool,
 }
@@ -53,23 +53,23 @@ impl RunningBuild {
             plan: plan.clone(),
             selected: selected.to_vec(),
             disk: Arc::clone(disk),
-            seen: Mutex::new(std::iter::repeat_with(|| Seen::Nothing).take(items).collect()),
+            dependencies: Mutex::new(std::iter::repeat_with(|| Dependencies::None).take(items).collect()),
             stale: std::iter::repeat_with(AtomicBool::default).take(items).collect(),
             outdated: AtomicBool::new(false),
         }
     }
 
     /// Sets the files that an item's result depends on.
-    pub(crate) fn saw(&self, item: ItemIndex, seen: Seen) {
-        self.seen.lock()[item] = seen;
+    pub(crate) fn set_dependencies(&self, item: ItemIndex, dependencies: Dependencies) {
+        self.dependencies.lock()[item] = dependencies;
     }
 
     /// The files and folders that these items have read in this build.
     pub(crate) fn read_by(&self, items: &[ItemIndex]) -> HashSet<PathBuf> {
-        let seen = self.seen.lock();
+        let dependencies = self.dependencies.lock();
         let mut paths = HashSet::new();
         for item in items {
-            if let Seen::Now(reads) = &seen[*item] {
+            if let Dependencies::Running(reads) = &dependencies[*item] {
                 paths.extend(reads.lock().iter().map(|read| read.path.clone()));
             }
         }
@@ -87,9 +87,9 @@ impl RunningBuild {
     }
 
     /// Marks what is stale now; see [`BuildSession::outdate`](crate::BuildSession::outdate).
-    pub(crate) fn outdate(&self, changes: &Changes, plan: Option<&Plan>) {
+    pub(crate) fn outdate(&self, changes: &ChangedPaths, plan: Option<&Plan>) {
         // First, so that items which are checked from now on see the files' new contents.
-        self.disk.forget(|path, listing| changes.concern(path, listing));
+        self.disk.invalidate(|path, listing| changes.affect(path, listing));
         let mut stale = self.with_changed_reads(changes);
         let mut outdated = false;
         if let Some(plan) = plan {
@@ -109,28 +109,28 @@ impl RunningBuild {
     }
 
     /// For each item, whether a changed file makes its result stale.
-    fn with_changed_reads(&self, changes: &Changes) -> Vec<bool> {
+    fn with_changed_reads(&self, changes: &ChangedPaths) -> Vec<bool> {
         // Files are hashed after the lock is released: the build needs it too.
-        let mut concerned = Vec::new();
-        for (index, seen) in self.seen.lock().iter().enumerate() {
+        let mut affected = Vec::new();
+        for (index, dependencies) in self.dependencies.lock().iter().enumerate() {
             let mut add = |path: &Path, listing: bool, digest: Option<Digest>| {
-                if changes.concern(path, listing) {
-                    concerned.push((index, path.to_path_buf(), listing, digest));
+                if changes.affect(path, listing) {
+                    affected.push((index, path.to_path_buf(), listing, digest));
                 }
             };
-            match seen {
-                Seen::Nothing => {}
-                Seen::Before(reads) => {
+            match dependencies {
+                Dependencies::None => {}
+                Dependencies::Recorded(reads) => {
                     reads.iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
-                Seen::Now(reads) => {
+                Dependencies::Running(reads) => {
                     reads.lock().iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
             }
         }
         let mut stale = vec![false; self.plan.items.len()];
         let mut now = HashMap::new();
-        for (index, path, listing, digest) in concerned {
+        for (index, path, listing, digest) in affected {
             let now = now.entry((path, listing));
             let now = now.or_insert_with_key(|(path, listing)| digest_now(path, *listing));
             stale[index] |= *now != digest;
@@ -186,13 +186,13 @@ fn does_the_same(old: &Stage, new: &Stage) -> bool {
 }
 
 /// The files and folders that may have changed.
-pub(crate) struct Changes {
+pub(crate) struct ChangedPaths {
     paths: HashSet<PathBuf>,
     /// The folders that contain them.
     folders: HashSet<PathBuf>,
 }
 
-impl Changes {
+impl ChangedPaths {
     pub(crate) fn new(paths: &[PathBuf]) -> Self {
         let paths = paths.iter().map(|path| normal(path)).collect::<HashSet<_>>();
         let folders = paths.iter().filter_map(|path| path.parent()).map(Path::to_path_buf).collect();
@@ -200,7 +200,7 @@ impl Changes {
     }
 
     /// Whether a file's content, or the names in a folder, may have changed.
-    pub(crate) fn concern(&self, path: &Path, listing: bool) -> bool {
+    pub(crate) fn affect(&self, path: &Path, listing: bool) -> bool {
         let path = normal(path);
         listing && self.folders.contains(&path)
             || path.ancestors().any(|ancestor| self.paths.contains(ancestor))

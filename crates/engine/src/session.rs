@@ -10,8 +10,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::disk::ReadSet;
 use crate::journal::Journal;
 use crate::memory::Memory;
-use crate::running::{Changes, RunningBuild};
-use crate::up_to_date::Known;
+use crate::running::{ChangedPaths, RunningBuild};
+use crate::up_to_date::KnownItems;
 use crate::{Error, ErrorKind, Plan};
 
 /// The prefix of the names of a session's threads. Kinds run on them: their panics are caught there and
@@ -24,9 +24,9 @@ pub const WORKER: &str = "specula worker";
 pub struct BuildSession {
     pub(crate) pool: ThreadPool,
     /// The files that the items of the last build read, and those that the running build has read so far.
-    noted: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
+    reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
-    between: Mutex<SavedState>,
+    saved: Mutex<SavedState>,
     /// The paths that a watcher has heard of and not handled yet, if there is a watcher: it will build again
     /// because of them.
     pub(crate) pending: Option<Arc<PathSet>>,
@@ -53,7 +53,7 @@ pub(crate) struct SavedState {
     /// The journal as the last build left it.
     pub(crate) journal: Option<Journal>,
     /// The items as the last build left them.
-    pub(crate) settled: Option<Settled>,
+    pub(crate) last_build: Option<LastBuild>,
     /// The bytes stored since the size of the cache was last computed.
     pub(crate) stored: u64,
     /// How many bytes may be stored before the size has to be computed again.
@@ -61,19 +61,19 @@ pub(crate) struct SavedState {
 }
 
 /// The items of a plan that a build left with complete results and files.
-pub(crate) struct Settled {
+pub(crate) struct LastBuild {
     plan: Plan,
     selected: Vec<bool>,
-    known: Known,
+    known: KnownItems,
 }
 
-impl Settled {
-    pub(crate) fn new(plan: &Plan, selected: &[bool], known: Known) -> Self {
+impl LastBuild {
+    pub(crate) fn new(plan: &Plan, selected: &[bool], known: KnownItems) -> Self {
         Self { plan: plan.clone(), selected: selected.to_vec(), known }
     }
 
     /// The items, if the plan and the selection are the same.
-    pub(crate) fn known(self, plan: &Plan, selected: &[bool]) -> Option<Known> {
+    pub(crate) fn known(self, plan: &Plan, selected: &[bool]) -> Option<KnownItems> {
         let is_same = self.plan.is_same(plan) && self.selected == selected;
         is_same.then_some(self.known)
     }
@@ -94,9 +94,9 @@ impl BuildSession {
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
         Ok(Self {
             pool,
-            noted: Mutex::default(),
+            reads: Mutex::default(),
             memory: Memory::new(memory),
-            between: Mutex::default(),
+            saved: Mutex::default(),
             pending: None,
             running: Mutex::default(),
             failed_on: PathSet::default(),
@@ -113,7 +113,7 @@ impl BuildSession {
     pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
         let running = self.running.lock().upgrade();
         if let Some(running) = running {
-            running.outdate(&Changes::new(paths), plan);
+            running.outdate(&ChangedPaths::new(paths), plan);
         }
     }
 
@@ -123,30 +123,30 @@ impl BuildSession {
     }
 
     /// Starts the set of files that the items of a new build read.
-    pub(crate) fn begin_noting(&self) -> Arc<ReadSet> {
-        let noted = Arc::<ReadSet>::default();
-        self.latest().1 = Arc::clone(&noted);
-        noted
+    pub(crate) fn begin_reads(&self) -> Arc<ReadSet> {
+        let reads = Arc::<ReadSet>::default();
+        self.lock_reads().1 = Arc::clone(&reads);
+        reads
     }
 
     /// The build has ended: its set becomes that of the last build.
-    pub(crate) fn end_noting(&self) {
-        let mut latest = self.latest();
+    pub(crate) fn end_reads(&self) {
+        let mut latest = self.lock_reads();
         latest.0 = std::mem::take(&mut latest.1);
     }
 
     /// The files that the items of the last build and of the running one read, as far as that is known: a
     /// watcher watches them.
-    pub(crate) fn noted(&self) -> [Arc<ReadSet>; 2] {
-        let latest = self.latest();
+    pub(crate) fn read_sets(&self) -> [Arc<ReadSet>; 2] {
+        let latest = self.lock_reads();
         [Arc::clone(&latest.0), Arc::clone(&latest.1)]
     }
 
-    fn latest(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
-        self.noted.lock()
+    fn lock_reads(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
+        self.reads.lock()
     }
 
-    pub(crate) fn between(&self) -> MutexGuard<'_, SavedState> {
-        self.between.lock()
+    pub(crate) fn saved(&self) -> MutexGuard<'_, SavedState> {
+        self.saved.lock()
     }
 }

@@ -8,7 +8,7 @@ use crate::journal::Tag;
 use crate::record::Record;
 use crate::run::failure_of;
 use crate::state::State;
-use crate::store::{Blob, Looked, Store};
+use crate::store::{Blob, BlobFile, Store};
 use crate::up_to_date::item_subject;
 use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
 
@@ -21,11 +21,11 @@ use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
 /// Results stay in the cache as long as a record names them. If one is removed after the snapshot was opened,
 /// its handle fails.
 pub struct ResultsSnapshot {
-    items: Vec<Option<Kept>>,
+    items: Vec<Option<ItemResult>>,
 }
 
 /// The result of an item.
-struct Kept {
+struct ItemResult {
     record: Record,
     /// The artifact; `None` for an item that exports files.
     handle: Option<Arc<Handle>>,
@@ -43,8 +43,8 @@ impl ResultsSnapshot {
             let stage = &plan.stages[item.stage];
             let subject = item_subject(&manifest, &stage.name, &item.key);
             // Another kind may have made another artifact.
-            let effect = journal.effect(subject).filter(|effect| effect.kind() == stage.kind.name())?;
-            let fits = effect.outputs().iter().all(|blob| store.has(blob));
+            let latest = journal.latest(subject).filter(|latest| latest.kind() == stage.kind.name())?;
+            let fits = latest.outputs().iter().all(|blob| store.has(blob));
             let record: Record = journal.get(Tag::Item, subject)?;
             let handle = match (&stage.product, &record.outputs[..]) {
                 (Product::Artifact(type_name), [Blob { digest, .. }]) => {
@@ -53,7 +53,7 @@ impl ResultsSnapshot {
                 (Product::Files(_), files) if files.len() == item.files.len() => None,
                 _ => return None,
             };
-            fits.then_some(Kept { record, handle })
+            fits.then_some(ItemResult { record, handle })
         });
         Ok(Self { items: items.collect() })
     }
@@ -61,14 +61,14 @@ impl ResultsSnapshot {
     /// The artifact of an item: the same handle each time, which reads, checks and decodes it on first use.
     /// `None` if the item never made one, its result is no longer in the cache, or it exports files.
     pub fn get(&self, item: ItemIndex) -> Option<Arc<Handle>> {
-        self.kept(item)?.handle.clone()
+        self.result(item)?.handle.clone()
     }
 
     /// The sizes in bytes of the files that an item exports, in the order of [`crate::Item::files`]; empty if
     /// there are none.
     pub fn file_sizes(&self, item: ItemIndex) -> Vec<u64> {
-        let kept = self.kept(item).filter(|kept| kept.handle.is_none());
-        kept.map_or_else(Vec::new, |kept| kept.record.outputs.iter().map(|blob| blob.bytes).collect())
+        let result = self.result(item).filter(|result| result.handle.is_none());
+        result.map_or_else(Vec::new, |result| result.record.outputs.iter().map(|blob| blob.bytes).collect())
     }
 
     /// The notes of the run that made the result; empty if the last run failed, so that the result is older.
@@ -83,18 +83,18 @@ impl ResultsSnapshot {
 
     /// Whether an item's result was made from the present results of its inputs. It was not if one of them
     /// was made again since then, or if the last run failed.
-    pub fn is_abreast(&self, plan: &Plan, item: ItemIndex) -> bool {
-        let arriving = plan.items[item].inputs.iter().flatten();
-        let arriving = arriving.map(|from| self.get(*from).map(|handle| handle.digest()));
-        let used = |record: &Record| record.inputs.iter().map(|used| Some(used.digest)).eq(arriving);
+    pub fn is_consistent(&self, plan: &Plan, item: ItemIndex) -> bool {
+        let inputs = plan.items[item].inputs.iter().flatten();
+        let inputs = inputs.map(|from| self.get(*from).map(|handle| handle.digest()));
+        let used = |record: &Record| record.inputs.iter().map(|used| Some(used.digest)).eq(inputs);
         self.good(item).is_some_and(used)
     }
 
     fn good(&self, item: ItemIndex) -> Option<&Record> {
-        self.kept(item).map(|kept| &kept.record).filter(|record| record.failure.is_none())
+        self.result(item).map(|result| &result.record).filter(|record| record.failure.is_none())
     }
 
-    fn kept(&self, item: ItemIndex) -> Option<&Kept> {
+    fn result(&self, item: ItemIndex) -> Option<&ItemResult> {
         self.items.get(item)?.as_ref()
     }
 }
@@ -102,12 +102,12 @@ impl ResultsSnapshot {
 /// A handle on a stored artifact. A damaged one is left to the next build, which holds the lock.
 fn handle(store: &Arc<Store>, type_name: &'static str, digest: Digest) -> Handle {
     let store = Arc::clone(store);
-    Handle::new(type_name, digest, move || match store.look(digest) {
-        Ok(Looked::Whole(bytes)) => Ok(bytes),
-        Ok(Looked::Damaged) => {
+    Handle::new(type_name, digest, move || match store.read(digest) {
+        Ok(BlobFile::Intact(bytes)) => Ok(bytes),
+        Ok(BlobFile::Damaged) => {
             Err(Failure::new(format!("the stored artifact {digest} is damaged")).help("build again"))
         }
-        Ok(Looked::Gone) => {
+        Ok(BlobFile::Missing) => {
             Err(Failure::new(format!("the stored artifact {digest} is gone")).help("build again"))
         }
         Err(error) => Err(failure_of(error)),

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use std::{fs, io};
 
 use crate::journal::{Journal, Retention};
-use crate::lock::{Lock, Request};
+use crate::lock::{Lock, LockRequest};
 use crate::regular::{check_own, links_in};
 use crate::store::Store;
 use crate::{Error, ErrorKind};
@@ -51,7 +51,7 @@ impl State {
     ///
     /// # Errors
     /// As [`Lock::take`].
-    pub(crate) fn lock(beside: &Path, request: &Request<'_>) -> Result<Lock, Error> {
+    pub(crate) fn lock(beside: &Path, request: &LockRequest<'_>) -> Result<Lock, Error> {
         let folder = beside.join(FOLDER);
         check(&folder)?;
         Lock::take(&folder, request)
@@ -61,11 +61,11 @@ impl State {
     ///
     /// # Errors
     /// If it cannot be written, or was written by a newer version.
-    pub(crate) fn open(lock: Lock, kept: Option<Journal>) -> Result<Self, Error> {
+    pub(crate) fn open(lock: Lock, saved: Option<Journal>) -> Result<Self, Error> {
         let folder = lock.folder();
         let beside = folder.parent().unwrap_or(folder);
         let retention = |journal: &Journal| Retention::of(journal, beside);
-        let journal = Journal::write(&folder.join("journal"), kept, retention)?;
+        let journal = Journal::write(&folder.join("journal"), saved, retention)?;
         let now = lock.announce()?;
         write_ignore(folder)?;
         let store = Store::new(folder);
@@ -74,8 +74,8 @@ impl State {
     }
 
     /// Frees the lock, and returns the journal for the next build.
-    pub(crate) fn rest(self) -> Option<Journal> {
-        self.journal.rest()
+    pub(crate) fn close(self) -> Option<Journal> {
+        self.journal.close()
     }
 }
 
@@ -128,8 +128,8 @@ mod tests {
     use crate::{Cancel, LockPurpose, LockTimeout};
 
     fn lock(beside: &Path) -> Result<State, Error> {
-        let (errand, patience) = (LockPurpose::Build, LockTimeout::NONE);
-        let request = Request { errand, patience, cancel: &Cancel::default(), waiting: &|_| {} };
+        let (purpose, timeout) = (LockPurpose::Build, LockTimeout::NONE);
+        let request = LockRequest { purpose, timeout, cancel: &Cancel::default(), waiting: &|_| {} };
         State::lock(beside, &request).and_then(|lock| State::open(lock, None))
     }
 

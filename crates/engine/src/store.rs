@@ -8,14 +8,14 @@
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::hash::{BuildHasherDefault, Hasher};
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::regular::{read_file, write_new};
+use crate::regular::{read_file, replace_through};
 use crate::{Digest, Error, platform};
 
 /// A stored output: its digest and size.
@@ -51,13 +51,13 @@ impl std::ops::Add for Amount {
 }
 
 /// What a blob's file contains.
-pub(crate) enum Looked {
+pub(crate) enum BlobFile {
     /// The blob's bytes.
-    Whole(Vec<u8>),
+    Intact(Vec<u8>),
     /// Other bytes.
     Damaged,
     /// The file does not exist.
-    Gone,
+    Missing,
 }
 
 /// The blobs of a state folder.
@@ -70,7 +70,7 @@ pub(crate) struct Store {
 }
 
 /// Asked for at least this many blobs, the store lists its folders.
-const LISTED: usize = 4096;
+const LIST_FROM: usize = 4096;
 
 /// A hasher that returns the first bytes of a digest.
 #[derive(Default)]
@@ -123,20 +123,9 @@ impl Store {
             return Ok(blob);
         }
         let number = self.next.fetch_add(1, Ordering::Relaxed);
-        let temporary = self.temporaries().join(format!("{}-{number}", std::process::id()));
-        let place = self.path(blob.digest);
-        let written =
-            write_new(&temporary, bytes).and_then(|_| match platform::replace(&temporary, &place) {
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                    fs::create_dir_all(place.parent().unwrap_or(&place))?;
-                    platform::replace(&temporary, &place)
-                }
-                replaced => replaced,
-            });
-        written.map_err(|error| {
-            let _ = fs::remove_file(&temporary);
-            Error::io(&error, "store a result in", &self.folder)
-        })?;
+        let temporary = self.temporary_folder().join(format!("{}-{number}", std::process::id()));
+        replace_through(&temporary, &self.path(blob.digest), &mut |mut file| file.write_all(bytes))
+            .map_err(|error| Error::io(&error, "store a result in", &self.folder))?;
         self.stored.fetch_add(blob.bytes, Ordering::Relaxed);
         Ok(blob)
     }
@@ -156,7 +145,7 @@ impl Store {
     /// A truncated blob is detected when it is read.
     pub(crate) fn presence(&self, asked: usize) -> Presence<'_> {
         let listed = || self.listed(|_, digest| Some(digest)).into_iter().collect();
-        Presence { store: self, listed: (asked >= LISTED).then(listed) }
+        Presence { store: self, listed: (asked >= LIST_FROM).then(listed) }
     }
 
     fn listed<T: Send>(&self, of: impl Fn(&fs::DirEntry, Digest) -> Option<T> + Sync) -> Vec<T> {
@@ -172,8 +161,8 @@ impl Store {
     }
 
     /// The files that are being written, or were left by a killed build.
-    pub(crate) fn unfinished(&self) -> Amount {
-        let sizes = entries(&self.temporaries()).filter_map(|entry| Some(entry.metadata().ok()?.len()));
+    pub(crate) fn temporary_files(&self) -> Amount {
+        let sizes = entries(&self.temporary_folder()).filter_map(|entry| Some(entry.metadata().ok()?.len()));
         sizes.map(|bytes| Amount { count: 1, bytes }).fold(Amount::default(), |all, one| all + one)
     }
 
@@ -182,14 +171,14 @@ impl Store {
     /// # Errors
     /// If the file exists and cannot be read.
     pub(crate) fn get(&self, digest: Digest) -> Result<Option<Vec<u8>>, Error> {
-        match self.look(digest)? {
-            Looked::Whole(bytes) => Ok(Some(bytes)),
-            Looked::Damaged => {
+        match self.read(digest)? {
+            BlobFile::Intact(bytes) => Ok(Some(bytes)),
+            BlobFile::Damaged => {
                 let place = self.path(digest);
                 platform::remove(&place).map_err(|error| Error::io(&error, "remove the damaged", &place))?;
                 Ok(None)
             }
-            Looked::Gone => Ok(None),
+            BlobFile::Missing => Ok(None),
         }
     }
 
@@ -197,18 +186,18 @@ impl Store {
     ///
     /// # Errors
     /// If the file exists and cannot be read.
-    pub(crate) fn look(&self, digest: Digest) -> Result<Looked, Error> {
+    pub(crate) fn read(&self, digest: Digest) -> Result<BlobFile, Error> {
         let place = self.path(digest);
         match read_file(&place) {
-            Ok(bytes) if Digest::of(&bytes) == digest => Ok(Looked::Whole(bytes)),
-            Ok(_) => Ok(Looked::Damaged),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Looked::Gone),
+            Ok(bytes) if Digest::of(&bytes) == digest => Ok(BlobFile::Intact(bytes)),
+            Ok(_) => Ok(BlobFile::Damaged),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BlobFile::Missing),
             Err(error) => Err(Error::io(&error, "read", &place)),
         }
     }
 
     /// Removes a blob, for example one whose bytes are intact and cannot be decoded.
-    pub(crate) fn forget(&self, digest: Digest) {
+    pub(crate) fn remove(&self, digest: Digest) {
         let _ = platform::remove(&self.path(digest));
     }
 
@@ -217,9 +206,10 @@ impl Store {
     /// # Errors
     /// If the folders cannot be created.
     pub(crate) fn prepare(&self) -> Result<(), Error> {
-        let temporaries = self.temporaries();
-        fs::create_dir_all(&temporaries).map_err(|error| Error::io(&error, "create", &temporaries))?;
-        for entry in entries(&temporaries) {
+        let temporary_folder = self.temporary_folder();
+        fs::create_dir_all(&temporary_folder)
+            .map_err(|error| Error::io(&error, "create", &temporary_folder))?;
+        for entry in entries(&temporary_folder) {
             let path = entry.path();
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
             let _ = if is_folder { fs::remove_dir_all(path) } else { fs::remove_file(path) };
@@ -229,7 +219,7 @@ impl Store {
 
     /// The folder for unfinished files: blobs that are being written, and the scratch folders of running
     /// items.
-    pub(crate) fn temporaries(&self) -> PathBuf {
+    pub(crate) fn temporary_folder(&self) -> PathBuf {
         self.folder.join("tmp")
     }
 
@@ -248,14 +238,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blobs_are_there_or_not_whether_they_are_listed_or_asked_for() {
+    fn listing_and_asking_find_the_same_blobs() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path());
         store.prepare().unwrap();
         let blobs = (0..300_u32).map(|n| store.put(&n.to_le_bytes()).unwrap()).collect::<Vec<_>>();
-        blobs.iter().step_by(3).for_each(|blob| store.forget(blob.digest));
+        blobs.iter().step_by(3).for_each(|blob| store.remove(blob.digest));
         fs::write(folder.path().join("blobs/stranger"), "").unwrap();
-        for asked in [0, LISTED] {
+        for asked in [0, LIST_FROM] {
             let presence = store.presence(asked);
             assert_eq!(presence.listed.is_some(), asked > 0);
             for (n, blob) in blobs.iter().enumerate() {
@@ -266,14 +256,14 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_blob_is_dropped() {
+    fn a_damaged_blob_is_removed() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path());
         store.prepare().unwrap();
         let blob = store.put(b"light").unwrap();
         assert!(store.has(&blob));
         assert_eq!(store.get(blob.digest).unwrap().unwrap(), b"light");
-        assert_eq!(fs::read_dir(store.temporaries()).unwrap().count(), 0);
+        assert_eq!(fs::read_dir(store.temporary_folder()).unwrap().count(), 0);
 
         fs::write(store.path(blob.digest), "lighu").unwrap();
         assert_eq!(store.get(blob.digest).unwrap(), None);

@@ -136,35 +136,35 @@ pub fn verify(
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let selected = vec![true; plan.stages.len()];
-    let judge = UpToDateCheck::new(plan, &state, &disk, &selected);
-    let archive = Archive::new(&judge);
+    let check = UpToDateCheck::new(plan, &state, &disk, &selected);
+    let records = Records::new(&check);
     let digest = Digest::of(bytes);
     let embedded = recipe_of(bytes);
     let names = names_by_place(plan, file);
-    let found = archive.by_place(&names, digest).or_else(|| archive.by_digest(digest, file));
-    let found = found.or_else(|| archive.by_recipe(embedded.as_deref()?, file));
-    let Found { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
+    let found = records.by_path(&names, digest).or_else(|| records.by_digest(digest, file));
+    let found = found.or_else(|| records.by_recipe(embedded.as_deref()?, file));
+    let Match { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
     let content = match content {
         Content::Altered { made: None } => {
             let made = record.outputs.get(output).map(|blob| blob.digest);
-            Content::Altered { made: names.iter().find_map(|name| published(&judge, name)).or(made) }
+            Content::Altered { made: names.iter().find_map(|name| published(&check, name)).or(made) }
         }
         content => content,
     };
 
-    let forecasts = forecast(&judge, &selected);
-    let causes = forecast_causes(&judge, &forecasts);
+    let forecasts = forecast(&check, &selected);
+    let causes = forecast_causes(&check, &forecasts);
     let would_run = item.is_some_and(|item| matches!(forecasts[item], Some(Forecast::Runs(_))));
     let mut ancestry = Ancestry::default();
-    ancestry.follow(&archive, item, &record);
+    ancestry.follow(&records, item, &record);
     Ok(Verification {
         file: file.display().to_string(),
         digest,
-        item: item.map(|item| judge.name(item)),
+        item: item.map(|item| check.name(item)),
         made: record.started,
         maker: record.maker().0.clone(),
         content,
-        recipe: archive.compare_recipe(embedded, recipe_of, file, item, output, &record),
+        recipe: records.compare_recipe(embedded, recipe_of, file, item, output, &record),
         sources: ancestry.sources,
         revised: ancestry.revised,
         gone: ancestry.gone,
@@ -176,21 +176,21 @@ pub fn verify(
 
 fn unknown(file: &Path) -> Error {
     let message = format!(
-        "{} is nothing that this manifest is known to have made: no record holds its place in out, its digest or its \
-         recipe",
+        "{} was not produced by this manifest: no record has its place in out, its digest or its recipe",
         file.display()
     );
     Error::new(ErrorKind::UnknownTarget, message).with_help(
-        "name an exported file, and the manifest that it comes from (--manifest); `specula inspect` says what a file is",
+        "name an exported file and, with --manifest, the manifest that it comes from; `specula inspect` describes any \
+         file",
     )
 }
 
-fn published(judge: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
-    Publisher::new(judge.plan, judge.state).entry(name).as_ref().and_then(Published::owned)
+fn published(check: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
+    Publisher::new(check.plan, check.state).entry(name).as_ref().and_then(Published::owned)
 }
 
 /// The run that made a file.
-struct Found {
+struct Match {
     /// The item, if the plan has it.
     item: Option<ItemIndex>,
     record: Record,
@@ -200,8 +200,8 @@ struct Found {
 }
 
 /// The records of the last runs, and the earlier ones that remain.
-struct Archive<'a> {
-    judge: &'a UpToDateCheck<'a>,
+struct Records<'a> {
+    check: &'a UpToDateCheck<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
     /// The latest records, as far as they were needed.
@@ -209,11 +209,11 @@ struct Archive<'a> {
     earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
 }
 
-impl<'a> Archive<'a> {
-    fn new(judge: &'a UpToDateCheck<'a>) -> Self {
-        let items = (0..judge.plan.items.len()).map(|item| (judge.name(item), item)).collect();
+impl<'a> Records<'a> {
+    fn new(check: &'a UpToDateCheck<'a>) -> Self {
+        let items = (0..check.plan.items.len()).map(|item| (check.name(item), item)).collect();
         let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
-            let mut records = judge
+            let mut records = check
                 .state
                 .journal
                 .results_by_age::<Record>()
@@ -224,13 +224,13 @@ impl<'a> Archive<'a> {
             records.sort_by_key(|record| std::cmp::Reverse(record.started));
             records
         });
-        let last = vec![OnceCell::new(); judge.plan.items.len()];
-        Self { judge, manifest: judge.plan.manifest_name(), items, last, earlier: LazyCell::new(read) }
+        let last = vec![OnceCell::new(); check.plan.items.len()];
+        Self { check, manifest: check.plan.manifest_name(), items, last, earlier: LazyCell::new(read) }
     }
 
     /// The latest record of an item.
     fn record(&self, item: ItemIndex) -> Option<&Record> {
-        self.last[item].get_or_init(|| self.judge.record(item)).as_ref()
+        self.last[item].get_or_init(|| self.check.record(item)).as_ref()
     }
 
     /// The latest record of an item, if it is not a failure.
@@ -239,13 +239,13 @@ impl<'a> Archive<'a> {
     }
 
     /// A file of the plan, whatever it contains now.
-    fn by_place(&self, names: &[String], digest: Digest) -> Option<Found> {
+    fn by_path(&self, names: &[String], digest: Digest) -> Option<Match> {
         let place = |(item, this): (ItemIndex, &crate::Item)| {
             Some((item, this.files.iter().position(|file| names.contains(file))?))
         };
-        let (item, output) = self.judge.plan.items.iter().enumerate().find_map(place)?;
+        let (item, output) = self.check.plan.items.iter().enumerate().find_map(place)?;
         let is_this = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
-        let found = |record, content| Some(Found { item: Some(item), record, output, content });
+        let found = |record, content| Some(Match { item: Some(item), record, output, content });
         if let Some(record) = self.last(item).filter(|record| is_this(record)) {
             return found(record.clone(), Content::Current);
         }
@@ -262,22 +262,22 @@ impl<'a> Archive<'a> {
     /// with the same inputs, as if it were this one's.
     fn earlier_of(&self, item: ItemIndex, is_this: impl Fn(&Record) -> bool) -> Option<Record> {
         let mut found = self.earlier.iter().filter(|record| is_this(record));
-        let own = found.clone().find(|record| self.judge.is_of(item, record));
+        let own = found.clone().find(|record| self.check.is_of(item, record));
         own.cloned().or_else(|| found.find_map(|record| self.adopted(item, record)))
     }
 
     /// Another item's record with this item's inputs; `None` if the two have different kinds or ports.
     fn adopted(&self, item: ItemIndex, record: &Record) -> Option<Record> {
-        let inputs = self.judge.inputs(item, |_| Digest([0; 32]));
-        let is_like = record.kind == self.judge.plan.stages[self.judge.plan.items[item].stage].kind.name()
-            && record.source == self.judge.source(item)
+        let inputs = self.check.inputs(item, |_| Digest([0; 32]));
+        let is_like = record.kind == self.check.plan.stages[self.check.plan.items[item].stage].kind.name()
+            && record.source == self.check.source(item)
             && inputs.iter().map(|used| &used.port).eq(record.inputs.iter().map(|used| &used.port));
         let digests = record.inputs.iter().map(|used| used.digest);
         let inputs = inputs.into_iter().zip(digests).map(|(used, digest)| InputUsed { digest, ..used });
         let (maker, manifest) = record.maker();
         let from_cache = FromCache { since: record.started, item: maker.clone(), manifest: manifest.into() };
         is_like.then(|| Record {
-            item: self.judge.name(item),
+            item: self.check.name(item),
             inputs: inputs.collect(),
             from_cache: Some(from_cache),
             ..record.clone()
@@ -286,32 +286,32 @@ impl<'a> Archive<'a> {
 
     /// A copy of an exported file, under any name. If several items made the same, one whose file has the
     /// name of the copy.
-    fn by_digest(&self, digest: Digest, file: &Path) -> Option<Found> {
-        let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
+    fn by_digest(&self, digest: Digest, file: &Path) -> Option<Match> {
+        let exports = |item: &ItemIndex| !self.check.plan.items[*item].files.is_empty();
         let is_called = |item: ItemIndex| {
-            let mut files = self.judge.plan.items[item].files.iter();
+            let mut files = self.check.plan.items[item].files.iter();
             files.any(|name| Path::new(name).file_name() == file.file_name())
         };
         let place = |record: &Record| record.outputs.iter().position(|blob| blob.digest == digest);
-        let last = (0..self.judge.plan.items.len()).filter(exports).filter_map(|item| {
+        let last = (0..self.check.plan.items.len()).filter(exports).filter_map(|item| {
             let record = self.last(item)?;
             Some((item, record, place(record)?))
         });
         if let Some((item, record, output)) = last.min_by_key(|(item, ..)| !is_called(*item)) {
             let content = Content::Current;
-            return Some(Found { item: Some(item), record: record.clone(), output, content });
+            return Some(Match { item: Some(item), record: record.clone(), output, content });
         }
         let earlier = self.earlier.iter();
         let earlier = earlier.filter_map(|record| Some((self.item_of(record), record, place(record)?)));
         let (item, record, output) =
             earlier.min_by_key(|(item, ..)| item.map_or(2, |item| usize::from(!is_called(item))))?;
-        Some(Found { item, record: record.clone(), output, content: Content::Earlier })
+        Some(Match { item, record: record.clone(), output, content: Content::Earlier })
     }
 
     /// A copy that was changed, except for its recipe.
-    fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Found> {
-        let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
-        let mut last = (0..self.judge.plan.items.len()).filter(exports);
+    fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Match> {
+        let exports = |item: &ItemIndex| !self.check.plan.items[*item].files.is_empty();
+        let mut last = (0..self.check.plan.items.len()).filter(exports);
         let last = last.find_map(|item| {
             let record = self.last(item)?;
             (self.recipe(Some(item), record) == embedded).then_some((Some(item), record))
@@ -320,10 +320,10 @@ impl<'a> Archive<'a> {
             let mut earlier = self.earlier.iter().map(|record| (self.item_of(record), record));
             earlier.find(|(item, record)| self.recipe(*item, record) == embedded)
         })?;
-        let files = item.map_or(&[][..], |item| &self.judge.plan.items[item].files[..]);
+        let files = item.map_or(&[][..], |item| &self.check.plan.items[item].files[..]);
         let output =
             files.iter().position(|name| Path::new(name).extension() == file.extension()).unwrap_or(0);
-        Some(Found { item, record: record.clone(), output, content: Content::Altered { made: None } })
+        Some(Match { item, record: record.clone(), output, content: Content::Altered { made: None } })
     }
 
     /// The item of the plan with an earlier record.
@@ -342,7 +342,7 @@ impl<'a> Archive<'a> {
 
     fn recipe(&self, item: Option<ItemIndex>, record: &Record) -> String {
         let is_many = |port: &str| match item {
-            Some(item) => self.judge.stages[self.judge.plan.items[item].stage].many.contains(port),
+            Some(item) => self.check.stages[self.check.plan.items[item].stage].many.contains(port),
             None => record.inputs.iter().filter(|used| used.port == port).count() > 1,
         };
         recipe(&record.kind, record.revision, &record.parameters, &record.inputs, is_many)
@@ -374,13 +374,13 @@ impl<'a> Archive<'a> {
         output: usize,
         recipe_of: &dyn Fn(&[u8]) -> Option<String>,
     ) -> Option<(String, Option<PathBuf>)> {
-        let files = &self.judge.plan.items[item].files;
+        let files = &self.check.plan.items[item].files;
         let folder = Path::new(files.get(output)?).parent()?;
         let others = files.iter().enumerate().filter(|(index, _)| *index != output);
         let places = others.flat_map(|(_, name)| {
             let near = Path::new(name).strip_prefix(folder).ok();
             let near = near.and_then(|name| Some(file.parent()?.join(name)));
-            near.into_iter().chain([self.judge.plan.out.join(name)])
+            near.into_iter().chain([self.check.plan.out.join(name)])
         });
         places.into_iter().find_map(|place| Some((recipe_of(&read_file(&place).ok()?)?, Some(place))))
     }
@@ -396,13 +396,13 @@ struct Ancestry {
 }
 
 impl Ancestry {
-    fn follow(&mut self, archive: &Archive<'_>, item: Option<ItemIndex>, record: &Record) {
-        let judge = archive.judge;
+    fn follow(&mut self, records: &Records<'_>, item: Option<ItemIndex>, record: &Record) {
+        let check = records.check;
         let mut seen = HashSet::new();
         let mut open =
-            vec![(item, item.map(|item| judge.name(item)).into_iter().collect::<Vec<_>>(), record)];
+            vec![(item, item.map(|item| check.name(item)).into_iter().collect::<Vec<_>>(), record)];
         while let Some((item, chain, record)) = open.pop() {
-            for reason in item.map_or_else(Vec::new, |item| judge.revisions(item, record)) {
+            for reason in item.map_or_else(Vec::new, |item| check.revisions(item, record)) {
                 self.revised.push(Cause { reason, chain: chain.clone() });
             }
             for read in &record.reads {
@@ -413,20 +413,20 @@ impl Ancestry {
                     path: read.path.clone(),
                     listing: read.listing,
                     old: read.digest,
-                    new: judge.now(read),
+                    new: check.current_digest(read),
                     old_time: read.modified,
-                    new_time: modified(&judge.folder.join(&read.path)),
+                    new_time: modified(&check.folder.join(&read.path)),
                 });
             }
             for used in &record.inputs {
                 if !seen.insert((&used.item, used.digest)) {
                     continue;
                 }
-                let item = archive.items.get(&used.item).copied();
+                let item = records.items.get(&used.item).copied();
                 if item.is_none() {
                     self.gone.push(used.item.clone());
                 }
-                match archive.maker(&used.item, used.digest) {
+                match records.maker(&used.item, used.digest) {
                     Some(record) => {
                         let chain = [std::slice::from_ref(&used.item), &chain[..]].concat();
                         open.push((item, chain, record));

@@ -13,15 +13,15 @@
 //! another byte order, or belongs to an older journal, the journal is read instead. Numbers are stored as in
 //! memory.
 
-use std::fs;
+use std::io::Write as _;
 use std::mem::size_of;
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 
 use super::tables::{Names, Tables};
-use crate::regular::write_new;
-use crate::{Digest, platform, read_file};
+use crate::regular::replace_through;
+use crate::{Digest, read_file};
 
 /// To be changed with the tables. The number also shows another byte order.
 const MAGIC: u64 = 0x5350_4543_494e_0001;
@@ -89,9 +89,7 @@ pub(super) fn write(path: &Path, covered: &Covered, tables: &Tables) {
     bytes.extend_from_slice(&check.0);
     // Always the same name, so that a file left by a killed process is overwritten.
     let temporary = path.with_extension("new");
-    if write_new(&temporary, &bytes).and_then(|_| platform::replace(&temporary, path)).is_err() {
-        let _ = fs::remove_file(&temporary);
-    }
+    let _ = replace_through(&temporary, path, &mut |mut file| file.write_all(&bytes));
 }
 
 /// Reads an index; `None` if there is none that can be used.

@@ -19,7 +19,7 @@ const RESULTS: usize = 8;
 /// The place of a line.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct Line {
+pub(super) struct Location {
     /// The subject, most significant byte first.
     subject: [u8; 16],
     /// The offset of its content in the file.
@@ -31,7 +31,7 @@ pub(super) struct Line {
     check: u64,
 }
 
-impl Line {
+impl Location {
     pub(super) fn new(tag: Tag, subject: Subject, content: &Range<u64>, check: u64) -> Self {
         let length = u32::try_from(content.end - content.start).unwrap_or(u32::MAX);
         Self { subject: subject.to_be_bytes(), offset: content.start, length, tag: tag as u32, check }
@@ -50,7 +50,7 @@ impl Line {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ItemEntry {
-    line: Line,
+    line: Location,
     key: [u8; 32],
     manifest: u32,
     kind: u32,
@@ -87,7 +87,7 @@ pub(super) struct ReadEntry {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct StampEntry {
-    line: Line,
+    line: Location,
     stamp: Stamp,
     digest: [u8; 32],
     flags: u64,
@@ -97,7 +97,7 @@ pub(super) struct StampEntry {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct FileEntry {
-    line: Line,
+    line: Location,
     stamp: Stamp,
     digest: [u8; 32],
     flags: u64,
@@ -113,34 +113,34 @@ const SETTLED: u32 = 2;
 
 /// A row of a table that is sorted by subject.
 pub(super) trait Entry: Pod {
-    fn line(&self) -> &Line;
+    fn line(&self) -> &Location;
 }
 
 macro_rules! entries {
-    ($($entry:ident),*) => { $(impl Entry for $entry { fn line(&self) -> &Line { &self.line } })* };
+    ($($entry:ident),*) => { $(impl Entry for $entry { fn line(&self) -> &Location { &self.line } })* };
 }
 entries!(ItemEntry, StampEntry, FileEntry);
 
-impl Entry for Line {
-    fn line(&self) -> &Line {
+impl Entry for Location {
+    fn line(&self) -> &Location {
         self
     }
 }
 
 /// The change that a line makes to the tables.
-pub(super) enum Fact {
-    Item(Line, Option<ItemFact>),
-    Result(Line),
-    Stamp(Line, Option<StampFact>),
-    Published(Line, Option<FileFact>),
-    Publishing(Line),
+pub(super) enum Update {
+    Item(Location, Option<ItemFields>),
+    Result(Location),
+    Stamp(Location, Option<StampFields>),
+    Published(Location, Option<FileFields>),
+    Publishing(Location),
     /// Revokes what earlier lines say.
-    Nothing(Line),
+    Nothing(Location),
 }
 
-impl Fact {
+impl Update {
     /// The update of a line with this content.
-    pub(super) fn of(tag: Tag, line: Line, json: &[u8]) -> Self {
+    pub(super) fn of(tag: Tag, line: Location, json: &[u8]) -> Self {
         match tag {
             Tag::Result => Self::Result(line),
             _ if json == b"null" => Self::Nothing(line),
@@ -153,7 +153,7 @@ impl Fact {
 }
 
 #[derive(Deserialize)]
-pub(super) struct ItemFact {
+pub(super) struct ItemFields {
     manifest: String,
     key: Digest,
     kind: String,
@@ -167,13 +167,13 @@ pub(super) struct ItemFact {
 }
 
 #[derive(Deserialize)]
-pub(super) struct StampFact {
+pub(super) struct StampFields {
     stamp: Stamp,
     digest: Digest,
 }
 
 #[derive(Deserialize)]
-pub(super) struct FileFact {
+pub(super) struct FileFields {
     digest: Digest,
     stamp: Option<Stamp>,
     #[serde(default)]
@@ -186,9 +186,9 @@ pub(super) struct Tables {
     pub(super) items: Vec<ItemEntry>,
     pub(super) stamps: Vec<StampEntry>,
     pub(super) files: Vec<FileEntry>,
-    pub(super) publishing: Vec<Line>,
+    pub(super) publishing: Vec<Location>,
     /// By subject; of one subject, the oldest first.
-    pub(super) results: Vec<Line>,
+    pub(super) results: Vec<Location>,
     pub(super) blobs: Vec<Blob>,
     pub(super) reads: Vec<ReadEntry>,
     pub(super) names: Names,
@@ -223,19 +223,19 @@ impl Names {
 
 impl Tables {
     /// Applies the updates of lines, in the order of the file.
-    pub(super) fn enter(&mut self, facts: Vec<Fact>) {
+    pub(super) fn apply(&mut self, updates: Vec<Update>) {
         let (mut items, mut stamps, mut files) = (Vec::new(), Vec::new(), Vec::new());
         let (mut publishing, mut results) = (Vec::new(), Vec::new());
-        for fact in facts {
-            match fact {
-                Fact::Item(line, fact) => items.push(self.item_entry(line, fact)),
-                Fact::Stamp(line, fact) => stamps.push(stamp_entry(line, fact)),
-                Fact::Published(line, fact) => files.push(file_entry(line, fact)),
-                Fact::Publishing(line) => publishing.push(line),
-                Fact::Result(line) => results.push(line),
+        for update in updates {
+            match update {
+                Update::Item(line, fields) => items.push(self.item_entry(line, fields)),
+                Update::Stamp(line, fields) => stamps.push(stamp_entry(line, fields)),
+                Update::Published(line, fields) => files.push(file_entry(line, fields)),
+                Update::Publishing(line) => publishing.push(line),
+                Update::Result(line) => results.push(line),
                 // A location without a length revokes those before it.
-                Fact::Nothing(line) => {
-                    let nothing = Line { length: 0, ..line };
+                Update::Nothing(line) => {
+                    let nothing = Location { length: 0, ..line };
                     match Tag::of(line.tag as u8) {
                         Some(Tag::Item) => items.push(ItemEntry { line: nothing, ..Zeroable::zeroed() }),
                         Some(Tag::Stamp) => stamps.push(StampEntry { line: nothing, ..Zeroable::zeroed() }),
@@ -256,13 +256,13 @@ impl Tables {
         self.drop_unused();
     }
 
-    fn item_entry(&mut self, line: Line, fact: Option<ItemFact>) -> ItemEntry {
-        let Some(fact) = fact else { return ItemEntry { line, ..Zeroable::zeroed() } };
+    fn item_entry(&mut self, line: Location, fields: Option<ItemFields>) -> ItemEntry {
+        let Some(fields) = fields else { return ItemEntry { line, ..Zeroable::zeroed() } };
         let flag = |is: bool, flag: u32| if is { flag } else { 0 };
-        let outputs = Span { first: self.blobs.len() as u32, count: fact.outputs.len() as u32 };
-        self.blobs.extend(fact.outputs);
-        let reads = Span { first: self.reads.len() as u32, count: fact.reads.len() as u32 };
-        for read in fact.reads {
+        let outputs = Span { first: self.blobs.len() as u32, count: fields.outputs.len() as u32 };
+        self.blobs.extend(fields.outputs);
+        let reads = Span { first: self.reads.len() as u32, count: fields.reads.len() as u32 };
+        for read in fields.reads {
             self.reads.push(ReadEntry {
                 digest: read.digest.map_or([0; 32], |digest| digest.0),
                 path: self.names.number(&read.path),
@@ -271,18 +271,18 @@ impl Tables {
         }
         ItemEntry {
             line,
-            key: fact.key.0,
-            manifest: self.names.number(&fact.manifest),
-            kind: self.names.number(&fact.kind),
+            key: fields.key.0,
+            manifest: self.names.number(&fields.manifest),
+            kind: self.names.number(&fields.kind),
             outputs,
             reads,
-            milliseconds: fact.milliseconds as f32,
-            flags: UNDERSTOOD | flag(fact.gone, GONE) | flag(fact.failure.is_some(), FAILED),
+            milliseconds: fields.milliseconds as f32,
+            flags: UNDERSTOOD | flag(fields.gone, GONE) | flag(fields.failure.is_some(), FAILED),
         }
     }
 
     /// Of one key the last few results are kept. One that was used again was written again, and counts once.
-    fn merge_results(&mut self, added: Vec<Line>) {
+    fn merge_results(&mut self, added: Vec<Location>) {
         if added.is_empty() {
             return;
         }
@@ -345,7 +345,7 @@ impl Tables {
     }
 
     /// The line of a tag on a subject.
-    pub(super) fn line(&self, tag: Tag, subject: Subject) -> Option<&Line> {
+    pub(super) fn line(&self, tag: Tag, subject: Subject) -> Option<&Location> {
         match tag {
             Tag::Item => find(&self.items, subject).map(Entry::line),
             Tag::Stamp => find(&self.stamps, subject).map(Entry::line),
@@ -356,7 +356,7 @@ impl Tables {
     }
 
     /// The results of a key, the oldest first.
-    pub(super) fn results_of(&self, subject: Subject) -> &[Line] {
+    pub(super) fn results_of(&self, subject: Subject) -> &[Location] {
         let subject = subject.to_be_bytes();
         let first = self.results.partition_point(|line| line.subject < subject);
         let count = self.results[first..].iter().take_while(|line| line.subject == subject).count();
@@ -364,7 +364,7 @@ impl Tables {
     }
 
     /// The lines of a tag, by subject.
-    pub(super) fn lines(&self, tag: Tag) -> Box<dyn Iterator<Item = &Line> + '_> {
+    pub(super) fn lines(&self, tag: Tag) -> Box<dyn Iterator<Item = &Location> + '_> {
         match tag {
             Tag::Item => Box::new(self.items.iter().map(Entry::line)),
             Tag::Stamp => Box::new(self.stamps.iter().map(Entry::line)),
@@ -374,16 +374,16 @@ impl Tables {
         }
     }
 
-    pub(super) fn effect(&self, subject: Subject) -> Option<Effect<'_>> {
-        find(&self.items, subject).and_then(|entry| self.effect_of(entry))
+    pub(super) fn latest(&self, subject: Subject) -> Option<LatestRecord<'_>> {
+        find(&self.items, subject).and_then(|entry| self.record_of(entry))
     }
 
-    pub(super) fn effects(&self) -> impl Iterator<Item = (Subject, Effect<'_>)> {
-        self.items.iter().filter_map(|entry| Some((entry.line.subject(), self.effect_of(entry)?)))
+    pub(super) fn latest_records(&self) -> impl Iterator<Item = (Subject, LatestRecord<'_>)> {
+        self.items.iter().filter_map(|entry| Some((entry.line.subject(), self.record_of(entry)?)))
     }
 
-    fn effect_of<'a>(&'a self, entry: &'a ItemEntry) -> Option<Effect<'a>> {
-        (entry.flags & UNDERSTOOD != 0).then_some(Effect { tables: self, entry })
+    fn record_of<'a>(&'a self, entry: &'a ItemEntry) -> Option<LatestRecord<'a>> {
+        (entry.flags & UNDERSTOOD != 0).then_some(LatestRecord { tables: self, entry })
     }
 
     pub(super) fn stamped(&self, subject: Subject) -> Option<(Stamp, Digest)> {
@@ -403,12 +403,12 @@ impl Tables {
 
 /// The latest record of an item, as far as every build needs it.
 #[derive(Clone, Copy)]
-pub(crate) struct Effect<'a> {
+pub(crate) struct LatestRecord<'a> {
     tables: &'a Tables,
     entry: &'a ItemEntry,
 }
 
-impl<'a> Effect<'a> {
+impl<'a> LatestRecord<'a> {
     /// The manifest of the item.
     pub(crate) fn manifest(&self) -> &'a str {
         self.tables.names.get(self.entry.manifest)
@@ -464,19 +464,22 @@ pub(crate) struct PublishedStamp {
     pub(crate) stamp: Option<Stamp>,
 }
 
-fn stamp_entry(line: Line, fact: Option<StampFact>) -> StampEntry {
-    match fact {
-        Some(fact) => StampEntry { line, stamp: fact.stamp, digest: fact.digest.0, flags: UNDERSTOOD.into() },
+fn stamp_entry(line: Location, fields: Option<StampFields>) -> StampEntry {
+    match fields {
+        Some(fields) => {
+            StampEntry { line, stamp: fields.stamp, digest: fields.digest.0, flags: UNDERSTOOD.into() }
+        }
         None => StampEntry { line, ..Zeroable::zeroed() },
     }
 }
 
-fn file_entry(line: Line, fact: Option<FileFact>) -> FileEntry {
-    let Some(fact) = fact else { return FileEntry { line, ..Zeroable::zeroed() } };
-    let flags =
-        UNDERSTOOD | if fact.stamp.is_some() { THERE } else { 0 } | if fact.settled { SETTLED } else { 0 };
-    let stamp = fact.stamp.unwrap_or(Zeroable::zeroed());
-    FileEntry { line, stamp, digest: fact.digest.0, flags: flags.into() }
+fn file_entry(line: Location, fields: Option<FileFields>) -> FileEntry {
+    let Some(fields) = fields else { return FileEntry { line, ..Zeroable::zeroed() } };
+    let flags = UNDERSTOOD
+        | if fields.stamp.is_some() { THERE } else { 0 }
+        | if fields.settled { SETTLED } else { 0 };
+    let stamp = fields.stamp.unwrap_or(Zeroable::zeroed());
+    FileEntry { line, stamp, digest: fields.digest.0, flags: flags.into() }
 }
 
 /// Enters rows, in the order of the file, into a sorted table. A row replaces earlier rows on the same
@@ -543,7 +546,7 @@ mod tests {
             [0, 1, 2, 3, 10, 1000].into_iter().flat_map(|n| spreads.map(|spread| (n, spread)))
         {
             let mut table = Vec::new();
-            let line = |n: u64| Line::new(Tag::Publishing, subject(n), &(n..n + 1), n);
+            let line = |n: u64| Location::new(Tag::Publishing, subject(n), &(n..n + 1), n);
             merge(&mut table, (0..count).rev().map(line).collect());
             assert_eq!(table.len() as u64, count);
             for n in 0..count {
@@ -557,7 +560,7 @@ mod tests {
     #[test]
     fn of_several_rows_the_last_holds_and_one_can_be_taken_back() {
         let line = |n: u64, offset: u64, length: u64| {
-            Line::new(Tag::Publishing, n.into(), &(offset..offset + length), 0)
+            Location::new(Tag::Publishing, n.into(), &(offset..offset + length), 0)
         };
         let mut table = Vec::new();
         merge(&mut table, vec![line(2, 0, 1), line(1, 1, 1), line(2, 2, 1)]);
@@ -576,16 +579,16 @@ mod tests {
                 "reads": [{ "path": format!("{round}.txt"), "listing": false, "digest": null }],
             });
             let subject = Subject::from(round % 3);
-            let line = Line::new(Tag::Item, subject, &(round..round + 1), round);
-            tables.enter(vec![Fact::of(Tag::Item, line, json.to_string().as_bytes())]);
+            let line = Location::new(Tag::Item, subject, &(round..round + 1), round);
+            tables.apply(vec![Update::of(Tag::Item, line, json.to_string().as_bytes())]);
         }
         assert!(tables.blobs.len() < 1100 && tables.reads.len() < 1100 && tables.names.texts.len() < 1200);
         assert!(tables.are_sound());
         for (subject, round) in [(0, 1998), (1, 1999), (2, 1997)] {
-            let effect = tables.effect(subject).unwrap();
-            assert_eq!(effect.outputs()[0].bytes, round);
-            assert_eq!(effect.reads().next().unwrap().0, format!("{round}.txt"));
-            assert_eq!((effect.manifest(), effect.kind()), ("pipeline.toml", "write"));
+            let latest = tables.latest(subject).unwrap();
+            assert_eq!(latest.outputs()[0].bytes, round);
+            assert_eq!(latest.reads().next().unwrap().0, format!("{round}.txt"));
+            assert_eq!((latest.manifest(), latest.kind()), ("pipeline.toml", "write"));
         }
     }
 }

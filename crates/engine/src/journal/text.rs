@@ -35,7 +35,7 @@ pub(super) struct Text {
 
 impl Text {
     /// A file that was read at another time.
-    pub(super) fn known(head: Vec<u8>, tail: Vec<u8>, length: u64) -> Self {
+    pub(super) fn resume(head: Vec<u8>, tail: Vec<u8>, length: u64) -> Self {
         Self { head, tail, length, ..Self::default() }
     }
 
@@ -71,7 +71,11 @@ impl Text {
 
     /// Reads what was appended since, in pieces of complete lines with their places; returns whether the file
     /// is still the same. A missing file counts as an empty one.
-    pub(super) fn take_up(&mut self, path: &Path, mut each: impl FnMut(u64, &[u8])) -> io::Result<bool> {
+    pub(super) fn read_appended(
+        &mut self,
+        path: &Path,
+        mut each: impl FnMut(u64, &[u8]),
+    ) -> io::Result<bool> {
         let (mut file, metadata) = match regular::open(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound && self.length == 0 => return Ok(true),
             opened => opened?,

@@ -23,7 +23,7 @@ impl Publisher<'_> {
         plan: &Plan,
         selected: &[bool],
         all: bool,
-        told: &mut Vec<(ItemName, PublishEvent)>,
+        events: &mut Vec<(ItemName, PublishEvent)>,
     ) -> Result<(), Error> {
         if self.stale.is_empty() {
             return Ok(());
@@ -32,7 +32,7 @@ impl Publisher<'_> {
         for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
             let stage = plan.stages.iter().position(|stage| stage.name == item.stage);
             if stage.map_or(all, |stage| selected[stage]) {
-                self.remove(files, &mut |what| told.push((item.clone(), what)))?;
+                self.remove(files, &mut |what| events.push((item.clone(), what)))?;
             }
         }
         Ok(())
@@ -42,9 +42,9 @@ impl Publisher<'_> {
     ///
     /// # Errors
     /// If a file cannot be removed.
-    pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<PublishEvent>) -> Result<(), Error> {
+    pub(crate) fn remove_stale(&self, item: &ItemName, events: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match self.stale.get(item) {
-            Some(files) => self.remove(files, &mut |what| told.push(what)),
+            Some(files) => self.remove(files, &mut |what| events.push(what)),
             None => Ok(()),
         }
     }
@@ -85,7 +85,7 @@ impl Publisher<'_> {
     /// # Errors
     /// If the journal cannot be written.
     pub(crate) fn finish(&self) -> Result<(), Error> {
-        for folder in self.thinned.lock().iter() {
+        for folder in self.emptied_folders.lock().iter() {
             for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
                 // Fails if the folder is not empty.
                 if fs::remove_dir(folder).is_err() {
@@ -100,7 +100,7 @@ impl Publisher<'_> {
     }
 
     /// Removes files of the ledger, and the folders that they leave empty.
-    pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
+    pub(super) fn remove(&self, files: &[String], report: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
         // The lock is held until the files are removed: whoever finds a file in `removed` may put something
         // in its place.
         let mut removed = self.removed.lock();
@@ -110,9 +110,9 @@ impl Publisher<'_> {
                 if let PublishEvent::Removed { .. } = left {
                     let place = self.root.join(file);
                     platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
-                    self.thinned.lock().extend(place.parent().map(Path::to_path_buf));
+                    self.emptied_folders.lock().extend(place.parent().map(Path::to_path_buf));
                 }
-                told(left);
+                report(left);
             }
             self.state.journal.append(&[self.ledger.removal(file)])?;
         }
@@ -160,7 +160,7 @@ impl Publisher<'_> {
 /// If the journal cannot be written.
 pub(crate) fn sweep(state: &State, plan: &Plan) -> Result<(), Error> {
     let out = out_name(plan);
-    for (place, announced) in state.journal.subjects::<String>(Tag::Publishing) {
+    for (place, announced) in state.journal.contents::<String>(Tag::Publishing) {
         if announced == out {
             sweep_folder(&plan.out);
             state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;

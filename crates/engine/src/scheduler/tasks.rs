@@ -26,12 +26,12 @@ enum Urgency {
 }
 
 impl Urgency {
-    fn of(item: ItemIndex, judge: &UpToDateCheck<'_>) -> Self {
-        let stage = judge.plan.items[item].stage;
-        match judge.plan.stages[stage].product {
+    fn of(item: ItemIndex, check: &UpToDateCheck<'_>) -> Self {
+        let stage = check.plan.items[item].stage;
+        match check.plan.stages[stage].product {
             Product::Artifact(_) => Self::Artifact(stage),
             Product::Files(_) => {
-                let milliseconds = judge.effect(item).map_or(0.0, |effect| effect.milliseconds());
+                let milliseconds = check.latest(item).map_or(0.0, |latest| latest.milliseconds());
                 // In doublings, from what nobody notices on: small differences are chance.
                 let doublings = (milliseconds / 32.0).max(1.0).log2() as u32;
                 Self::Export(Reverse(doublings), stage)
@@ -46,8 +46,8 @@ pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
 
 impl Tasks {
     /// Adds a task of an item. Of equally urgent tasks, that of the earlier item goes first.
-    pub(super) fn push(&mut self, item: ItemIndex, task: Task, judge: &UpToDateCheck<'_>) {
-        self.0.push((Urgency::of(item, judge), Reverse(item), task));
+    pub(super) fn push(&mut self, item: ItemIndex, task: Task, check: &UpToDateCheck<'_>) {
+        self.0.push((Urgency::of(item, check), Reverse(item), task));
     }
 
     /// Takes the most urgent task.

@@ -1,4 +1,4 @@
-//! What a build does, by its events.
+//! What a build does, according to its events.
 
 mod artifacts;
 mod cache;
@@ -93,11 +93,11 @@ impl Project {
         log(&events)
     }
 
-    /// The same, by a bench that may remember something.
-    fn build_on(&self, bench: &BuildSession) -> String {
+    /// The same, by a session that may have built before.
+    fn build_on(&self, session: &BuildSession) -> String {
         let events = Mutex::new(Vec::new());
         let built =
-            bench.build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
+            session.build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
         built.unwrap();
         log(&events.into_inner())
     }
@@ -127,13 +127,13 @@ fn collect(folder: &Path, prefix: &str, found: &mut Vec<(String, Vec<u8>)>) {
         if entry.path().is_dir() {
             collect(&entry.path(), &format!("{name}/"), found);
         } else if let Ok(bytes) = std::fs::read(entry.path()) {
-            // One that goes meanwhile is left out: a watcher may be at work.
+            // A file that disappears meanwhile is left out: a watcher may be running.
             found.push((name, bytes));
         }
     }
 }
 
-/// Events as lines, without times and with digests cut short.
+/// Events as lines, without times and with shortened digests.
 fn log(events: &[Event]) -> String {
     let mut text = String::new();
     for event in events {
@@ -168,9 +168,9 @@ fn log(events: &[Event]) -> String {
                 let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));
                 writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
             }
-            Event::Rejected { faults } => writeln!(text, "rejected: {faults}"),
+            Event::Rejected { diagnostics } => writeln!(text, "rejected: {diagnostics}"),
             Event::Accepted => writeln!(text, "accepted"),
-            Event::BuildError { error, .. } => writeln!(text, "hindered: {}", error.join(": ")),
+            Event::BuildError { error, .. } => writeln!(text, "build error: {}", error.join(": ")),
             Event::Ended(Summary {
                 ran, up_to_date, failed, skipped, published, removed, cancelled, ..
             }) => {

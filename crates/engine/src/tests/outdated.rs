@@ -1,4 +1,4 @@
-//! Builds that a change makes out of date while they are at work.
+//! Builds that a change makes out of date while they run.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
@@ -9,16 +9,17 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{BuildSession, Context, Failure, Kind, Output, Port, parameters};
 
-/// A place where running items wait until they are let through, or told to stop.
+/// A place where running items wait until they are let through or stopped.
 struct Gate {
-    /// Who has come, and who may pass, each with the project's folder: tests run beside each other.
+    /// The items that have arrived, and those that may pass, each with the project's folder: tests run in
+    /// parallel.
     state: Mutex<(BTreeSet<String>, BTreeSet<String>)>,
     changed: Condvar,
 }
 
 static GATE: Gate = Gate { state: Mutex::new((BTreeSet::new(), BTreeSet::new())), changed: Condvar::new() };
 
-/// Nothing here takes this long: a test that hangs is to fail.
+/// Nothing here takes this long: a test that hangs fails.
 const LONG: Duration = Duration::from_secs(120);
 
 impl Gate {
@@ -71,7 +72,7 @@ impl Kind for SlowSource {
         let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
         let gate = context.source()?.display().to_string();
         if text == "bad" {
-            // It does not listen, and fails in the end.
+            // It ignores the request to stop, and fails in the end.
             GATE.pass(&gate, || Ok(()))?;
             return Err(Failure::new("half a text"));
         }
@@ -115,7 +116,7 @@ impl Kind for SlowSuffix {
 }
 
 impl Project {
-    /// A project that is built by two threads, its kinds among them those that wait.
+    /// A project with the kinds that wait, built by two threads.
     fn slow(manifest: &str) -> Self {
         let mut project = Project::new(manifest);
         project.edit("GATE", &project.path("gate").display().to_string());
@@ -172,7 +173,7 @@ fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
     let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&a);
         GATE.await_arrival(&b);
-        // Nobody has read it yet, so that this is no reason to stop.
+        // No item has read it yet, so this is not a reason to stop.
         project.write("c.txt", "four");
         session.outdate(&[project.path("c.txt")], None);
         project.write("a.txt", "bad");
@@ -212,7 +213,7 @@ fn a_touch_without_change_stops_nothing() {
 }
 
 #[test]
-fn a_file_that_cannot_be_used_while_it_is_written_is_no_failure() {
+fn an_unusable_file_that_is_still_being_written_is_not_a_failure() {
     let project = sources();
     project.write("a.txt", "bad");
     let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
@@ -254,7 +255,7 @@ kind = "write"
 input = "left"
 "#;
 
-/// One source, and two items that work from it at one time.
+/// One source, and two items that use it at the same time.
 fn chains() -> (Project, String, String) {
     let project = Project::slow(&CHAINS.replace("GATE right", "right GATE"));
     project.write("a.txt", "one");
@@ -304,7 +305,7 @@ fn an_edit_of_what_was_up_to_date_stops_what_follows_from_it() {
 }
 
 #[test]
-fn a_new_file_ends_the_build_early_and_stops_nothing_at_work() {
+fn a_new_file_ends_the_build_early_and_stops_no_running_item() {
     let (project, left, right) = chains();
     let (_, summary) = project.build_and(|session| {
         GATE.await_arrival(&left);
@@ -314,19 +315,19 @@ fn a_new_file_ends_the_build_early_and_stops_nothing_at_work() {
         GATE.open(&left);
         GATE.open(&right);
     });
-    // What is at work ends; the export does not begin.
+    // Running items finish; the export does not start.
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (3, 1, true));
 }
 
 parameters! {
     /// Parameters of `restless`.
     struct RestlessParameters {
-        /// In so many runs the source is written while it is read.
+        /// The number of runs in which the source is written while it is read.
         writes: usize,
     }
 }
 
-/// Reads its source twice; another program (which is played by the kind itself) may write it in between.
+/// Reads its source twice; another program (in fact the kind itself) may write it in between.
 struct Restless;
 
 /// The runs of `restless`, by source.
@@ -360,7 +361,7 @@ impl Kind for Restless {
 }
 
 #[test]
-fn an_item_that_saw_two_contents_of_a_file_is_tried_again() {
+fn an_item_that_read_two_contents_of_a_file_runs_again() {
     let manifest =
         "schema = 1\nout = \"out\"\n[stage.file]\nkind = \"restless\"\nsource = \"a.txt\"\nwrites = 2\n";
     let mut project = Project::new(manifest);
