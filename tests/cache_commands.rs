@@ -103,7 +103,10 @@ fn gc_waits_for_a_build_and_names_itself_to_others() {
         assert!(child.wait().unwrap().success());
     }
     let holder = std::fs::read_to_string(project.path(".specula/holder")).unwrap();
-    assert!(holder.contains("\"errand\":\"build\"") || holder.contains("\"errand\":\"collect\""), "{holder}");
+    assert!(
+        holder.contains("\"purpose\":\"build\"") || holder.contains("\"purpose\":\"collect\""),
+        "{holder}"
+    );
 }
 
 #[test]

@@ -53,9 +53,9 @@ fn every_line_of_a_build_is_what_the_schema_says() {
         "removed",
         "skipped",
         "started",
+        "task-timed",
         "up-to-date",
         "warning",
-        "worked",
     ];
     assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), expected);
 }
@@ -73,7 +73,7 @@ fn every_line_of_a_watcher_is_what_the_schema_says() {
     let keys = (0..60).map(|n| format!("key-{n} = 1\n")).collect::<String>();
     project.write("pipeline.toml", &format!("{keys}{}", support::SMALL));
     events.extend(watcher.wait("rejected", |event| event.to_string().contains("key-0")));
-    let faults = &events[events.len() - 1]["faults"];
+    let faults = &events[events.len() - 1]["diagnostics"];
     assert_eq!((faults["faults"].as_array().unwrap().len(), &faults["more"]), (50, &10.into()));
     project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolution = 8"));
     events.extend(watcher.wait("accepted", |_| true));

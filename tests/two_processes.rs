@@ -15,7 +15,7 @@ fn hold(project: &Project) -> File {
     project.ok(&["build"]);
     let lock = File::options().write(true).open(project.path(".specula/lock")).unwrap();
     lock.lock().unwrap();
-    project.write(".specula/holder", r#"{"process":77,"since":1772357405000,"errand":"watch"}"#);
+    project.write(".specula/holder", r#"{"process":77,"since":1772357405000,"purpose":"watch"}"#);
     lock
 }
 

@@ -1,14 +1,13 @@
 //! `specula build`: runs what is out of date.
 
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
+use parking_lot::Mutex;
 
 use crate::arguments::BuildArguments;
 use crate::print::{EventStream, say};
 use crate::progress::Progress;
-use crate::screen::locked;
 use crate::timings::Timeline;
 use crate::{Exit, exit, manifest};
 
@@ -22,7 +21,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
-        patience: patience(arguments.wait),
+        lock_timeout: lock_timeout(arguments.wait),
         ..BuildOptions::default()
     };
     let cancel = Cancel::default();
@@ -32,7 +31,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
         if let Some(timeline) = &timeline {
-            locked(timeline).hear(&event);
+            timeline.lock().hear(&event);
         }
         if arguments.json {
             stream.write(event);
@@ -45,8 +44,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             if !arguments.json {
                 progress.summarise(&summary, &plan.out);
             }
-            let timeline =
-                timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
+            let timeline = timeline.map(Mutex::into_inner);
             let drawn = timeline.is_none_or(|timeline| draw(timeline, arguments));
             match exit_of(&summary) {
                 Exit::Success if stream.is_torn() || !drawn => Exit::Machine,
@@ -61,7 +59,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.
-fn patience(wait: Option<Option<u32>>) -> LockTimeout {
+fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     match wait {
         None => LockTimeout::default(),
         Some(None) => LockTimeout::ENDLESS,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use engine::cache::{self, Amount, CollectOptions, Freed, Lost, Stats, Verified};
+use engine::cache::{self, Amount, CollectOptions, Freed, LostBlob, Stats, Verified};
 use engine::{Error, ItemName, LockTimeout};
 use serde_json::json;
 
@@ -19,8 +19,8 @@ pub(crate) fn run(command: &CacheCommand) -> Exit {
             false => print::data(&describe(&stats)),
         }),
         CacheCommand::Gc { manifest, max_size, dry_run, json } => {
-            let patience = LockTimeout::default();
-            let options = CollectOptions { limit: *max_size, dry_run: *dry_run, patience };
+            let lock_timeout = LockTimeout::default();
+            let options = CollectOptions { limit: *max_size, dry_run: *dry_run, lock_timeout };
             cache::collect(folder(manifest), &options, &tell_wait).map(|freed| match json {
                 true => print::json(json!(freed)),
                 false => print::data(&describe_freed(&freed, &options)),
@@ -110,7 +110,7 @@ fn describe_verified(verified: &Verified) -> String {
     text
 }
 
-fn owner(lost: &Lost) -> String {
+fn owner(lost: &LostBlob) -> String {
     let list = |items: &[ItemName]| items.iter().map(ItemName::to_string).collect::<Vec<_>>().join("; ");
     match (lost.items.as_slice(), lost.earlier.as_slice()) {
         ([], []) => "no record names it".into(),

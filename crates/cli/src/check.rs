@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
         return soundness(arguments, &plan);
     }
     let threads = if arguments.threads.is_empty() {
-        engine::telling_threads()
+        engine::default_threads()
     } else {
         arguments.threads.iter().copied().map(usize::from).collect()
     };

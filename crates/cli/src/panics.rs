@@ -5,11 +5,11 @@
 use std::backtrace::Backtrace;
 use std::env;
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
-use std::sync::Mutex;
 use std::thread;
 
+use parking_lot::Mutex;
+
 use crate::print;
-use crate::screen::locked;
 
 /// What the last panic would have printed, where it was a worker's.
 static KEPT: Mutex<Option<String>> = Mutex::new(None);
@@ -30,10 +30,10 @@ pub(crate) fn told_once<T>(act: impl FnOnce() -> T) -> T {
         if !is_kept {
             print::message(&told);
         }
-        *locked(&KEPT) = is_kept.then_some(told);
+        *KEPT.lock() = is_kept.then_some(told);
     }));
     panic::catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|ended| {
-        if let Some(kept) = locked(&KEPT).take() {
+        if let Some(kept) = KEPT.lock().take() {
             print::message(&kept);
         }
         panic::resume_unwind(ended)

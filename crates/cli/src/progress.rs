@@ -4,15 +4,15 @@
 use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard};
 
 use engine::{Event, ItemName, Summary};
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::outstanding::few;
 use crate::print::{message, say};
 use crate::quantity::{SHOWN, count, duration, more};
 use crate::reasons;
-use crate::screen::{Screen, locked};
+use crate::screen::Screen;
 
 /// Turns events into lines on standard error.
 pub(crate) struct Progress {
@@ -150,7 +150,7 @@ impl Progress {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        locked(&self.state)
+        self.state.lock()
     }
 }
 

@@ -2,11 +2,11 @@
 //! pinned. Without a terminal only the lines are left.
 
 use std::collections::BTreeSet;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use engine::ItemName;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use parking_lot::Mutex;
 
 use crate::escape::{Painted, escaped};
 use crate::{print, terminal};
@@ -84,7 +84,7 @@ impl Screen {
             ProgressBar::new(items as u64).with_style(style("{bar:30} {pos}/{len} {elapsed:>4}  {wide_msg}"));
         let bar = moving.all.insert_before(&moving.pinned, bar);
         bar.enable_steady_tick(TICK);
-        *locked(&moving.bar) = Some(bar);
+        *moving.bar.lock() = Some(bar);
     }
 
     /// An item begins to run.
@@ -106,12 +106,12 @@ impl Screen {
     /// Nothing works any more: the bar goes.
     pub(crate) fn clear(&self) {
         if let Some(moving) = &self.moving
-            && let Some(bar) = locked(&moving.bar).take()
+            && let Some(bar) = moving.bar.lock().take()
         {
             bar.finish_and_clear();
             moving.all.remove(&bar);
         }
-        locked(&self.running).clear();
+        self.running.lock().clear();
     }
 
     /// What stays at the bottom from now on.
@@ -131,7 +131,7 @@ impl Screen {
     }
 
     fn with_running(&self, change: impl FnOnce(&mut BTreeSet<ItemName>)) {
-        let mut running = locked(&self.running);
+        let mut running = self.running.lock();
         change(&mut running);
         self.with_bar(|bar| {
             let names = running.iter().map(ItemName::to_string).collect::<Vec<_>>();
@@ -141,7 +141,7 @@ impl Screen {
 
     fn with_bar(&self, act: impl FnOnce(&ProgressBar)) {
         if let Some(moving) = &self.moving
-            && let Some(bar) = locked(&moving.bar).as_ref()
+            && let Some(bar) = moving.bar.lock().as_ref()
         {
             act(bar);
         }
@@ -151,11 +151,6 @@ impl Screen {
 /// A style by its template, or indicatif's own where the template were wrong.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-}
-
-/// What a mutex holds, also after a panic.
-pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -202,7 +197,7 @@ mod tests {
         }
 
         fn write_str(&self, text: &str) -> io::Result<()> {
-            locked(&self.0).push_str(text);
+            self.0.lock().push_str(text);
             Ok(())
         }
 
@@ -226,7 +221,7 @@ mod tests {
         screen.pin("a pin\u{9b}\u{202e}".into());
         // A line draws all anew, whenever the last tick was.
         screen.line("a line\u{1b}[31m");
-        let written = locked(&terminal.0).clone();
+        let written = terminal.0.lock().clone();
         for shown in [r"gold\u{1b}]0;title\u{7}", r"a line\u{1b}[31m", r"a pin\u{9b}\u{202e}"] {
             assert!(written.contains(shown), "no {shown} in {written:?}");
         }
@@ -234,7 +229,7 @@ mod tests {
             assert!(!written.contains(raw), "{raw:?} in {written:?}");
         }
         screen.painted(&Painted::of_escaped("\u{1b}[1mbold\u{1b}[0m".into()));
-        assert!(locked(&terminal.0).contains("\u{1b}[1mbold\u{1b}[0m"));
+        assert!(terminal.0.lock().contains("\u{1b}[1mbold\u{1b}[0m"));
         screen.close();
     }
 }

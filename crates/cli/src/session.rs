@@ -5,13 +5,13 @@
 //! speaks every now and then, one of milliseconds at its end.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard};
 
 use engine::{Change, Changed, Event, ItemName, Reason, Summary};
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::outstanding::{OutstandingErrors, Turn, few};
 use crate::quantity::{SHOWN, count, duration, more};
-use crate::screen::{Screen, locked};
+use crate::screen::Screen;
 use crate::{manifest, reasons, terminal};
 
 /// A build that takes longer tells what it has, in milliseconds.
@@ -180,10 +180,10 @@ impl Session {
                     self.conclude(&mut state, summary, &since);
                 }
             }
-            Event::Rejected { faults } => {
-                self.screen.painted(&manifest::drawn(faults));
+            Event::Rejected { diagnostics } => {
+                self.screen.painted(&manifest::drawn(diagnostics));
                 let next = if state.built { "the last good graph goes on" } else { "nothing runs" };
-                self.line("", &format!("{}; {next} until it is mended", manifest::counted(faults)));
+                self.line("", &format!("{}; {next} until it is mended", manifest::counted(diagnostics)));
                 state.changed.clear();
             }
             Event::Accepted => self.line("mended", "the manifest is sound again"),
@@ -310,7 +310,7 @@ impl Session {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        locked(&self.state)
+        self.state.lock()
     }
 }
 

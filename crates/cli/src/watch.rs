@@ -1,14 +1,14 @@
 //! `specula watch`: keeps the outputs fresh while files change.
 
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use engine::{BuildOptions, Cancel, Event, Kinds, WatchOptions};
+use parking_lot::Mutex;
 
 use crate::arguments::WatchArguments;
 use crate::build::{exit_of, stop_on_interrupt};
 use crate::print::EventStream;
-use crate::screen::{Screen, locked};
+use crate::screen::Screen;
 use crate::session::{Moment, Session};
 use crate::{Exit, exit, preview, terminal};
 
@@ -53,11 +53,11 @@ pub(crate) fn keep_fresh(
     let events = |event: Event| {
         also(&event);
         match &event {
-            Event::Ended(summary) => locked(&last).0 = exit_of(summary),
-            Event::BuildError { .. } => locked(&last).0 = Exit::Machine,
+            Event::Ended(summary) => last.lock().0 = exit_of(summary),
+            Event::BuildError { .. } => last.lock().0 = Exit::Machine,
             // What is built from now on is the last good graph, not what was asked for.
-            Event::Rejected { .. } => locked(&last).1 = false,
-            Event::Accepted => locked(&last).1 = true,
+            Event::Rejected { .. } => last.lock().1 = false,
+            Event::Accepted => last.lock().1 = true,
             _ => {}
         }
         if arguments.json {
@@ -77,7 +77,7 @@ pub(crate) fn keep_fresh(
         Ok(()) if stream.is_torn() => Exit::Machine,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,
-        Ok(()) => match *locked(&last) {
+        Ok(()) => match *last.lock() {
             (_, false) => Exit::Manifest,
             (exit, true) => exit,
         },

@@ -8,7 +8,6 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Cursor;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Mutex, PoisonError};
 
 use containers::lighting_json::{self, Preset};
 use containers::{
@@ -17,6 +16,7 @@ use containers::{
 };
 use envmap::{Environment, Image};
 use exr::prelude::*;
+use parking_lot::Mutex;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use sh::{Degree, Expansion};
@@ -199,7 +199,7 @@ fn decode_coefficients(bytes: &[u8]) {
 
 #[test]
 fn every_truncated_length_is_an_error() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ALONE.lock();
     for (name, bytes) in pictures() {
         let whole = read_image(&bytes, &ReadOptions::default());
         assert!(whole.is_ok() || name == "exr deep", "{name}: {whole:?}");
@@ -252,7 +252,7 @@ fn every_truncated_length_is_an_error() {
 
 #[test]
 fn changed_bytes_never_panic_nor_allocate_wildly() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ALONE.lock();
     // Silence the panics that are caught inside.
     std::panic::set_hook(Box::new(|_| {}));
     let files = [pictures(), textures(), coefficients()].concat();
@@ -281,7 +281,7 @@ fn changed_bytes_never_panic_nor_allocate_wildly() {
 /// Every byte of every header set to the values that numbers break at.
 #[test]
 fn hostile_headers_never_panic_nor_allocate_wildly() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = ALONE.lock();
     std::panic::set_hook(Box::new(|_| {}));
     let files = [pictures(), textures(), coefficients()].concat();
     let outcome = std::panic::catch_unwind(|| {

@@ -7,8 +7,8 @@ use crate::{Digest, Failure};
 
 /// A value that travels between stages.
 ///
-/// Equal values encode to equal bytes: the digest of the bytes is the value's identity, and it holds no
-/// provenance, so that an edit which leaves a value unchanged stops there.
+/// Equal values encode to equal bytes: the digest of the bytes is the value's identity. The bytes contain no
+/// provenance, so that an edit which leaves a value unchanged reruns nothing further.
 pub trait Artifact: Any + Send + Sync + Sized {
     /// The type's name in messages and manual pages: `environment`.
     const TYPE: &'static str;
@@ -16,17 +16,17 @@ pub trait Artifact: Any + Send + Sync + Sized {
     /// The bytes, in a documented container.
     ///
     /// # Errors
-    /// Where the value cannot be held by its container.
+    /// If the container cannot represent the value.
     fn encode(&self) -> Result<Vec<u8>, Failure>;
 
     /// The value of bytes that [`Artifact::encode`] made, perhaps by another version.
     ///
     /// # Errors
-    /// Where the bytes are not what the container holds.
+    /// If the bytes are not valid for the container.
     fn decode(bytes: &[u8]) -> Result<Self, Failure>;
 }
 
-/// A stored artifact, decoded at most once however many items use it.
+/// A stored artifact, decoded at most once for all its consumers.
 pub struct Handle {
     type_name: &'static str,
     digest: Digest,
@@ -35,7 +35,7 @@ pub struct Handle {
 }
 
 impl Handle {
-    /// A handle on stored bytes, which `load` reads (and verifies) when the value is first wanted.
+    /// A handle on stored bytes, which `load` reads (and verifies) when the value is first needed.
     pub fn new(
         type_name: &'static str,
         digest: Digest,
@@ -44,7 +44,7 @@ impl Handle {
         Self { type_name, digest, value: OnceLock::new(), load: Box::new(load) }
     }
 
-    /// The same, with the value at hand because it was just made.
+    /// The same, with its value, which was just made or decoded.
     #[must_use]
     pub fn with_value(self, value: Arc<dyn Any + Send + Sync>) -> Self {
         let _ = self.value.set(value);
@@ -64,7 +64,7 @@ impl Handle {
     /// The encoded bytes, as [`Artifact::encode`] made them.
     ///
     /// # Errors
-    /// Where they cannot be read.
+    /// If they cannot be read.
     pub fn bytes(&self) -> Result<Vec<u8>, Failure> {
         (self.load)()
     }
@@ -72,7 +72,7 @@ impl Handle {
     /// The value.
     ///
     /// # Errors
-    /// Where the bytes cannot be read or decoded, or are of another type.
+    /// If the bytes cannot be read or decoded, or are of another type.
     pub fn get<T: Artifact>(&self) -> Result<Arc<T>, Failure> {
         if self.value.get().is_none() {
             let decoded: Arc<dyn Any + Send + Sync> = Arc::new(T::decode(&(self.load)()?)?);

@@ -1,49 +1,49 @@
-//! The build: runs what is out of date and publishes what it exports.
+//! The build: runs the items that are out of date and publishes their files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 use crate::disk::Disk;
-use crate::lock::Request;
+use crate::lock::LockRequest;
 use crate::publish::{Publisher, sweep};
 use crate::run::RunContext;
-use crate::running::{Changes, RunningBuild};
+use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
-use crate::session::Settled;
+use crate::session::LastBuild;
 use crate::state::State;
 use crate::store::Blob;
-use crate::up_to_date::{Freshness, Known, UpToDateCheck, manifest_name};
+use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
     BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, nearest,
 };
 
-/// What a build is asked to do.
+/// Options of a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
-    /// The stages to build, with all that they need; empty stands for all stages.
+    /// The stages to build, with everything that they need; empty means all stages.
     pub stages: Vec<String>,
-    /// The number of threads; `None` stands for the number of available cores.
+    /// The number of threads; `None` means the number of available cores.
     pub jobs: Option<usize>,
-    /// Whether items that do not depend on a failed one still run.
+    /// Whether items that do not depend on a failed item still run.
     pub keep_going: bool,
-    /// Whether only to tell what would run and why; nothing is written.
+    /// Whether only to report what would run and why; nothing is written.
     pub dry_run: bool,
-    /// What the build is part of, for other processes that find it at work.
-    pub errand: LockPurpose,
-    /// How long to wait for another process that works in the folder.
-    pub patience: LockTimeout,
-    /// The only files and folders, absolute, that have changed since the last build of the workbench; `None` if any may
-    /// have. Nothing else is looked at: an item that these do not concern is as that build left it, with its files, and
-    /// no event names it. If the workbench cannot know that (another plan, or another process that built), it looks at
-    /// everything all the same.
+    /// What other processes are shown that find the folder locked.
+    pub lock_purpose: LockPurpose,
+    /// How long to wait while another process has the folder locked.
+    pub lock_timeout: LockTimeout,
+    /// The only files and folders, absolute, that have changed since the last build of the session; `None` if
+    /// any may have. The build checks only the items that depend on them: every other item is as that build
+    /// left it, with its files, and no event names it. If the session cannot know that (another plan, or
+    /// another process that built since), the build checks everything nevertheless.
     pub changed: Option<Vec<PathBuf>>,
 }
 
-/// Builds once: [`BuildSession::build`] with threads of its own and nothing kept in memory afterwards.
+/// Builds once: [`BuildSession::build`] with threads of its own, and nothing is kept in memory afterwards.
 ///
 /// # Errors
-/// As [`BuildSession::build`], and where threads cannot be started.
+/// As [`BuildSession::build`], and if threads cannot be started.
 pub fn build(
     plan: &Plan,
     options: &BuildOptions,
@@ -56,13 +56,13 @@ pub fn build(
 impl BuildSession {
     /// Runs the items of a plan that are out of date and publishes the files of exporting stages into `out`.
     ///
-    /// Events come one at a time, from the calling thread. The failure of an item is told as an event and counted in the
-    /// summary; it is not an error of the build. With one job the events come in one order; with more, those of
-    /// different items may change places, but what is made does not.
+    /// Events are reported one at a time, from the calling thread. The failure of an item is an event and
+    /// counts in the summary; it is not an error of the build. With one job the order of the events is always
+    /// the same; with more, events of different items may change places, but the results are the same.
     ///
     /// # Errors
-    /// Where the build as a whole cannot go on: an unknown stage, another process at work, a state folder that is damaged
-    /// beyond use or cannot be written.
+    /// If the build as a whole cannot go on: a stage is unknown, another process holds the lock, the state
+    /// folder is damaged beyond use or cannot be written.
     pub fn build(
         &self,
         plan: &Plan,
@@ -79,13 +79,13 @@ impl BuildSession {
             items,
         });
         if options.dry_run {
-            let summary = self.rehearse(plan, options, &selected, events)?;
-            return Ok(ended(summary, clock, events));
+            let summary = self.dry_run(plan, options, &selected, events)?;
+            return Ok(report_end(summary, clock, events));
         }
-        self.work(plan, options, &selected, clock, cancel, events)
+        self.run_items(plan, options, &selected, clock, cancel, events)
     }
 
-    fn work(
+    fn run_items(
         &self,
         plan: &Plan,
         options: &BuildOptions,
@@ -95,32 +95,33 @@ impl BuildSession {
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let waiting = |holder| {
-            let limit = options.patience.0.map(|limit| limit.as_secs_f64() * 1e3);
+            let limit = options.lock_timeout.0.map(|limit| limit.as_secs_f64() * 1e3);
             events(Event::Waiting { holder, limit_milliseconds: limit });
         };
-        let (errand, patience) = (options.errand, options.patience);
-        let lock = match State::lock(&plan.state, &Request { errand, patience, cancel, waiting: &waiting }) {
-            Err(error) if error.kind() == ErrorKind::Cancelled => {
-                let skipped = plan.items.iter().filter(|item| selected[item.stage]).count();
-                let summary = Summary { skipped, cancelled: true, ..Summary::default() };
-                return Ok(ended(summary, clock, events));
-            }
-            lock => lock?,
+        let (purpose, timeout) = (options.lock_purpose, options.lock_timeout);
+        let lock =
+            match State::lock(&plan.state, &LockRequest { purpose, timeout, cancel, waiting: &waiting }) {
+                Err(error) if error.kind() == ErrorKind::Cancelled => {
+                    let skipped = plan.items.iter().filter(|item| selected[item.stage]).count();
+                    let summary = Summary { skipped, cancelled: true, ..Summary::default() };
+                    return Ok(report_end(summary, clock, events));
+                }
+                lock => lock?,
+            };
+        let (journal, last_build) = {
+            let mut saved = self.saved();
+            (saved.journal.take(), saved.last_build.take())
         };
-        let (kept, settled) = {
-            let mut between = self.between();
-            (between.journal.take(), between.settled.take())
-        };
-        let state = self.pool.install(|| State::open(lock, kept))?;
+        let state = self.pool.install(|| State::open(lock, journal))?;
         sweep(&state, plan)?;
-        let before = settled.filter(|_| state.journal.is_as_kept());
-        let before = before.and_then(|settled| settled.known(plan, selected));
-        let changes = options.changed.as_deref().map(Changes::new);
+        let before = last_build.filter(|_| state.journal.is_unchanged());
+        let before = before.and_then(|last_build| last_build.known(plan, selected));
+        let changes = options.changed.as_deref().map(ChangedPaths::new);
         let known = before.clone().filter(|_| changes.is_some());
-        let disk = Arc::new(Disk::new(state.now, self.begin_noting(), cancel));
-        let underway = Arc::new(RunningBuild::new(plan, selected, &disk));
-        cancel.begin(&underway);
-        let (mut judge, publisher) = self.pool.install(|| {
+        let disk = Arc::new(Disk::new(state.now, self.begin_reads(), cancel));
+        let running = Arc::new(RunningBuild::new(plan, selected, &disk));
+        self.begin(&running);
+        let (mut check, publisher) = self.pool.install(|| {
             rayon::join(
                 || UpToDateCheck::with_records(plan, &state, &disk, selected, known.clone()),
                 || match known {
@@ -129,56 +130,56 @@ impl BuildSession {
                 },
             )
         });
-        // Before the files are looked at: a change between the two must not go unseen.
-        let mut readers = judge.readers();
-        readers.iter().for_each(|item| underway.saw(*item, judge.seen_before(*item)));
-        let stop = || cancel.is_cancelled() || underway.is_outdated();
-        self.pool.install(|| judge.look(&readers, changes.as_ref(), &stop));
-        judge.mark_gone()?;
-        let workshop = RunContext {
-            judge: &judge,
+        // Before the files are read: a change between the two would be missed.
+        let mut readers = check.readers();
+        readers.iter().for_each(|item| running.set_dependencies(*item, check.recorded_dependencies(*item)));
+        let stop = || cancel.is_cancelled() || running.is_outdated();
+        self.pool.install(|| check.check_files(&readers, changes.as_ref(), &stop));
+        check.mark_gone()?;
+        let context = RunContext {
+            check: &check,
             publisher: &publisher,
             disk: &disk,
             cancel,
             memory: &self.memory,
-            underway: &underway,
+            running: &running,
             pending: self.pending.as_deref(),
         };
         let jobs = self.pool.current_num_threads();
-        let scheduler = || Scheduler::new(&workshop, selected, options.keep_going, jobs, clock, events);
+        let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
         let mut scheduler = self.pool.install(scheduler);
-        let mut told = Vec::new();
-        let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut told);
-        for (item, told) in told {
-            scheduler.tell(event_of(&item, told));
+        let mut removals = Vec::new();
+        let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
+        for (item, event) in removals {
+            scheduler.report(event_of(&item, event));
         }
         removed?;
-        let outcome = scheduler.settle_all(&self.pool);
-        *self.failed_on.lock() = underway.read_by(&scheduler.failed);
-        self.end_noting();
+        let outcome = scheduler.finish_all(&self.pool);
+        *self.failed_on.lock() = running.read_by(&scheduler.failed);
+        self.end_reads();
         publisher.finish()?;
         outcome?;
-        let before = judge.known().or(before.as_ref());
-        let settled = scheduler.items_settled(before.map(|known| &known.settled[..]));
-        let at_work = scheduler.items_at_work().map(|item| (item, judge.subject(item))).collect::<Vec<_>>();
-        let summary = ended(scheduler.summary, clock, events);
-        // What is left to do is for the next build, and nobody waits for it.
-        let mut between = self.between();
-        between.stored += state.store.stored();
-        between.journal = state.rest();
-        if let Some(journal) = &between.journal {
+        let before = check.known().or(before.as_ref());
+        let complete = scheduler.complete_items(before.map(|known| &known.complete[..]));
+        let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
+        let summary = report_end(scheduler.summary, clock, events);
+        // The rest is written for the next build after the end is reported, so that nobody waits for it.
+        let mut saved = self.saved();
+        saved.stored += state.store.stored();
+        saved.journal = state.close();
+        if let Some(journal) = &saved.journal {
             let reads =
-                |subject| journal.effect(subject).is_some_and(|effect| effect.reads().next().is_some());
-            readers.extend(at_work.into_iter().filter(|(_, subject)| reads(*subject)).map(|(item, _)| item));
+                |subject| journal.latest(subject).is_some_and(|latest| latest.reads().next().is_some());
+            readers.extend(handled.into_iter().filter(|(_, subject)| reads(*subject)).map(|(item, _)| item));
             readers.sort_unstable();
             readers.dedup();
-            between.settled = Some(Settled::new(plan, selected, Known { settled, readers }));
+            saved.last_build = Some(LastBuild::new(plan, selected, KnownItems { complete, readers }));
         }
         Ok(summary)
     }
 
-    /// Tells what a build would do; writes nothing.
-    fn rehearse(
+    /// Reports what a build would do; writes nothing.
+    fn dry_run(
         &self,
         plan: &Plan,
         options: &BuildOptions,
@@ -187,7 +188,7 @@ impl BuildSession {
     ) -> Result<Summary, Error> {
         let state = self.pool.install(|| State::read(&plan.state))?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-        let (judge, publisher) = self.pool.install(|| {
+        let (check, publisher) = self.pool.install(|| {
             rayon::join(|| UpToDateCheck::new(plan, &state, &disk, selected), || Publisher::new(plan, &state))
         });
         let mut summary = Summary::default();
@@ -195,8 +196,8 @@ impl BuildSession {
             summary.removed += 1;
             events(Event::Removed { file });
         }
-        for (index, forecast) in forecast(&judge, selected).into_iter().enumerate() {
-            let item = judge.name(index);
+        for (index, forecast) in forecast(&check, selected).into_iter().enumerate() {
+            let item = check.name(index);
             match forecast {
                 None => {}
                 Some(Forecast::Runs(reasons)) => {
@@ -221,17 +222,17 @@ impl BuildSession {
     }
 }
 
-/// Tells the end of a build that began with the clock.
-fn ended(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sync)) -> Summary {
+/// Reports the end of a build, which took as long as the clock says.
+fn report_end(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sync)) -> Summary {
     summary.milliseconds = clock.elapsed().as_secs_f64() * 1e3;
     events(Event::Ended(summary.clone()));
     summary
 }
 
-/// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.
+/// For each stage, whether it has one of the names or is needed by one that has; no names mean all stages.
 ///
 /// # Errors
-/// Where a name is no stage's.
+/// If a name is not the name of a stage.
 pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> {
     let mut selected = vec![names.is_empty(); plan.stages.len()];
     for name in names {
@@ -248,7 +249,7 @@ pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> 
 }
 
 fn unknown_stage(plan: &Plan, name: &str) -> Error {
-    let message = format!("{} has no stage {name:?}", manifest_name(plan));
+    let message = format!("{} has no stage {name:?}", plan.manifest_name());
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let names = plan.stages.iter().map(|stage| stage.name.as_str());
     match nearest(name, names.clone()) {
@@ -259,27 +260,27 @@ fn unknown_stage(plan: &Plan, name: &str) -> Error {
 
 /// What a build would do with an item.
 pub(crate) enum Forecast {
-    /// Its result is at hand.
+    /// Its result is in the cache.
     Current {
         outputs: Vec<Blob>,
-        /// Whether it is that of an earlier run than the last.
+        /// Whether the result is that of an earlier run than the last.
         restored: bool,
     },
     /// It would run.
     Runs(Vec<Reason>),
 }
 
-/// What a build would do with each selected item. What an item that would run makes is not known, so that all that
-/// need it would run too, unless it makes what it made before.
-pub(crate) fn forecast(judge: &UpToDateCheck<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
-    let mut forecasts = Vec::<Option<Forecast>>::with_capacity(judge.plan.items.len());
-    for (index, item) in judge.plan.items.iter().enumerate() {
+/// What a build would do with each selected item. The output of an item that would run is not known, so all
+/// items that need it would run too, unless its output turns out to be the same as before.
+pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
+    let mut forecasts = Vec::<Option<Forecast>>::with_capacity(check.plan.items.len());
+    for (index, item) in check.plan.items.iter().enumerate() {
         if !selected[item.stage] {
             forecasts.push(None);
             continue;
         }
-        if judge.is_current(index) {
-            let outputs = judge.effect(index).map_or_else(Vec::new, |effect| effect.outputs().to_vec());
+        if check.is_current(index) {
+            let outputs = check.latest(index).map_or_else(Vec::new, |latest| latest.outputs().to_vec());
             forecasts.push(Some(Forecast::Current { outputs, restored: false }));
             continue;
         }
@@ -288,17 +289,17 @@ pub(crate) fn forecast(judge: &UpToDateCheck<'_>, selected: &[bool]) -> Vec<Opti
             _ => None,
         };
         let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
-        let verdict = if known {
-            let key = judge.key(index, |input| digest(input).unwrap_or(crate::Digest([0; 32])));
-            judge.verdict(index, key)
+        let freshness = if known {
+            let key = check.key(index, |input| digest(input).unwrap_or(crate::Digest([0; 32])));
+            check.freshness(index, key)
         } else {
             Freshness::Run
         };
-        forecasts.push(Some(match verdict {
+        forecasts.push(Some(match freshness {
             Freshness::Current { outputs, restored } => {
                 Forecast::Current { outputs, restored: restored.is_some() }
             }
-            Freshness::Run => Forecast::Runs(judge.reasons(index, digest)),
+            Freshness::Run => Forecast::Runs(check.reasons(index, digest)),
         }));
     }
     forecasts

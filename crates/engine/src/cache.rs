@@ -1,12 +1,13 @@
-//! What the state folder holds, and how it is made smaller and checked.
+//! What the state folder contains, and how it is made smaller and checked.
 //!
-//! A blob is *in effect* where it is the last good output of an item, or of a published file, of a manifest that is still
-//! in the folder. It is *earlier* where only a result is left that could come back when an edit is taken back. All
-//! others are *garbage*. A collection removes garbage, and earlier results from the one whose last use is longest ago
-//! until the cache is small enough; never what is in effect, and it holds the lock, so that no build is at work.
+//! A blob is *in effect* if it is the last good output of an item, or a published file, of a manifest that is
+//! still in the folder. It is *earlier* if only an earlier result has it, which is used again when an edit is
+//! undone. All others are *garbage*. A collection removes garbage, and the least recently used earlier
+//! results until the cache is small enough. It never removes what is in effect, and it holds the lock, so
+//! that no build is running.
 //!
-//! A collection first writes the journal without the lines of the results that go, and then removes their blobs: killed
-//! in between, it leaves garbage and no line that leads nowhere.
+//! A collection first writes the journal without the lines of the removed results, and then removes their
+//! blobs: if it is killed in between, it leaves garbage, but no line without its blob.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::Path;
@@ -14,40 +15,17 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::journal::{Journal, Tag};
+use crate::journal::{Journal, Retention, Tag};
 use crate::ledger::Published;
-use crate::lock::Request;
+use crate::lock::LockRequest;
 use crate::regular::hash;
-use crate::retention::{Manifests, Retention};
+use crate::retention::Manifests;
 use crate::state::{FOLDER, State};
+pub use crate::store::Amount;
 use crate::store::Blob;
 use crate::{BuildSession, Cancel, Digest, Error, ErrorKind, ItemName, LockPurpose, LockTimeout};
 
-/// A number of files and their size.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Amount {
-    /// How many there are.
-    pub count: u64,
-    /// Their bytes.
-    pub bytes: u64,
-}
-
-impl Amount {
-    fn add(&mut self, bytes: u64) {
-        self.count += 1;
-        self.bytes += bytes;
-    }
-}
-
-impl std::ops::Add for Amount {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self { count: self.count + other.count, bytes: self.bytes + other.bytes }
-    }
-}
-
-/// What the state folder of some manifests holds.
+/// The contents of the state folder of some manifests.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Stats {
     /// The last good outputs.
@@ -58,13 +36,13 @@ pub struct Stats {
     pub garbage: Amount,
     /// Files that are being written, or were left by a killed process.
     pub temporary: Amount,
-    /// What is remembered: its lines and bytes.
+    /// The journal: its lines and bytes.
     pub journal: Amount,
-    /// The shares of the stages, the largest first. A blob that several stages made counts for each.
+    /// The share of each stage, the largest first. A blob that several stages made counts for each.
     pub stages: Vec<StageShare>,
 }
 
-/// What one stage has in the cache.
+/// The share of one stage in the cache.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct StageShare {
     /// The manifest's file name.
@@ -73,19 +51,19 @@ pub struct StageShare {
     pub stage: String,
     /// The last good outputs of its items.
     pub in_effect: Amount,
-    /// What only earlier results of its items hold.
+    /// The outputs of its items that only earlier results have.
     pub earlier: Amount,
 }
 
-/// How a collection is done.
+/// Options of a collection.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CollectOptions {
-    /// The size that the blobs may have afterwards; `None` removes garbage only.
+    /// The size that the blobs may have afterwards; `None` removes only garbage.
     pub limit: Option<u64>,
-    /// Whether only to say what would be removed.
+    /// Whether only to report what would be removed.
     pub dry_run: bool,
-    /// How long to wait for a build at work.
-    pub patience: LockTimeout,
+    /// How long to wait for a running build.
+    pub lock_timeout: LockTimeout,
 }
 
 /// What a collection removed, or would have removed.
@@ -95,40 +73,40 @@ pub struct Freed {
     pub garbage: Amount,
     /// Results of earlier builds.
     pub earlier: Amount,
-    /// What killed processes had left half written.
+    /// Files that killed processes had left incomplete.
     pub temporary: Amount,
-    /// The blobs that are left.
+    /// The remaining blobs.
     pub left: Amount,
-    /// Of these the last good outputs, which always stay.
+    /// Of these the last good outputs, which always remain.
     pub in_effect: Amount,
 }
 
-/// What a check of every blob found.
+/// The result of a check of every blob.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Verified {
     /// The blobs whose bytes have their digest.
     pub intact: Amount,
-    /// The damaged ones, which have been dropped, and those that should be there and are not.
-    pub lost: Vec<Lost>,
+    /// The damaged ones, which have been removed, and those that should exist and do not.
+    pub lost: Vec<LostBlob>,
 }
 
-/// A blob that is not what it should be.
+/// A damaged or missing blob.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Lost {
+pub struct LostBlob {
     /// Its digest.
     pub digest: Digest,
-    /// Whether it was there with other bytes; if not, it was not there.
+    /// Whether it had other bytes; if not, it did not exist.
     pub damaged: bool,
     /// The items whose last good output it is: the next build makes it again.
     pub items: Vec<ItemName>,
-    /// The items of earlier results: made again when they are wanted.
+    /// The items of earlier results: made again when they are needed.
     pub earlier: Vec<ItemName>,
 }
 
-/// What the state folder beside a manifest holds. Nothing is written, and a build may be at work.
+/// The contents of the state folder beside a manifest. Nothing is written, and a build may be running.
 ///
 /// # Errors
-/// Where there is no state folder or it cannot be read.
+/// If there is no state folder or it cannot be read.
 pub fn stats(folder: &Path) -> Result<Stats, Error> {
     let state = read(folder)?;
     let inventory = Inventory::of(&state, folder);
@@ -137,37 +115,40 @@ pub fn stats(folder: &Path) -> Result<Stats, Error> {
         in_effect: inventory.amount(|kind| kind == Holding::InEffect),
         earlier: inventory.amount(|kind| kind == Holding::Earlier),
         garbage: inventory.amount(|kind| kind == Holding::Garbage),
-        temporary: state.store.unfinished(),
+        temporary: state.store.temporary_files(),
         journal: Amount { count: lines, bytes },
         stages: inventory.shares(),
     })
 }
 
-/// Removes garbage from the state folder beside a manifest, and the oldest earlier results until the blobs are within
-/// the limit. `waiting` is told who is at work there, where that takes noticeably long.
+/// Removes garbage from the state folder beside a manifest, and the oldest earlier results until the blobs
+/// are within the limit. `waiting` is called with a description of another process that holds the lock, if
+/// the wait becomes noticeable.
 ///
 /// # Errors
-/// Where there is no state folder, another process is at work in it, or it cannot be written.
+/// If there is no state folder, another process holds the lock, or the folder cannot be written.
 pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)) -> Result<Freed, Error> {
     let state = read(folder)?;
-    let temporary = state.store.unfinished();
+    let temporary = state.store.temporary_files();
     let (freed, state) = if options.dry_run {
         (Collection::of(&Inventory::of(&state, folder), options.limit).freed, state)
     } else {
         drop(state);
-        let mut state = State::open(lock(folder, LockPurpose::Collect, options.patience, waiting)?, None)?;
+        let mut state =
+            State::open(lock(folder, LockPurpose::Collect, options.lock_timeout, waiting)?, None)?;
         (state.collect(folder, options.limit)?, state)
     };
     drop(state);
     Ok(Freed { temporary, ..freed })
 }
 
-/// Reads every blob of the state folder beside a manifest, and drops those whose bytes do not have their digest. The
-/// next build makes again what of them is in effect. Builds may be at work meanwhile: the lock is taken only to drop.
+/// Reads every blob of the state folder beside a manifest, and removes those whose bytes do not have their
+/// digest. The next build makes those in effect again. Builds may run meanwhile: the lock is held only for
+/// removing.
 ///
 /// # Errors
-/// Where there is no state folder, a blob cannot be read, or a damaged one cannot be dropped.
-pub fn verify(folder: &Path, patience: LockTimeout, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
+/// If there is no state folder, a blob cannot be read, or a damaged one cannot be removed.
+pub fn verify(folder: &Path, timeout: LockTimeout, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
     let state = read(folder)?;
     let inventory = Inventory::of(&state, folder);
     let checked = inventory.blobs.par_iter().map(|(digest, bytes)| {
@@ -190,7 +171,7 @@ pub fn verify(folder: &Path, patience: LockTimeout, waiting: &dyn Fn(String)) ->
         }
     }
     if !lost.is_empty() {
-        let state = State::open(lock(folder, LockPurpose::Verify, patience, waiting)?, None)?;
+        let state = State::open(lock(folder, LockPurpose::Verify, timeout, waiting)?, None)?;
         for digest in lost.keys() {
             // It is read once more: a build may have made it again meanwhile.
             state.store.get(*digest)?;
@@ -203,30 +184,31 @@ pub fn verify(folder: &Path, patience: LockTimeout, waiting: &dyn Fn(String)) ->
 }
 
 impl BuildSession {
-    /// Makes the cache of a manifest's folder smaller, where builds of this bench may have made it larger than the
-    /// limit; to be called when there is nothing else to do. The folder is not looked at before so much has been stored
-    /// that this is possible; a journal that has grown is written anew. Where another process is at work, it is left for the next time.
+    /// Makes the cache of a manifest's folder smaller if builds of this session may have made it larger than
+    /// the limit; to be called when there is nothing else to do. The folder is not examined before enough has
+    /// been stored for that; a large journal is compacted. If another process holds the lock, nothing is done
+    /// until the next call.
     ///
-    /// A cache that is too large is made smaller by a tenth more than it has to be, so that this does not happen with
+    /// A cache that is too large is made a tenth smaller than necessary, so that this does not happen after
     /// every build.
     ///
     /// # Errors
-    /// Where the state folder cannot be written.
+    /// If the state folder cannot be written.
     pub fn trim(&self, folder: &Path, limit: u64) -> Result<Freed, Error> {
-        let mut between = self.between();
-        let is_large = between.journal.as_ref().is_some_and(Journal::is_large);
-        if (between.stored < between.room && !is_large) || !folder.join(FOLDER).is_dir() {
+        let mut saved = self.saved();
+        let is_large = saved.journal.as_ref().is_some_and(Journal::is_large);
+        if (saved.stored < saved.room && !is_large) || !folder.join(FOLDER).is_dir() {
             return Ok(Freed::default());
         }
         let lock = match lock(folder, LockPurpose::Watch, LockTimeout::NONE, &|_| {}) {
             Err(error) if error.kind() == ErrorKind::Locked => return Ok(Freed::default()),
             lock => lock?,
         };
-        let kept = between.journal.take();
-        let mut state = self.pool.install(|| State::open(lock, kept))?;
+        let journal = saved.journal.take();
+        let mut state = self.pool.install(|| State::open(lock, journal))?;
         if state.journal.is_large() {
             let retention = Retention::of(&state.journal, folder);
-            state.journal.forget(retention)?;
+            state.journal.compact_to(retention)?;
         }
         let size = Inventory::of(&state, folder).amount(|_| true).bytes;
         let freed = if size > limit {
@@ -235,23 +217,24 @@ impl BuildSession {
             Freed { left: Amount { count: 0, bytes: size }, ..Freed::default() }
         };
         let spare = limit.saturating_sub(freed.left.bytes) + 1;
-        // Where the last good outputs alone are about as large, there is little to gain before more has been added.
-        between.room = if freed.in_effect.bytes > limit - limit / 10 { limit / 10 } else { spare };
-        between.stored = 0;
-        between.journal = state.rest();
+        // If the last good outputs alone are about as large, there is little to remove before more has been
+        // added.
+        saved.room = if freed.in_effect.bytes > limit - limit / 10 { limit / 10 } else { spare };
+        saved.stored = 0;
+        saved.journal = state.close();
         Ok(freed)
     }
 }
 
 impl State {
-    /// Removes what has to go for a limit.
+    /// Removes what exceeds a limit.
     fn collect(&mut self, folder: &Path, limit: Option<u64>) -> Result<Freed, Error> {
         let collection = Collection::of(&Inventory::of(self, folder), limit);
         if !collection.lines.is_empty() {
             let lines = &collection.lines;
             self.journal.compact(|held| held.tag != Tag::Result || !lines.contains(&held.place()))?;
         }
-        collection.blobs.iter().for_each(|digest| self.store.forget(*digest));
+        collection.blobs.iter().for_each(|digest| self.store.remove(*digest));
         Ok(collection.freed)
     }
 }
@@ -261,21 +244,21 @@ fn read(folder: &Path) -> Result<State, Error> {
     if !state.exists() {
         let message = format!("there is no cache: {} does not exist", state.display());
         return Err(Error::new(ErrorKind::UnknownTarget, message)
-            .with_help("a build makes it; name the manifest whose cache is meant with --manifest"));
+            .with_help("run a build first, or name another manifest with --manifest"));
     }
     State::read(folder)
 }
 
 fn lock(
     folder: &Path,
-    errand: LockPurpose,
-    patience: LockTimeout,
+    purpose: LockPurpose,
+    timeout: LockTimeout,
     waiting: &dyn Fn(String),
 ) -> Result<crate::lock::Lock, Error> {
-    State::lock(folder, &Request { errand, patience, cancel: &Cancel::default(), waiting })
+    State::lock(folder, &LockRequest { purpose, timeout, cancel: &Cancel::default(), waiting })
 }
 
-/// What holds a blob.
+/// Why a blob is kept, or that it is not.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Holding {
     InEffect,
@@ -283,9 +266,9 @@ enum Holding {
     Garbage,
 }
 
-/// What a record says of its outputs.
+/// The outputs in a record.
 #[derive(Deserialize)]
-struct Made {
+struct RecordOutputs {
     manifest: String,
     item: ItemName,
     outputs: Vec<Blob>,
@@ -293,27 +276,27 @@ struct Made {
     gone: bool,
 }
 
-/// Every blob, and who holds it.
+/// Every blob, and the records that name it.
 struct Inventory {
-    /// What is on the disk, with its size there.
+    /// The blobs on disk, with their sizes there.
     blobs: HashMap<Digest, u64>,
     in_effect: HashSet<Digest>,
     /// The blobs of results.
     remembered: HashSet<Digest>,
-    /// The records in effect.
-    items: Vec<Made>,
-    /// The results, the one used longest ago first, each with the place of its line.
-    results: Vec<(u64, Made)>,
+    /// The latest records.
+    items: Vec<RecordOutputs>,
+    /// The results, the least recently used first, each with the place of its line.
+    results: Vec<(u64, RecordOutputs)>,
 }
 
 impl Inventory {
     fn of(state: &State, folder: &Path) -> Self {
         let mut manifests = Manifests::new(folder);
-        let items = state.journal.subjects::<Made>(Tag::Item).into_iter().map(|(_, made)| made);
+        let items = state.journal.contents::<RecordOutputs>(Tag::Item).into_iter().map(|(_, made)| made);
         let items = items.filter(|made| !made.gone && manifests.has(&made.manifest)).collect::<Vec<_>>();
-        let results = state.journal.results_by_age::<Made>();
+        let results = state.journal.results_by_age::<RecordOutputs>();
         let mut in_effect = digests(&items).collect::<HashSet<_>>();
-        let ledger = state.journal.subjects::<Published>(Tag::Published);
+        let ledger = state.journal.contents::<Published>(Tag::Published);
         let lines = ledger.iter().map(|(_, line)| line);
         in_effect.extend(lines.filter(|line| manifests.has(&line.manifest)).map(|line| line.digest));
         let remembered = results.iter().flat_map(|(_, made)| digests(std::slice::from_ref(made))).collect();
@@ -361,22 +344,27 @@ impl Inventory {
         shares
     }
 
-    fn lost(&self, digest: Digest, damaged: bool) -> Lost {
-        let holds = |made: &Made| made.outputs.iter().any(|blob| blob.digest == digest);
+    fn lost(&self, digest: Digest, damaged: bool) -> LostBlob {
+        let holds = |made: &RecordOutputs| made.outputs.iter().any(|blob| blob.digest == digest);
         let items = self.items.iter().filter(|made| holds(made)).map(|made| made.item.clone());
         let items = items.collect::<BTreeSet<_>>();
         let results = self.results.iter().map(|(_, made)| made).filter(|made| holds(made));
         let earlier = results.map(|made| made.item.clone()).filter(|item| !items.contains(item));
         let earlier = earlier.collect::<BTreeSet<_>>();
-        Lost { digest, damaged, items: items.into_iter().collect(), earlier: earlier.into_iter().collect() }
+        LostBlob {
+            digest,
+            damaged,
+            items: items.into_iter().collect(),
+            earlier: earlier.into_iter().collect(),
+        }
     }
 }
 
-fn digests(made: &[Made]) -> impl Iterator<Item = Digest> {
+fn digests(made: &[RecordOutputs]) -> impl Iterator<Item = Digest> {
     made.iter().flat_map(|made| made.outputs.iter().map(|blob| blob.digest))
 }
 
-/// What goes.
+/// What a collection removes.
 struct Collection {
     /// The places of the results' lines.
     lines: HashSet<u64>,
@@ -395,7 +383,7 @@ impl Collection {
                 blobs.push(*digest);
             }
         }
-        // How many of the results that stay hold each blob.
+        // The number of remaining results that have each blob.
         let mut holders = HashMap::<Digest, usize>::new();
         for digest in inventory.results.iter().flat_map(|(_, made)| distinct(made)) {
             *holders.entry(digest).or_default() += 1;
@@ -428,6 +416,6 @@ impl Collection {
     }
 }
 
-fn distinct(made: &Made) -> BTreeSet<Digest> {
+fn distinct(made: &RecordOutputs) -> BTreeSet<Digest> {
     digests(std::slice::from_ref(made)).collect()
 }

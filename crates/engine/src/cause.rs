@@ -1,31 +1,21 @@
-//! What began it.
+//! The causes of a rerun.
 //!
-//! An item reruns because of what arrives at it, and that changed because of something further up. A cause is the
-//! reason at the far end of such a chain: the file, parameter or kind that was changed first.
+//! An item reruns because an input changed, and that changed because of something further up. A cause is the
+//! reason at the far end of such a chain: the file, parameter or kind that changed first.
 
 use std::cell::LazyCell;
 use std::collections::HashMap;
 
-use serde::{Deserialize, Serialize};
-
 use crate::record::Record;
 use crate::up_to_date::UpToDateCheck;
-use crate::{ItemIndex, ItemName, Reason};
+use crate::{Cause, ItemIndex, Reason};
 
-/// What began that an item ran, or would run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cause {
-    /// What was different.
-    pub reason: Reason,
-    /// The items that it came through: first the one where it was different, last the one that it is told of.
-    pub chain: Vec<ItemName>,
-}
-
-/// So many causes of an item are followed: a sheet of thousands of items, each with another cause, names a few.
+/// At most this many causes of an item are followed: of a contact sheet of thousands of items, each with
+/// another cause, the first few are named.
 const MOST: usize = 8;
 
 impl UpToDateCheck<'_> {
-    /// What began that an item runs for some reasons, given what began that each of its inputs changed.
+    /// The causes of an item's run for some reasons, given the causes of the change of each input.
     pub(crate) fn causes(
         &self,
         item: ItemIndex,
@@ -65,23 +55,18 @@ impl UpToDateCheck<'_> {
         causes
     }
 
-    /// What began the last run of an item.
+    /// The causes of the last run of an item.
     pub(crate) fn last_causes(&self, item: ItemIndex) -> Vec<Cause> {
         self.record(item).map_or_else(Vec::new, |record| self.causes_of(item, &record))
     }
 
-    /// What began a run, by its record.
+    /// The causes of a run, by its record.
     pub(crate) fn causes_of(&self, item: ItemIndex, record: &Record) -> Vec<Cause> {
         if record.causes.is_empty() {
-            // Each reason began with the item itself, or the record is older than causes are.
+            // Each reason is a cause itself, or the record is older than causes are.
             self.causes(item, &record.reasons, |_| Vec::new())
         } else {
             record.causes.clone()
         }
     }
-}
-
-/// The causes that a record has to hold: those that its reasons do not tell.
-pub(crate) fn worth_keeping(causes: &[Cause]) -> Vec<Cause> {
-    if causes.iter().any(|cause| cause.chain.len() > 1) { causes.to_vec() } else { Vec::new() }
 }

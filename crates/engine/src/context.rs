@@ -1,113 +1,20 @@
-//! What a running item may see: its inputs, the files that it names, its key; and what it may say.
+//! What a running item has access to: its inputs, the files that it names, its key; and what it reports.
 
 use std::collections::BTreeMap;
-use std::error::Error;
-use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::running::RunningBuild;
-use crate::{Artifact, Cancel, Digest, Handle, ItemIndex, ItemKey};
+use parking_lot::Mutex;
 
-/// Why an item has no output: a chain of messages, what happened first, its causes after.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Failure {
-    /// What happened, and then the causes.
-    pub chain: Vec<String>,
-    /// What to do.
-    pub help: Option<String>,
-    /// Whether the item stopped because it was told to.
-    pub cancelled: bool,
-    /// Whether the system caused it rather than the project: a full disk, a folder that cannot be written.
-    pub system_error: bool,
-}
-
-impl Failure {
-    /// A failure with one message: what happened, where, what was expected.
-    pub fn new(message: impl Into<String>) -> Self {
-        Self { chain: vec![message.into()], help: None, cancelled: false, system_error: false }
-    }
-
-    /// The failure of an item that was told to stop.
-    pub fn cancelled() -> Self {
-        Self { cancelled: true, ..Self::new("cancelled") }
-    }
-
-    /// Puts a message before the chain: where or while doing what.
-    #[must_use]
-    pub fn context(mut self, message: impl Into<String>) -> Self {
-        self.chain.insert(0, message.into());
-        self
-    }
-
-    /// Adds what to do.
-    #[must_use]
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
-        self
-    }
-
-    /// Says that the system caused it rather than the project: for an error of the scratch folder, which the item made
-    /// itself, or of starting a thread; not for one of a file that the project names.
-    #[must_use]
-    pub fn system_error(mut self) -> Self {
-        self.system_error = true;
-        self
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.chain.join(": "))
-    }
-}
-
-impl<E: Error> From<E> for Failure {
-    fn from(error: E) -> Self {
-        let mut chain = vec![error.to_string()];
-        let mut source = error.source();
-        while let Some(cause) = source {
-            chain.push(cause.to_string());
-            source = cause.source();
-        }
-        Self { chain, help: None, cancelled: false, system_error: false }
-    }
-}
+use crate::cancel::StaleFlag;
+use crate::files::listing_digest;
+use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
 
 /// What to do about a file that another program is writing.
 pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
 
-/// The files of the outside world.
-pub trait Files: Send + Sync {
-    /// The content of a file.
-    ///
-    /// # Errors
-    /// Where the file cannot be read.
-    fn read(&self, path: &Path) -> std::io::Result<Arc<Vec<u8>>>;
-
-    /// The names in a folder, sorted; whether each is a folder.
-    ///
-    /// # Errors
-    /// Where the folder cannot be read.
-    fn list(&self, path: &Path) -> std::io::Result<Vec<(String, bool)>>;
-
-    /// Whether the path is a folder.
-    fn is_folder(&self, path: &Path) -> bool;
-}
-
-/// Something that an item read: a file's content or a folder's listing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Read {
-    /// The path as the item resolved it.
-    pub path: PathBuf,
-    /// Whether the names in a folder were read, rather than a file's content.
-    pub listing: bool,
-    /// The digest of the content or of the listing (names joined by newlines); `None`: it was not there.
-    pub digest: Option<Digest>,
-}
-
-/// What a running item may see and say.
+/// What a running item has access to.
 pub struct Context<'a> {
     pub(crate) inputs: BTreeMap<String, Vec<(ItemKey, Arc<Handle>)>>,
     pub(crate) source: Option<PathBuf>,
@@ -117,17 +24,17 @@ pub struct Context<'a> {
     pub(crate) scratch: PathBuf,
     pub(crate) files: &'a dyn Files,
     pub(crate) cancel: Cancel,
-    /// The build that the item is part of, which may call it stale.
-    pub(crate) underway: Option<(Arc<RunningBuild>, ItemIndex)>,
+    /// Whether a change has made the item stale.
+    pub(crate) stale: Option<StaleFlag>,
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
-    /// Whether the item was told to stop.
+    /// Whether the item was stopped.
     pub(crate) stopped: AtomicBool,
 }
 
 impl<'a> Context<'a> {
-    /// A context without inputs; the scheduler and tests of kinds add what the item has.
+    /// A context without inputs; the scheduler and tests of kinds add those of the item.
     pub fn new(files: &'a dyn Files) -> Self {
         Self {
             inputs: BTreeMap::new(),
@@ -138,7 +45,7 @@ impl<'a> Context<'a> {
             scratch: std::env::temp_dir(),
             files,
             cancel: Cancel::default(),
-            underway: None,
+            stale: None,
             reads: Arc::default(),
             warnings: Mutex::default(),
             notes: Mutex::default(),
@@ -146,7 +53,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Adds the items that arrive at a port, sorted by key.
+    /// Adds the items at a port, sorted by key.
     #[must_use]
     pub fn with_input(mut self, port: &str, items: Vec<(ItemKey, Arc<Handle>)>) -> Self {
         self.inputs.insert(port.into(), items);
@@ -160,7 +67,7 @@ impl<'a> Context<'a> {
         self
     }
 
-    /// Sets the folder that relative paths are taken from where the item has no source: the manifest's.
+    /// Sets the folder for relative paths if the item has no source: the manifest's folder.
     #[must_use]
     pub fn with_folder(mut self, folder: PathBuf) -> Self {
         self.folder = Some(folder);
@@ -181,7 +88,7 @@ impl<'a> Context<'a> {
         self
     }
 
-    /// Sets the folder for the scratch folders of items; the system's, where it is not set.
+    /// Sets the folder for the scratch folders of items. The default is the system's.
     #[must_use]
     pub fn with_scratch(mut self, scratch: PathBuf) -> Self {
         self.scratch = scratch;
@@ -198,7 +105,7 @@ impl<'a> Context<'a> {
     /// The artifact at a single port.
     ///
     /// # Errors
-    /// Where it cannot be read, or the port is not connected.
+    /// If it cannot be read, or the port is not connected.
     pub fn get<T: Artifact>(&self, port: &str) -> Result<Arc<T>, Failure> {
         self.optional(port)?.ok_or_else(|| Failure::new(format!("port {port} is not connected")))
     }
@@ -206,7 +113,7 @@ impl<'a> Context<'a> {
     /// The artifact at an optional port.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// If it cannot be read.
     pub fn optional<T: Artifact>(&self, port: &str) -> Result<Option<Arc<T>>, Failure> {
         match self.inputs.get(port).and_then(|items| items.first()) {
             Some((_, handle)) => handle.get::<T>().map(Some),
@@ -216,19 +123,19 @@ impl<'a> Context<'a> {
 
     /// The artifacts at a `many` port, sorted by key.
     ///
-    /// The keys are there only for a kind that shows names (`SHOWS_KEYS`); for others they are empty.
+    /// Only a kind that shows names (`SHOWS_KEYS`) gets the keys; for other kinds they are empty.
     ///
     /// # Errors
-    /// Where one cannot be read.
+    /// If one cannot be read.
     pub fn many<T: Artifact>(&self, port: &str) -> Result<Vec<(ItemKey, Arc<T>)>, Failure> {
         let items = self.inputs.get(port).map_or(&[][..], Vec::as_slice);
         items.iter().map(|(key, handle)| Ok((key.clone(), handle.get::<T>()?))).collect()
     }
 
-    /// The encoded bytes of the artifact at a single port, for a kind that hands them to another program.
+    /// The encoded bytes of the artifact at a single port, for a kind that passes them to another program.
     ///
     /// # Errors
-    /// Where they cannot be read, or the port is not connected.
+    /// If they cannot be read, or the port is not connected.
     pub fn bytes(&self, port: &str) -> Result<Vec<u8>, Failure> {
         match self.inputs.get(port).and_then(|items| items.first()) {
             Some((_, handle)) => handle.bytes(),
@@ -236,7 +143,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The type of the artifact that arrives at a port, for a port that takes several.
+    /// The type of the artifact at a port, for a port that takes several types.
     pub fn type_at(&self, port: &str) -> Option<&'static str> {
         self.inputs.get(port).and_then(|items| items.first()).map(|(_, handle)| handle.type_name())
     }
@@ -244,24 +151,24 @@ impl<'a> Context<'a> {
     /// The source file or folder of this item.
     ///
     /// # Errors
-    /// Where the stage has no source.
+    /// If the stage has no source.
     pub fn source(&self) -> Result<&Path, Failure> {
         self.source.as_deref().ok_or_else(|| Failure::new("this stage has no source"))
     }
 
-    /// The content of a file; a relative path is taken from the folder of the item's source, or from the manifest's
-    /// where it has none.
+    /// The content of a file. A relative path is taken from the folder of the item's source, or, if it has
+    /// none, from the manifest's.
     ///
-    /// The engine notes the file: the item is rerun when its content changes. A file that is written meanwhile is read
-    /// again, until it has held still.
+    /// The engine records the file: the item reruns when its content changes. A file that another program
+    /// writes meanwhile is read again until it no longer changes.
     ///
     /// # Errors
-    /// Where the file cannot be read; the message names it.
+    /// If the file cannot be read; the message names it.
     pub fn read(&self, path: &Path) -> Result<Arc<Vec<u8>>, Failure> {
         let path = self.resolve(path);
         let bytes = self.files.read(&path);
         let digest = bytes.as_ref().ok().map(|bytes| Digest::of(bytes));
-        self.noted(Read { path: path.clone(), listing: false, digest });
+        self.record(Read { path: path.clone(), listing: false, digest });
         if bytes.as_ref().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
             self.stopped.store(true, Ordering::Relaxed);
             return Err(Failure::cancelled());
@@ -273,26 +180,26 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// The names in a folder, sorted, each with whether it is a folder; noted as [`Context::read`] is.
+    /// The names in a folder, sorted, each with whether it is a folder; recorded as by [`Context::read`].
     ///
     /// # Errors
-    /// Where the folder cannot be read; the message names it.
+    /// If the folder cannot be read; the message names it.
     pub fn list(&self, path: &Path) -> Result<Vec<(String, bool)>, Failure> {
         let path = self.resolve(path);
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
-        self.noted(Read { path: path.clone(), listing: true, digest });
+        self.record(Read { path: path.clone(), listing: true, digest });
         names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path.display())))
     }
 
     /// Whether the path is a folder; relative paths as for [`Context::read`].
     ///
-    /// The answer is noted as a reading of the folder's names, or of a folder that is not there.
+    /// The answer is recorded as a reading of the folder's names, or of a folder that does not exist.
     pub fn is_folder(&self, path: &Path) -> bool {
         let path = self.resolve(path);
         let is_folder = self.files.is_folder(&path);
         let names = if is_folder { self.files.list(&path).ok() } else { None };
-        self.noted(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
+        self.record(Read { path, listing: true, digest: names.map(|names| listing_digest(&names)) });
         is_folder
     }
 
@@ -306,42 +213,44 @@ impl<'a> Context<'a> {
         &self.recipe
     }
 
-    /// An existing folder, in which a kind that runs another program makes a folder of its own and removes it again.
+    /// An existing folder, in which a kind that runs another program creates a folder of its own and removes
+    /// it again.
     ///
-    /// What a build that was killed left there is removed by the next.
+    /// Whatever a killed build leaves there is removed by the next build.
     pub fn scratch(&self) -> &Path {
         &self.scratch
     }
 
-    /// Tells the user about something that they should look at.
+    /// Warns the user about something that they should check.
     pub fn warn(&self, message: impl Into<String>) {
-        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
+        self.warnings.lock().push(message.into());
     }
 
-    /// Tells the user a fact about the result: the degree that was chosen, and why.
+    /// Reports a fact about the result to the user: the degree that was chosen, and why.
     pub fn note(&self, message: impl Into<String>) {
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner).push(message.into());
+        self.notes.lock().push(message.into());
     }
 
     /// The warnings so far.
     pub fn warnings(&self) -> Vec<String> {
-        self.warnings.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.warnings.lock().clone()
     }
 
     /// The notes so far.
     pub fn notes(&self) -> Vec<String> {
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.notes.lock().clone()
     }
 
     /// What was read so far, in order.
     pub fn reads(&self) -> Vec<Read> {
-        self.reads.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.reads.lock().clone()
     }
 
-    /// Returns early from work that is no longer wanted.
+    /// Returns early from work that is no longer needed.
     ///
     /// # Errors
-    /// [`Failure::cancelled`] where the build was told to stop, or what the item works from has changed.
+    /// [`Failure::cancelled`] if the build is cancelled, or the item's files, parameters or inputs have
+    /// changed.
     pub fn check_cancelled(&self) -> Result<(), Failure> {
         if !self.cancel.is_cancelled() && !self.is_stale() {
             return Ok(());
@@ -350,12 +259,12 @@ impl<'a> Context<'a> {
         Err(Failure::cancelled())
     }
 
-    /// Whether what the item works from has changed.
+    /// Whether the item's files, parameters or inputs have changed.
     pub(crate) fn is_stale(&self) -> bool {
-        self.underway.as_ref().is_some_and(|(underway, item)| underway.is_stale(*item))
+        self.stale.as_ref().is_some_and(StaleFlag::is_set)
     }
 
-    /// The file that a path means: relative ones as for [`Context::read`].
+    /// The file that a path names: relative paths as for [`Context::read`].
     pub fn resolve(&self, path: &Path) -> PathBuf {
         match self.source.as_deref().and_then(Path::parent).or(self.folder.as_deref()) {
             Some(folder) if path.is_relative() => folder.join(path),
@@ -363,19 +272,10 @@ impl<'a> Context<'a> {
         }
     }
 
-    fn noted(&self, read: Read) {
-        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+    fn record(&self, read: Read) {
+        let mut reads = self.reads.lock();
         if !reads.contains(&read) {
             reads.push(read);
         }
     }
-}
-
-/// The digest of a folder's listing.
-pub(crate) fn listing_digest(names: &[(String, bool)]) -> Digest {
-    let mut hasher = blake3::Hasher::new();
-    for (name, folder) in names {
-        hasher.update(name.as_bytes()).update(if *folder { b"/\n" } else { b"\n" });
-    }
-    Digest(*hasher.finalize().as_bytes())
 }

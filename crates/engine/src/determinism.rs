@@ -1,7 +1,8 @@
-//! Whether what stages make depends on the number of threads, as it must not.
+//! Checks that the outputs of stages do not depend on the number of threads.
 //!
-//! The stages run several times from nothing, each time with another number of threads, and their outputs are compared
-//! byte for byte. Everything is written to a temporary folder: the project's own state and `out` are not touched.
+//! The stages run several times from nothing, each time with another number of threads, and their outputs are
+//! compared byte for byte. Everything is written to a temporary folder: the project's own state and `out` do
+//! not change.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -13,21 +14,21 @@ use crate::build::select;
 use crate::disk::Disk;
 use crate::record::Record;
 use crate::state::State;
-use crate::up_to_date::{UpToDateCheck, item_name};
+use crate::up_to_date::UpToDateCheck;
 use crate::{BuildOptions, BuildSession, Cancel, Error, Event, ItemIndex, ItemName, Plan, Product, Summary};
 
-/// What came of running stages with several numbers of threads.
+/// The result of running stages with several numbers of threads.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Determinism {
     /// The numbers of threads, in the order of the runs.
     pub threads: Vec<usize>,
-    /// The items that were compared.
+    /// The number of items that were compared.
     pub items: usize,
-    /// Their outputs.
+    /// The number of their outputs.
     pub outputs: usize,
     /// The outputs that differ, in the order of the graph.
     pub differences: Vec<Difference>,
-    /// The runs that failed: of them nothing can be said.
+    /// The runs that failed, which cannot be compared.
     pub failures: Vec<FailedRun>,
     /// The files that changed between the runs: the check has to be repeated.
     pub disturbed: Vec<String>,
@@ -58,8 +59,8 @@ pub struct Difference {
     pub bytes: [u64; 2],
     /// The first byte that differs, counted from 0.
     pub at: u64,
-    /// The item whose output differed first, where that of this one differs because of it; `None` where it began here,
-    /// with inputs that were the same.
+    /// The first item whose output differed, if this output differs because of it; `None` if the difference
+    /// begins here, with equal inputs.
     pub because: Option<ItemName>,
 }
 
@@ -74,22 +75,22 @@ pub struct FailedRun {
     pub error: Vec<String>,
 }
 
-/// The numbers of threads that tell most: one, two, and one more than there are processors.
-pub fn telling_threads() -> Vec<usize> {
+/// The numbers of threads that show differences best: one, two, and one more than there are processors.
+pub fn default_threads() -> Vec<usize> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let mut threads = vec![1, 2, processors + 1];
     threads.dedup();
     threads
 }
 
-/// Runs stages with all that they need (none: all stages) from nothing, once with each number of threads, and compares
-/// what they make with the first run.
+/// Runs stages with everything that they need (empty: all stages) from nothing, once with each number of
+/// threads, and compares their outputs with those of the first run.
 ///
-/// `events` hears what each run does, with its number of threads. The temporary folder is where the system has such
-/// (`TMPDIR`); it holds the results of two runs at a time and is removed at the end.
+/// `events` is called with the events of each run and its number of threads. The temporary folder is in the
+/// system's (`TMPDIR`); it contains the results of two runs at a time and is removed at the end.
 ///
 /// # Errors
-/// As [`crate::build`], and where the temporary folder cannot be written.
+/// As [`crate::build`], and if the temporary folder cannot be written.
 pub fn determinism(
     plan: &Plan,
     stages: &[String],
@@ -99,7 +100,7 @@ pub fn determinism(
 ) -> Result<Determinism, Error> {
     let selected = select(plan, stages)?;
     let mut found = Determinism { threads: threads.to_vec(), ..Determinism::default() };
-    let mut told = HashSet::new();
+    let mut reported = HashSet::new();
     let mut first = None;
     for &threads in threads {
         let (trial, summary) = Trial::run(plan, stages, threads, cancel, events)?;
@@ -116,12 +117,12 @@ pub fn determinism(
                 first = Some((trial, results));
             }
             Some((trial, before)) => {
-                compare(plan, (trial.threads, before), (threads, &results), &mut told, &mut found)?;
+                compare(plan, (trial.threads, before), (threads, &results), &mut reported, &mut found)?;
             }
         }
     }
     found.differences.sort_by_key(|difference| {
-        (0..plan.items.len()).find(|item| item_name(plan, *item) == difference.item)
+        (0..plan.items.len()).find(|item| plan.item_name(*item) == difference.item)
     });
     Ok(found)
 }
@@ -134,7 +135,7 @@ struct Trial {
     _folder: TempDir,
 }
 
-/// What it made.
+/// The results of a trial.
 struct Results {
     records: Vec<Option<Arc<Record>>>,
     state: State,
@@ -159,16 +160,16 @@ impl Trial {
             keep_going: true,
             ..BuildOptions::default()
         };
-        let bench = BuildSession::new(Some(threads), 0)?;
-        let summary = bench.build(&plan, &options, cancel, &|event| events(threads, event))?;
+        let session = BuildSession::new(Some(threads), 0)?;
+        let summary = session.build(&plan, &options, cancel, &|event| events(threads, event))?;
         Ok((Self { threads, plan, _folder: folder }, summary))
     }
 
     fn results(&self, selected: &[bool]) -> Result<Results, Error> {
         let state = State::read(&self.plan.state)?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-        let judge = UpToDateCheck::new(&self.plan, &state, &disk, selected);
-        let records = (0..self.plan.items.len()).map(|item| judge.record(item).map(Arc::new)).collect();
+        let check = UpToDateCheck::new(&self.plan, &state, &disk, selected);
+        let records = (0..self.plan.items.len()).map(|item| check.record(item).map(Arc::new)).collect();
         Ok(Results { records, state })
     }
 }
@@ -177,7 +178,7 @@ impl Results {
     fn failures(&self, plan: &Plan, threads: usize) -> Vec<FailedRun> {
         let failed = self.records.iter().enumerate().filter_map(|(item, record)| {
             let error = record.as_ref()?.failure.clone()?;
-            Some(FailedRun { item: item_name(plan, item), threads, error })
+            Some(FailedRun { item: plan.item_name(item), threads, error })
         });
         failed.collect()
     }
@@ -187,11 +188,11 @@ fn compare(
     plan: &Plan,
     (threads_before, before): (usize, &Results),
     (threads, after): (usize, &Results),
-    told: &mut HashSet<(ItemIndex, usize)>,
+    reported: &mut HashSet<(ItemIndex, usize)>,
     found: &mut Determinism,
 ) -> Result<(), Error> {
-    // The items whose outputs differ, each with the one where that began.
-    let mut begun = HashMap::<ItemName, ItemName>::new();
+    // The items whose outputs differ, each with the item where the difference begins.
+    let mut origins = HashMap::<ItemName, ItemName>::new();
     for item in 0..plan.items.len() {
         let (Some(old), Some(new)) = (&before.records[item], &after.records[item]) else { continue };
         if old.failure.is_some() || new.failure.is_some() {
@@ -202,15 +203,15 @@ fn compare(
                 found.disturbed.push(old.path.clone());
             }
         }
-        let name = item_name(plan, item);
+        let name = plan.item_name(item);
         let differing = old.inputs.iter().zip(&new.inputs).find(|(old, new)| old.digest != new.digest);
-        let because = differing.map(|(input, _)| begun.get(&input.item).unwrap_or(&input.item).clone());
+        let because = differing.map(|(input, _)| origins.get(&input.item).unwrap_or(&input.item).clone());
         for (output, (one, other)) in old.outputs.iter().zip(&new.outputs).enumerate() {
             if one.digest == other.digest {
                 continue;
             }
-            begun.insert(name.clone(), because.clone().unwrap_or_else(|| name.clone()));
-            if !told.insert((item, output)) {
+            origins.insert(name.clone(), because.clone().unwrap_or_else(|| name.clone()));
+            if !reported.insert((item, output)) {
                 continue;
             }
             found.differences.push(Difference {
@@ -237,7 +238,7 @@ fn output_name(plan: &Plan, item: ItemIndex, output: usize) -> String {
     }
 }
 
-/// The first byte that differs; where one is the beginning of the other, the first that it does not have.
+/// The first byte that differs; if one is the beginning of the other, the first byte after it.
 fn first_difference(one: Option<Vec<u8>>, other: Option<Vec<u8>>) -> u64 {
     let (one, other) = (one.unwrap_or_default(), other.unwrap_or_default());
     let same = one.iter().zip(&other).take_while(|(one, other)| one == other).count();

@@ -1,44 +1,43 @@
-//! The files of the outside world, and their digests.
+//! The digests of files, as one build sees them.
 //!
-//! A file is hashed again only when its stamp differs from the one that it had when it was hashed last, or when that
-//! stamp was too young to be trusted. What an item reads is hashed by [`Context::read`](crate::Context::read) from
-//! the very bytes that the item gets.
+//! A file is hashed again only if its stamp differs from that of its last hashing, or if that stamp was too
+//! recent to be trusted. A file that an item reads is hashed by [`Context::read`](crate::Context::read) from
+//! the same bytes that the item gets.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::{Mutex, MutexGuard};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::context::listing_digest;
+use crate::files::digest_now;
 use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
 use crate::reader::Reader;
-use crate::regular::{hash, hash_until};
-use crate::watch::is_probe;
-use crate::{Cancel, Digest, Read, Timestamp};
+use crate::regular::hash_until;
+use crate::{Cancel, Digest, Read};
 
-/// The disk as one build sees it.
+/// The files on disk as one build sees them.
 pub(crate) struct Disk {
     /// The file system's time when the build began.
     now: i64,
     digests: Mutex<HashMap<(PathBuf, bool), Option<Digest>>>,
-    /// All that items read, or would read again.
-    noted: Arc<ReadSet>,
+    /// All files that items read, or would read again.
+    reads: Arc<ReadSet>,
     cancel: Cancel,
 }
 
-/// The files and (`true`) listings that the items of a build read, now or in their last runs.
+/// The files and (`true`) folder listings that the items of a build read, now or in their last runs.
 #[derive(Default)]
 pub(crate) struct ReadSet(Mutex<HashSet<(PathBuf, bool)>>);
 
 impl ReadSet {
-    /// All of them so far.
+    /// All of them so far, locked.
     pub(crate) fn places(&self) -> MutexGuard<'_, HashSet<(PathBuf, bool)>> {
-        lock(&self.0)
+        self.0.lock()
     }
 }
 
@@ -49,58 +48,53 @@ struct Stamped {
 }
 
 impl Disk {
-    /// Notes what items read where `noted` says. Once `cancel` is cancelled, what was not read by then cannot be read.
-    pub(crate) fn new(now: i64, noted: Arc<ReadSet>, cancel: &Cancel) -> Self {
-        Self { now, digests: Mutex::default(), noted, cancel: cancel.clone() }
+    /// Adds the files that items read to `reads`. Once `cancel` is cancelled, files can no longer be read.
+    pub(crate) fn new(now: i64, reads: Arc<ReadSet>, cancel: &Cancel) -> Self {
+        Self { now, digests: Mutex::default(), reads, cancel: cancel.clone() }
     }
 
-    /// The digest of a file's content or a folder's listing at present; `None` where it cannot be read.
+    /// The digest of a file's content or a folder's listing at present; `None` if it cannot be read.
     ///
-    /// Each is looked at once in a build.
+    /// Each is read at most once in a build.
     pub(crate) fn digest(&self, path: &Path, listing: bool, journal: &Journal) -> Option<Digest> {
         let place = (path.to_path_buf(), listing);
-        if let Some(known) = lock(&self.digests).get(&place) {
+        if let Some(known) = self.digests.lock().get(&place) {
             return *known;
         }
-        let (digest, line) = self.look(path, listing, journal);
-        lock(&self.digests).insert(place, digest);
-        // A stamp that is not remembered is hashed again by the next build; nothing else depends on it.
+        let (digest, line) = self.digest_and_line(path, listing, journal);
+        self.digests.lock().insert(place, digest);
+        // Without the line the next build hashes the file again; nothing else depends on it.
         let _ = journal.append(&line.into_iter().collect::<Vec<_>>());
         digest
     }
 
-    /// Looks again at files and folders when they are asked for.
-    pub(crate) fn forget(&self, is_concerned: impl Fn(&Path, bool) -> bool) {
-        lock(&self.digests).retain(|(path, listing), _| !is_concerned(path, *listing));
+    /// Reads these files and folders again when they are asked for next.
+    pub(crate) fn invalidate(&self, is_affected: impl Fn(&Path, bool) -> bool) {
+        self.digests.lock().retain(|(path, listing), _| !is_affected(path, *listing));
     }
 
-    /// Notes what items read in their last runs.
-    pub(crate) fn note_places(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
-        self.noted.places().extend(places);
+    /// Adds files and listings that items read in their last runs.
+    pub(crate) fn add_reads(&self, places: impl IntoIterator<Item = (PathBuf, bool)>) {
+        self.reads.places().extend(places);
     }
 
-    /// Looks at many files and folders in parallel, so that [`Disk::digest`] need not.
-    pub(crate) fn look_ahead(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
-        let looked = places.into_par_iter().map(|place| {
-            let (digest, line) = self.look(&place.0, place.1, journal);
+    /// Computes the digests of many files and folders in parallel, before [`Disk::digest`] is asked for them.
+    pub(crate) fn hash_all(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
+        let hashed = places.into_par_iter().map(|place| {
+            let (digest, line) = self.digest_and_line(&place.0, place.1, journal);
             ((place, digest), line)
         });
-        let (digests, lines): (Vec<_>, Vec<_>) = looked.unzip();
-        lock(&self.digests).extend(digests);
+        let (digests, lines): (Vec<_>, Vec<_>) = hashed.unzip();
+        self.digests.lock().extend(digests);
         let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
     }
 
-    /// Notes what an item read.
-    pub(crate) fn note(&self, reads: &[Read]) {
-        self.noted.places().extend(reads.iter().map(|read| (read.path.clone(), read.listing)));
-    }
-
-    /// The disk as an item sees it that runs in this build.
+    /// The files on disk as a running item of this build sees them.
     pub(crate) fn reader(&self) -> Reader {
         Reader::new(self.now, &self.cancel)
     }
 
-    /// What is to be remembered of the files that an item read.
+    /// The lines that record the digests of the files that an item read.
     pub(crate) fn stamps_of(&self, reader: &Reader, reads: &[Read]) -> Vec<Line> {
         let stamped = reads.iter().filter(|read| !read.listing).filter_map(|read| {
             let stamp = reader.stamp(&read.path)?;
@@ -109,13 +103,18 @@ impl Disk {
         stamped.map(|(path, stamped)| line(path, &stamped)).collect()
     }
 
-    fn look(&self, path: &Path, listing: bool, journal: &Journal) -> (Option<Digest>, Option<Line>) {
+    fn digest_and_line(
+        &self,
+        path: &Path,
+        listing: bool,
+        journal: &Journal,
+    ) -> (Option<Digest>, Option<Line>) {
         if listing {
             return (digest_now(path, true), None);
         }
         let Ok(metadata) = fs::metadata(path) else { return (None, None) };
         let stamp = Stamp::of(&metadata);
-        if let Some((_, digest)) = journal.stamped(place(path)).filter(|(known, _)| *known == stamp) {
+        if let Some((_, digest)) = journal.stamped(stamp_subject(path)).filter(|(known, _)| *known == stamp) {
             return (Some(digest), None);
         }
         let Ok(digest) = hash_until(path, &|| self.cancel.is_cancelled()) else { return (None, None) };
@@ -125,43 +124,11 @@ impl Disk {
     }
 }
 
-/// The names in a folder, sorted; whether each is a folder.
-///
-/// # Errors
-/// Where it cannot be read.
-pub(crate) fn list(path: &Path) -> io::Result<Vec<(String, bool)>> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(path)? {
-        let entry = entry?;
-        // A watcher's own, here for a moment.
-        if is_probe(&entry.file_name()) {
-            continue;
-        }
-        names.push((entry.file_name().to_string_lossy().into_owned(), entry.path().is_dir()));
-    }
-    names.sort_unstable();
-    Ok(names)
-}
-
-/// When a file or folder was changed, by its file system.
-pub(crate) fn modified(path: &Path) -> Option<Timestamp> {
-    fs::metadata(path).and_then(|metadata| metadata.modified()).ok().map(Timestamp::of)
-}
-
-/// The digest of a file's content or a folder's listing, whatever its stamp says; `None` where it cannot be read.
-pub(crate) fn digest_now(path: &Path, listing: bool) -> Option<Digest> {
-    if listing { list(path).ok().map(|names| listing_digest(&names)) } else { hash(path).ok() }
-}
-
 /// The subject of a file's stamp.
-pub(crate) fn place(path: &Path) -> u128 {
+pub(crate) fn stamp_subject(path: &Path) -> u128 {
     subject(&[&path.to_string_lossy()])
 }
 
 fn line(path: &Path, stamped: &Stamped) -> Line {
-    Line::new(Tag::Stamp, place(path), Some(stamped))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+    Line::new(Tag::Stamp, stamp_subject(path), Some(stamped))
 }

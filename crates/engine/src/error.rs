@@ -1,4 +1,4 @@
-//! What stops a whole build, as opposed to one item: the state folder, the lock, the disk, the request itself.
+//! Errors of a whole build, as opposed to one item: the state folder, the lock, the disk, the request itself.
 
 use std::fmt;
 use std::io;
@@ -12,24 +12,25 @@ pub enum ErrorKind {
     BadState,
     /// The state folder was written by a newer version.
     NewerState,
-    /// Another process works in the state folder.
+    /// Another process has the state folder locked.
     Locked,
-    /// It was told to stop while it waited for another process.
+    /// It was cancelled while it waited for another process.
     Cancelled,
-    /// A stage or file that was asked for does not exist.
+    /// A requested stage or file does not exist.
     UnknownTarget,
-    /// A file or folder that is not ours stands where one has to be published.
+    /// A file or folder that was not published is in the place of one that has to be.
     FileInTheWay,
     /// The disk, or the user's share of it, is full.
     DiskFull,
-    /// A place that must be written to is read-only or not permitted.
+    /// A path that has to be written is read-only or not permitted.
     ReadOnly,
-    /// Any other failure of the file system.
+    /// Any other error of the file system.
     Io,
 }
 
 impl ErrorKind {
-    /// Whether the system causes it, so that the same build may go through later; not the project or what was asked for.
+    /// Whether the system is the cause, not the project or the request, so that the same build may succeed
+    /// later.
     pub(crate) fn is_of_system(self) -> bool {
         match self {
             Self::BadState | Self::NewerState | Self::Locked | Self::DiskFull | Self::ReadOnly | Self::Io => {
@@ -40,7 +41,7 @@ impl ErrorKind {
     }
 }
 
-/// Why a build or an explanation could not be made: a kind, a chain of messages and what to do.
+/// Why a build or an explanation failed: a kind, a chain of messages and what to do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Error {
     kind: ErrorKind,
@@ -53,19 +54,19 @@ impl Error {
         Self { kind, chain: vec![message.into()], help: None }
     }
 
-    /// The error of a file operation: what was being done, to which path, and what the system said.
+    /// The error of a file operation: what was to be done, with which path, and the system's message.
     pub(crate) fn io(error: &io::Error, doing: &str, path: &Path) -> Self {
         let kind = classify(error);
         let help = match kind {
             ErrorKind::DiskFull => {
-                Some("make room on that disk and build again; what was there before is intact")
+                Some("free some space on that disk and build again; the earlier outputs are intact")
             }
-            ErrorKind::ReadOnly => Some("make the place writable, or build in a copy of the project"),
+            ErrorKind::ReadOnly => Some("make the folder writable, or build in a copy of the project"),
             _ => None,
         };
         let cause = match error.kind() {
             _ if kind == ErrorKind::DiskFull => format!("the disk is full: {error}"),
-            io::ErrorKind::ReadOnlyFilesystem => format!("the place is read-only: {error}"),
+            io::ErrorKind::ReadOnlyFilesystem => format!("the folder is read-only: {error}"),
             _ => error.to_string(),
         };
         let chain = vec![format!("cannot {doing} {}", path.display()), cause];

@@ -1,4 +1,5 @@
-//! Everything that the engine tells: one closed enum, read by progress bars, `--json`, the watcher and the tests.
+//! Everything that the engine reports: one closed enum, read by progress bars, `--json`, the watcher and the
+//! tests.
 
 use std::fmt;
 
@@ -11,8 +12,8 @@ use crate::{Diagnostics, Digest, ItemKey, Timestamp};
 /// An event as `--json` prints it: one object on a line of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct EventLine {
-    /// The version of this format. Within a version, events and fields are only ever added: pass over those that you do
-    /// not know.
+    /// The version of this format. Within a version, events and fields are only ever added: ignore those that
+    /// you do not know.
     pub v: u32,
     /// When the line was written, in milliseconds since 1970-01-01 00:00 UTC.
     pub time: Timestamp,
@@ -22,8 +23,9 @@ pub struct EventLine {
 }
 
 impl EventLine {
-    /// The version of the format: raised when an event or a field goes, is renamed or changes its type or meaning.
-    pub const VERSION: u32 = 1;
+    /// The version of the format: raised when an event or a field is removed or renamed, or changes its type
+    /// or meaning.
+    pub const VERSION: u32 = 2;
 
     /// The line of an event that happens now.
     pub fn now(event: Event) -> Self {
@@ -69,23 +71,24 @@ pub enum Reason {
     Parameter {
         /// The parameter's name.
         name: String,
-        /// The value at the last run; `null` where it did not exist.
+        /// The value at the last run; `null` if there was none.
         old: serde_json::Value,
-        /// The value now; `null` where it no longer exists.
+        /// The value now; `null` if there is none.
         new: serde_json::Value,
     },
-    /// An artifact that arrives at a port changed.
+    /// An artifact at a port changed.
     Input {
         /// The port.
         port: String,
         /// The item that made it.
         item: ItemName,
-        /// The digest at the last run, where it arrived then.
+        /// The digest at the last run; `null` if the item was not connected then.
         old: Option<Digest>,
-        /// The digest now; `None` where it no longer arrives.
+        /// The digest now; `null` if the item is no longer connected.
         new: Option<Digest>,
     },
-    /// An artifact that arrives at a port would be made anew before; what it will be is not known. Told in a dry run only.
+    /// An artifact at a port would be made again first, and its content is not known yet. Reported only in a
+    /// dry run.
     Awaits {
         /// The port.
         port: String,
@@ -94,29 +97,29 @@ pub enum Reason {
     },
     /// A file that it reads changed.
     File {
-        /// The file, relative to the manifest's folder where it lies inside.
+        /// The file, relative to the manifest's folder if it is inside.
         path: String,
         /// The digest at the last run.
         old: Option<Digest>,
-        /// The digest now; `None` where it is gone.
+        /// The digest now; `null` if the file no longer exists.
         new: Option<Digest>,
-        /// When the file had been changed that the last run read, by its file system, where that is on record.
+        /// When the file that the last run read had been modified, by its file system, if that was recorded.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         old_time: Option<Timestamp>,
-        /// When it was changed now, by its file system.
+        /// When the present file was modified, by its file system.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         new_time: Option<Timestamp>,
     },
-    /// The kind's author changed what it computes, or the stage has another kind.
+    /// The kind has a new revision, or the stage has another kind.
     Kind {
         /// Kind and revision at the last run.
         old: String,
         /// Kind and revision now.
         new: String,
     },
-    /// Its stored result is gone or damaged.
+    /// Its stored result is lost or damaged.
     ResultLost,
-    /// It is as it was, but had gone in between: its source or its stage is back.
+    /// Its source or its stage was removed and is back, unchanged.
     Returned,
 }
 
@@ -133,35 +136,37 @@ pub enum Event {
         /// The number of their items.
         items: usize,
     },
-    /// Another process works in the folder; the build waits for it. Told once, when the wait becomes noticeable.
+    /// Another process has the folder locked; the build waits for it. Reported once, when the wait becomes
+    /// noticeable.
     Waiting {
-        /// Who it is: what it does, its process and since when.
+        /// The other process: what it does, its number and its start.
         holder: String,
-        /// The longest wait; `None` where it has no limit.
+        /// The longest wait; `null` if it has no limit.
         limit_milliseconds: Option<f64>,
     },
-    /// The item's result is in the cache: nothing to run. A watcher does not name the items that a change does not concern.
+    /// The item's result is in the cache: nothing to run. A watcher does not report the items that a change
+    /// does not affect.
     UpToDate {
         /// The item.
         item: ItemName,
     },
-    /// An item begins to run; in a dry run, would run.
+    /// An item starts to run; in a dry run, it would run.
     Started {
         /// The item.
         item: ItemName,
         /// Why: every difference from its last run.
         reasons: Vec<Reason>,
     },
-    /// A worker did something for an item: what a timeline is drawn from. What came of it is told next.
+    /// A worker spent time on an item, for drawing a timeline. The outcome is reported next.
     TaskTimed {
         /// The item.
         item: ItemName,
-        /// What was done.
+        /// What the worker did.
         work: Work,
-        /// The worker, counted from 0. While a worker waits for others to share its work it may take on another item: that
-        /// one's time then lies within the first one's.
+        /// The worker, counted from 0. While a worker waits for others to share its work it may take on
+        /// another item, whose time then lies within that of the first.
         worker: usize,
-        /// When it began: the time since the build did.
+        /// When the work started, counted from the start of the build.
         start_milliseconds: f64,
         /// How long it took.
         milliseconds: f64,
@@ -180,13 +185,14 @@ pub enum Event {
         /// The fact.
         message: String,
     },
-    /// An item ran.
+    /// An item ran successfully.
     Finished {
         /// The item.
         item: ItemName,
         /// How long it took.
         milliseconds: f64,
-        /// Whether its result differs from the last one; if not, nothing after it reruns on its account.
+        /// Whether its result differs from the last one; if not, no item that depends on it needs to rerun
+        /// because of it.
         changed: bool,
     },
     /// An item failed; its last good outputs stay.
@@ -198,15 +204,15 @@ pub enum Event {
         /// What to do.
         help: Option<String>,
     },
-    /// An item was not run because one that it needs failed, because the build was stopped, or because somebody is writing
-    /// its file.
+    /// An item did not run because an item that it needs failed, because the build was stopped, or because
+    /// its file is still being written.
     Skipped {
         /// The item.
         item: ItemName,
-        /// The item that failed; `None` where the build was stopped or the file is being written.
+        /// The item that failed; `null` if the build was stopped or the file is being written.
         because: Option<ItemName>,
     },
-    /// A file appeared in `out`, whole.
+    /// A complete file appeared in `out`.
     Published {
         /// The item that it belongs to.
         item: ItemName,
@@ -214,42 +220,44 @@ pub enum Event {
         file: String,
         /// Its size.
         bytes: u64,
-        /// Whether it only came back: its content had not changed.
+        /// Whether the file was only restored: its content had not changed.
         restored: bool,
     },
-    /// A file left `out` because its item has gone.
+    /// A file was removed from `out` because its item no longer exists.
     Removed {
         /// The file, relative to `out`.
         file: String,
     },
     /// The build ended.
     Ended(Summary),
-    /// The watcher listens: told at the start, and whenever the way changes.
+    /// The watcher watches: reported at the start, and whenever it changes between events and polling.
     Watching {
-        /// The number of folders that it listens to.
+        /// The number of folders that it watches.
         folders: usize,
-        /// The time between two looks, where it polls because it was told to or events do not arrive.
+        /// The time between two looks at the files, if it polls because it was asked to or because events do
+        /// not arrive.
         poll_milliseconds: Option<f64>,
-        /// Why it polls: the folder where no event arrived, and what was tried.
+        /// Why it polls: the folder from which no event arrived, and what was tried.
         because: Option<String>,
     },
     /// Files changed that the graph reads; a build follows.
     Noticed {
         /// The changes, sorted by path.
         changes: Vec<Change>,
-        /// The time since the first of them was heard of.
+        /// The time since the first of the changes.
         milliseconds: f64,
     },
-    /// The changed manifest, or what it names, has faults; the last good graph goes on. Told once for the same faults,
-    /// unless they are all that there is to say of what was noticed.
+    /// The changed manifest, or a file that it names, has errors; the watcher still uses the last valid
+    /// manifest. Reported once for the same errors, and again if they are all that a change led to.
     Rejected {
-        /// The first 50 of the faults, and how many more there are.
-        faults: Diagnostics,
+        /// The first 50 errors, and the number of further ones.
+        diagnostics: Diagnostics,
     },
-    /// The manifest and what it names are sound again, after they were rejected.
+    /// The manifest and the files that it names are valid again after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a full disk, a folder that cannot be written. It is tried again, after a pause
-    /// and at the next change; told once for the same error, unless it is the answer to a change.
+    /// The build as a whole cannot go on: a disk is full, a folder cannot be written. It is tried again after
+    /// a pause and at the next change. Reported once for the same error, and again if it is the answer to a
+    /// change.
     BuildError {
         /// What happened, then its causes.
         error: Vec<String>,
@@ -262,9 +270,9 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Work {
-    /// It reads and decodes the item's stored artifact, for those that need it.
+    /// It reads and decodes the item's stored artifact, for the items that need it.
     Fetch,
-    /// It runs the item, stores what it made and publishes its files.
+    /// It runs the item, stores its outputs and publishes its files.
     Run,
     /// It publishes the stored files of an item that was up to date.
     Publish,
@@ -273,23 +281,23 @@ pub enum Work {
 /// A change that a watcher noticed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 pub struct Change {
-    /// The file or folder, relative to the manifest's folder where it lies inside.
+    /// The file or folder, relative to the manifest's folder if it is inside.
     pub path: String,
-    /// What became of it.
+    /// How it changed.
     pub what: Changed,
 }
 
-/// What became of a file or folder.
+/// How a file or folder changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Changed {
-    /// It is new, or came back.
+    /// It is new, or exists again.
     Appeared,
     /// Its content may have changed.
     Changed,
-    /// It has gone.
+    /// It no longer exists.
     Gone,
-    /// Events were lost, so that everything below is looked at.
+    /// Events were lost, so everything below is checked.
     Unknown,
 }
 
@@ -302,8 +310,8 @@ pub struct Summary {
     pub up_to_date: usize,
     /// Items that failed.
     pub failed: usize,
-    /// How many of them failed because of the system rather than the project: a full disk, a folder that cannot be
-    /// written.
+    /// How many of them failed because of the system rather than the project: a disk is full, a folder cannot
+    /// be written.
     #[serde(default)]
     pub system_errors: usize,
     /// Items that were skipped.
@@ -325,7 +333,7 @@ mod tests {
 
     use super::*;
 
-    /// A change of this file is a change of what programs read: see docs/events.md for what that asks for.
+    /// A change of this file is a change of what programs read; docs/events.md says what that requires.
     /// `UPDATE_EXPECT=1 cargo test -p engine` writes it.
     #[test]
     fn the_schema_of_the_events_is_the_one_that_was_reviewed() {
@@ -347,7 +355,8 @@ mod tests {
         assert!(fields >= 60, "{fields} fields");
     }
 
-    /// Every property but the names of variants says what it is, itself or by what it refers to.
+    /// Every property except the names of variants has a description, its own or that of the definition that
+    /// it refers to.
     fn check(schema: &Value, fields: &mut usize) {
         match schema {
             Value::Object(object) => {

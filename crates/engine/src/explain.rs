@@ -1,44 +1,49 @@
 //! Why an item would run or not, and what its last run did.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::build::{Forecast, forecast, select};
-use crate::disk::{Disk, modified};
+use crate::disk::Disk;
+use crate::files::{modified, normal};
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::regular::hash;
 use crate::state::State;
-use crate::up_to_date::{UpToDateCheck, item_name};
-use crate::{Cancel, Cause, Digest, Error, ErrorKind, ItemIndex, ItemName, Plan, Reason, Timestamp, nearest};
+use crate::up_to_date::UpToDateCheck;
+use crate::{
+    Cancel, Cause, Digest, Error, ErrorKind, FileRead, FromCache, InputUsed, ItemIndex, ItemName, Plan,
+    Reason, Timestamp, nearest,
+};
 
-/// What is known about one item.
+/// The explanation of one item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
     /// The item.
     pub item: ItemName,
     /// Whether a build would run it now.
     pub would_run: bool,
-    /// Why it would run: every difference from its last run. Empty where it would not.
+    /// Why it would run: every difference from its last run. Empty if it would not.
     pub reasons: Vec<Reason>,
-    /// What began it: the changed files, parameters and kinds at the far ends of the chains that lead here. At most
-    /// eight.
+    /// The causes of the rerun: the files, parameters and kinds that changed first. At most eight.
     pub causes: Vec<Cause>,
-    /// Whether the result of an earlier run is in effect again, so that a build takes it from the cache.
+    /// Whether a build takes the result of an earlier run from the cache.
     pub restored: bool,
-    /// What made the present result and why the item has it, or the failure of the last run; `None` where there is neither.
+    /// The run that made the present result and why the item has it, or the failure of the last run; `None`
+    /// if there is neither.
     pub last: Option<LastRun>,
     /// The files that it exports.
     pub files: Vec<ExportedFile>,
 }
 
-/// What a run did. Where its result came from the cache, the run is the one that made it, and all else is this item's own.
+/// What a run did. If its result came from the cache, the times and the version are those of the run that
+/// made it, and everything else is this item's own.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LastRun {
-    /// When it began.
+    /// When it started.
     pub started: Timestamp,
     /// How long it took.
     pub milliseconds: f64,
@@ -48,61 +53,25 @@ pub struct LastRun {
     pub kind: String,
     /// Why it ran, or why its result came from the cache.
     pub reasons: Vec<Reason>,
-    /// What began it, as [`Explanation::causes`].
+    /// The causes of the run, as [`Explanation::causes`].
     pub causes: Vec<Cause>,
-    /// Where its result came from the cache; `None` where the item ran for these reasons.
+    /// The origin of the result if it came from the cache; `None` if the item ran for these reasons.
     pub from_cache: Option<FromCache>,
-    /// What it warned of.
+    /// Its warnings.
     pub warnings: Vec<String>,
-    /// What it noted.
+    /// Its notes.
     pub notes: Vec<String>,
-    /// The artifacts that arrived.
+    /// The artifacts at its ports.
     pub inputs: Vec<InputUsed>,
     /// The files and listings that it read.
     pub reads: Vec<FileRead>,
-    /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported files
-    /// hold it.
+    /// Its parameters with defaults filled in, kind, revision and input digests: canonical JSON, as exported
+    /// files hold it.
     pub recipe: String,
-    /// The digests of its outputs; empty where it failed.
+    /// The digests of its outputs; empty if it failed.
     pub results: Vec<Digest>,
-    /// What happened and its causes, where it failed.
+    /// What happened and its causes, if it failed.
     pub failure: Option<Vec<String>>,
-}
-
-/// Where a result comes from that came into effect without a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FromCache {
-    /// When it came into effect.
-    pub since: Timestamp,
-    /// The item whose run made it: this one earlier, or another one for which everything was equal.
-    pub item: ItemName,
-    /// That item's manifest: those of one folder share the cache.
-    pub manifest: String,
-}
-
-/// An artifact that a run used.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct InputUsed {
-    /// The port where it arrived.
-    pub port: String,
-    /// The item that made it.
-    pub item: ItemName,
-    /// Its digest.
-    pub digest: Digest,
-}
-
-/// A file or folder that a run read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FileRead {
-    /// The path, relative to the manifest's folder where it lies inside.
-    pub path: String,
-    /// Whether the names in a folder were read, not a file's content.
-    pub listing: bool,
-    /// The digest of what was read; `None` where it was looked for and not there.
-    pub digest: Option<Digest>,
-    /// When the file had been changed, by its file system; a clue for people: no key holds it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub modified: Option<Timestamp>,
 }
 
 /// A file in `out`.
@@ -110,25 +79,25 @@ pub struct FileRead {
 pub struct ExportedFile {
     /// The path relative to `out`.
     pub file: String,
-    /// The digest of what was published there last; `None` where nothing was.
+    /// The digest of what was published there last; `None` if nothing was.
     pub digest: Option<Digest>,
-    /// What became of it.
+    /// Its present state.
     pub state: FileState,
 }
 
-/// What became of an exported file.
+/// The present state of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "state", rename_all = "kebab-case")]
 pub enum FileState {
-    /// It is there as it was published.
+    /// It is as it was published.
     AsPublished,
-    /// It was published and is not there any more.
+    /// It was published and no longer exists.
     Gone,
-    /// Somebody else changed it since it was published.
+    /// Someone else changed it since it was published.
     Altered {
-        /// What it holds now; `None` where it cannot be read.
+        /// The digest of its present content; `None` if it cannot be read.
         digest: Option<Digest>,
-        /// When it was changed, by its file system.
+        /// When it was modified, by its file system.
         modified: Option<Timestamp>,
     },
     /// Nothing was published there.
@@ -137,21 +106,22 @@ pub enum FileState {
 
 /// Explains the items of a stage, one of them, or the item that exports a file.
 ///
-/// `target` is a stage's name, an item as events name it (`reflection [sky, gold]`), or a file of `out`: relative to `out`, relative to the current folder, or absolute.
-/// Nothing is written, and a build may be at work.
+/// `target` is a stage's name, an item as events name it (`reflection [sky, gold]`), or a file of `out`:
+/// relative to `out`, relative to the current folder, or absolute. Nothing is written, and a build may be
+/// running.
 ///
 /// # Errors
-/// Where there is no such stage or file, or the records cannot be read.
+/// If there is no such stage or file, or the records cannot be read.
 pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let items = targets(plan, target)?;
     let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
     let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-    let judge = UpToDateCheck::new(plan, &state, &disk, &selected);
+    let check = UpToDateCheck::new(plan, &state, &disk, &selected);
     let publisher = Publisher::new(plan, &state);
-    let mut forecasts = forecast(&judge, &selected);
-    let mut causes = forecast_causes(&judge, &forecasts);
+    let mut forecasts = forecast(&check, &selected);
+    let mut causes = forecast_causes(&check, &forecasts);
     let explained = items.into_iter().map(|item| {
         let (reasons, restored) = match forecasts[item].take() {
             Some(Forecast::Runs(reasons)) => (Some(reasons), false),
@@ -160,20 +130,20 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
         };
         let files = plan.items[item].files.iter().map(|file| exported(plan, &publisher, file));
         Explanation {
-            item: judge.name(item),
+            item: check.name(item),
             would_run: reasons.is_some(),
             causes: if reasons.is_some() { std::mem::take(&mut causes[item]) } else { Vec::new() },
             reasons: reasons.unwrap_or_default(),
             restored,
-            last: judge.record(item).map(|record| last_run(&judge, item, &record)),
+            last: check.record(item).map(|record| last_run(&check, item, &record)),
             files: files.collect(),
         }
     });
     Ok(explained.collect())
 }
 
-/// For each item, what began that it would run or that its result is another than at the last run.
-pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
+/// For each stale item, the changes that made it stale.
+pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
     let digest = |input: ItemIndex| match &forecasts[input] {
         Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
         _ => None,
@@ -181,13 +151,13 @@ pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<For
     let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
     for (item, forecast) in forecasts.iter().enumerate() {
         let of_input = |input: ItemIndex| match &causes[input][..] {
-            [] => judge.last_causes(input),
+            [] => check.last_causes(input),
             causes => causes.to_vec(),
         };
         let begun = match forecast {
-            Some(Forecast::Runs(reasons)) => judge.causes(item, reasons, of_input),
+            Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
             Some(Forecast::Current { restored: true, .. }) => {
-                judge.causes(item, &judge.reasons(item, digest), of_input)
+                check.causes(item, &check.reasons(item, digest), of_input)
             }
             _ => Vec::new(),
         };
@@ -196,7 +166,7 @@ pub(crate) fn forecast_causes(judge: &UpToDateCheck<'_>, forecasts: &[Option<For
     causes
 }
 
-/// What became of a file of `out`.
+/// The present state of a file of `out`.
 fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile {
     let digest = publisher.entry(file).as_ref().and_then(Published::owned);
     let place = plan.out.join(file);
@@ -209,8 +179,8 @@ fn exported(plan: &Plan, publisher: &Publisher<'_>, file: &str) -> ExportedFile 
     ExportedFile { file: file.into(), digest, state }
 }
 
-fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> LastRun {
-    let many = &judge.stages[judge.plan.items[item].stage].many;
+fn last_run(check: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> LastRun {
+    let many = &check.stages[check.plan.items[item].stage].many;
     let is_many = |port: &str| many.contains(port);
     let failed = record.failure.is_some();
     LastRun {
@@ -219,7 +189,7 @@ fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> Last
         version: record.version.clone(),
         kind: record.kind_name(),
         reasons: record.reasons.clone(),
-        causes: judge.causes_of(item, record),
+        causes: check.causes_of(item, record),
         from_cache: record.from_cache.clone(),
         warnings: record.warnings.clone(),
         notes: record.notes.clone(),
@@ -231,16 +201,16 @@ fn last_run(judge: &UpToDateCheck<'_>, item: ItemIndex, record: &Record) -> Last
     }
 }
 
-/// The items of a stage, one item, that which exports a file, or those whose source it is.
+/// The items of a stage, one item, the item that exports a file, or those whose source it is.
 fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
     }
-    let named = |told: fn(&str) -> String| {
-        let target = told(target);
-        (0..plan.items.len()).find(|item| told(&item_name(plan, *item).to_string()) == target)
+    let named = |spelled: fn(&str) -> String| {
+        let target = spelled(target);
+        (0..plan.items.len()).find(|item| spelled(&plan.item_name(*item).to_string()) == target)
     };
-    // Spaces are easily forgotten; where they tell items apart, they count.
+    // Spaces are easily forgotten; if they tell items apart, they count.
     if let Some(item) = named(str::to_owned).or_else(|| named(|name| name.replace(' ', ""))) {
         return Ok(vec![item]);
     }
@@ -260,7 +230,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
     let stage = target.split_once('[').map(|(stage, _)| stage.trim());
-    let items = (0..plan.items.len()).map(|item| item_name(plan, item));
+    let items = (0..plan.items.len()).map(|item| plan.item_name(item));
     let mut items = items.filter(|item| Some(item.stage.as_str()) == stage).map(|item| format!("\"{item}\""));
     Err(match (nearest(target, stages.chain(files)), items.next()) {
         (_, Some(first)) => error.with_help(format!("the stage's first item is {first}")),
@@ -269,7 +239,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     })
 }
 
-/// The items whose source a path is, taken from the working folder or from the manifest's.
+/// The items whose source a path is, relative to the working folder or to the manifest's.
 fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
     let folders = [std::env::current_dir().ok(), plan.manifest.parent().map(Path::to_path_buf)];
     let places = folders.iter().flatten().map(|folder| normal(&folder.join(path))).collect::<Vec<_>>();
@@ -277,7 +247,7 @@ fn items_of_source(plan: &Plan, path: &Path) -> Vec<ItemIndex> {
     (0..plan.items.len()).filter(|item| plan.items[*item].source.as_ref().is_some_and(is_meant)).collect()
 }
 
-/// What a path may be called relative to `out`.
+/// The names that a path may have relative to `out`.
 fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     let path = Path::new(target);
     let mut names = vec![slashed(&normal(path))];
@@ -285,7 +255,7 @@ fn names_of(plan: &Plan, target: &str) -> Vec<String> {
     names
 }
 
-/// What a path is called relative to `out`, where it lies inside.
+/// The names of a path relative to `out`, if it is inside.
 pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
     let mut names = Vec::new();
     let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));
@@ -300,19 +270,6 @@ pub(crate) fn names_by_place(plan: &Plan, path: &Path) -> Vec<String> {
         names.extend(places.iter().filter_map(|place| place.strip_prefix(root).ok()).map(slashed));
     }
     names
-}
-
-/// The path without `.` and `..`, by its letters.
-pub(crate) fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => _ = normal.pop(),
-            part => normal.push(part),
-        }
-    }
-    normal
 }
 
 fn slashed(path: &Path) -> String {

@@ -1,240 +1,173 @@
-//! The journal: everything that the engine remembers, as lines that are only ever appended.
+//! The journal: everything that the engine records, as lines that are only ever appended.
 //!
-//! A line is `CHECK TAG KEY JSON`: 16 hex digits of the BLAKE3 digest of the rest, a letter for what it is, 32 hex
-//! digits that name its subject, and the content. Of the lines on one subject the last holds, but of [`Tag::Result`]
-//! the last few. A line whose check fails (a torn tail, a damaged disk) is ignored. When it has twice the lines that
-//! are worth keeping, the file is written anew beside itself, without what is out of date or forgotten, and renamed. The first line
-//! names the format; that line's shape never changes. The second names this writing of the file and says how many lines
-//! it began with.
+//! A line is `CHECK TAG KEY JSON`: 16 hex digits of the BLAKE3 digest of the rest, a letter for its tag, 32
+//! hex digits that name its subject, and the content. A line replaces earlier lines on the same subject; of
+//! [`Tag::Result`] the last few remain. A line with a wrong check (a torn tail, a damaged disk) is ignored.
+//! When the file has twice as many lines as it needs, it is compacted: written again without those that are
+//! outdated or no longer kept, and renamed. The first line names the format; its shape never changes. The
+//! second is a random name of the file since its last compaction, with the number of lines that it began
+//! with.
 //!
-//! What every build asks is in tables ([`tables`]), which a file beside the journal, the index, holds too: only what was
-//! appended since is read when the journal is opened. The rest is read when it is asked for. What a build appends it does
-//! not see itself: what it does cannot depend on the order in which its items finish. A process that builds again and
-//! again keeps the tables, and takes the journal up with what has been appended since, whoever did that.
+//! What every build needs is in tables ([`tables`]), which are also in a file beside the journal, the index:
+//! when the journal is opened, only the lines appended since are read. Everything else is read when it is
+//! needed. A build does not see the lines that it appends itself: what it does cannot depend on the order in
+//! which its items finish. A process that builds repeatedly keeps the tables in memory and reads the lines
+//! that were appended since, by whichever process.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
+use line::{CHECK, HEAD, check, write_line};
+use parking_lot::Mutex;
 use rayon::prelude::*;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
-use tables::{Fact, Tables};
+use tables::{Tables, Update};
 use text::Text;
 
-pub(crate) use tables::{Effect, PublishedStamp};
+pub(crate) use line::{Line, Subject, Tag, short, subject};
+#[cfg(test)]
+pub(crate) use retention::OTHERS;
+pub(crate) use retention::Retention;
+pub(crate) use tables::{LatestRecord, PublishedStamp};
 
 use crate::platform::Stamp;
-use crate::regular::write_new;
-use crate::retention::Retention;
-use crate::{Digest, Error, ErrorKind, platform};
+use crate::regular::replace_through;
+use crate::{Digest, Error, ErrorKind};
 
 mod index;
+mod line;
+mod retention;
 mod tables;
 mod text;
 
-/// Raised when an older version would misunderstand the journal or the folder.
+/// To be raised when an older version would misunderstand the journal or the folder.
 pub(crate) const FORMAT: u32 = 1;
 
-/// The index is written anew when so many lines are not in it, and of those in it one in so many.
+/// The index is written again when more than this many lines are not in it, plus one for so many that are.
 const UNINDEXED: u64 = 1000;
 const UNINDEXED_OF: u64 = 16;
 
-/// The letter of the line that names a writing of the file.
+/// The tag of the second line, which names the file since its last compaction.
 const WRITING: u8 = b'w';
-
-/// What a line is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub(crate) enum Tag {
-    /// The result in effect, or the failure, of an item.
-    Item = b'i',
-    /// A result, by its key.
-    Result = b'r',
-    /// The digest of a file, with the stamp that it had.
-    Stamp = b's',
-    /// A published file.
-    Published = b'p',
-    /// A folder that a build publishes into at this time.
-    Publishing = b'o',
-}
-
-impl Tag {
-    const ALL: [Self; 5] = [Self::Item, Self::Result, Self::Stamp, Self::Published, Self::Publishing];
-
-    fn of(letter: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|tag| *tag as u8 == letter)
-    }
-}
-
-/// The subject of a line: a digest, cut short.
-pub(crate) type Subject = u128;
-
-/// The subject that is named by some parts.
-pub(crate) fn subject(parts: &[&str]) -> Subject {
-    let mut hasher = blake3::Hasher::new();
-    for part in parts {
-        hasher.update(&(part.len() as u64).to_le_bytes()).update(part.as_bytes());
-    }
-    short(Digest(*hasher.finalize().as_bytes()))
-}
-
-/// The subject that a digest names.
-pub(crate) fn short(digest: Digest) -> Subject {
-    digest.0[..16].iter().fold(0, |value, byte| value << 8 | Subject::from(*byte))
-}
-
-/// A line to append.
-pub(crate) struct Line {
-    tag: Tag,
-    subject: Subject,
-    json: String,
-}
-
-impl Line {
-    /// A line with some content; `None` takes back what earlier lines say.
-    pub(crate) fn new<T: Serialize>(tag: Tag, subject: Subject, content: Option<&T>) -> Self {
-        let json = serde_json::to_string(&content).unwrap_or_else(|_| "null".into());
-        Self { tag, subject, json }
-    }
-
-    fn write(&self, buffer: &mut Vec<u8>) {
-        write_line(buffer, self.tag as u8, self.subject, self.json.as_bytes());
-    }
-}
-
-fn write_line(buffer: &mut Vec<u8>, tag: u8, subject: Subject, json: &[u8]) {
-    let start = buffer.len();
-    buffer.extend_from_slice(&[b' '; CHECK + 1]);
-    let _ = write!(buffer, "{} {subject:032x} ", char::from(tag));
-    buffer.extend_from_slice(json);
-    let check = check(&buffer[start + CHECK + 1..]);
-    buffer[start..start + CHECK].copy_from_slice(&check);
-    buffer.push(b'\n');
-}
-
-const CHECK: usize = 16;
-const SUBJECT: usize = 32;
-
-/// The length of what stands before the content.
-const HEAD: usize = CHECK + 1 + 2 + SUBJECT + 1;
-
-fn check(rest: &[u8]) -> [u8; CHECK] {
-    let mut check = [0; CHECK];
-    check.copy_from_slice(&blake3::hash(rest).to_hex().as_bytes()[..CHECK]);
-    check
-}
 
 /// The journal as it was when it was opened, and where to append.
 pub(crate) struct Journal {
     path: PathBuf,
     text: Text,
     tables: Tables,
-    /// The lines in the file, those out of date among them.
+    /// The lines in the file, outdated ones included.
     lines: u64,
-    /// Those that the index covers.
+    /// The lines that the index covers.
     indexed: u64,
-    /// Whether nobody else has written to it since it was kept.
-    as_kept: bool,
-    end: Option<Mutex<End>>,
+    /// Whether no other process has written to it since it was saved.
+    unchanged: bool,
+    appender: Option<Mutex<Appender>>,
 }
 
-/// A line that holds.
-pub(crate) struct Held {
+/// A line that is not outdated.
+pub(crate) struct LiveLine {
     pub(crate) tag: Tag,
     pub(crate) subject: Subject,
     range: Range<u64>,
 }
 
-impl Held {
-    /// Where it is in the file: a later line has a greater one.
+impl LiveLine {
+    /// Its place in the file: a later line has a greater one.
     pub(crate) fn place(&self) -> u64 {
         self.range.start
     }
 }
 
-struct End {
+struct Appender {
     file: File,
     length: u64,
-    /// Whether half a line may stand at the end.
+    /// Whether half a line may be at the end.
     torn: bool,
 }
 
 impl Journal {
-    /// Opens a journal to read; one that is not there is empty.
+    /// Opens a journal for reading; if the file does not exist, it is empty.
     ///
     /// # Errors
-    /// Where it cannot be read or has a newer format.
+    /// If it cannot be read or has a newer format.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         let broken = |error: io::Error| Error::io(&error, "read", path);
         if let Some((covered, tables)) = index::read(&index_of(path)) {
             let index::Covered { head, tail, length, lines } = covered;
-            let text = Text::known(head, tail, length);
-            let mut journal =
-                Self { path: path.into(), text, tables, lines, indexed: lines, as_kept: false, end: None };
-            // What is wrong with the journal shows when all of it is read.
-            if journal.take_up().is_ok_and(|same| same) {
+            let text = Text::resume(head, tail, length);
+            let mut journal = Self {
+                path: path.into(),
+                text,
+                tables,
+                lines,
+                indexed: lines,
+                unchanged: false,
+                appender: None,
+            };
+            // Errors of the journal itself are found below, when all of it is read.
+            if journal.read_appended().is_ok_and(|same| same) {
                 check_format(journal.text.head(), path)?;
                 return Ok(journal);
             }
         }
         let (text, tables) = (Text::default(), Tables::default());
         let mut journal =
-            Self { path: path.into(), text, tables, lines: 0, indexed: 0, as_kept: false, end: None };
-        journal.take_up().map_err(broken)?;
+            Self { path: path.into(), text, tables, lines: 0, indexed: 0, unchanged: false, appender: None };
+        journal.read_appended().map_err(broken)?;
         check_format(journal.text.head(), path)?;
         Ok(journal)
     }
 
-    /// Opens a journal to read and append; the caller holds the lock. Where `kept` is the journal of this file as it was
-    /// some time ago, only what was appended since is read.
+    /// Opens a journal for reading and appending; the caller holds the lock. If `saved` is the journal of
+    /// this file as it was some time ago, only the lines appended since are read.
     ///
     /// # Errors
-    /// As [`Journal::read`], and where it cannot be written.
+    /// As [`Journal::read`], and if it cannot be written.
     pub(crate) fn write(
         path: &Path,
-        kept: Option<Self>,
+        saved: Option<Self>,
         retention: impl FnOnce(&Self) -> Retention,
     ) -> Result<Self, Error> {
-        let kept = kept.filter(|kept| kept.path == path);
-        // Whatever is wrong with a journal that was kept shows when it is read anew.
-        let taken_up = kept.and_then(|mut kept| {
-            let before = kept.text.length();
-            let is_same = kept.take_up().is_ok_and(|same| same);
-            kept.as_kept = kept.text.length() == before;
-            is_same.then_some(kept)
+        let saved = saved.filter(|saved| saved.path == path);
+        // Errors of a saved journal are found when the file is read again.
+        let reopened = saved.and_then(|mut saved| {
+            let before = saved.text.length();
+            let is_same = saved.read_appended().is_ok_and(|same| same);
+            saved.unchanged = saved.text.length() == before;
+            is_same.then_some(saved)
         });
-        let mut journal = taken_up.map_or_else(|| Self::read(path), Ok)?;
+        let mut journal = reopened.map_or_else(|| Self::read(path), Ok)?;
         if !journal.is_whole() {
             let retention = retention(&journal);
-            journal.forget(retention)?;
+            journal.compact_to(retention)?;
         } else if journal.is_overgrown() {
             let retention = retention(&journal);
-            // It can wait: a full disk is no reason not to build.
-            let _ = journal.forget(retention);
+            // It can wait: a full disk is not a reason not to build.
+            let _ = journal.compact_to(retention);
         }
         let opened = OpenOptions::new().append(true).open(path);
         let file = opened.map_err(|error| Error::io(&error, "write", path))?;
-        journal.end = Some(Mutex::new(End { file, length: journal.text.length(), torn: false }));
+        journal.appender = Some(Mutex::new(Appender { file, length: journal.text.length(), torn: false }));
         Ok(journal)
     }
 
-    /// Writes the file anew with what is kept.
+    /// Compacts the file to what `retention` keeps.
     ///
     /// # Errors
     /// As [`Journal::compact`].
-    pub(crate) fn forget(&mut self, mut retention: Retention) -> Result<(), Error> {
+    pub(crate) fn compact_to(&mut self, mut retention: Retention) -> Result<(), Error> {
         self.compact(|line| retention.keeps(line.tag, line.subject))
     }
 
-    /// The journal as it can be kept without the lock, which is still held: with what was appended, its file not open.
-    /// The index is written if much is not in it. `None` if the file is no longer the one that is known.
-    pub(crate) fn rest(mut self) -> Option<Self> {
-        self.end = None;
-        if !self.take_up().is_ok_and(|same| same) {
+    /// The journal for the next build of this process, with the lines appended by this one and its file
+    /// closed; the lock is still held. Writes the index if many lines are not in it. `None` if the file has
+    /// been replaced.
+    pub(crate) fn close(mut self) -> Option<Self> {
+        self.appender = None;
+        if !self.read_appended().is_ok_and(|same| same) {
             return None;
         }
         self.save_index();
@@ -242,53 +175,53 @@ impl Journal {
         Some(self)
     }
 
-    /// Whether it was kept, and nobody else has written to it since.
-    pub(crate) fn is_as_kept(&self) -> bool {
-        self.as_kept
+    /// Whether it was saved, and no other process has written to it since.
+    pub(crate) fn is_unchanged(&self) -> bool {
+        self.unchanged
     }
 
-    /// The bytes and lines of the file, as it was read.
+    /// The bytes and lines of the file when it was read.
     pub(crate) fn size(&self) -> (u64, u64) {
         (self.text.length(), self.lines)
     }
 
-    /// What every build asks of the record in effect of an item.
-    pub(crate) fn effect(&self, subject: Subject) -> Option<Effect<'_>> {
-        self.tables.effect(subject)
+    /// The latest record of an item, as far as every build needs it.
+    pub(crate) fn latest(&self, subject: Subject) -> Option<LatestRecord<'_>> {
+        self.tables.latest(subject)
     }
 
     /// The same of all items, by subject.
-    pub(crate) fn effects(&self) -> impl Iterator<Item = (Subject, Effect<'_>)> {
-        self.tables.effects()
+    pub(crate) fn latest_records(&self) -> impl Iterator<Item = (Subject, LatestRecord<'_>)> {
+        self.tables.latest_records()
     }
 
-    /// The stamp and digest that a file had.
+    /// The recorded stamp of a file and the digest that it had then.
     pub(crate) fn stamped(&self, subject: Subject) -> Option<(Stamp, Digest)> {
         self.tables.stamped(subject)
     }
 
-    /// What the ledger says of a file, as far as every build asks.
+    /// The ledger's line on a file, as far as every build needs it.
     pub(crate) fn published(&self, subject: Subject) -> Option<PublishedStamp> {
         self.tables.published(subject)
     }
 
-    /// What the last line of a tag on a subject says.
+    /// The content of the last line of a tag on a subject.
     pub(crate) fn get<T: DeserializeOwned>(&self, tag: Tag, subject: Subject) -> Option<T> {
         self.parse(&self.tables.line(tag, subject)?.range())
     }
 
-    /// The subjects of a tag, in no order.
-    pub(crate) fn named(&self, tag: Tag) -> impl Iterator<Item = Subject> {
-        self.tables.lines(tag).map(tables::Line::subject)
+    /// The subjects of a tag, in any order.
+    pub(crate) fn subjects(&self, tag: Tag) -> impl Iterator<Item = Subject> {
+        self.tables.lines(tag).map(tables::Location::subject)
     }
 
-    /// The subjects of a tag, each with what its last line says, in the order of the file.
-    pub(crate) fn subjects<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
+    /// The subjects of a tag, each with the content of its last line, in the order of the file.
+    pub(crate) fn contents<T: DeserializeOwned>(&self, tag: Tag) -> Vec<(Subject, T)> {
         self.all(self.tables.lines(tag).collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
     /// The same of these subjects.
-    pub(crate) fn subjects_among<T: DeserializeOwned>(
+    pub(crate) fn contents_of<T: DeserializeOwned>(
         &self,
         tag: Tag,
         subjects: &[Subject],
@@ -297,7 +230,7 @@ impl Journal {
         self.all(lines.collect()).map(|(line, content)| (line.subject(), content)).collect()
     }
 
-    /// Every result, the oldest first; each with its place.
+    /// All results, the least recently used first, each with its place.
     pub(crate) fn results_by_age<T: DeserializeOwned>(&self) -> Vec<(u64, T)> {
         let all = self.all(self.tables.lines(Tag::Result).collect());
         all.map(|(line, content)| (line.range().start, content)).collect()
@@ -309,11 +242,11 @@ impl Journal {
         lines.filter_map(|line| self.parse(&line.range()))
     }
 
-    /// What some lines say, in the order of the file.
+    /// The contents of some lines, in the order of the file.
     fn all<'a, T: DeserializeOwned>(
         &'a self,
-        mut lines: Vec<&'a tables::Line>,
-    ) -> impl Iterator<Item = (&'a tables::Line, T)> {
+        mut lines: Vec<&'a tables::Location>,
+    ) -> impl Iterator<Item = (&'a tables::Location, T)> {
         lines.sort_unstable_by_key(|line| line.range().start);
         let mut window = self.text.window();
         lines.into_iter().filter_map(move |line| {
@@ -322,29 +255,29 @@ impl Journal {
         })
     }
 
-    /// Appends lines, all or (should the process be killed or the disk be full) the first few.
+    /// Appends all lines, or (if the process is killed or the disk is full) the first few.
     ///
     /// # Errors
-    /// Where the file cannot be written.
+    /// If the file cannot be written.
     pub(crate) fn append(&self, lines: &[Line]) -> Result<(), Error> {
-        let Some(end) = &self.end else { return Ok(()) };
+        let Some(appender) = &self.appender else { return Ok(()) };
         if lines.is_empty() {
             return Ok(());
         }
-        let mut end = end.lock().unwrap_or_else(PoisonError::into_inner);
-        // What is left of a line must not swallow the next one.
-        let mut buffer = if end.torn { vec![b'\n'] } else { Vec::new() };
+        let mut appender = appender.lock();
+        // A line must not continue the rest of a torn one.
+        let mut buffer = if appender.torn { vec![b'\n'] } else { Vec::new() };
         lines.iter().for_each(|line| line.write(&mut buffer));
-        if let Err(error) = end.file.write_all(&buffer) {
+        if let Err(error) = appender.file.write_all(&buffer) {
             // Windows cannot shorten a file that is open for appending.
-            if end.file.set_len(end.length).is_err() {
-                end.length = end.file.metadata().map_or(end.length, |metadata| metadata.len());
-                end.torn = true;
+            if appender.file.set_len(appender.length).is_err() {
+                appender.length = appender.file.metadata().map_or(appender.length, |metadata| metadata.len());
+                appender.torn = true;
             }
             return Err(Error::io(&error, "write", &self.path));
         }
-        end.length += buffer.len() as u64;
-        end.torn = false;
+        appender.length += buffer.len() as u64;
+        appender.torn = false;
         Ok(())
     }
 
@@ -352,19 +285,19 @@ impl Journal {
         serde_json::from_slice(&self.text.get(range)?).ok()
     }
 
-    /// Reads what was appended since; whether this is still the same writing of the file.
-    fn take_up(&mut self) -> io::Result<bool> {
+    /// Reads the lines that were appended since; returns whether the file is still the same.
+    fn read_appended(&mut self) -> io::Result<bool> {
         let Self { text, tables, lines, path, .. } = self;
-        let mut facts = Vec::new();
-        let same = text.take_up(path, |start, piece| {
+        let mut updates = Vec::new();
+        let same = text.read_appended(path, |start, piece| {
             *lines += piece.iter().filter(|byte| **byte == b'\n').count() as u64;
-            facts.extend(facts_of(start, piece));
-            // To enter many costs hardly more than to enter a few.
-            if facts.len() > 1 << 14 {
-                tables.enter(std::mem::take(&mut facts));
+            updates.extend(parse_piece(start, piece));
+            // Entering many costs hardly more than entering a few.
+            if updates.len() > 1 << 14 {
+                tables.apply(std::mem::take(&mut updates));
             }
         });
-        tables.enter(facts);
+        tables.apply(updates);
         same
     }
 
@@ -392,54 +325,51 @@ impl Journal {
         self.lines > self.limit()
     }
 
-    /// Whether it will soon be written anew: better now, where nobody waits.
+    /// Whether it will soon be compacted: better now, while nobody waits.
     pub(crate) fn is_large(&self) -> bool {
         4 * self.lines > 3 * self.limit()
     }
 
-    /// So many lines it may have: twice those that would be kept, and 1000.
+    /// The number of lines that it may have: twice those that a compaction keeps, and 1000.
     fn limit(&self) -> u64 {
         let rows = |tag| self.tables.lines(tag).count();
-        let gone = self.tables.effects().filter(|(_, effect)| effect.is_gone()).count();
+        let gone = self.tables.latest_records().filter(|(_, latest)| latest.is_gone()).count();
         let kept = Retention::most(rows(Tag::Item) - gone, gone, rows(Tag::Result), rows(Tag::Stamp));
         2 * (kept + rows(Tag::Published) + rows(Tag::Publishing)) as u64 + 1000
     }
 
-    /// Writes the lines that hold and that `keeps` wants beside the file, and renames. It is asked from the newest line to
-    /// the oldest.
+    /// Writes the lines that are not outdated and that `keeps` accepts to a new file, and renames it. `keeps`
+    /// is called from the newest line to the oldest.
     ///
     /// # Errors
-    /// Where the file cannot be written; it is as it was then.
-    pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&Held) -> bool) -> Result<(), Error> {
-        let mut held = Vec::new();
+    /// If the file cannot be written; it is unchanged then.
+    pub(crate) fn compact(&mut self, mut keeps: impl FnMut(&LiveLine) -> bool) -> Result<(), Error> {
+        let mut live = Vec::new();
         for tag in Tag::ALL {
             let lines = self.tables.lines(tag);
-            held.extend(lines.map(|line| Held { tag, subject: line.subject(), range: line.range() }));
+            live.extend(lines.map(|line| LiveLine { tag, subject: line.subject(), range: line.range() }));
         }
-        held.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
-        held.retain(|line| keeps(line));
-        held.reverse();
+        live.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
+        live.retain(|line| keeps(line));
+        live.reverse();
         let temporary = self.path.with_extension("new");
-        let written = self.copy(&held, &temporary).and_then(|()| platform::replace(&temporary, &self.path));
-        written.map_err(|error| {
-            let _ = fs::remove_file(&temporary);
-            Error::io(&error, "write", &self.path)
-        })?;
-        drop(held);
-        let before = self.end.take();
+        replace_through(&temporary, &self.path, &mut |file| self.copy(&live, file))
+            .map_err(|error| Error::io(&error, "write", &self.path))?;
+        drop(live);
+        let before = self.appender.take();
         *self = Self::read(&self.path)?;
-        // If it was open for appending, that was the file before.
+        // If it was open for appending, that was the old file.
         if before.is_some() {
             let file = OpenOptions::new().append(true).open(&self.path);
             let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;
-            self.end = Some(Mutex::new(End { file, length: self.text.length(), torn: false }));
+            self.appender = Some(Mutex::new(Appender { file, length: self.text.length(), torn: false }));
         }
         Ok(())
     }
 
-    /// Writes lines to a file of their own.
-    fn copy(&self, lines: &[Held], to: &Path) -> io::Result<()> {
-        let mut file = BufWriter::new(write_new(to, b"")?);
+    /// Writes lines to another file.
+    fn copy(&self, lines: &[LiveLine], file: File) -> io::Result<()> {
+        let mut file = BufWriter::new(file);
         let mut buffer = header().into_bytes();
         write_line(&mut buffer, WRITING, new_name(), lines.len().to_string().as_bytes());
         file.write_all(&buffer)?;
@@ -455,7 +385,7 @@ impl Journal {
     }
 }
 
-/// The index beside a journal.
+/// The path of the index beside a journal.
 fn index_of(path: &Path) -> PathBuf {
     path.with_file_name("index")
 }
@@ -464,7 +394,7 @@ fn header() -> String {
     format!("specula journal {FORMAT}\n")
 }
 
-/// How many lines this writing of the file began with.
+/// The number of lines that the file had after its last compaction.
 fn lines_at_first(head: &[u8]) -> Option<u64> {
     let line = head.strip_suffix(b"\n")?.rsplit(|byte| *byte == b'\n').next()?;
     let intact =
@@ -472,13 +402,13 @@ fn lines_at_first(head: &[u8]) -> Option<u64> {
     intact.then(|| std::str::from_utf8(&line[HEAD..]).ok()?.parse().ok())?
 }
 
-/// A name that no other writing of a journal has.
+/// A name that no other journal has.
 fn new_name() -> Subject {
     let half = || Subject::from(RandomState::new().hash_one(std::process::id()));
     half() << 64 | half()
 }
 
-/// A first line that is damaged is passed over, as any other; one of a newer version is not.
+/// Refuses the first line of a newer version. If that line is damaged, it is ignored as any other.
 fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
     let first = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let format = std::str::from_utf8(first).ok().and_then(|line| line.strip_prefix("specula journal "));
@@ -494,8 +424,8 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
     }
 }
 
-/// What the lines of some text say, which begins at a place of the file. Lines are checked in parallel.
-fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
+/// The updates in a piece of the file. Lines are checked in parallel.
+fn parse_piece(start: u64, text: &[u8]) -> Vec<Update> {
     let mut pieces = Vec::new();
     let mut begin = 0;
     while begin < text.len() {
@@ -506,18 +436,18 @@ fn facts_of(start: u64, text: &[u8]) -> Vec<Fact> {
         pieces.push(begin..begin + end);
         begin += end;
     }
-    let facts = pieces.into_par_iter().map(|piece| lines(start + piece.start as u64, &text[piece]));
-    facts.collect::<Vec<_>>().into_iter().flatten().collect()
+    let updates = pieces.into_par_iter().map(|piece| lines(start + piece.start as u64, &text[piece]));
+    updates.collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-/// What the lines of a piece of text say whose check holds.
-fn lines(start: u64, text: &[u8]) -> Vec<Fact> {
+/// The updates of the lines whose check is right.
+fn lines(start: u64, text: &[u8]) -> Vec<Update> {
     let mut found = Vec::new();
     let mut start = start;
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         let place = start;
         start += line.len() as u64;
-        // A line without its end was torn, whatever its check says.
+        // A line without its end is torn, even if its check is right.
         let Some(line) = line.strip_suffix(b"\n") else { continue };
         if line.len() < HEAD || line[..CHECK] != check(&line[CHECK + 1..]) {
             continue;
@@ -528,7 +458,7 @@ fn lines(start: u64, text: &[u8]) -> Vec<Fact> {
         let check = hex(&line[..CHECK]).and_then(|text| u64::from_str_radix(text, 16).ok());
         if let (Some(tag), Some(subject), Some(check)) = (tag, subject, check) {
             let content = place + HEAD as u64..place + line.len() as u64;
-            found.push(Fact::of(tag, tables::Line::new(tag, subject, &content, check), &line[HEAD..]));
+            found.push(Update::of(tag, tables::Location::new(tag, subject, &content, check), &line[HEAD..]));
         }
     }
     found

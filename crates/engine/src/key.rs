@@ -1,4 +1,4 @@
-//! Names of content and of items.
+//! The names of contents and of items.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -60,7 +60,7 @@ impl JsonSchema for Digest {
     }
 }
 
-/// What tells an item of a stage from its siblings: source stage name to file stem, sorted by name.
+/// What distinguishes an item of a stage from the others: source stage name to file stem, sorted by name.
 ///
 /// `{environment: "sky", material: "gold"}`; empty for a stage that has one item. Clones share their memory.
 #[derive(Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -92,7 +92,7 @@ impl ItemKey {
 }
 
 impl<Stage: Into<Arc<str>>, Stem: Into<Arc<str>>> FromIterator<(Stage, Stem)> for ItemKey {
-    /// A key of these pairs, in any order; of two with one stage the last holds.
+    /// A key of these pairs, in any order; of two pairs with the same stage the last counts.
     fn from_iter<I: IntoIterator<Item = (Stage, Stem)>>(pairs: I) -> Self {
         let mut sorted = Vec::<Pair>::new();
         for (stage, stem) in pairs.into_iter().map(|(stage, stem)| (stage.into(), stem.into())) {
@@ -124,7 +124,7 @@ impl JsonSchema for ItemKey {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut schema = BTreeMap::<String, String>::json_schema(generator);
-        let description = "What tells an item of a stage from its siblings: source stage name to file stem.\n\n\
+        let description = "What distinguishes an item of a stage from the others: source stage name to file stem.\n\n\
                            `{environment: \"sky\", material: \"gold\"}`; empty for a stage that has one item.";
         schema.insert("description".into(), description.into());
         schema

@@ -1,7 +1,7 @@
-//! The ledger: what a manifest has published, as lines of the journal.
+//! The ledger: the files that a manifest has published, as lines of the journal.
 //!
-//! Only files of the ledger are ever removed or replaced. It may have been written by somebody else: a line whose file would
-//! not lie in `out`, or that stands under another subject than its own, is ignored.
+//! Only files of the ledger are ever removed or replaced. A ledger may come from someone else: a line is
+//! ignored if its file would not be inside `out`, or if its subject is not that of the file.
 
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -14,30 +14,30 @@ use crate::journal::{Journal, Line, PublishedStamp, Subject, Tag, subject};
 use crate::plan::template;
 use crate::platform::Stamp;
 use crate::record::path_name;
-use crate::up_to_date::manifest_name;
 use crate::{Digest, ItemName, Plan};
 
 /// A line of the ledger.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Published {
     pub(crate) manifest: String,
-    /// The folder that files were published into, as records hold paths: a manifest whose `out` is changed begins a
-    /// new view and leaves the old one alone.
+    /// The folder that files were published into, as records contain paths: after a change of `out` the
+    /// manifest publishes into a new folder and leaves the old one alone.
     out: String,
     pub(crate) file: String,
     item: ItemName,
     pub(crate) digest: Digest,
     /// `None` while it is being renamed into place.
     pub(crate) stamp: Option<Stamp>,
-    /// Whether any later change of the file must show in its stamp. Records of older versions do not say.
+    /// Whether every later change of the file shows in its stamp. Records of older versions do not say.
     #[serde(default)]
     pub(crate) settled: bool,
-    /// What the manifest had published there before, while it is being replaced.
+    /// The content that the manifest had published there before, while it is being replaced.
     pub(crate) replaces: Option<Digest>,
 }
 
 impl Published {
-    /// Whether a record is one that a build of this manifest can have written under a subject: its file lies in `out`.
+    /// Whether a build of this manifest can have written this record under a subject: its file is inside
+    /// `out`.
     fn is_of(&self, manifest: &str, out: &str, subject: Subject) -> bool {
         self.manifest == manifest
             && self.out == out
@@ -45,7 +45,8 @@ impl Published {
             && template::check(&self.file, "out").is_ok()
     }
 
-    /// What the manifest has put there, whatever a person made of it; `None` if it never came to that.
+    /// The content that the manifest has published there, even if someone has changed the file since; `None`
+    /// if it was never put in place.
     pub(crate) fn owned(&self) -> Option<Digest> {
         if self.stamp.is_some() { Some(self.digest) } else { self.replaces }
     }
@@ -65,18 +66,18 @@ pub(crate) struct Ledger<'a> {
 
 impl<'a> Ledger<'a> {
     pub(crate) fn new(plan: &'a Plan, journal: &'a Journal) -> Self {
-        let (manifest, out) = (manifest_name(plan), out_name(plan));
+        let (manifest, out) = (plan.manifest_name(), out_name(plan));
         Self { plan, journal, manifest, out, wanted: OnceLock::new(), others: OnceLock::new() }
     }
 
-    /// What was published under a name.
+    /// The line of a file.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
         let subject = self.subject(file);
         let line = self.journal.get::<Published>(Tag::Published, subject);
         line.filter(|line| line.is_of(&self.manifest, &self.out, subject))
     }
 
-    /// As much of it as every build asks.
+    /// The same, as far as every build needs it.
     pub(crate) fn stamp(&self, file: &str) -> Option<PublishedStamp> {
         self.journal.published(self.subject(file))
     }
@@ -84,10 +85,11 @@ impl<'a> Ledger<'a> {
     /// The published files that no item of the plan exports, sorted, by the item that did.
     pub(crate) fn unwanted(&self) -> BTreeMap<ItemName, Vec<String>> {
         let wanted = self.wanted();
-        let unwanted = self.journal.named(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
+        let unwanted =
+            self.journal.subjects(Tag::Published).filter(|line| wanted.binary_search(line).is_err());
         let unwanted = unwanted.collect::<Vec<_>>();
         let mut files = BTreeMap::<_, Vec<_>>::new();
-        for (subject, line) in self.journal.subjects_among::<Published>(Tag::Published, &unwanted) {
+        for (subject, line) in self.journal.contents_of::<Published>(Tag::Published, &unwanted) {
             if line.is_of(&self.manifest, &self.out, subject) {
                 files.entry(line.item).or_default().push(line.file);
             }
@@ -104,7 +106,7 @@ impl<'a> Ledger<'a> {
     /// Whether another manifest has published a file of this name into the same folder.
     pub(crate) fn is_of_another_manifest(&self, file: &str) -> bool {
         let others = self.others.get_or_init(|| {
-            let lines = self.journal.subjects::<Published>(Tag::Published).into_iter().map(|(_, line)| line);
+            let lines = self.journal.contents::<Published>(Tag::Published).into_iter().map(|(_, line)| line);
             let others = lines.filter(|line| line.out == self.out && line.manifest != self.manifest);
             others.map(|line| line.file).collect()
         });
@@ -122,7 +124,8 @@ impl<'a> Ledger<'a> {
         self.write(file, Published { digest, replaces, ..self.blank(item, file) })
     }
 
-    /// The line of a file that is in place; `settled` says whether any later change of it must show in its stamp.
+    /// The line of a file that is in place; `settled` says whether every later change of it shows in its
+    /// stamp.
     pub(crate) fn line(
         &self,
         item: &ItemName,
@@ -148,7 +151,7 @@ impl<'a> Ledger<'a> {
         Line::new(Tag::Published, self.subject(file), Some(&line))
     }
 
-    /// A line that says nothing yet.
+    /// A line without content yet.
     fn blank(&self, item: &ItemName, file: &str) -> Published {
         Published {
             manifest: self.manifest.clone(),
@@ -176,7 +179,7 @@ impl<'a> Ledger<'a> {
     }
 }
 
-/// The folder that a plan publishes into, as records hold paths.
+/// The folder that a plan publishes into, as records contain paths.
 pub(crate) fn out_name(plan: &Plan) -> String {
     path_name(plan.manifest.parent().unwrap_or(Path::new(".")), &plan.out)
 }

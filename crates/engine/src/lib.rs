@@ -1,12 +1,13 @@
 //! An incremental, content-addressed build of a graph of stages. It knows nothing of light.
 //!
-//! A *manifest* names *stages*; each has a *kind* (code, by [`Kind`]), inputs and parameters. [`Plan`] turns a
-//! manifest and the files that it matches into *items*; the scheduler runs those that are out of date and
-//! publishes what they export. Everything that happens is told as an [`Event`].
+//! A *manifest* names *stages*; each has a *kind* (code that implements [`Kind`]), inputs and parameters.
+//! [`Plan`] turns a manifest and the files that it matches into *items*; the scheduler runs those that are
+//! out of date and publishes what they export. Everything that happens is reported as an [`Event`].
 
 mod artifact;
 mod build;
 pub mod cache;
+mod cancel;
 mod cause;
 mod context;
 mod determinism;
@@ -16,6 +17,8 @@ mod document;
 mod error;
 mod event;
 mod explain;
+mod failure;
+mod files;
 mod journal;
 mod key;
 mod kind;
@@ -49,21 +52,23 @@ mod watch;
 
 pub use artifact::{Artifact, Handle};
 pub use build::{BuildOptions, build};
-pub use cause::Cause;
-pub use context::{Context, Failure, Files, Read};
-pub use determinism::{Determinism, Difference, FailedRun, determinism, telling_threads};
+pub use cancel::Cancel;
+pub use context::Context;
+pub use determinism::{Determinism, Difference, FailedRun, default_threads, determinism};
 pub use diagnostic::{Diagnostic, Diagnostics, line_and_column};
 pub use document::{Document, Entry, Table, Value, ValueKind};
 pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, Summary, Work};
-pub use explain::{Explanation, ExportedFile, FileRead, FileState, FromCache, InputUsed, LastRun, explain};
+pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
+pub use failure::Failure;
+pub use files::{Files, Read};
 pub use key::{Digest, ItemKey};
 pub use kind::{Configured, ErasedKind, Kind, Kinds, Output, Port, Product, RecipeReader};
 pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, schema_of_words, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};
+pub use record::{Cause, FileRead, FromCache, InputUsed};
 pub use regular::{read_file, replace_file};
-pub use running::Cancel;
 pub use session::{BuildSession, WORKER};
 pub use snapshot::ResultsSnapshot;
 pub use spelling::nearest;

@@ -1,7 +1,7 @@
-//! The lock on a state folder: one process at a time works in it, and the others are told which.
+//! The lock on a state folder: only one process at a time writes there, and the others learn which.
 //!
-//! The system frees the lock when its process ends, however it ends. A watcher holds it for a moment at a time, so that
-//! whoever meets it held waits a little before giving up.
+//! The system frees the lock when its process ends, however it ends. A watcher holds it only while it builds,
+//! so another process waits a little before it gives up.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Cancel, Error, ErrorKind, Timestamp, platform, read_file};
 
-/// What a process does in a state folder, for the others that find it there.
+/// The purpose for which a process holds the lock, for the processes that wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LockPurpose {
@@ -21,14 +21,14 @@ pub enum LockPurpose {
     Build,
     /// A build of the watcher.
     Watch,
-    /// The cache is made smaller.
+    /// A collection, which makes the cache smaller.
     Collect,
-    /// Damaged results are dropped.
+    /// A check of the cache, which removes damaged results.
     Verify,
 }
 
 impl fmt::Display for LockPurpose {
-    /// The command that people know it by.
+    /// The command as users know it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Build => "specula build",
@@ -39,10 +39,10 @@ impl fmt::Display for LockPurpose {
     }
 }
 
-/// How long to wait for another process that works in the folder.
+/// How long to wait while another process holds the lock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LockTimeout(
-    /// The longest wait; `None` stands for as long as it takes.
+    /// The longest wait; `None` means as long as it takes.
     pub Option<Duration>,
 );
 
@@ -54,33 +54,34 @@ impl LockTimeout {
 }
 
 impl Default for LockTimeout {
-    /// Ten seconds: many times what a watcher's rebuild takes, and short enough to ask what is the matter.
+    /// Ten seconds: many times what a watcher's rebuild takes, and short enough for a user to wait.
     fn default() -> Self {
         Self(Some(Duration::from_secs(10)))
     }
 }
 
-/// A wait that is shorter than this is nobody's business.
-const SILENT: Duration = Duration::from_millis(250);
+/// Waits shorter than this are not reported.
+const UNREPORTED: Duration = Duration::from_millis(250);
 
-/// Who asks for the lock, and how.
-pub(crate) struct Request<'a> {
-    pub(crate) errand: LockPurpose,
-    pub(crate) patience: LockTimeout,
+/// The purpose of a lock, and how to wait for it.
+pub(crate) struct LockRequest<'a> {
+    pub(crate) purpose: LockPurpose,
+    pub(crate) timeout: LockTimeout,
     pub(crate) cancel: &'a Cancel,
-    /// Is told once who has the lock, when the wait becomes one.
+    /// Called once with a description of the holder, when the wait becomes noticeable.
     pub(crate) waiting: &'a dyn Fn(String),
 }
 
 /// A locked state folder.
 pub(crate) struct Lock {
     folder: PathBuf,
-    errand: LockPurpose,
+    purpose: LockPurpose,
     file: File,
 }
 
 impl Drop for Lock {
-    /// Closing the file would do, but for a process that was begun a moment ago and still has it open.
+    /// Closing the file would be enough, except for a child process that was just started and still has it
+    /// open.
     fn drop(&mut self) {
         let _ = self.file.unlock();
     }
@@ -90,35 +91,35 @@ impl Drop for Lock {
 struct Holder {
     process: u32,
     since: Timestamp,
-    #[serde(default)]
-    errand: LockPurpose,
+    #[serde(default, alias = "errand")]
+    purpose: LockPurpose,
 }
 
 impl Lock {
-    /// Locks a state folder, and makes it where it is not there.
+    /// Locks a state folder, and creates it if it does not exist.
     ///
     /// # Errors
-    /// Where another process holds it for longer than the request is patient, the request is cancelled meanwhile, or the
-    /// folder cannot be written.
-    pub(crate) fn take(folder: &Path, request: &Request<'_>) -> Result<Self, Error> {
+    /// If another process holds the lock for longer than the timeout, the request is cancelled meanwhile, or
+    /// the folder cannot be written.
+    pub(crate) fn take(folder: &Path, request: &LockRequest<'_>) -> Result<Self, Error> {
         let begun = Instant::now();
         let mut pause = Duration::from_millis(2);
-        let mut told = false;
+        let mut reported = false;
         loop {
             if let Some(file) = try_lock(folder)? {
-                return Ok(Self { folder: folder.to_path_buf(), errand: request.errand, file });
+                return Ok(Self { folder: folder.to_path_buf(), purpose: request.purpose, file });
             }
             let waited = begun.elapsed();
             if request.cancel.is_cancelled() {
                 let message = format!("stopped while it waited for {}", holder(folder));
                 return Err(Error::new(ErrorKind::Cancelled, message));
             }
-            if request.patience.0.is_some_and(|limit| waited >= limit) {
+            if request.timeout.0.is_some_and(|limit| waited >= limit) {
                 let message = format!("{} is at work in {}", holder(folder), folder.display());
                 return Err(Error::new(ErrorKind::Locked, message)
                     .with_help("wait for it, or stop that process: its lock goes with it"));
             }
-            if waited >= SILENT && !std::mem::replace(&mut told, true) {
+            if waited >= UNREPORTED && !std::mem::replace(&mut reported, true) {
                 (request.waiting)(holder(folder));
             }
             std::thread::sleep(pause);
@@ -130,13 +131,13 @@ impl Lock {
         &self.folder
     }
 
-    /// Writes who holds the lock, and returns the file system's time, nanoseconds since 1970.
+    /// Writes who holds the lock, and returns the file system's time in nanoseconds since 1970.
     ///
     /// # Errors
-    /// Where the folder cannot be written.
+    /// If the folder cannot be written.
     pub(crate) fn announce(&self) -> Result<i64, Error> {
         let path = self.folder.join("holder");
-        let holder = Holder { process: std::process::id(), since: Timestamp::now(), errand: self.errand };
+        let holder = Holder { process: std::process::id(), since: Timestamp::now(), purpose: self.purpose };
         let text = serde_json::to_string(&holder).unwrap_or_default();
         let written = fs::write(&path, text).and_then(|()| fs::metadata(&path));
         let written = written.map_err(|error| Error::io(&error, "write", &path))?;
@@ -144,7 +145,7 @@ impl Lock {
     }
 }
 
-/// The lock, where it is free. The file is opened anew each time: the folder may have been deleted meanwhile.
+/// The lock, if it is free. The file is opened again each time: the folder may have been deleted meanwhile.
 fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
     fs::create_dir_all(folder).map_err(|error| Error::io(&error, "create", folder))?;
     let path = folder.join("lock");
@@ -157,11 +158,11 @@ fn try_lock(folder: &Path) -> Result<Option<File>, Error> {
     }
 }
 
-/// Who holds the lock: `specula watch (process 123, since 2026-03-01 09:30:05 UTC)`.
+/// A description of the holder: `specula watch (process 123, since 2026-03-01 09:30:05 UTC)`.
 fn holder(folder: &Path) -> String {
     let holder = read_file(&folder.join("holder")).ok();
     match holder.and_then(|text| serde_json::from_slice::<Holder>(&text).ok()) {
-        Some(Holder { process, since, errand }) => format!("{errand} (process {process}, since {since})"),
+        Some(Holder { process, since, purpose }) => format!("{purpose} (process {process}, since {since})"),
         None => "another process".into(),
     }
 }
@@ -172,12 +173,12 @@ mod tests {
 
     use super::*;
 
-    fn request<'a>(patience: LockTimeout, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> Request<'a> {
-        Request { errand: LockPurpose::Collect, patience, cancel, waiting }
+    fn request<'a>(timeout: LockTimeout, cancel: &'a Cancel, waiting: &'a dyn Fn(String)) -> LockRequest<'a> {
+        LockRequest { purpose: LockPurpose::Collect, timeout, cancel, waiting }
     }
 
     #[test]
-    fn a_second_process_is_told_who_holds_the_lock_and_what_it_does() {
+    fn a_second_process_learns_who_holds_the_lock_and_why() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
         let request = request(LockTimeout::NONE, &cancel, &|_| panic!("it does not wait"));
@@ -194,18 +195,18 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_says_so_once_and_gets_the_lock_when_it_is_free() {
+    fn a_wait_is_reported_once_and_ends_when_the_lock_is_free() {
         let folder = tempfile::tempdir().unwrap();
         let cancel = Cancel::default();
         let first = Lock::take(folder.path(), &request(LockTimeout::NONE, &cancel, &|_| {})).unwrap();
-        let first = std::sync::Mutex::new(Some(first));
-        let told = AtomicUsize::new(0);
+        let first = parking_lot::Mutex::new(Some(first));
+        let reported = AtomicUsize::new(0);
         let free = |_| {
-            told.fetch_add(1, Ordering::Relaxed);
-            drop(first.lock().unwrap().take());
+            reported.fetch_add(1, Ordering::Relaxed);
+            drop(first.lock().take());
         };
         Lock::take(folder.path(), &request(LockTimeout::ENDLESS, &cancel, &free)).unwrap();
-        assert_eq!(told.into_inner(), 1);
+        assert_eq!(reported.into_inner(), 1);
     }
 
     #[test]

@@ -1,83 +1,86 @@
-//! Decoded artifacts that outlive a build, so that the next one need not read and decode them again.
+//! Decoded artifacts that stay in memory after a build, so that the next one does not need to read and decode
+//! them again.
 //!
-//! A value is known by its type's name and the digest of its bytes, so that it can never be out of date. Those that
-//! were not asked for longest go first. What a value weighs is the size of its encoded bytes: what it takes in memory
-//! is the kind's own affair, some times that where the container compresses.
+//! The key of a value is its type's name and the digest of its bytes, so a value is never out of date. The
+//! least recently used values are dropped first. The weight of a value is the size of its encoded bytes; in
+//! memory it may take several times as much if its container compresses.
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 use crate::Digest;
 
 type Value = Arc<dyn Any + Send + Sync>;
-type Name = (&'static str, Digest);
+type ValueKey = (&'static str, Digest);
 
-/// The values that are kept.
+/// The values in memory.
 pub(crate) struct Memory {
     limit: u64,
-    kept: Mutex<Kept>,
+    entries: Mutex<Entries>,
 }
 
 #[derive(Default)]
-struct Kept {
-    values: HashMap<Name, Place>,
-    /// The names by the time of their last use: the oldest first.
-    order: BTreeMap<u64, Name>,
+struct Entries {
+    values: HashMap<ValueKey, Entry>,
+    /// The keys by the time of their last use, the oldest first.
+    by_use: BTreeMap<u64, ValueKey>,
     weight: u64,
     clock: u64,
 }
 
-struct Place {
+struct Entry {
     value: Value,
     weight: u64,
     used: u64,
 }
 
 impl Memory {
-    /// A memory of at most so many encoded bytes; of 0, it keeps nothing.
+    /// A memory for values of at most `limit` encoded bytes; with 0 it keeps nothing.
     pub(crate) fn new(limit: u64) -> Self {
-        Self { limit, kept: Mutex::default() }
+        Self { limit, entries: Mutex::default() }
     }
 
-    /// The value of an artifact, where it is kept.
+    /// The value of an artifact, if it is in memory.
     pub(crate) fn get(&self, type_name: &'static str, digest: Digest) -> Option<Value> {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = &mut *kept;
-        let place = kept.values.get_mut(&(type_name, digest))?;
-        kept.clock += 1;
-        kept.order.remove(&place.used);
-        kept.order.insert(kept.clock, (type_name, digest));
-        place.used = kept.clock;
-        Some(Arc::clone(&place.value))
+        let mut entries = self.entries.lock();
+        let entries = &mut *entries;
+        let entry = entries.values.get_mut(&(type_name, digest))?;
+        entries.clock += 1;
+        entries.by_use.remove(&entry.used);
+        entries.by_use.insert(entries.clock, (type_name, digest));
+        entry.used = entries.clock;
+        Some(Arc::clone(&entry.value))
     }
 
-    /// Keeps the value of an artifact of so many bytes, and lets others go. One that alone is beyond the limit is not
-    /// kept, and costs no other its place.
+    /// Adds the value of an artifact of so many bytes, and drops others as needed. A value that alone exceeds
+    /// the limit is not added, and no other is dropped for it.
     pub(crate) fn put(&self, type_name: &'static str, digest: Digest, bytes: u64, value: Value) {
-        // Those without any bytes take memory too.
+        // Values without bytes take memory too.
         let weight = bytes.max(1);
         if weight > self.limit {
             return;
         }
-        // Values are dropped after the lock: that can take a while.
+        // Values are dropped after the lock is released: that can take a while.
         let mut gone = Vec::new();
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = &mut *kept;
-        kept.clock += 1;
-        let place = Place { value, weight, used: kept.clock };
-        kept.weight += weight;
-        kept.order.insert(kept.clock, (type_name, digest));
-        if let Some(before) = kept.values.insert((type_name, digest), place) {
-            kept.order.remove(&before.used);
-            kept.weight -= before.weight;
+        let mut entries = self.entries.lock();
+        let entries = &mut *entries;
+        entries.clock += 1;
+        let entry = Entry { value, weight, used: entries.clock };
+        entries.weight += weight;
+        entries.by_use.insert(entries.clock, (type_name, digest));
+        if let Some(before) = entries.values.insert((type_name, digest), entry) {
+            entries.by_use.remove(&before.used);
+            entries.weight -= before.weight;
             gone.push(before);
         }
-        while kept.weight > self.limit
-            && let Some((_, name)) = kept.order.pop_first()
-            && let Some(oldest) = kept.values.remove(&name)
+        while entries.weight > self.limit
+            && let Some((_, name)) = entries.by_use.pop_first()
+            && let Some(oldest) = entries.values.remove(&name)
         {
-            kept.weight -= oldest.weight;
+            entries.weight -= oldest.weight;
             gone.push(oldest);
         }
     }
@@ -91,16 +94,16 @@ mod tests {
         memory.put("text", Digest([name; 32]), bytes, Arc::new(name));
     }
 
-    /// The names that are kept, without using them.
+    /// The names of the values in memory, without using them.
     fn names(memory: &Memory) -> Vec<u8> {
-        let kept = memory.kept.lock().unwrap();
-        assert_eq!(kept.weight, kept.values.values().map(|place| place.weight).sum::<u64>());
-        assert_eq!(kept.order.len(), kept.values.len());
-        kept.order.values().map(|(_, digest)| digest.0[0]).collect()
+        let entries = memory.entries.lock();
+        assert_eq!(entries.weight, entries.values.values().map(|entry| entry.weight).sum::<u64>());
+        assert_eq!(entries.by_use.len(), entries.values.len());
+        entries.by_use.values().map(|(_, digest)| digest.0[0]).collect()
     }
 
     #[test]
-    fn what_was_not_used_longest_goes_first() {
+    fn the_least_recently_used_value_is_dropped_first() {
         let memory = Memory::new(10);
         for name in 1..=3 {
             put(&memory, name, 3);
@@ -117,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_big_alone_is_not_kept() {
+    fn a_value_beyond_the_limit_is_not_added() {
         let memory = Memory::new(10);
         put(&memory, 1, 10);
         put(&memory, 2, 11);

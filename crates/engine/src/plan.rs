@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::{
-    Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemKey, Kinds, Port, Product, RecipeReader,
-    nearest, regular,
+    Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemKey, ItemName, Kinds, Port, Product,
+    RecipeReader, nearest, regular,
 };
 
 mod cycles;
@@ -94,6 +94,17 @@ impl Plan {
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
         let bytes = read(manifest)?;
         Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
+    }
+
+    /// The manifest's file name: several manifests may share a folder, and then its state.
+    pub(crate) fn manifest_name(&self) -> String {
+        self.manifest.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// An item's name.
+    pub(crate) fn item_name(&self, item: ItemIndex) -> ItemName {
+        let item = &self.items[item];
+        ItemName { stage: self.stages[item.stage].name.clone(), key: item.key.clone() }
     }
 
     /// Whether it is a clone of another plan.

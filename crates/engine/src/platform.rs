@@ -1,4 +1,5 @@
-//! What differs between operating systems: stamps of files, renames over open files, names that differ in case only.
+//! The differences between operating systems: stamps of files, renames over open files, names that differ
+//! only in case.
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
@@ -9,18 +10,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::Timestamp;
 
-/// What the file system says of a file without reading it: size, times of change in nanoseconds, identity.
+/// What the file system knows of a file without reading it: size, times of change in nanoseconds, identity.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct Stamp {
     size: u64,
     modified: i64,
-    /// The last change of the file's own record (Unix) or its creation (Windows).
+    /// The last change of the file's metadata (Unix) or its creation (Windows).
     changed: i64,
     inode: u64,
 }
 
-/// Times of change are as coarse as this on some file systems (FAT).
+/// The coarsest resolution of times of change on any file system (FAT).
 const COARSEST: i64 = 2_000_000_000;
 
 impl Stamp {
@@ -29,7 +30,7 @@ impl Stamp {
         Self { size: metadata.len(), modified: modified(metadata), changed, inode }
     }
 
-    /// The time of the last change of the content; `None` where the system cannot tell.
+    /// When the content was last modified; `None` if the system does not know.
     pub(crate) fn modified(&self) -> Option<Timestamp> {
         u64::try_from(self.modified)
             .ok()
@@ -37,34 +38,34 @@ impl Stamp {
             .map(|time| Timestamp(time / 1_000_000))
     }
 
-    /// Whether this is the stamp of the same content of the same file, though it may have been renamed since.
+    /// Whether this is the stamp of the same content of the same file, which may have been renamed since.
     pub(crate) fn is_renamed(&self, before: &Self) -> bool {
         *self == Self { changed: self.changed, ..*before }
     }
 
-    /// Whether a later change of the file must show in the stamp: the last one is old, by the clock of its file
-    /// system. `now` is a time of change that the file system gave before the file was read.
+    /// Whether every later change of the file shows in the stamp: its last change is old enough, by the clock
+    /// of its file system. `now` is a time of change that the file system gave before the file was read.
     pub(crate) fn is_settled(&self, now: i64) -> bool {
         self.modified.max(self.changed).saturating_add(COARSEST) <= now
     }
 }
 
-/// Gives a file that was just written a time of change that no later write can give it again, and returns its stamp and
-/// whether that was possible.
+/// Gives a file that was just written a time of change that no later write can give it again; returns its
+/// stamp, and whether that was possible.
 ///
-/// Writes take their time from a clock that stands still for milliseconds, so that a second write at once need not show
-/// in the time of change. This time has an odd number of 100 nanoseconds instead. A file system that keeps time more
+/// The clock of writes advances only every few milliseconds, so a second write at once may not show in the
+/// time of change. This time has an odd number of 100 nanoseconds instead. A file system that keeps time more
 /// coarsely rounds it.
 pub(crate) fn mark_written(file: &File) -> io::Result<(Stamp, bool)> {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let time = UNIX_EPOCH + Duration::new(now.as_secs(), now.subsec_micros() * 1000 + 700);
-    // A file system that has no such times is as good as one that keeps them coarsely.
+    // A file system without such times is handled as one that keeps them coarsely.
     let _ = file.set_modified(time);
     let stamp = Stamp::of(&file.metadata()?);
     Ok((stamp, stamp.modified == nanoseconds(time)))
 }
 
-/// The time of the last change of the content, in nanoseconds since 1970.
+/// When the content was last modified, in nanoseconds since 1970.
 pub(crate) fn modified(metadata: &Metadata) -> i64 {
     metadata.modified().map_or(i64::MAX, nanoseconds)
 }
@@ -88,11 +89,12 @@ fn identity(metadata: &Metadata) -> (i64, u64) {
     (metadata.created().map_or(0, nanoseconds), 0)
 }
 
-/// What tells a folder from another of the same name, as far as the system says it: device and inode.
+/// What distinguishes a folder from a later one of the same name, as far as the system knows: device and
+/// inode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct FolderIdentity(u64, u64);
 
-/// The identity of a folder; `None` where there is none at the path.
+/// The identity of a folder; `None` if there is no folder at the path.
 pub(crate) fn folder_identity(path: &Path) -> Option<FolderIdentity> {
     let metadata = fs::metadata(path).ok().filter(Metadata::is_dir)?;
     Some(FolderIdentity(device(&metadata), identity(&metadata).1))
@@ -108,12 +110,12 @@ fn device(_: &Metadata) -> u64 {
     0
 }
 
-/// The type of the file system that holds a path, where other machines can change its files unheard.
+/// The type of the file system of a path, if other machines can change files there without an event.
 pub(crate) fn shared_file_system(path: &Path) -> Option<String> {
     shared_mount(&fs::read_to_string("/proc/self/mountinfo").ok()?, path)
 }
 
-/// The same, by the table of mounts: `36 35 98:0 /root /mount/point options - type source options`.
+/// The same, from a table of mounts: `36 35 98:0 /root /mount/point options - type source options`.
 fn shared_mount(table: &str, path: &Path) -> Option<String> {
     const SHARED: [&str; 16] = [
         "nfs",
@@ -138,27 +140,28 @@ fn shared_mount(table: &str, path: &Path) -> Option<String> {
         let point = mount.split(' ').nth(4)?.replace("\\040", " ");
         path.starts_with(&point).then(|| (point.len(), kind.split(' ').next().unwrap_or_default().to_owned()))
     });
-    // Of mounts over each other the last one counts.
+    // If one mount covers another, the last one counts.
     let (_, kind) = mounts.max_by_key(|(length, _)| *length)?;
     (SHARED.contains(&kind.as_str()) || kind.starts_with("fuse.")).then_some(kind)
 }
 
-/// Puts a file in the place of another (or of none) in one step, also while others have it open.
+/// Renames a file over another (or to a new name) in one step, even while others have the old one open.
 ///
-/// On Windows a virus scanner or viewer may hold the place for a moment; it is asked for again for two seconds.
+/// On Windows a virus scanner or viewer may hold the place for a moment; the rename is retried for two
+/// seconds.
 pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
-    patiently(|| fs::rename(from, to))
+    retry_while_held(|| fs::rename(from, to))
 }
 
-/// Removes a file; it is no error that it has gone already.
+/// Removes a file; it is not an error if it does not exist.
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
-    match patiently(|| fs::remove_file(path)) {
+    match retry_while_held(|| fs::remove_file(path)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         other => other,
     }
 }
 
-fn patiently(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
+fn retry_while_held(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
     let mut pause = Duration::from_millis(1);
     loop {
         match act() {
@@ -176,7 +179,7 @@ fn is_held_by_another(error: &io::Error) -> bool {
     cfg!(windows) && matches!(error.raw_os_error(), Some(5 | 32 | 33))
 }
 
-/// Options by which to open a pipe does not wait for its other end.
+/// Options with which opening a pipe does not wait for its other end.
 #[cfg(unix)]
 pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     use std::os::unix::fs::OpenOptionsExt;
@@ -188,7 +191,7 @@ pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     options
 }
 
-/// Whether two different spellings name one file: on a file system that ignores case, `Sky.exr` and `sky.exr` do.
+/// Whether two spellings name one file, as `Sky.exr` and `sky.exr` do on a file system that ignores case.
 pub(crate) fn is_one_file(a: &Path, b: &Path) -> bool {
     match (fs::canonicalize(a), fs::canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
@@ -211,17 +214,17 @@ mod tests {
     }
 
     #[test]
-    fn a_path_on_a_network_mount_is_told_by_the_innermost_mount() {
+    fn the_innermost_mount_of_a_path_counts() {
         let table = "22 1 8:1 / / rw - ext4 /dev/sda1 rw\n\
                      36 22 0:45 / /mnt/light\\040box rw shared:1 - nfs4 server:/x rw\n\
                      37 36 8:2 / /mnt/light\\040box/local rw - xfs /dev/sdb rw\n\
                      38 22 0:46 / /ssh rw - fuse.sshfs me@host: rw\n";
-        let told = |path: &str| shared_mount(table, Path::new(path));
-        assert_eq!(told("/home/me/a.exr"), None);
-        assert_eq!(told("/mnt/light box/a.exr").as_deref(), Some("nfs4"));
-        assert_eq!(told("/mnt/light box/local/a.exr"), None);
-        assert_eq!(told("/mnt/light boxes/a.exr"), None);
-        assert_eq!(told("/ssh/a.exr").as_deref(), Some("fuse.sshfs"));
+        let kind = |path: &str| shared_mount(table, Path::new(path));
+        assert_eq!(kind("/home/me/a.exr"), None);
+        assert_eq!(kind("/mnt/light box/a.exr").as_deref(), Some("nfs4"));
+        assert_eq!(kind("/mnt/light box/local/a.exr"), None);
+        assert_eq!(kind("/mnt/light boxes/a.exr"), None);
+        assert_eq!(kind("/ssh/a.exr").as_deref(), Some("fuse.sshfs"));
     }
 
     #[test]
@@ -238,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn different_files_are_not_one() {
+    fn two_files_with_equal_content_are_not_one() {
         let folder = tempfile::tempdir().unwrap();
         let (a, b) = (folder.path().join("a"), folder.path().join("b"));
         fs::write(&a, "x").unwrap();

@@ -1,24 +1,25 @@
-//! `out` as a published view of the store.
+//! Publishes files from the store to `out`.
 //!
-//! A file is written beside its place under a temporary name and renamed, so that it is whole or not at all; the
-//! files of an item are all written before the first is renamed, and the last of them, the index, is renamed last.
-//! The *ledger* ([`crate::ledger`]) says what was published: the digest and the stamp of each file. A line about what is
-//! to appear is written before the rename, so that a process killed at any moment leaves no file that the next build
-//! takes for a stranger's. Only files of the ledger are ever removed or replaced. A file that a person has changed is put back,
-//! with a warning, while its item exists, and left alone when its item has gone. If the ledger is lost, a file whose
-//! recipe names the kind of its stage is replaced, too.
+//! A file is written beside its place under a temporary name and renamed, so that it appears complete or not
+//! at all. All files of an item are written before the first is renamed, and the last of them, the index, is
+//! renamed last. The *ledger* ([`crate::ledger`]) records the digest and the stamp of each published file.
+//! The line of a file is written before the rename, so that after a kill at any moment the next build
+//! recognizes the file as its own. Only files of the ledger are ever removed or replaced. A file that someone
+//! has changed is put back, with a warning, while its item exists, and left alone when its item does not
+//! exist any more. If the ledger is lost, a file is also replaced if its recipe names the kind of its stage.
 //!
-//! Whether a file is as it was published is known by its stamp. It is taken from the file that was written, before the
-//! rename: whatever happens to the file afterwards makes another. If the file system keeps time too coarsely for that,
-//! the content is read again until the stamp is old enough to be relied on.
+//! The stamp of a file shows whether it is as it was published. It is taken from the written file before the
+//! rename: any later change of the file changes its stamp. If the file system keeps time too coarsely for
+//! that, the content is read again until the stamp is old enough.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use parking_lot::Mutex;
 use serde::Deserialize;
 
 use crate::ledger::{Ledger, Published};
@@ -32,7 +33,7 @@ mod removal;
 
 pub(crate) use removal::sweep;
 
-/// Something that publishing did.
+/// A step of publishing, to be reported as an event.
 #[derive(Debug, PartialEq)]
 pub(crate) enum PublishEvent {
     Published { file: String, bytes: u64, restored: bool },
@@ -45,8 +46,8 @@ pub(crate) enum PublishEvent {
 #[derive(Debug)]
 pub(crate) enum PublishError {
     /// A result is no longer in the store.
-    Lost,
-    /// Something stands in the way.
+    ResultLost,
+    /// A file or folder is in the way, or cannot be written.
     Error(Error),
 }
 
@@ -62,33 +63,34 @@ pub(crate) struct Publisher<'a> {
     plan: &'a Plan,
     root: &'a Path,
     ledger: Ledger<'a>,
-    /// The files that the plan's items export by their names in lower case: no two are one file if case does not count.
+    /// The files that the plan's items export, by their names in lower case: two of them never differ in case
+    /// only.
     folded: OnceLock<HashMap<String, &'a str>>,
-    /// Files of the ledger that nobody wants any more, by item.
+    /// Files of the ledger that no item exports any more, by their former item.
     stale: BTreeMap<ItemName, Vec<String>>,
-    /// What this build has removed.
+    /// The files that this build has removed.
     removed: Mutex<BTreeSet<String>>,
-    /// The folders that it was removed from.
-    thinned: Mutex<BTreeSet<PathBuf>>,
+    /// The folders of those files.
+    emptied_folders: Mutex<BTreeSet<PathBuf>>,
     announced: AtomicBool,
     next: AtomicU64,
 }
 
-/// What is to be done for a file.
+/// What has to be done for a file.
 struct Action {
     file: String,
     blob: Blob,
     replaces: Option<Digest>,
-    /// The stamp that the file had before its content was found to be there already.
+    /// The stamp that the file had before it turned out to have the right content.
     found: Option<Stamp>,
-    /// `None`: the content is there already and only has to be entered in the ledger.
+    /// `None` if the content is in place and only has to be entered in the ledger.
     write: Option<Write>,
 }
 
 struct Write {
     bytes: Vec<u8>,
     restored: bool,
-    /// What is to be said when it is done.
+    /// To be reported when it is done.
     remark: Option<PublishEvent>,
     temporary: Option<Temporary>,
 }
@@ -108,7 +110,7 @@ impl<'a> Publisher<'a> {
         publisher
     }
 
-    /// The same, if it is known that every file of the ledger is wanted.
+    /// The same, if it is known that items export every file of the ledger.
     pub(crate) fn without_stale(plan: &'a Plan, state: &'a State) -> Self {
         Self {
             state,
@@ -118,18 +120,18 @@ impl<'a> Publisher<'a> {
             folded: OnceLock::new(),
             stale: BTreeMap::new(),
             removed: Mutex::default(),
-            thinned: Mutex::default(),
+            emptied_folders: Mutex::default(),
             announced: AtomicBool::new(false),
             next: AtomicU64::new(0),
         }
     }
 
-    /// What was published under a name.
+    /// The ledger's line of a file.
     pub(crate) fn entry(&self, file: &str) -> Option<Published> {
         self.ledger.entry(file)
     }
 
-    /// Whether a file is there as it was published.
+    /// Whether a file is as it was published.
     pub(crate) fn is_intact(&self, file: &str, digest: Digest) -> bool {
         let line = self.ledger.stamp(file).filter(|line| line.digest == digest);
         let stamp = line.and_then(|line| line.stamp);
@@ -137,7 +139,7 @@ impl<'a> Publisher<'a> {
         stamp.is_some() && found() == stamp
     }
 
-    /// Whether a file is there with this content, whatever its stamp says.
+    /// Whether a file has this content, whatever its stamp is.
     pub(crate) fn is_in_place(&self, file: &str, digest: Digest) -> bool {
         let place = self.root.join(file);
         self.is_intact(file, digest)
@@ -145,33 +147,34 @@ impl<'a> Publisher<'a> {
                 && hash(&place).is_ok_and(|found| found == digest)
     }
 
-    /// Whether publishing a file would only bring back what was published there.
+    /// Whether publishing a file would only restore what was published there.
     pub(crate) fn is_restored(&self, file: &str, digest: Digest) -> bool {
         self.ledger.stamp(file).is_some_and(|line| line.digest == digest)
     }
 
-    /// Puts an item's files in place. `bytes` are their contents where they are at hand.
+    /// Puts an item's files in place. `bytes` are their contents, if they are in memory.
     ///
     /// # Errors
-    /// Where a result is lost or something is in the way: that is found before the first rename, and the files are
-    /// as they were. Where a rename itself fails, those renamed before it are new, each whole; the index is not.
+    /// If a result is lost or something is in the way: both are found before the first rename, and the files
+    /// are unchanged. If a rename fails, the files renamed before it are new and complete; the index is not
+    /// replaced.
     pub(crate) fn publish(
         &self,
         item: &ItemName,
         files: &[(String, Blob)],
         bytes: Option<Vec<Vec<u8>>>,
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
         let mut bytes = bytes.map(Vec::into_iter);
         let mut actions = Vec::new();
         for (file, blob) in files {
             let fresh = bytes.as_mut().and_then(Iterator::next);
-            actions.extend(self.plan_file(item, files, file, *blob, fresh, told)?);
+            actions.extend(self.plan_file(item, files, file, *blob, fresh, events)?);
         }
         if actions.is_empty() {
             return Ok(());
         }
-        let result = self.carry_out(item, &mut actions, told);
+        let result = self.carry_out(item, &mut actions, events);
         for write in actions.iter().filter_map(|action| action.write.as_ref()) {
             if let Some(left) = &write.temporary {
                 let _ = fs::remove_file(&left.path);
@@ -180,7 +183,7 @@ impl<'a> Publisher<'a> {
         result
     }
 
-    /// What has to be done for one file; `None` where it is in place.
+    /// What has to be done for one file; `None` if it is in place.
     fn plan_file(
         &self,
         item: &ItemName,
@@ -188,12 +191,12 @@ impl<'a> Publisher<'a> {
         file: &str,
         blob: Blob,
         fresh: Option<Vec<u8>>,
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<Option<Action>, PublishError> {
         if self.is_intact(file, blob.digest) {
             return Ok(None);
         }
-        let place = self.clear_way(file, told)?;
+        let place = self.prepare_place(file, events)?;
         let line = self.entry(file).or_else(|| self.other_spelling(file, &place));
         let line = line.as_ref();
         let found = match fs::symlink_metadata(&place) {
@@ -215,7 +218,7 @@ impl<'a> Publisher<'a> {
                 (Some(content), Some(line)) if content == line.digest || Some(content) == line.replaces => {
                     replaces = Some(content);
                 }
-                // Where the ledger's own file was never put in place, this one is not it.
+                // If the ledger's own file was never put in place, this is another one.
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
                     remark = Some(PublishEvent::Warning(format!(
@@ -236,14 +239,14 @@ impl<'a> Publisher<'a> {
         let restored = line.is_some_and(|line| line.digest == blob.digest && line.stamp.is_some());
         let bytes = match fresh {
             Some(bytes) => bytes,
-            None => self.state.store.get(blob.digest)?.ok_or(PublishError::Lost)?,
+            None => self.state.store.get(blob.digest)?.ok_or(PublishError::ResultLost)?,
         };
         let write = Some(Write { bytes, restored, remark, temporary: None });
         Ok(Some(Action { file: file.into(), blob, replaces, found: None, write }))
     }
 
-    /// Whether the recipe of a file that is not in the ledger, in the file or in another one of its item, says that it was
-    /// exported by a stage of this kind: the ledger has been lost.
+    /// Whether a file that is not in the ledger was exported by a stage of this kind, according to its recipe
+    /// or that of another file of its item: if so, the ledger has been lost.
     fn is_export(&self, item: &ItemName, files: &[(String, Blob)], file: &str) -> bool {
         let stage = self.plan.stages.iter().find(|stage| stage.name == item.stage);
         let Some(stage) = stage.filter(|_| !self.ledger.is_of_another_manifest(file)) else { return false };
@@ -257,7 +260,7 @@ impl<'a> Publisher<'a> {
         })
     }
 
-    /// The digest of a file that is in place; a link or folder has none.
+    /// The digest of a file; a link or folder has none.
     fn content(
         &self,
         found: &Metadata,
@@ -278,7 +281,7 @@ impl<'a> Publisher<'a> {
         &self,
         item: &ItemName,
         actions: &mut [Action],
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
         if actions.iter().any(|action| action.write.is_some()) {
             self.announce()?;
@@ -314,14 +317,14 @@ impl<'a> Publisher<'a> {
                         result = Err(Error::io(&error, "write", &place).into());
                         break;
                     }
-                    // Of a file that somebody changed or replaced since the rename, the stamp is that of what was written:
-                    // the next build finds that it differs.
+                    // If someone has changed or replaced the file since the rename, the stamp is that of the
+                    // written file: the next build sees the difference.
                     let renamed = now().filter(|now| now.is_renamed(&temporary.stamp));
                     let stamp = (renamed.unwrap_or(temporary.stamp), temporary.settled);
                     write.temporary = None;
-                    told.extend(write.remark.take());
+                    events.extend(write.remark.take());
                     let (file, restored) = (action.file.clone(), write.restored);
-                    told.push(PublishEvent::Published { file, bytes: action.blob.bytes, restored });
+                    events.push(PublishEvent::Published { file, bytes: action.blob.bytes, restored });
                     stamp
                 }
                 None => {
@@ -335,7 +338,7 @@ impl<'a> Publisher<'a> {
         result
     }
 
-    /// Tells the journal once that temporary files may be left in `out` from now on.
+    /// Records once that temporary files may be left in `out` from now on.
     fn announce(&self) -> Result<(), Error> {
         if !self.announced.swap(true, Ordering::AcqRel) {
             self.state.journal.append(&[self.ledger.publishing(true)])?;
@@ -343,8 +346,9 @@ impl<'a> Publisher<'a> {
         Ok(())
     }
 
-    /// Makes the folders of a file, and removes files of the ledger that nobody wants from its way.
-    fn clear_way(&self, file: &str, told: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
+    /// Creates the folders of a file, and removes files of the ledger that are in the way and no longer
+    /// exported.
+    fn prepare_place(&self, file: &str, events: &mut Vec<PublishEvent>) -> Result<PathBuf, Error> {
         fs::create_dir_all(self.root).map_err(|error| Error::io(&error, "create", self.root))?;
         let mut folder = self.root.to_path_buf();
         let mut parts = file.split('/').peekable();
@@ -355,19 +359,19 @@ impl<'a> Publisher<'a> {
             if parts.peek().is_none() {
                 break;
             }
-            self.make_folder(&folder, &so_far, told)?;
+            self.make_folder(&folder, &so_far, events)?;
             so_far.push('/');
         }
         if fs::symlink_metadata(&folder).is_ok_and(|found| found.is_dir()) {
             let inside = format!("{file}/");
             let stale = self.stale.values().flatten().filter(|stale| stale.starts_with(&inside)).cloned();
-            self.remove(&stale.collect::<Vec<_>>(), &mut |what| told.push(what))?;
+            self.remove(&stale.collect::<Vec<_>>(), &mut |what| events.push(what))?;
             remove_empty_folders(&folder);
         }
         Ok(folder)
     }
 
-    fn make_folder(&self, folder: &Path, name: &str, told: &mut Vec<PublishEvent>) -> Result<(), Error> {
+    fn make_folder(&self, folder: &Path, name: &str, events: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match fs::symlink_metadata(folder) {
             Ok(found) if found.is_dir() => return Ok(()),
             Ok(found) if found.is_symlink() && folder.is_dir() => {
@@ -384,7 +388,7 @@ impl<'a> Publisher<'a> {
                     .with_help("files are published inside out only: remove the link, or change path"));
             }
             Ok(_) if self.entry(name).is_some() && !self.ledger.is_wanted(name) => {
-                self.remove(&[name.to_owned()], &mut |what| told.push(what))?;
+                self.remove(&[name.to_owned()], &mut |what| events.push(what))?;
             }
             Ok(_) => return Err(in_the_way(folder)),
             Err(_) => {}
@@ -396,8 +400,8 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    /// A file of the ledger whose name differs in case only, on a file system that takes the two for one: it gets its
-    /// new spelling.
+    /// A file of the ledger whose name differs only in case, on a file system that ignores case: it is
+    /// renamed to the new spelling.
     fn other_spelling(&self, file: &str, place: &Path) -> Option<Published> {
         if fs::symlink_metadata(place).is_err() {
             return None;
@@ -410,10 +414,10 @@ impl<'a> Publisher<'a> {
     }
 }
 
-/// How the names of files begin that are being written.
+/// The prefix of the names of temporary files.
 const TEMPORARY: &str = ".specula-";
 
-/// The kind that a recipe names.
+/// The kind in a recipe.
 fn kind_of_recipe(recipe: &str) -> Option<String> {
     #[derive(Deserialize)]
     struct Recipe {
@@ -428,7 +432,7 @@ fn kind_of_recipe(recipe: &str) -> Option<String> {
     serde_json::from_str::<Recipe>(recipe).ok().map(|recipe| recipe.kind)
 }
 
-/// Removes a folder and those in it as far as they are empty.
+/// Removes a folder and its subfolders if they are empty.
 fn remove_empty_folders(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
@@ -436,10 +440,6 @@ fn remove_empty_folders(folder: &Path) {
         }
     }
     let _ = fs::remove_dir(folder);
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn in_the_way(place: &Path) -> Error {

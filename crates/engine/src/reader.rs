@@ -1,22 +1,25 @@
-//! Files as a running item reads them: whole, or not at all.
+//! Files as a running item reads them: complete, and of one moment.
 //!
-//! Another program may write a file while it is read, so that half of what was read is old and half is new. A file
-//! that did not hold still is read again, after a pause for the writer. Its stamp tells; where that is so young that a
-//! further change need not show in it, the bytes are compared with what is there after the read.
+//! Another program may write a file while it is read, so that half of the bytes are old and half are new. A
+//! file that changed meanwhile is read again, after a pause for the writer. Its stamp shows the change; if
+//! the stamp is so recent that a further change may not show, the bytes are compared with the file after the
+//! read.
 
 use std::collections::HashMap;
 use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
-use crate::disk::list;
+use parking_lot::{Mutex, MutexGuard};
+
+use crate::files::list;
 use crate::platform::Stamp;
 use crate::regular::{self, read_until};
 use crate::{Cancel, Files, Timestamp};
 
-/// The disk as one running item sees it.
+/// The files on disk as one running item sees them.
 pub(crate) struct Reader {
     /// The file system's time when the build began.
     now: i64,
@@ -36,20 +39,20 @@ impl Reader {
         self.stamps().get(path).copied()
     }
 
-    /// When a file that was read had been changed.
+    /// When a file that was read had been modified.
     pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
         self.stamp(path).as_ref().and_then(Stamp::modified)
     }
 
     fn stamps(&self) -> MutexGuard<'_, HashMap<PathBuf, Stamp>> {
-        self.stamps.lock().unwrap_or_else(PoisonError::into_inner)
+        self.stamps.lock()
     }
 }
 
 impl Files for Reader {
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
         let read = |path: &Path| read_until(path, &|| self.cancel.is_cancelled());
-        let (bytes, stamp) = steadily(path, self.now, read, std::thread::sleep)?;
+        let (bytes, stamp) = read_stable(path, self.now, read, std::thread::sleep)?;
         self.stamps().insert(path.to_path_buf(), stamp);
         Ok(Arc::new(bytes))
     }
@@ -63,11 +66,12 @@ impl Files for Reader {
     }
 }
 
-/// A file is read so often at most.
+/// A file is read at most this many times.
 const TRIES: u32 = 8;
 
-/// Reads a file that holds still meanwhile; `pause` gives a writer time, a quarter of a second in all.
-fn steadily(
+/// Reads a file until it does not change meanwhile; `pause` gives a writer time, a quarter of a second in
+/// all.
+fn read_stable(
     path: &Path,
     now: i64,
     mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
@@ -84,7 +88,7 @@ fn steadily(
             Err(error) if error.kind() == io::ErrorKind::ResourceBusy => continue,
             bytes => bytes?,
         };
-        if (before.is_settled(now) || holds(path, &bytes)?) && stamp()? == before {
+        if (before.is_settled(now) || has_content(path, &bytes)?) && stamp()? == before {
             return Ok((bytes, before));
         }
     }
@@ -93,7 +97,7 @@ fn steadily(
 }
 
 /// Whether a file holds these bytes.
-fn holds(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
+fn has_content(path: &Path, mut bytes: &[u8]) -> io::Result<bool> {
     let (mut file, _) = regular::open(path)?;
     let mut buffer = vec![0; 1 << 16];
     loop {
@@ -119,8 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// A file that another program writes to while it is read the first so many times; what came of reading it, and
-    /// how often that was tried.
+    /// A file that another program changes during its first reads: the outcome, and the number of reads.
     fn read(times_written: u32, now: i64) -> (io::Result<Vec<u8>>, u32) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("text");
@@ -130,7 +133,7 @@ mod tests {
             tries.set(tries.get() + 1);
             let mut bytes = fs::read(path)?;
             if tries.get() <= times_written {
-                // Of the same length, and with the same times: only contents can tell.
+                // The length and the times stay the same: only contents differ.
                 let time = fs::metadata(path)?.modified()?;
                 let next = format!("new, {:03}", tries.get());
                 fs::write(path, &next)?;
@@ -139,12 +142,12 @@ mod tests {
             }
             Ok(bytes)
         };
-        let read = steadily(&path, now, torn, |_| {}).map(|(bytes, _)| bytes);
+        let read = read_stable(&path, now, torn, |_| {}).map(|(bytes, _)| bytes);
         (read, tries.get())
     }
 
     #[test]
-    fn what_was_torn_is_read_again() {
+    fn a_file_that_changed_meanwhile_is_read_again() {
         // As if the file were old enough for its stamp to be trusted, and as if it were not.
         for now in [i64::MAX, 0] {
             let (bytes, tries) = read(0, now);
@@ -155,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_holds_still_is_said_to_be_written() {
+    fn a_file_that_keeps_changing_is_reported_as_being_written() {
         let (error, tries) = read(u32::MAX, 0);
         let error = error.unwrap_err();
         assert_eq!((error.kind(), tries), (io::ErrorKind::ResourceBusy, TRIES));
@@ -163,19 +166,19 @@ mod tests {
     }
 
     #[test]
-    fn a_file_holds_what_it_holds_and_no_less() {
+    fn a_file_is_compared_to_its_last_byte() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("text");
         let text = vec![7; 100_000];
         for length in [0, 1, 1 << 16, 100_000] {
             fs::write(&path, &text[..length]).unwrap();
-            assert!(holds(&path, &text[..length]).unwrap());
-            assert!(!holds(&path, &text[..length.saturating_sub(1)]).unwrap() || length == 0);
-            assert!(!holds(&path, &[&text[..length], &[7][..]].concat()).unwrap());
+            assert!(has_content(&path, &text[..length]).unwrap());
+            assert!(!has_content(&path, &text[..length.saturating_sub(1)]).unwrap() || length == 0);
+            assert!(!has_content(&path, &[&text[..length], &[7][..]].concat()).unwrap());
             let mut other = text[..length].to_vec();
             if let Some(last) = other.last_mut() {
                 *last = 8;
-                assert!(!holds(&path, &other).unwrap());
+                assert!(!has_content(&path, &other).unwrap());
             }
         }
     }

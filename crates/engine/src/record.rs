@@ -1,4 +1,4 @@
-//! What is remembered of a run, and the key under which its result is found again.
+//! The record of a run, and the key under which its result is found again.
 
 use std::path::Path;
 
@@ -6,23 +6,24 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::store::Blob;
-use crate::{Cause, Digest, FileRead, FromCache, InputUsed, ItemKey, ItemName, Reason, Timestamp};
+use crate::{Digest, ItemKey, ItemName, Reason, Timestamp};
 
-/// Raised when the engine itself gives kinds something else for equal keys.
+/// To be raised when the engine gives kinds something else for equal keys.
 const ENGINE_FORMAT: u32 = 1;
 
-/// An item's result, or its failure: what was used, what was made, what was said, and why the item has it.
+/// An item's result, or its failure: its inputs, its outputs, its messages, and why the item has it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
-    /// The manifest's name and the item. They enter no key: another item may take the result over.
+    /// The manifest's name and the item. They are not part of the key: another item may take over the result.
     pub(crate) manifest: String,
     pub(crate) item: ItemName,
-    /// Whether the manifest has no such item any more; what it made is kept for its return, as long as there is room.
+    /// Whether the manifest no longer has the item; its outputs are kept for its return, as long as there is
+    /// room.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) gone: bool,
-    /// All that the result depends on but the files read, which are known only after the run.
+    /// Everything that the result depends on except for the files read, which are known only after the run.
     pub(crate) key: Digest,
-    /// The version of the program that ran it. It enters no key.
+    /// The version of the program that ran it. It is not part of the key.
     pub(crate) version: String,
     pub(crate) kind: String,
     pub(crate) revision: u32,
@@ -30,16 +31,17 @@ pub(crate) struct Record {
     pub(crate) source: Option<String>,
     pub(crate) inputs: Vec<InputUsed>,
     pub(crate) reads: Vec<FileRead>,
-    /// What it made; of a failure, what the last good run made.
+    /// Its outputs; for a failure, those of the last successful run.
     pub(crate) outputs: Vec<Blob>,
     pub(crate) started: Timestamp,
     pub(crate) milliseconds: f64,
-    /// Why the item ran; of a result from the cache, why it came into effect.
+    /// Why the item ran; for a result from the cache, why the item has it.
     pub(crate) reasons: Vec<Reason>,
-    /// What began it, where the reasons do not tell.
+    /// The causes of the rerun, if they are not the reasons themselves.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) causes: Vec<Cause>,
-    /// `None` where the item ran. Otherwise `version`, `started` and `milliseconds` are those of the run that made the result.
+    /// `None` if the item ran. Otherwise `version`, `started` and `milliseconds` are those of the run that
+    /// made the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) from_cache: Option<FromCache>,
     pub(crate) warnings: Vec<String>,
@@ -56,18 +58,70 @@ impl Record {
         }
     }
 
-    /// Kind and revision as people read them.
+    /// Kind and revision for messages.
     pub(crate) fn kind_name(&self) -> String {
         kind_name(&self.kind, self.revision)
     }
 }
 
-/// Kind and revision as people read them: `project-sh 3`.
+/// An artifact that a run used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputUsed {
+    /// The port.
+    pub port: String,
+    /// The item that made it.
+    pub item: ItemName,
+    /// Its digest.
+    pub digest: Digest,
+}
+
+/// A file or folder that a run read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FileRead {
+    /// The path, relative to the manifest's folder if it is inside.
+    pub path: String,
+    /// Whether the names in a folder were read, not a file's content.
+    pub listing: bool,
+    /// The digest of what was read; `None` if it was looked for and did not exist.
+    pub digest: Option<Digest>,
+    /// When the file had been modified, by its file system; for people only, it is not part of a key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modified: Option<Timestamp>,
+}
+
+/// The origin of a result that an item has without a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FromCache {
+    /// Since when the item has it.
+    pub since: Timestamp,
+    /// The item whose run made it: this one earlier, or another one with the same inputs.
+    pub item: ItemName,
+    /// That item's manifest: the manifests of one folder share the cache.
+    pub manifest: String,
+}
+
+/// The cause of a rerun: the file, parameter or kind that changed first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// What was different.
+    pub reason: Reason,
+    /// The items through which the change came: first the item whose file, parameter or kind it was, last the
+    /// item that is explained.
+    pub chain: Vec<ItemName>,
+}
+
+/// The causes that a record needs to contain: those that are not its reasons.
+pub(crate) fn worth_keeping(causes: &[Cause]) -> Vec<Cause> {
+    if causes.iter().any(|cause| cause.chain.len() > 1) { causes.to_vec() } else { Vec::new() }
+}
+
+/// Kind and revision for messages: `project-sh 3`.
 pub(crate) fn kind_name(kind: &str, revision: u32) -> String {
     format!("{kind} {revision}")
 }
 
-/// Collects what a key depends on; each part is told apart from its neighbours by its length.
+/// Hashes everything that a key depends on; each part is preceded by its length, so that neighbours cannot
+/// run together.
 pub(crate) struct KeyHasher(blake3::Hasher);
 
 impl KeyHasher {
@@ -120,8 +174,8 @@ pub(crate) fn canonical(value: &Value) -> Value {
     }
 }
 
-/// The recipe of an exported file: canonical JSON of kind, revision, parameters and, by port, the digests of the
-/// direct inputs (one, or for a port that takes many a list in order of their keys).
+/// The recipe of an exported file: canonical JSON of kind, revision, parameters and, by port, the digests of
+/// the direct inputs (one digest, or, for a port that takes many, a list in the order of their keys).
 pub(crate) fn recipe(
     kind: &str,
     revision: u32,
@@ -146,7 +200,7 @@ pub(crate) fn recipe(
     canonical(&recipe).to_string()
 }
 
-/// A path as records hold it: relative to the manifest's folder where it lies inside, with `/` between folders.
+/// A path as records contain it: relative to the manifest's folder if it is inside, with `/` between folders.
 pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
     match path.strip_prefix(folder) {
         Ok(inside) => {

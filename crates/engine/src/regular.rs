@@ -1,7 +1,7 @@
-//! Regular files: read without waiting for a pipe or device, bounded by their size, and replaced whole.
+//! Regular files: read without waiting for a pipe or device, bounded by their size, and replaced atomically.
 //!
-//! Whatever a path comes from (a manifest, a material, a record in `.specula`), what lies there may be a pipe that nobody
-//! writes to, a device without an end, or a link. Each of these is an error here, at once.
+//! A path may come from a manifest, a material or a record in `.specula`, and lead to a pipe that nobody
+//! writes to, an endless device, or a link. Each of these is an error here, at once.
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
@@ -25,8 +25,8 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     read_until(path, &|| false)
 }
 
-/// Writes a file beside its place and renames it, so that it is there whole or not at all. A link at the place is
-/// replaced, not followed. The name of the file beside it is hidden.
+/// Writes a file under a temporary, hidden name beside its place and renames it, so that it appears complete
+/// or not at all. A link at the place is replaced, not followed.
 ///
 /// # Errors
 /// If it cannot be written; nothing is left of it then.
@@ -34,8 +34,28 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
     let temporary = path.with_file_name(format!(".specula-{}-{number}.part", std::process::id()));
-    write_new(&temporary, bytes).and_then(|_| platform::replace(&temporary, path)).inspect_err(|_| {
-        let _ = fs::remove_file(&temporary);
+    replace_through(&temporary, path, &mut |mut file| file.write_all(bytes))
+}
+
+/// Writes a file under a temporary name and renames it to its place, whose folder is created if it does not exist.
+///
+/// # Errors
+/// If it cannot be written; nothing is left of it then.
+pub(crate) fn replace_through(
+    temporary: &Path,
+    place: &Path,
+    write: &mut dyn FnMut(File) -> io::Result<()>,
+) -> io::Result<()> {
+    let rename = || platform::replace(temporary, place);
+    let written = create_new(temporary).and_then(write).and_then(|()| match rename() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            fs::create_dir_all(place.parent().unwrap_or(place))?;
+            rename()
+        }
+        renamed => renamed,
+    });
+    written.inspect_err(|_| {
+        let _ = fs::remove_file(temporary);
     })
 }
 
@@ -46,7 +66,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 pub(crate) fn read_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Vec<u8>> {
     let (mut file, metadata) = open(path)?;
     let mut bytes = Vec::new();
-    // One more than there should be, to see the end of it.
+    // One more than the size, so that the end of the file is seen.
     let room = usize::try_from(metadata.len()).ok().and_then(|length| length.checked_add(1));
     room.ok_or(io::ErrorKind::OutOfMemory).map(|room| bytes.try_reserve_exact(room))??;
     copy(&mut file, metadata.len(), stop, |block| bytes.extend_from_slice(block))?;
@@ -77,7 +97,8 @@ pub(crate) fn hash_until(path: &Path, stop: &dyn Fn() -> bool) -> io::Result<Dig
 /// # Errors
 /// As [`read_file`].
 pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
-    // Asked before it is opened, because to open some devices has effects, and after, because it may have been replaced.
+    // Checked before it is opened, because opening some devices has effects, and after, because it may have
+    // been replaced.
     check(&fs::metadata(path)?)?;
     let file = platform::without_waiting(OpenOptions::new().read(true)).open(path)?;
     let metadata = file.metadata()?;
@@ -85,25 +106,30 @@ pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
     Ok((file, metadata))
 }
 
-/// Writes a file that must not be there yet, not even as a link; returns it open.
+/// Writes a file that must not exist yet, not even as a link; returns it open.
 ///
 /// # Errors
-/// If something is there, or it cannot be written. What was written of it is left.
+/// If something exists there, or it cannot be written. What was written of it remains.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> io::Result<File> {
-    let mut file = match File::create_new(path) {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            // Left by a killed process of the same number, or prepared by somebody: a link goes, not what it names.
-            fs::remove_file(path)?;
-            File::create_new(path)?
-        }
-        created => created?,
-    };
+    let mut file = create_new(path)?;
     file.write_all(bytes)?;
     Ok(file)
 }
 
-/// Refuses a path of the engine's own folder that is a link, or is neither missing nor of the expected type. Links are
-/// refused because they may lead anywhere: the folder may have come with somebody else's project.
+fn create_new(path: &Path) -> io::Result<File> {
+    match File::create_new(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            // Left by a killed process with the same number, or prepared by someone: a link is removed, not
+            // its target.
+            fs::remove_file(path)?;
+            File::create_new(path)
+        }
+        created => created,
+    }
+}
+
+/// Refuses a path in the engine's own folder that is a link, or that exists and is not of the expected type.
+/// Links are refused because they may lead anywhere: the folder may have come with someone else's project.
 ///
 /// # Errors
 /// If it is something else.
@@ -168,7 +194,7 @@ fn other(message: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, message)
 }
 
-/// Passes on a file of so many bytes, block by block.
+/// Reads a file of so many bytes, block by block.
 fn copy(
     file: &mut File,
     length: u64,
@@ -236,12 +262,12 @@ mod tests {
     }
 
     #[test]
-    fn files_without_an_end_are_errors() {
+    fn endless_files_are_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sparse");
         File::create(&path).unwrap().set_len(MOST_BYTES + 1).unwrap();
         assert_eq!(read_file(&path).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
-        // Its size says nothing of what it holds.
+        // Its size is not that of its content.
         if Path::new("/proc/self/maps").exists() {
             let error = read_file(Path::new("/proc/self/maps")).unwrap_err();
             assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);

@@ -1,4 +1,4 @@
-//! One run of one item: its context, its outcome, what is stored and remembered of it.
+//! One run of one item: its context, its outcome, what is stored and recorded of it.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use crate::cause::worth_keeping;
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
@@ -17,32 +16,32 @@ use crate::memory::Memory;
 use crate::platform::Stamp;
 use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
-use crate::record::{Record, path_name, recipe};
-use crate::running::{RunningBuild, Seen};
+use crate::record::{Record, path_name, recipe, worth_keeping};
+use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
 use crate::store::Blob;
-use crate::up_to_date::{UpToDateCheck, manifest_name};
+use crate::up_to_date::UpToDateCheck;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp,
 };
 
-/// What running items share.
+/// What all running items share.
 pub(crate) struct RunContext<'a> {
-    pub(crate) judge: &'a UpToDateCheck<'a>,
+    pub(crate) check: &'a UpToDateCheck<'a>,
     pub(crate) disk: &'a Disk,
     pub(crate) publisher: &'a Publisher<'a>,
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
-    pub(crate) underway: &'a Arc<RunningBuild>,
-    /// The paths that a watcher will act on, if one is at work.
+    pub(crate) running: &'a Arc<RunningBuild>,
+    /// The paths that a watcher will handle, if there is a watcher.
     pub(crate) pending: Option<&'a PathSet>,
 }
 
-/// What arrives at a port, sorted by key.
+/// The artifacts at a port, sorted by key.
 pub(crate) type Inputs = Vec<(ItemKey, Arc<Handle>)>;
 
-/// An item that is to run: what it gets.
+/// An item that is to run, with its inputs.
 pub(crate) struct RunRequest {
     pub(crate) item: ItemIndex,
     pub(crate) key: Digest,
@@ -52,31 +51,31 @@ pub(crate) struct RunRequest {
     pub(crate) causes: Vec<Cause>,
 }
 
-/// What came of it.
+/// The outcome of a run.
 pub(crate) struct Outcome {
     pub(crate) made: Result<Made, Failure>,
     pub(crate) milliseconds: f64,
     pub(crate) warnings: Vec<String>,
     pub(crate) notes: Vec<String>,
-    pub(crate) told: Vec<PublishEvent>,
+    pub(crate) events: Vec<PublishEvent>,
 }
 
-/// What a good run made.
+/// The output of a successful run.
 pub(crate) struct Made {
     pub(crate) outputs: Vec<Blob>,
     pub(crate) value: Option<Arc<dyn Any + Send + Sync>>,
-    /// Why its files could not be published, although they are stored.
+    /// Why its files could not be published although they are stored.
     pub(crate) unpublished: Option<Failure>,
 }
 
-/// An item is run so often at most where the files that it reads do not hold still.
+/// An item runs at most this many times if the files that it reads keep changing.
 const ATTEMPTS: usize = 3;
 
-/// A run of a kind.
+/// One call of a kind.
 struct Attempt {
     output: Result<Output, Failure>,
-    /// A file that it saw with different contents.
-    unsteady: Option<PathBuf>,
+    /// A file that was read twice with different contents.
+    changing: Option<PathBuf>,
     reader: Reader,
     reads: Vec<Read>,
     warnings: Vec<String>,
@@ -99,27 +98,27 @@ struct Stored {
 }
 
 impl RunContext<'_> {
-    /// Runs an item, stores and remembers its outputs and publishes its files.
+    /// Runs an item, stores and records its outputs, and publishes its files.
     ///
     /// # Errors
-    /// Where the journal cannot be written: nothing can be remembered then.
-    pub(crate) fn run(&self, order: RunRequest) -> Result<Outcome, Error> {
-        let state = self.judge.state;
-        let item = &self.judge.plan.items[order.item];
-        let stage = &self.judge.plan.stages[item.stage];
-        let facts = &self.judge.stages[item.stage];
+    /// If the journal cannot be written, so that nothing can be recorded.
+    pub(crate) fn run(&self, request: RunRequest) -> Result<Outcome, Error> {
+        let state = self.check.state;
+        let item = &self.check.plan.items[request.item];
+        let stage = &self.check.plan.stages[item.stage];
+        let info = &self.check.stages[item.stage];
         let started = Timestamp::now();
         let clock = Instant::now();
-        let mut attempt = self.attempt(&order);
+        let mut attempt = self.attempt(&request);
         for _ in 1..ATTEMPTS {
-            if attempt.unsteady.is_none() || attempt.is_cancelled() {
+            if attempt.changing.is_none() || attempt.is_cancelled() {
                 break;
             }
-            attempt = self.attempt(&order);
+            attempt = self.attempt(&request);
         }
         let milliseconds = clock.elapsed().as_secs_f64() * 1e3;
-        let Attempt { output, unsteady, reader, reads, warnings, notes } = attempt;
-        let output = match unsteady {
+        let Attempt { output, changing, reader, reads, warnings, notes } = attempt;
+        let output = match changing {
             Some(path) if output.is_ok() => {
                 let message = format!("{} changed each time that it was read", path.display());
                 Err(Failure::new(message).help(WHEN_WRITTEN))
@@ -127,42 +126,43 @@ impl RunContext<'_> {
             _ => output,
         };
         let output = match output {
-            Err(failure) if !failure.system_error && self.is_overtaken(&reader, &reads) => {
+            Err(failure) if !failure.system_error && self.will_rebuild(&reader, &reads) => {
                 Err(Failure::cancelled())
             }
             output => output,
         };
-        // A kind tells what is wrong inside its source; here is known which file of the project that is.
-        let output = output.map_err(|failure| match self.judge.source(order.item) {
+        // A kind says what is wrong inside its source; which file of the project that is, is known only here.
+        let output = output.map_err(|failure| match self.check.source(request.item) {
             Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
             _ => failure,
         });
         let stored = output.and_then(|output| self.stored(output));
         let mut outcome =
-            Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, told: Vec::new() };
+            Outcome { made: Err(Failure::cancelled()), milliseconds, warnings, notes, events: Vec::new() };
         if let Err(failure) = &stored
             && failure.cancelled
         {
             return Ok(outcome);
         }
-        let before = self.judge.effect(order.item).map_or_else(Vec::new, |effect| effect.outputs().to_vec());
+        let before =
+            self.check.latest(request.item).map_or_else(Vec::new, |latest| latest.outputs().to_vec());
         let record = Record {
-            manifest: manifest_name(self.judge.plan),
-            item: self.judge.name(order.item),
+            manifest: self.check.plan.manifest_name(),
+            item: self.check.name(request.item),
             gone: false,
-            key: order.key,
+            key: request.key,
             version: env!("CARGO_PKG_VERSION").into(),
             kind: stage.kind.name().into(),
-            revision: facts.revision,
-            parameters: facts.parameters.clone(),
-            source: self.judge.source(order.item),
-            inputs: order.inputs,
+            revision: info.revision,
+            parameters: info.parameters.clone(),
+            source: self.check.source(request.item),
+            inputs: request.inputs,
             reads: self.reads(&reader, &reads),
             outputs: stored.as_ref().map_or(before, |stored| stored.outputs.clone()),
             started,
             milliseconds,
-            reasons: order.reasons,
-            causes: worth_keeping(&order.causes),
+            reasons: request.reasons,
+            causes: worth_keeping(&request.causes),
             from_cache: None,
             warnings: outcome.warnings.clone(),
             notes: outcome.notes.clone(),
@@ -172,18 +172,18 @@ impl RunContext<'_> {
         if stored.is_ok() {
             lines.push(Line::new(Tag::Result, short(record.key), Some(&record)));
         }
-        lines.push(Line::new(Tag::Item, self.judge.subject(order.item), Some(&record)));
+        lines.push(Line::new(Tag::Item, self.check.subject(request.item), Some(&record)));
         state.journal.append(&lines)?;
         outcome.made = match stored {
             Err(failure) => Err(failure),
             Ok(Stored { outputs, value, files }) => {
-                if let (Some((name, Some(_))), Some(value)) = (facts.artifact, &value) {
+                if let (Some((name, Some(_))), Some(value)) = (info.artifact, &value) {
                     self.memory.put(name, outputs[0].digest, outputs[0].bytes, Arc::clone(value));
                 }
-                let published = self.publish(order.item, &outputs, files, &mut outcome.told);
+                let published = self.publish(request.item, &outputs, files, &mut outcome.events);
                 let unpublished = match published {
                     Ok(()) => None,
-                    Err(PublishError::Lost) => {
+                    Err(PublishError::ResultLost) => {
                         Some(Failure::new("a result that was just stored is gone").system_error())
                     }
                     Err(PublishError::Error(error)) => Some(failure_of(error)),
@@ -194,15 +194,15 @@ impl RunContext<'_> {
         Ok(outcome)
     }
 
-    /// Whether an item's files are there as these outputs, and nothing else is that it exported before.
+    /// Whether an item's files are published with these outputs, and no file is left that it exported before.
     pub(crate) fn is_published(&self, item: ItemIndex, outputs: &[Blob]) -> bool {
-        let files = &self.judge.plan.items[item].files;
+        let files = &self.check.plan.items[item].files;
         files.len() <= outputs.len()
             && files.iter().zip(outputs).all(|(file, blob)| self.publisher.is_intact(file, blob.digest))
-            && !self.publisher.has_stale(&|| self.judge.name(item))
+            && !self.publisher.has_stale(&|| self.check.name(item))
     }
 
-    /// Puts an item's files in place, and removes those that it does not export any more.
+    /// Puts an item's files in place, and removes those that it no longer exports.
     ///
     /// # Errors
     /// As [`Publisher::publish`].
@@ -211,45 +211,45 @@ impl RunContext<'_> {
         item: ItemIndex,
         outputs: &[Blob],
         bytes: Option<Vec<Vec<u8>>>,
-        told: &mut Vec<PublishEvent>,
+        events: &mut Vec<PublishEvent>,
     ) -> Result<(), PublishError> {
-        let files = self.judge.plan.items[item].files.iter().cloned().zip(outputs.iter().copied());
-        let name = self.judge.name(item);
-        self.publisher.publish(&name, &files.collect::<Vec<_>>(), bytes, told)?;
-        Ok(self.publisher.remove_stale(&name, told)?)
+        let files = self.check.plan.items[item].files.iter().cloned().zip(outputs.iter().copied());
+        let name = self.check.name(item);
+        self.publisher.publish(&name, &files.collect::<Vec<_>>(), bytes, events)?;
+        Ok(self.publisher.remove_stale(&name, events)?)
     }
 
-    /// The value of a stored artifact; `None` where it is lost or cannot be understood.
+    /// The value of a stored artifact; `None` if it is lost or cannot be decoded.
     pub(crate) fn fetch(&self, item: ItemIndex, digest: Digest) -> Result<Option<Arc<Handle>>, Error> {
-        let Some(bytes) = self.judge.state.store.get(digest)? else { return Ok(None) };
-        let Some((name, decoder)) = self.judge.stages[self.judge.plan.items[item].stage].artifact else {
+        let Some(bytes) = self.check.state.store.get(digest)? else { return Ok(None) };
+        let Some((name, decoder)) = self.check.stages[self.check.plan.items[item].stage].artifact else {
             return Ok(None);
         };
         let Some(decoder) = decoder else { return Ok(None) };
-        // What another version encoded otherwise is made again.
+        // An artifact that another version encoded differently is made again.
         match catch_unwind(AssertUnwindSafe(|| decoder(&bytes))) {
             Ok(Ok(value)) => {
                 self.memory.put(name, digest, bytes.len() as u64, Arc::clone(&value));
                 Ok(Some(Arc::new(self.handle(name, digest).with_value(value))))
             }
             _ => {
-                self.judge.state.store.forget(digest);
+                self.check.state.store.remove(digest);
                 Ok(None)
             }
         }
     }
 
-    /// The value of a stored artifact that an earlier build left in memory. What is stored may have been damaged since:
-    /// the value is as good as it was, and who wants the bytes is told.
-    pub(crate) fn remembered(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
-        let (name, _) = self.judge.stages[self.judge.plan.items[item].stage].artifact?;
+    /// The value of a stored artifact that an earlier build left in memory. The stored bytes may have been
+    /// damaged since; the value is still good, and a consumer that asks for the bytes gets an error.
+    pub(crate) fn from_memory(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
+        let (name, _) = self.check.stages[self.check.plan.items[item].stage].artifact?;
         let value = self.memory.get(name, digest)?;
         Some(Arc::new(self.handle(name, digest).with_value(value)))
     }
 
     /// A handle on a stored artifact.
     pub(crate) fn handle(&self, type_name: &'static str, digest: Digest) -> Handle {
-        let store = Arc::clone(&self.judge.state.store);
+        let store = Arc::clone(&self.check.state.store);
         Handle::new(type_name, digest, move || match store.get(digest) {
             Ok(Some(bytes)) => Ok(bytes),
             Ok(None) => {
@@ -260,61 +260,61 @@ impl RunContext<'_> {
         })
     }
 
-    /// Runs an item, for better or worse.
-    fn attempt(&self, order: &RunRequest) -> Attempt {
-        let stage = &self.judge.plan.stages[self.judge.plan.items[order.item].stage];
+    /// Runs an item once and collects its output or failure.
+    fn attempt(&self, request: &RunRequest) -> Attempt {
+        let stage = &self.check.plan.stages[self.check.plan.items[request.item].stage];
         let reader = self.disk.reader();
-        let context = self.context(order, &reader);
+        let context = self.context(request, &reader);
         let ran = catch_unwind(AssertUnwindSafe(|| stage.configured.run(&context)));
         let stopped = context.stopped.load(Ordering::Relaxed);
         let output = match ran {
             Err(panic) => Err(panicked(stage.kind.name(), panic.as_ref())),
             Ok(_) if stopped => Err(Failure::cancelled()),
-            // Half an edit is no news: the next build tells what is wrong with the whole.
+            // A failure on half an edit is not reported: the next build reports what is wrong with the whole.
             Ok(Err(_)) if context.is_stale() => Err(Failure::cancelled()),
-            Ok(output) => output.and_then(|output| self.checked(order.item, output)),
+            Ok(output) => output.and_then(|output| self.checked(request.item, output)),
         };
         let (warnings, notes, reads) = (context.warnings(), context.notes(), context.reads());
-        self.disk.note(&reads);
-        let unsteady = unsteady(&reads).cloned();
-        Attempt { output, unsteady, reader, reads, warnings, notes }
+        self.disk.add_reads(reads.iter().map(|read| (read.path.clone(), read.listing)));
+        let changing = changing(&reads).cloned();
+        Attempt { output, changing, reader, reads, warnings, notes }
     }
 
-    fn context<'c>(&self, order: &RunRequest, reader: &'c Reader) -> Context<'c> {
-        let item = &self.judge.plan.items[order.item];
-        let stage = &self.judge.plan.stages[item.stage];
-        let facts = &self.judge.stages[item.stage];
+    fn context<'c>(&self, request: &RunRequest, reader: &'c Reader) -> Context<'c> {
+        let item = &self.check.plan.items[request.item];
+        let stage = &self.check.plan.stages[item.stage];
+        let info = &self.check.stages[item.stage];
         let mut context = Context::new(reader)
             .with_cancel(self.cancel.clone())
-            .with_folder(self.judge.folder.to_path_buf())
-            .with_scratch(self.judge.state.store.temporaries());
-        context.underway = Some((Arc::clone(self.underway), order.item));
-        self.underway.saw(order.item, Seen::Now(Arc::clone(&context.reads)));
-        for (port, handles) in &order.handles {
-            let shown = |key: &ItemKey| if facts.shows_keys { key.clone() } else { ItemKey::default() };
+            .with_folder(self.check.folder.to_path_buf())
+            .with_scratch(self.check.state.store.temporary_folder());
+        context.stale = Some(self.running.stale_flag(request.item));
+        self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.reads)));
+        for (port, handles) in &request.handles {
+            let shown = |key: &ItemKey| if info.shows_keys { key.clone() } else { ItemKey::default() };
             let handles = handles.iter().map(|(key, handle)| (shown(key), Arc::clone(handle)));
             context = context.with_input(port, handles.collect());
         }
         if let Some(source) = &item.source {
             context = context.with_source(source.clone());
         }
-        if facts.shows_keys {
+        if info.shows_keys {
             context = context.with_key(item.key.clone());
         }
-        // An artifact holds no provenance, so that only kinds that export see a recipe.
+        // An artifact holds no provenance, so only kinds that export see a recipe.
         if matches!(stage.product, Product::Files(_)) {
-            let is_many = |port: &str| facts.many.contains(port);
+            let is_many = |port: &str| info.many.contains(port);
             let kind = stage.kind.name();
             context =
-                context.with_recipe(recipe(kind, facts.revision, &facts.parameters, &order.inputs, is_many));
+                context.with_recipe(recipe(kind, info.revision, &info.parameters, &request.inputs, is_many));
         }
         context
     }
 
-    /// The output, where it is what the plan says.
+    /// The output, if it is what the plan says.
     fn checked(&self, item: ItemIndex, output: Output) -> Result<Output, Failure> {
-        let item = &self.judge.plan.items[item];
-        let stage = &self.judge.plan.stages[item.stage];
+        let item = &self.check.plan.items[item];
+        let stage = &self.check.plan.stages[item.stage];
         let fits = match (&output, &stage.product) {
             (Output::Artifact { .. }, Product::Artifact(_)) => true,
             (Output::Files(made), Product::Files(_)) => made.len() == item.files.len(),
@@ -327,7 +327,7 @@ impl RunContext<'_> {
     }
 
     fn stored(&self, output: Output) -> Result<Stored, Failure> {
-        let store = &self.judge.state.store;
+        let store = &self.check.state.store;
         match output {
             Output::Artifact { bytes, value } => {
                 let outputs = vec![store.put(&bytes).map_err(failure_of)?];
@@ -340,15 +340,15 @@ impl RunContext<'_> {
         }
     }
 
-    /// Whether a watcher will build again because one of these files has changed since, or is still being written. That
-    /// an item failed on what it read is no news then.
-    fn is_overtaken(&self, reader: &Reader, reads: &[Read]) -> bool {
+    /// Whether a watcher will build again because one of these files has changed since, or is still being
+    /// written. If so, a failure on what was read is not reported.
+    fn will_rebuild(&self, reader: &Reader, reads: &[Read]) -> bool {
         let Some(pending) = self.pending else { return false };
         let is_pending = {
             let pending = pending.lock();
             !pending.is_empty() && reads.iter().any(|read| pending.contains(&read.path))
         };
-        // The watcher may not have heard of it yet.
+        // The watcher may not have heard of the change yet.
         is_pending
             || reads.iter().any(|read| {
                 reader.stamp(&read.path).is_some_and(|stamp| {
@@ -359,7 +359,7 @@ impl RunContext<'_> {
 
     fn reads(&self, reader: &Reader, reads: &[Read]) -> Vec<FileRead> {
         let named = reads.iter().map(|read| FileRead {
-            path: path_name(self.judge.folder, &read.path),
+            path: path_name(self.check.folder, &read.path),
             listing: read.listing,
             digest: read.digest,
             modified: reader.modified(&read.path),
@@ -368,15 +368,15 @@ impl RunContext<'_> {
     }
 }
 
-/// A file that a run saw with different contents.
-fn unsteady<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
+/// A file that was read twice with different contents.
+fn changing<'r>(reads: &'r [Read]) -> Option<&'r PathBuf> {
     let mut digests = HashMap::<(&'r PathBuf, bool), Option<Digest>>::new();
     let mut differs =
         |read: &'r Read| *digests.entry((&read.path, read.listing)).or_insert(read.digest) != read.digest;
     reads.iter().find_map(|read| differs(read).then_some(&read.path))
 }
 
-/// The failure of an item that met an error of the engine.
+/// The failure of an item because of an error of the engine.
 pub(crate) fn failure_of(error: Error) -> Failure {
     Failure {
         chain: error.chain().to_vec(),
@@ -390,7 +390,7 @@ fn panicked(kind: &str, panic: &(dyn Any + Send)) -> Failure {
     bug(kind, &format!("panicked: {}", message_of(panic)))
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
     let message = panic.downcast_ref::<String>().map(String::as_str);
     message.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message")
@@ -399,7 +399,7 @@ pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
 fn bug(kind: &str, what: &str) -> Failure {
     Failure::new(format!("a bug in kind {kind}: {what}"))
         .help(
-            "tell the kind's author, with what RUST_BACKTRACE=1 adds; its other items and the last good outputs are \
-             not touched",
+            "report it to the kind's author with the output of RUST_BACKTRACE=1; its other items and the last good \
+             outputs are not affected",
         )
 }

@@ -1,132 +1,95 @@
-//! The build under way, as those see it who may stop it: as a whole, or as far as a change has made it stale.
+//! The running build, for those who stop it or make a part of it stale.
 //!
-//! A build tells its [`Cancel`] what it works on and what each item has read. Where a file changes meanwhile, contents
-//! decide: an item is stale when what it read is not there any more, and so is all that follows from it. A stale item
-//! stops at its next [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end,
-//! and nothing else begins, so that the next build soon does what is wanted now. A file that nobody has read yet
-//! makes nothing stale: whoever reads it gets what it holds then.
+//! A build records here what each item has read. If a file changes meanwhile, contents decide: an item is
+//! stale if a file that it read no longer has the same content, and so are all items that depend on it. A
+//! stale item stops at its next [`Context::check_cancelled`](crate::Context::check_cancelled), other running
+//! items finish, and no further item starts, so that the next build can start soon. A file that no item has
+//! read yet makes nothing stale: the item that reads it gets its new content.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use crate::disk::{Disk, digest_now};
-use crate::explain::normal;
+use parking_lot::Mutex;
+
+use crate::cancel::StaleFlag;
+use crate::disk::Disk;
+use crate::files::{digest_now, normal};
 use crate::{Digest, ItemIndex, Plan, Read, Stage};
 
-/// Tells running work to stop. Clones share one flag.
-#[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<Shared>);
-
-#[derive(Debug, Default)]
-struct Shared {
-    cancelled: AtomicBool,
-    /// The latest build that was given this.
-    underway: Mutex<Weak<RunningBuild>>,
+/// The files that an item's result depends on.
+pub(crate) enum Dependencies {
+    /// None yet.
+    None,
+    /// Those that an earlier run read and that have not changed since.
+    Recorded(Box<[Read]>),
+    /// Those that the item's run in this build has read so far.
+    Running(Arc<Mutex<Vec<Read>>>),
 }
 
-impl Cancel {
-    /// Tells everyone who holds a clone to stop.
-    pub fn cancel(&self) {
-        self.0.cancelled.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.cancelled.load(Ordering::Relaxed)
-    }
-
-    /// Tells the build under way that these files or folders (absolute) may have changed and, where that changed the
-    /// graph, what the graph is now.
-    ///
-    /// Where that makes anything stale, the build ends early: stale items stop at their next
-    /// [`Context::check_cancelled`](crate::Context::check_cancelled), others at work run to their end, nothing else
-    /// begins, and its summary is `cancelled`. Where nothing is stale, or no build is under way, nothing happens.
-    pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
-        let underway = lock(&self.0.underway).upgrade();
-        if let Some(underway) = underway {
-            underway.outdate(&Changes::new(paths), plan);
-        }
-    }
-
-    /// Makes a build the one that [`Cancel::outdate`] speaks to, as long as it is held.
-    pub(crate) fn begin(&self, underway: &Arc<RunningBuild>) {
-        *lock(&self.0.underway) = Arc::downgrade(underway);
+impl Dependencies {
+    /// Those that an earlier run read.
+    pub(crate) fn recorded(reads: Box<[Read]>) -> Self {
+        if reads.is_empty() { Self::None } else { Self::Recorded(reads) }
     }
 }
 
-/// What an item's result rests on.
-pub(crate) enum Seen {
-    /// Nothing yet.
-    Nothing,
-    /// What an earlier run read, which is still so.
-    Before(Box<[Read]>),
-    /// What a run of this build has read so far.
-    Now(Arc<Mutex<Vec<Read>>>),
-}
-
-impl Seen {
-    /// What an earlier run read.
-    pub(crate) fn before(reads: Box<[Read]>) -> Self {
-        if reads.is_empty() { Self::Nothing } else { Self::Before(reads) }
-    }
-}
-
-/// What a build works on.
+/// The plan of a running build, and what its items have read.
 pub(crate) struct RunningBuild {
     plan: Plan,
     selected: Vec<bool>,
     disk: Arc<Disk>,
-    seen: Mutex<Vec<Seen>>,
-    stale: Vec<AtomicBool>,
+    dependencies: Mutex<Vec<Dependencies>>,
+    stale: Arc<[AtomicBool]>,
     outdated: AtomicBool,
 }
 
 impl RunningBuild {
-    /// A build that begins: what `disk` says of files is asked for after this.
+    /// A new build. To be created before `disk` is asked for digests.
     pub(crate) fn new(plan: &Plan, selected: &[bool], disk: &Arc<Disk>) -> Self {
         let items = plan.items.len();
         Self {
             plan: plan.clone(),
             selected: selected.to_vec(),
             disk: Arc::clone(disk),
-            seen: Mutex::new(std::iter::repeat_with(|| Seen::Nothing).take(items).collect()),
+            dependencies: Mutex::new(std::iter::repeat_with(|| Dependencies::None).take(items).collect()),
             stale: std::iter::repeat_with(AtomicBool::default).take(items).collect(),
             outdated: AtomicBool::new(false),
         }
     }
 
-    /// Notes what an item's result rests on.
-    pub(crate) fn saw(&self, item: ItemIndex, seen: Seen) {
-        lock(&self.seen)[item] = seen;
+    /// Sets the files that an item's result depends on.
+    pub(crate) fn set_dependencies(&self, item: ItemIndex, dependencies: Dependencies) {
+        self.dependencies.lock()[item] = dependencies;
     }
 
-    /// The files and folders that items have read in this build.
+    /// The files and folders that these items have read in this build.
     pub(crate) fn read_by(&self, items: &[ItemIndex]) -> HashSet<PathBuf> {
-        let seen = lock(&self.seen);
+        let dependencies = self.dependencies.lock();
         let mut paths = HashSet::new();
         for item in items {
-            if let Seen::Now(reads) = &seen[*item] {
-                paths.extend(lock(reads).iter().map(|read| read.path.clone()));
+            if let Dependencies::Running(reads) = &dependencies[*item] {
+                paths.extend(reads.lock().iter().map(|read| read.path.clone()));
             }
         }
         paths
     }
 
-    /// Whether an item is to stop.
-    pub(crate) fn is_stale(&self, item: ItemIndex) -> bool {
-        self.stale[item].load(Ordering::Relaxed)
+    /// The flag that tells an item that a change has made it stale.
+    pub(crate) fn stale_flag(&self, item: ItemIndex) -> StaleFlag {
+        StaleFlag::new(&self.stale, item)
     }
 
-    /// Whether nothing more is to begin.
+    /// Whether no further item may start.
     pub(crate) fn is_outdated(&self) -> bool {
         self.outdated.load(Ordering::Relaxed)
     }
 
-    fn outdate(&self, changes: &Changes, plan: Option<&Plan>) {
-        // First, so that an item which is judged from now on is judged by what the files hold.
-        self.disk.forget(|path, listing| changes.concern(path, listing));
+    /// Marks what is stale now; see [`BuildSession::outdate`](crate::BuildSession::outdate).
+    pub(crate) fn outdate(&self, changes: &ChangedPaths, plan: Option<&Plan>) {
+        // First, so that items which are checked from now on see the files' new contents.
+        self.disk.invalidate(|path, listing| changes.affect(path, listing));
         let mut stale = self.with_changed_reads(changes);
         let mut outdated = false;
         if let Some(plan) = plan {
@@ -145,29 +108,29 @@ impl RunningBuild {
         }
     }
 
-    /// For each item, whether a changed file is not what its result rests on.
-    fn with_changed_reads(&self, changes: &Changes) -> Vec<bool> {
-        // Files are hashed after the lock is let go: the build wants it too.
-        let mut concerned = Vec::new();
-        for (index, seen) in lock(&self.seen).iter().enumerate() {
+    /// For each item, whether a changed file makes its result stale.
+    fn with_changed_reads(&self, changes: &ChangedPaths) -> Vec<bool> {
+        // Files are hashed after the lock is released: the build needs it too.
+        let mut affected = Vec::new();
+        for (index, dependencies) in self.dependencies.lock().iter().enumerate() {
             let mut add = |path: &Path, listing: bool, digest: Option<Digest>| {
-                if changes.concern(path, listing) {
-                    concerned.push((index, path.to_path_buf(), listing, digest));
+                if changes.affect(path, listing) {
+                    affected.push((index, path.to_path_buf(), listing, digest));
                 }
             };
-            match seen {
-                Seen::Nothing => {}
-                Seen::Before(reads) => {
+            match dependencies {
+                Dependencies::None => {}
+                Dependencies::Recorded(reads) => {
                     reads.iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
-                Seen::Now(reads) => {
-                    lock(reads).iter().for_each(|read| add(&read.path, read.listing, read.digest));
+                Dependencies::Running(reads) => {
+                    reads.lock().iter().for_each(|read| add(&read.path, read.listing, read.digest));
                 }
             }
         }
         let mut stale = vec![false; self.plan.items.len()];
         let mut now = HashMap::new();
-        for (index, path, listing, digest) in concerned {
+        for (index, path, listing, digest) in affected {
             let now = now.entry((path, listing));
             let now = now.or_insert_with_key(|(path, listing)| digest_now(path, *listing));
             stale[index] |= *now != digest;
@@ -175,8 +138,8 @@ impl RunningBuild {
         stale
     }
 
-    /// Marks the items that another plan does not have or makes otherwise. Returns whether the plans are the same in
-    /// what else matters: that there is nothing more to make, and where files go.
+    /// Marks the items that another plan does not have or makes differently. Returns whether the plans are
+    /// otherwise the same: no item is new, and files go to the same places.
     fn compare(&self, plan: &Plan, stale: &mut [bool]) -> bool {
         if self.plan.is_same(plan) {
             return true;
@@ -189,7 +152,7 @@ impl RunningBuild {
             new.is_some_and(|new| does_the_same(old, new))
         });
         let stages = stages.collect::<Vec<_>>();
-        // The place of each item in the other plan.
+        // The index of each item in the other plan.
         let moved = self
             .plan
             .items
@@ -213,7 +176,7 @@ impl RunningBuild {
     }
 }
 
-/// Whether items of two stages with equal inputs and sources make the same.
+/// Whether items of two stages make the same output from equal inputs and sources.
 fn does_the_same(old: &Stage, new: &Stage) -> bool {
     let ports = |stage: &Stage| stage.inputs.iter().map(|(port, _)| port.clone()).collect::<Vec<_>>();
     old.kind.name() == new.kind.name()
@@ -223,27 +186,23 @@ fn does_the_same(old: &Stage, new: &Stage) -> bool {
 }
 
 /// The files and folders that may have changed.
-pub(crate) struct Changes {
+pub(crate) struct ChangedPaths {
     paths: HashSet<PathBuf>,
-    /// The folders that they are in.
+    /// The folders that contain them.
     folders: HashSet<PathBuf>,
 }
 
-impl Changes {
+impl ChangedPaths {
     pub(crate) fn new(paths: &[PathBuf]) -> Self {
         let paths = paths.iter().map(|path| normal(path)).collect::<HashSet<_>>();
         let folders = paths.iter().filter_map(|path| path.parent()).map(Path::to_path_buf).collect();
         Self { paths, folders }
     }
 
-    /// Whether they bear on a file's content, or on the names in a folder.
-    pub(crate) fn concern(&self, path: &Path, listing: bool) -> bool {
+    /// Whether a file's content, or the names in a folder, may have changed.
+    pub(crate) fn affect(&self, path: &Path, listing: bool) -> bool {
         let path = normal(path);
         listing && self.folders.contains(&path)
             || path.ancestors().any(|ancestor| self.paths.contains(ancestor))
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

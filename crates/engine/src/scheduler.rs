@@ -1,13 +1,13 @@
-//! Which item does what when.
+//! Decides which item does what, and when.
 //!
-//! One thread (the caller's) decides and tells; a pool of threads works. An item whose inputs are settled is judged;
-//! where its result is not at hand it becomes a task. Before a task runs, the stored artifacts that it needs are
-//! fetched, each once; one that turns out to be lost is made again first. `tasks.rs`
-//! says which of the tasks that are ready goes first. An artifact is held only while somebody may need it, but for those
-//! that the bench remembers.
+//! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
+//! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
+//! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
+//! first. `tasks.rs` says which of the ready tasks is next. An artifact is kept in memory only while an item
+//! may need it, except for those that the session keeps.
 //!
-//! No thread ever waits for another item's result: kernels share the pool, and a waiting thread could be the one that
-//! has to do the work.
+//! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
+//! be the one that has to do the work.
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,14 +18,13 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use rayon::{Scope, ThreadPool};
 
-use crate::cause::worth_keeping;
 use crate::journal::{Line, Tag, short};
 use crate::publish::{PublishError, PublishEvent};
-use crate::record::Record;
+use crate::record::{Record, worth_keeping};
 use crate::run::{Outcome, RunContext, RunRequest, message_of};
-use crate::running::Seen;
+use crate::running::Dependencies;
 use crate::store::Blob;
-use crate::up_to_date::{Freshness, UpToDateCheck, manifest_name};
+use crate::up_to_date::{Freshness, UpToDateCheck};
 use crate::{Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work};
 
 mod outcomes;
@@ -33,40 +32,40 @@ mod tasks;
 
 use tasks::{Task, Tasks};
 
-/// How far an item is.
+/// The progress of an item.
 #[derive(Clone, Debug, PartialEq)]
 enum Phase {
-    /// It waits for its inputs, or its turn.
+    /// It waits for its inputs, or for its turn.
     Waiting,
-    /// It is being fetched for, run or published.
+    /// It is being run or published, or its inputs are being fetched.
     Busy,
-    /// Its result is at hand.
+    /// Its result is complete.
     Done,
-    /// It failed, or was skipped because of the item named.
+    /// It failed, or was skipped because of the named item.
     Failed(ItemName),
-    /// It was told to stop.
+    /// It was stopped.
     Stopped,
 }
 
 /// An item as the scheduler sees it.
 struct Progress {
     phase: Phase,
-    /// The inputs that are not settled.
+    /// The number of inputs that are not finished.
     waiting: usize,
-    /// The consumers that may still need the artifact.
+    /// The number of consumers that may still need the artifact.
     users: usize,
-    /// The inputs that have to be fetched before it can run.
+    /// The number of inputs that have to be fetched before it can run.
     missing: usize,
-    /// What it made or was found to have made; `None`: what its record in effect says.
+    /// Its outputs, new or found; `None`: those of its latest record.
     outputs: Option<Vec<Blob>>,
     handle: Option<Arc<Handle>>,
     /// The consumers that cannot run before the artifact is fetched or made again.
     fetchers: Vec<ItemIndex>,
-    /// Whether consumers have been told that it is settled.
+    /// Whether its consumers know that it is finished.
     announced: bool,
     /// Whether its stored result turned out to be lost.
     lost: bool,
-    /// What began that its artifact changed in this build.
+    /// The causes of the change of its artifact in this build.
     causes: Vec<Cause>,
     /// Whether it ran in this build.
     ran: bool,
@@ -76,8 +75,8 @@ enum Message {
     Fetched(ItemIndex, Result<Option<Arc<Handle>>, Error>),
     Ran(ItemIndex, Result<Outcome, Error>),
     Published(ItemIndex, Vec<PublishEvent>, Result<(), PublishError>),
-    /// The engine itself panicked in a task, and said so.
-    Broken(ItemIndex, String),
+    /// The engine itself panicked in a task, with this message.
+    Panicked(ItemIndex, String),
 }
 
 /// The time that a worker spent on a task.
@@ -89,13 +88,13 @@ struct WorkSpan {
     took: Duration,
 }
 
-/// A build under way.
+/// A running build.
 pub(crate) struct Scheduler<'a, 'e> {
-    workshop: &'a RunContext<'a>,
-    judge: &'a UpToDateCheck<'a>,
+    context: &'a RunContext<'a>,
+    check: &'a UpToDateCheck<'a>,
     keep_going: bool,
     jobs: usize,
-    /// Started with the build.
+    /// Started at the begin of the build.
     clock: Instant,
     events: &'e (dyn Fn(Event) + Sync),
     items: Vec<Progress>,
@@ -103,34 +102,34 @@ pub(crate) struct Scheduler<'a, 'e> {
     consumers: Vec<Vec<ItemIndex>>,
     selected: Vec<ItemIndex>,
     /// Whether nothing has to be done for an item.
-    was_settled: Vec<bool>,
-    to_judge: BTreeSet<ItemIndex>,
+    was_complete: Vec<bool>,
+    to_check: BTreeSet<ItemIndex>,
     tasks: Tasks,
     busy: usize,
     pub(crate) summary: Summary,
-    /// The items that failed, but for those that the system failed.
+    /// The items that failed, except for those that failed because of the system.
     pub(crate) failed: Vec<ItemIndex>,
     fatal: Option<Error>,
 }
 
 impl<'a, 'e> Scheduler<'a, 'e> {
     pub(crate) fn new(
-        workshop: &'a RunContext<'a>,
+        context: &'a RunContext<'a>,
         selected: &[bool],
         keep_going: bool,
         jobs: usize,
         clock: Instant,
         events: &'e (dyn Fn(Event) + Sync),
     ) -> Self {
-        let judge = workshop.judge;
-        let plan = judge.plan;
-        // Most items of most builds: their files are looked at all at once.
-        let is_settled = (0..plan.items.len()).into_par_iter().map(|item| {
-            judge.is_settled(item)
-                || judge.is_current(item)
-                    && workshop.is_published(item, judge.effect(item).map_or(&[], |effect| effect.outputs()))
+        let check = context.check;
+        let plan = check.plan;
+        // For most items of most builds this is the only check, so all are checked in parallel.
+        let is_complete = (0..plan.items.len()).into_par_iter().map(|item| {
+            check.is_complete(item)
+                || check.is_current(item)
+                    && context.is_published(item, check.latest(item).map_or(&[], |latest| latest.outputs()))
         });
-        let is_settled = is_settled.collect::<Vec<_>>();
+        let is_complete = is_complete.collect::<Vec<_>>();
         let mut consumers = vec![Vec::new(); plan.items.len()];
         let mut items = Vec::with_capacity(plan.items.len());
         let mut chosen = Vec::new();
@@ -138,10 +137,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             let mut waiting = 0;
             if selected[item.stage] {
                 chosen.push(index);
-                if !is_settled[index] {
+                if !is_complete[index] {
                     for input in distinct(&item.inputs) {
                         consumers[input].push(index);
-                        waiting += usize::from(!is_settled[input]);
+                        waiting += usize::from(!is_complete[input]);
                     }
                 }
             }
@@ -153,7 +152,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 outputs: None,
                 handle: None,
                 fetchers: Vec::new(),
-                announced: is_settled[index],
+                announced: is_complete[index],
                 lost: false,
                 causes: Vec::new(),
                 ran: false,
@@ -162,11 +161,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         for (progress, consumers) in items.iter_mut().zip(&consumers) {
             progress.users = consumers.len();
         }
-        let is_first = |item: &ItemIndex| !is_settled[*item] && items[*item].waiting == 0;
-        let to_judge = chosen.iter().copied().filter(is_first).collect();
+        let is_first = |item: &ItemIndex| !is_complete[*item] && items[*item].waiting == 0;
+        let to_check = chosen.iter().copied().filter(is_first).collect();
         Self {
-            workshop,
-            judge,
+            context,
+            check,
             keep_going,
             jobs,
             clock,
@@ -174,8 +173,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             items,
             consumers,
             selected: chosen,
-            was_settled: is_settled,
-            to_judge,
+            was_complete: is_complete,
+            to_check,
             tasks: Tasks::default(),
             busy: 0,
             summary: Summary::default(),
@@ -184,30 +183,30 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// Settles every item.
+    /// Finishes every item.
     ///
     /// # Errors
-    /// Where the journal cannot be written.
-    pub(crate) fn settle_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
+    /// If the journal cannot be written.
+    pub(crate) fn finish_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if self.is_stopping() {
                 break;
             }
-            if !self.was_settled[item] {
+            if !self.was_complete[item] {
                 continue;
             }
             self.items[item].phase = Phase::Done;
             self.summary.up_to_date += 1;
-            if !self.judge.is_settled(item) {
-                self.tell(Event::UpToDate { item: self.judge.name(item) });
+            if !self.check.is_complete(item) {
+                self.report(Event::UpToDate { item: self.check.name(item) });
             }
         }
         let (sender, receiver) = channel();
         pool.in_place_scope(|scope| {
             loop {
-                while let Some(item) = self.next_to_judge() {
-                    self.judge_item(item);
+                while let Some(item) = self.next_to_check() {
+                    self.check_item(item);
                 }
                 while self.busy < self.jobs
                     && !self.is_stopping()
@@ -218,11 +217,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 if self.busy == 0 {
                     break;
                 }
-                // A sender is alive in this function, so that there is always a message to come.
-                if let Ok((spell, message)) = receiver.recv() {
+                // This function holds a sender, so there is always a message to come.
+                if let Ok((span, message)) = receiver.recv() {
                     self.busy -= 1;
-                    self.tell_spell(&spell);
-                    self.hear(message);
+                    self.report_span(&span);
+                    self.handle(message);
                 }
             }
         });
@@ -233,55 +232,55 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         Ok(())
     }
 
-    /// Which items have their results and files at hand; of those that a build which was stopped did not come to, which
-    /// had them before, by `before`.
-    pub(crate) fn items_settled(&self, before: Option<&[bool]>) -> Vec<bool> {
+    /// Which items have complete results and files. For an item that a stopped build did not reach, `before`
+    /// says so.
+    pub(crate) fn complete_items(&self, before: Option<&[bool]>) -> Vec<bool> {
         let had = |item: ItemIndex| before.is_some_and(|before| before[item]);
         let items = self.items.iter().enumerate();
-        let is_settled = items.map(|(item, progress)| match progress.phase {
+        let is_complete = items.map(|(item, progress)| match progress.phase {
             Phase::Done => true,
             Phase::Waiting => had(item),
             _ => false,
         });
-        is_settled.collect()
+        is_complete.collect()
     }
 
-    /// The items of selected stages of which something had to be done.
-    pub(crate) fn items_at_work(&self) -> impl Iterator<Item = ItemIndex> {
-        self.selected.iter().copied().filter(|item| !self.was_settled[*item])
+    /// The items of selected stages for which something had to be done.
+    pub(crate) fn handled_items(&self) -> impl Iterator<Item = ItemIndex> {
+        self.selected.iter().copied().filter(|item| !self.was_complete[*item])
     }
 
     fn is_stopping(&self) -> bool {
         self.fatal.is_some() || self.is_cancelled() || (!self.keep_going && self.summary.failed > 0)
     }
 
-    /// Whether it was told to stop, or has been made out of date by a change.
+    /// Whether the build was cancelled, or a change has made it out of date.
     fn is_cancelled(&self) -> bool {
-        self.workshop.cancel.is_cancelled() || self.workshop.underway.is_outdated()
+        self.context.cancel.is_cancelled() || self.context.running.is_outdated()
     }
 
-    fn next_to_judge(&mut self) -> Option<ItemIndex> {
-        if self.is_stopping() { None } else { self.to_judge.pop_first() }
+    fn next_to_check(&mut self) -> Option<ItemIndex> {
+        if self.is_stopping() { None } else { self.to_check.pop_first() }
     }
 
-    fn judge_item(&mut self, item: ItemIndex) {
+    fn check_item(&mut self, item: ItemIndex) {
         if let Some(root) = self.failed_input(item) {
             return self.skip(item, Some(root));
         }
-        // Before the files are looked at: a change between the two must not go unseen.
-        self.workshop.underway.saw(item, self.judge.seen_before(item));
-        let verdict = self.judge.verdict(item, self.key(item));
-        match verdict {
+        // Before the files are read: a change between the two would be missed.
+        self.context.running.set_dependencies(item, self.check.recorded_dependencies(item));
+        let freshness = self.check.freshness(item, self.key(item));
+        match freshness {
             Freshness::Run => {
-                self.workshop.underway.saw(item, Seen::Nothing);
-                self.want(item);
+                self.context.running.set_dependencies(item, Dependencies::None);
+                self.run_when_ready(item);
             }
             Freshness::Current { outputs, restored } => {
                 if let Some(record) = restored {
-                    let record = self.bring_into_effect(item, *record);
-                    self.workshop.underway.saw(item, self.judge.seen(&record));
+                    let record = self.restore(item, *record);
+                    self.context.running.set_dependencies(item, self.check.dependencies(&record));
                 }
-                let is_published = self.workshop.is_published(item, &outputs);
+                let is_published = self.context.is_published(item, &outputs);
                 self.items[item].outputs = Some(outputs);
                 if is_published {
                     self.up_to_date(item, Vec::new());
@@ -293,41 +292,42 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         }
     }
 
-    /// An earlier result is the one in effect again, or another item's is taken over; the next run is compared with it.
-    fn bring_into_effect(&mut self, item: ItemIndex, found: Record) -> Record {
-        let reasons = self.judge.reasons(item, |input| Some(self.digest(input)));
-        let causes = self.judge.causes(item, &reasons, |input| self.causes(input));
+    /// Makes an earlier result, or one of another item, the item's latest record; the next run is compared
+    /// with it.
+    fn restore(&mut self, item: ItemIndex, found: Record) -> Record {
+        let reasons = self.check.reasons(item, |input| Some(self.digest(input)));
+        let causes = self.check.causes(item, &reasons, |input| self.causes(input));
         let (maker, made_by) = found.maker();
         let since = Timestamp::now();
         let record = Record {
-            manifest: manifest_name(self.judge.plan),
-            item: self.judge.name(item),
+            manifest: self.check.plan.manifest_name(),
+            item: self.check.name(item),
             gone: false,
-            inputs: self.judge.inputs(item, |input| self.digest(input)),
-            source: self.judge.source(item),
+            inputs: self.check.inputs(item, |input| self.digest(input)),
+            source: self.check.source(item),
             reasons,
             causes: worth_keeping(&causes),
             from_cache: Some(FromCache { since, item: maker.clone(), manifest: made_by.into() }),
             ..found.clone()
         };
         self.items[item].causes = causes;
-        // PublishEvent again, so that of the earlier results it is the one used last: word for word where it is this item's, so
-        // that it replaces the line before.
-        let result = if self.judge.is_of(item, &found) { &found } else { &record };
+        // Written again, so that it counts as the most recently used result. If it is this item's own, the
+        // text stays the same, so that it replaces the line before.
+        let result = if self.check.is_of(item, &found) { &found } else { &record };
         let again = Line::new(Tag::Result, short(record.key), Some(result));
-        let line = Line::new(Tag::Item, self.judge.subject(item), Some(&record));
-        if let Err(error) = self.judge.state.journal.append(&[again, line]) {
+        let line = Line::new(Tag::Item, self.check.subject(item), Some(&record));
+        if let Err(error) = self.check.state.journal.append(&[again, line]) {
             self.fatal = Some(error);
         }
         record
     }
 
-    /// Makes an item run as soon as the artifacts that it needs are there.
-    fn want(&mut self, item: ItemIndex) {
+    /// Runs an item as soon as the artifacts that it needs are in memory.
+    fn run_when_ready(&mut self, item: ItemIndex) {
         self.items[item].phase = Phase::Busy;
-        for input in distinct(&self.judge.plan.items[item].inputs) {
+        for input in distinct(&self.check.plan.items[item].inputs) {
             if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
-                self.items[input].handle = self.workshop.remembered(input, self.digest(input));
+                self.items[input].handle = self.context.from_memory(input, self.digest(input));
             }
             if self.items[input].handle.is_some() {
                 continue;
@@ -344,60 +344,60 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn push(&mut self, item: ItemIndex, task: Task) {
-        self.tasks.push(item, task, self.judge);
+        self.tasks.push(item, task, self.check);
     }
 
     fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(WorkSpan, Message)>)
     where
         'a: 's,
     {
-        let workshop = self.workshop;
+        let context = self.context;
         let sender = sender.clone();
         self.busy += 1;
         let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
             Task::Fetch(item) => {
                 let digest = self.digest(item);
-                (item, Work::Fetch, Box::new(move || Message::Fetched(item, workshop.fetch(item, digest))))
+                (item, Work::Fetch, Box::new(move || Message::Fetched(item, context.fetch(item, digest))))
             }
             Task::Publish(item) => {
                 let outputs = self.outputs(item).to_vec();
                 let act = move || {
-                    let mut told = Vec::new();
-                    let result = workshop.publish(item, &outputs, None, &mut told);
-                    Message::Published(item, told, result)
+                    let mut events = Vec::new();
+                    let result = context.publish(item, &outputs, None, &mut events);
+                    Message::Published(item, events, result)
                 };
                 (item, Work::Publish, Box::new(act))
             }
             Task::Run(item) => {
-                let order = self.order(item);
-                self.items[item].causes.clone_from(&order.causes);
-                self.tell(Event::Started { item: self.judge.name(item), reasons: order.reasons.clone() });
-                (item, Work::Run, Box::new(move || Message::Ran(item, workshop.run(order))))
+                let request = self.request(item);
+                self.items[item].causes.clone_from(&request.causes);
+                self.report(Event::Started { item: self.check.name(item), reasons: request.reasons.clone() });
+                (item, Work::Run, Box::new(move || Message::Ran(item, context.run(request))))
             }
         };
         scope.spawn(move |_| {
             let begun = Instant::now();
             let message = catch_unwind(AssertUnwindSafe(act))
-                .unwrap_or_else(|panic| Message::Broken(item, message_of(panic.as_ref()).to_owned()));
+                .unwrap_or_else(|panic| Message::Panicked(item, message_of(panic.as_ref()).to_owned()));
             let worker = rayon::current_thread_index().unwrap_or(0);
-            let spell = WorkSpan { item, work, worker, begun, took: begun.elapsed() };
-            let _ = sender.send((spell, message));
+            let span = WorkSpan { item, work, worker, begun, took: begun.elapsed() };
+            let _ = sender.send((span, message));
         });
     }
 
-    fn tell_spell(&mut self, spell: &WorkSpan) {
+    fn report_span(&mut self, span: &WorkSpan) {
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
-        self.tell(Event::TaskTimed {
-            item: self.judge.name(spell.item),
-            work: spell.work,
-            worker: spell.worker,
-            start_milliseconds: milliseconds(spell.begun.saturating_duration_since(self.clock)),
-            milliseconds: milliseconds(spell.took),
+        self.report(Event::TaskTimed {
+            item: self.check.name(span.item),
+            work: span.work,
+            worker: span.worker,
+            start_milliseconds: milliseconds(span.begun.saturating_duration_since(self.clock)),
+            milliseconds: milliseconds(span.took),
         });
     }
 
-    fn order(&self, item: ItemIndex) -> RunRequest {
-        let plan = self.judge.plan;
+    fn request(&self, item: ItemIndex) -> RunRequest {
+        let plan = self.check.plan;
         let this = &plan.items[item];
         let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
         let handles = ports.map(|((port, _), inputs)| {
@@ -409,35 +409,35 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let reasons = if self.items[item].lost {
             vec![crate::Reason::ResultLost]
         } else {
-            self.judge.reasons(item, |input| Some(self.digest(input)))
+            self.check.reasons(item, |input| Some(self.digest(input)))
         };
-        let causes = self.judge.causes(item, &reasons, |input| self.causes(input));
+        let causes = self.check.causes(item, &reasons, |input| self.causes(input));
         RunRequest {
             item,
             key: self.key(item),
-            inputs: self.judge.inputs(item, |input| self.digest(input)),
+            inputs: self.check.inputs(item, |input| self.digest(input)),
             handles: handles.collect(),
             reasons,
             causes,
         }
     }
 
-    /// What began that an item's artifact is what it is: in this build, or in the one that ran it last.
+    /// The causes of an item's present artifact: those of this build, or of the build that ran it last.
     fn causes(&self, item: ItemIndex) -> Vec<Cause> {
         match &self.items[item].causes[..] {
-            [] => self.judge.last_causes(item),
+            [] => self.check.last_causes(item),
             causes => causes.to_vec(),
         }
     }
 
     fn key(&self, item: ItemIndex) -> Digest {
-        self.judge.key(item, |input| self.digest(input))
+        self.check.key(item, |input| self.digest(input))
     }
 
     fn outputs(&self, item: ItemIndex) -> &[Blob] {
         match &self.items[item].outputs {
             Some(outputs) => outputs,
-            None => self.judge.effect(item).map_or(&[], |effect| effect.outputs()),
+            None => self.check.latest(item).map_or(&[], |latest| latest.outputs()),
         }
     }
 
@@ -445,15 +445,15 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
-    fn tell_all(&mut self, item: ItemIndex, told: Vec<PublishEvent>) {
-        let name = self.judge.name(item);
-        for told in told {
-            self.tell(event_of(&name, told));
+    fn report_all(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
+        let name = self.check.name(item);
+        for event in events {
+            self.report(event_of(&name, event));
         }
     }
 
-    /// Tells an event, and counts files.
-    pub(crate) fn tell(&mut self, event: Event) {
+    /// Reports an event, and counts files.
+    pub(crate) fn report(&mut self, event: Event) {
         match &event {
             Event::Published { .. } => self.summary.published += 1,
             Event::Removed { .. } => self.summary.removed += 1,
@@ -463,9 +463,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 }
 
-/// The event of something that publishing did.
-pub(crate) fn event_of(name: &ItemName, told: PublishEvent) -> Event {
-    match told {
+/// The event for a publishing step.
+pub(crate) fn event_of(name: &ItemName, event: PublishEvent) -> Event {
+    match event {
         PublishEvent::Published { file, bytes, restored } => {
             Event::Published { item: name.clone(), file, bytes, restored }
         }
@@ -475,7 +475,7 @@ pub(crate) fn event_of(name: &ItemName, told: PublishEvent) -> Event {
     }
 }
 
-/// The items that arrive at any port, each once.
+/// The items at all ports, each once.
 fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
     let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
     all.sort_unstable();

@@ -1,126 +1,152 @@
-//! What stays between the builds of one process, so that a watcher's next build begins warm.
+//! What one process keeps from one build to the next, so that a watcher's next build starts warm.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Weak};
 
+use parking_lot::{Mutex, MutexGuard};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::disk::ReadSet;
 use crate::journal::Journal;
 use crate::memory::Memory;
-use crate::up_to_date::Known;
+use crate::running::{ChangedPaths, RunningBuild};
+use crate::up_to_date::KnownItems;
 use crate::{Error, ErrorKind, Plan};
 
-/// How the names of a workbench's threads begin. Kinds run on these: their panics are caught there and told as failures
-/// of their items, so that a hook for panics need not print them a second time.
+/// The prefix of the names of a session's threads. Kinds run on them: their panics are caught there and
+/// reported as failures of their items, so that a panic hook does not need to print them a second time.
 pub const WORKER: &str = "specula worker";
 
-/// The threads of a process's builds, and what they remember from one build to the next.
+/// The threads for the builds of a process, and what is kept from one build to the next.
 ///
 /// It holds no lock: between its builds another process may build in the same folder.
 pub struct BuildSession {
     pub(crate) pool: ThreadPool,
-    /// What the items of the last build read, and of the one under way.
-    noted: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
+    /// The files that the items of the last build read, and those that the running build has read so far.
+    reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
-    between: Mutex<SavedState>,
-    /// The paths that a watcher has heard of and not acted on, if one is at work: it will build again because of them.
+    saved: Mutex<SavedState>,
+    /// The paths that a watcher has heard of and not handled yet, if there is a watcher: it will build again
+    /// because of them.
     pub(crate) pending: Option<Arc<PathSet>>,
-    /// What the items read that failed in the last build.
+    /// The build that runs, or the last one.
+    running: Mutex<Weak<RunningBuild>>,
+    /// The files that the failed items of the last build read.
     pub(crate) failed_on: PathSet,
 }
 
-/// Paths that several threads know of.
+/// Paths that several threads share.
 #[derive(Debug, Default)]
 pub(crate) struct PathSet(Mutex<HashSet<PathBuf>>);
 
 impl PathSet {
     pub(crate) fn lock(&self) -> MutexGuard<'_, HashSet<PathBuf>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock()
     }
 }
 
-/// What is known of the state folder between two builds. Others may write there meanwhile, so that it is checked before
-/// it is used.
+/// What is kept of the state folder between two builds. Others may write there meanwhile, so it is checked
+/// before it is used.
 #[derive(Default)]
 pub(crate) struct SavedState {
     /// The journal as the last build left it.
     pub(crate) journal: Option<Journal>,
     /// The items as the last build left them.
-    pub(crate) settled: Option<Settled>,
-    /// The bytes stored since somebody looked how large the cache is.
+    pub(crate) last_build: Option<LastBuild>,
+    /// The bytes stored since the size of the cache was last computed.
     pub(crate) stored: u64,
-    /// How many more may be stored until somebody has to look again.
+    /// How many bytes may be stored before the size has to be computed again.
     pub(crate) room: u64,
 }
 
-/// Which items of a plan a build left with their results and files at hand.
-pub(crate) struct Settled {
+/// The items of a plan that a build left with complete results and files.
+pub(crate) struct LastBuild {
     plan: Plan,
     selected: Vec<bool>,
-    known: Known,
+    known: KnownItems,
 }
 
-impl Settled {
-    pub(crate) fn new(plan: &Plan, selected: &[bool], known: Known) -> Self {
+impl LastBuild {
+    pub(crate) fn new(plan: &Plan, selected: &[bool], known: KnownItems) -> Self {
         Self { plan: plan.clone(), selected: selected.to_vec(), known }
     }
 
-    /// What is known of the items, if it was the same plan.
-    pub(crate) fn known(self, plan: &Plan, selected: &[bool]) -> Option<Known> {
+    /// The items, if the plan and the selection are the same.
+    pub(crate) fn known(self, plan: &Plan, selected: &[bool]) -> Option<KnownItems> {
         let is_same = self.plan.is_same(plan) && self.selected == selected;
         is_same.then_some(self.known)
     }
 }
 
 impl BuildSession {
-    /// A bench with this number of threads (`None`: one per processor) that keeps decoded artifacts of at most so many
-    /// encoded bytes in memory, those that were used last: decoded they may take some times that. With 0 each is let go
-    /// as soon as no item of the build needs it any more.
+    /// A session with this number of threads (`None`: one per processor) that keeps decoded artifacts of at
+    /// most `memory` encoded bytes in memory, the most recently used ones; decoded, they may take several
+    /// times as much. With 0 each artifact is dropped as soon as no item of the build needs it any more.
     ///
     /// # Errors
-    /// Where threads cannot be started.
+    /// If threads cannot be started.
     pub fn new(jobs: Option<usize>, memory: u64) -> Result<Self, Error> {
-        // 0 stands for the number of available cores.
+        // 0 means the number of available cores.
         let pool = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0));
         let built = pool.thread_name(|index| format!("{WORKER} {index}")).build();
         let pool =
             built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
         Ok(Self {
             pool,
-            noted: Mutex::default(),
+            reads: Mutex::default(),
             memory: Memory::new(memory),
-            between: Mutex::default(),
+            saved: Mutex::default(),
             pending: None,
+            running: Mutex::default(),
             failed_on: PathSet::default(),
         })
     }
 
-    /// A build begins: what it notes here is what its items read.
-    pub(crate) fn begin_noting(&self) -> Arc<ReadSet> {
-        let noted = Arc::<ReadSet>::default();
-        self.latest().1 = Arc::clone(&noted);
-        noted
+    /// Reports to the running build that these files or folders (absolute) may have changed and, if that
+    /// changed the graph, what the graph is now.
+    ///
+    /// If that makes anything stale, the build ends early: stale items stop at their next
+    /// [`Context::check_cancelled`](crate::Context::check_cancelled), the other running items finish, no item
+    /// starts any more, and its summary is `cancelled`. If nothing is stale, or no build runs, nothing
+    /// happens.
+    pub fn outdate(&self, paths: &[PathBuf], plan: Option<&Plan>) {
+        let running = self.running.lock().upgrade();
+        if let Some(running) = running {
+            running.outdate(&ChangedPaths::new(paths), plan);
+        }
     }
 
-    /// The build has noted all.
-    pub(crate) fn end_noting(&self) {
-        let mut latest = self.latest();
+    /// Makes a build the one that [`BuildSession::outdate`] reaches, as long as `running` is alive.
+    pub(crate) fn begin(&self, running: &Arc<RunningBuild>) {
+        *self.running.lock() = Arc::downgrade(running);
+    }
+
+    /// Starts the set of files that the items of a new build read.
+    pub(crate) fn begin_reads(&self) -> Arc<ReadSet> {
+        let reads = Arc::<ReadSet>::default();
+        self.lock_reads().1 = Arc::clone(&reads);
+        reads
+    }
+
+    /// The build has ended: its set becomes that of the last build.
+    pub(crate) fn end_reads(&self) {
+        let mut latest = self.lock_reads();
         latest.0 = std::mem::take(&mut latest.1);
     }
 
-    /// What the items of the last builds read, as far as that is known: what a watcher attends to.
-    pub(crate) fn noted(&self) -> [Arc<ReadSet>; 2] {
-        let latest = self.latest();
+    /// The files that the items of the last build and of the running one read, as far as that is known: a
+    /// watcher watches them.
+    pub(crate) fn read_sets(&self) -> [Arc<ReadSet>; 2] {
+        let latest = self.lock_reads();
         [Arc::clone(&latest.0), Arc::clone(&latest.1)]
     }
 
-    fn latest(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
-        self.noted.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock_reads(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
+        self.reads.lock()
     }
 
-    pub(crate) fn between(&self) -> MutexGuard<'_, SavedState> {
-        self.between.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(crate) fn saved(&self) -> MutexGuard<'_, SavedState> {
+        self.saved.lock()
     }
 }

@@ -1,4 +1,4 @@
-//! The state folder `.specula` beside the manifest: a lock, the journal, the store.
+//! The state folder `.specula` beside the manifest: the lock, the journal, the store.
 //!
 //! ```text
 //! .specula/
@@ -16,10 +16,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fs, io};
 
-use crate::journal::Journal;
-use crate::lock::{Lock, Request};
+use crate::journal::{Journal, Retention};
+use crate::lock::{Lock, LockRequest};
 use crate::regular::{check_own, links_in};
-use crate::retention::Retention;
 use crate::store::Store;
 use crate::{Error, ErrorKind};
 
@@ -37,10 +36,10 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Opens the folder beside a manifest to look at it: nothing is written, and a build may be at work.
+    /// Opens the folder beside a manifest for reading: nothing is written, and a build may be running.
     ///
     /// # Errors
-    /// Where it cannot be read, or was written by a newer version.
+    /// If it cannot be read, or was written by a newer version.
     pub(crate) fn read(beside: &Path) -> Result<Self, Error> {
         let folder = beside.join(FOLDER);
         check(&folder)?;
@@ -48,25 +47,25 @@ impl State {
         Ok(Self { journal, store: Arc::new(Store::new(&folder)), now: i64::MIN / 2, _lock: None })
     }
 
-    /// Locks the folder beside a manifest, and makes it where it is not there.
+    /// Locks the folder beside a manifest, and creates it if it does not exist.
     ///
     /// # Errors
     /// As [`Lock::take`].
-    pub(crate) fn lock(beside: &Path, request: &Request<'_>) -> Result<Lock, Error> {
+    pub(crate) fn lock(beside: &Path, request: &LockRequest<'_>) -> Result<Lock, Error> {
         let folder = beside.join(FOLDER);
         check(&folder)?;
         Lock::take(&folder, request)
     }
 
-    /// Opens a locked folder to work in it. `kept` is its journal as [`State::rest`] left it.
+    /// Opens a locked folder for a build. `saved` is its journal as [`State::close`] returned it.
     ///
     /// # Errors
-    /// Where it cannot be written, or was written by a newer version.
-    pub(crate) fn open(lock: Lock, kept: Option<Journal>) -> Result<Self, Error> {
+    /// If it cannot be written, or was written by a newer version.
+    pub(crate) fn open(lock: Lock, saved: Option<Journal>) -> Result<Self, Error> {
         let folder = lock.folder();
         let beside = folder.parent().unwrap_or(folder);
         let retention = |journal: &Journal| Retention::of(journal, beside);
-        let journal = Journal::write(&folder.join("journal"), kept, retention)?;
+        let journal = Journal::write(&folder.join("journal"), saved, retention)?;
         let now = lock.announce()?;
         write_ignore(folder)?;
         let store = Store::new(folder);
@@ -74,16 +73,17 @@ impl State {
         Ok(Self { journal, store: Arc::new(store), now, _lock: Some(lock) })
     }
 
-    /// Frees the lock, and keeps the journal for the next time.
-    pub(crate) fn rest(self) -> Option<Journal> {
-        self.journal.rest()
+    /// Frees the lock, and returns the journal for the next build.
+    pub(crate) fn close(self) -> Option<Journal> {
+        self.journal.close()
     }
 }
 
-/// Makes the state folder beside a manifest, which ignores itself in git, for what a program keeps there of its own.
+/// Creates the state folder beside a manifest, with a `.gitignore` that excludes it, for files that a program
+/// keeps there itself.
 ///
 /// # Errors
-/// If it cannot be made, or something in it is not what it should be, such as a link.
+/// If it cannot be created, or something in it is not what it should be, such as a link.
 pub fn prepare_state_folder(beside: &Path) -> Result<PathBuf, Error> {
     let folder = beside.join(FOLDER);
     check(&folder)?;
@@ -100,8 +100,8 @@ fn write_ignore(folder: &Path) -> Result<(), Error> {
     fs::write(&ignore, "*\n").map_err(|error| Error::io(&error, "write", &ignore))
 }
 
-/// Refuses a state folder that would lead a build to files elsewhere, or to wait for ever: it may be part of a project
-/// that somebody else has prepared.
+/// Refuses a state folder that would lead a build to files elsewhere, or make it wait forever: the folder may
+/// have come with a project from someone else.
 fn check(folder: &Path) -> Result<(), Error> {
     let refuse = |path: &Path, why: io::Error| {
         let message = format!("{} cannot be used: {why}", path.display());
@@ -128,8 +128,8 @@ mod tests {
     use crate::{Cancel, LockPurpose, LockTimeout};
 
     fn lock(beside: &Path) -> Result<State, Error> {
-        let (errand, patience) = (LockPurpose::Build, LockTimeout::NONE);
-        let request = Request { errand, patience, cancel: &Cancel::default(), waiting: &|_| {} };
+        let (purpose, timeout) = (LockPurpose::Build, LockTimeout::NONE);
+        let request = LockRequest { purpose, timeout, cancel: &Cancel::default(), waiting: &|_| {} };
         State::lock(beside, &request).and_then(|lock| State::open(lock, None))
     }
 
@@ -151,7 +151,7 @@ mod tests {
         assert_eq!(State::read(folder.path()).err().unwrap().kind(), ErrorKind::BadState);
     }
 
-    /// Each of these would have led a build to write, or to remove files, somewhere else.
+    /// Each of these would have led a build to write or remove files somewhere else.
     #[cfg(unix)]
     #[test]
     fn links_and_pipes_in_the_folder_are_refused_and_not_followed() {

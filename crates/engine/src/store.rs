@@ -1,21 +1,21 @@
 //! The content-addressed store: artifacts and exported files under the digest of their bytes.
 //!
-//! A blob is written to `tmp/` and renamed to `blobs/ab/cdef...`, so that a reader finds it whole or not at all. A
-//! read verifies the digest: a blob that a crash or a bad disk has damaged is dropped and made again, so that no
-//! write has to wait for the disk. A blob that no record names is garbage; nothing else refers to it.
+//! A blob is written to `tmp/` and renamed to `blobs/ab/cdef...`, so that a reader finds it complete or not
+//! at all. Reading verifies the digest: a blob that was damaged by a crash or a bad disk is removed and made
+//! again, so writing does not need to wait for the disk. A blob that no record names is garbage; nothing else
+//! refers to it.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::hash::{BuildHasherDefault, Hasher};
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::cache::Amount;
-use crate::regular::{read_file, write_new};
+use crate::regular::{read_file, replace_through};
 use crate::{Digest, Error, platform};
 
 /// A stored output: its digest and size.
@@ -26,14 +26,38 @@ pub(crate) struct Blob {
     pub(crate) bytes: u64,
 }
 
-/// What is where a blob should be.
-pub(crate) enum Looked {
+/// A number of files and their size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Amount {
+    /// How many there are.
+    pub count: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl Amount {
+    pub(crate) fn add(&mut self, bytes: u64) {
+        self.count += 1;
+        self.bytes += bytes;
+    }
+}
+
+impl std::ops::Add for Amount {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { count: self.count + other.count, bytes: self.bytes + other.bytes }
+    }
+}
+
+/// What a blob's file contains.
+pub(crate) enum BlobFile {
     /// The blob's bytes.
-    Whole(Vec<u8>),
+    Intact(Vec<u8>),
     /// Other bytes.
     Damaged,
-    /// Nothing.
-    Gone,
+    /// The file does not exist.
+    Missing,
 }
 
 /// The blobs of a state folder.
@@ -41,14 +65,14 @@ pub(crate) enum Looked {
 pub(crate) struct Store {
     folder: PathBuf,
     next: AtomicU64,
-    /// The bytes that have been stored through this.
+    /// The number of bytes that have been stored through this.
     stored: AtomicU64,
 }
 
-/// From so many blobs on they are listed.
-const LISTED: usize = 4096;
+/// Asked for at least this many blobs, the store lists its folders.
+const LIST_FROM: usize = 4096;
 
-/// A digest is as good as a hash.
+/// A hasher that returns the first bytes of a digest.
 #[derive(Default)]
 struct DigestHasher(u64);
 
@@ -64,7 +88,7 @@ impl Hasher for DigestHasher {
     }
 }
 
-/// Which blobs are there.
+/// Which blobs exist.
 pub(crate) struct Presence<'a> {
     store: &'a Store,
     listed: Option<HashSet<Digest, BuildHasherDefault<DigestHasher>>>,
@@ -84,7 +108,7 @@ impl Store {
         Self { folder: state.to_path_buf(), next: AtomicU64::new(0), stored: AtomicU64::new(0) }
     }
 
-    /// Whether a blob is there, by its name and size.
+    /// Whether a blob exists, by its name and size.
     pub(crate) fn has(&self, blob: &Blob) -> bool {
         fs::metadata(self.path(blob.digest)).is_ok_and(|metadata| metadata.len() == blob.bytes)
     }
@@ -92,28 +116,16 @@ impl Store {
     /// Stores bytes.
     ///
     /// # Errors
-    /// Where the file cannot be written; nothing is left of it then.
+    /// If the file cannot be written; nothing is left of it then.
     pub(crate) fn put(&self, bytes: &[u8]) -> Result<Blob, Error> {
         let blob = Blob { digest: Digest::of(bytes), bytes: bytes.len() as u64 };
         if self.has(&blob) {
             return Ok(blob);
         }
         let number = self.next.fetch_add(1, Ordering::Relaxed);
-        let temporary = self.temporaries().join(format!("{}-{number}", std::process::id()));
-        let place = self.path(blob.digest);
-        let written =
-            write_new(&temporary, bytes).and_then(|_| match platform::replace(&temporary, &place) {
-                // Most folders are there.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                    fs::create_dir_all(place.parent().unwrap_or(&place))?;
-                    platform::replace(&temporary, &place)
-                }
-                replaced => replaced,
-            });
-        written.map_err(|error| {
-            let _ = fs::remove_file(&temporary);
-            Error::io(&error, "store a result in", &self.folder)
-        })?;
+        let temporary = self.temporary_folder().join(format!("{}-{number}", std::process::id()));
+        replace_through(&temporary, &self.path(blob.digest), &mut |mut file| file.write_all(bytes))
+            .map_err(|error| Error::io(&error, "store a result in", &self.folder))?;
         self.stored.fetch_add(blob.bytes, Ordering::Relaxed);
         Ok(blob)
     }
@@ -123,16 +135,17 @@ impl Store {
         self.stored.load(Ordering::Relaxed)
     }
 
-    /// Every blob that is there, with its size. One that is removed meanwhile is not among them.
+    /// Every blob, with its size. One that is removed meanwhile may be missing.
     pub(crate) fn blobs(&self) -> HashMap<Digest, u64> {
         self.listed(|entry, digest| Some((digest, entry.metadata().ok()?.len()))).into_iter().collect()
     }
 
-    /// A look at which blobs are there, to ask of so many. Many are listed, by name alone: to ask the system for each
-    /// would take most of the time of a build that has nothing to do. One that is cut short shows when it is read.
+    /// Answers which blobs exist, for so many questions. For many the folders are listed, and only names
+    /// count: asking the system for each file would take most of the time of a build that has nothing to do.
+    /// A truncated blob is detected when it is read.
     pub(crate) fn presence(&self, asked: usize) -> Presence<'_> {
         let listed = || self.listed(|_, digest| Some(digest)).into_iter().collect();
-        Presence { store: self, listed: (asked >= LISTED).then(listed) }
+        Presence { store: self, listed: (asked >= LIST_FROM).then(listed) }
     }
 
     fn listed<T: Send>(&self, of: impl Fn(&fs::DirEntry, Digest) -> Option<T> + Sync) -> Vec<T> {
@@ -147,55 +160,56 @@ impl Store {
         found.collect()
     }
 
-    /// What is being written, or was left half written.
-    pub(crate) fn unfinished(&self) -> Amount {
-        let sizes = entries(&self.temporaries()).filter_map(|entry| Some(entry.metadata().ok()?.len()));
+    /// The files that are being written, or were left by a killed build.
+    pub(crate) fn temporary_files(&self) -> Amount {
+        let sizes = entries(&self.temporary_folder()).filter_map(|entry| Some(entry.metadata().ok()?.len()));
         sizes.map(|bytes| Amount { count: 1, bytes }).fold(Amount::default(), |all, one| all + one)
     }
 
-    /// The bytes of a blob; `None` where it is not there or damaged, and then it is dropped.
+    /// The bytes of a blob; `None` if it does not exist or is damaged. A damaged one is removed.
     ///
     /// # Errors
-    /// Where the file is there and cannot be read.
+    /// If the file exists and cannot be read.
     pub(crate) fn get(&self, digest: Digest) -> Result<Option<Vec<u8>>, Error> {
-        match self.look(digest)? {
-            Looked::Whole(bytes) => Ok(Some(bytes)),
-            Looked::Damaged => {
+        match self.read(digest)? {
+            BlobFile::Intact(bytes) => Ok(Some(bytes)),
+            BlobFile::Damaged => {
                 let place = self.path(digest);
                 platform::remove(&place).map_err(|error| Error::io(&error, "remove the damaged", &place))?;
                 Ok(None)
             }
-            Looked::Gone => Ok(None),
+            BlobFile::Missing => Ok(None),
         }
     }
 
     /// Reads a blob and compares it with its digest; nothing is written.
     ///
     /// # Errors
-    /// Where the file is there and cannot be read.
-    pub(crate) fn look(&self, digest: Digest) -> Result<Looked, Error> {
+    /// If the file exists and cannot be read.
+    pub(crate) fn read(&self, digest: Digest) -> Result<BlobFile, Error> {
         let place = self.path(digest);
         match read_file(&place) {
-            Ok(bytes) if Digest::of(&bytes) == digest => Ok(Looked::Whole(bytes)),
-            Ok(_) => Ok(Looked::Damaged),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Looked::Gone),
+            Ok(bytes) if Digest::of(&bytes) == digest => Ok(BlobFile::Intact(bytes)),
+            Ok(_) => Ok(BlobFile::Damaged),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(BlobFile::Missing),
             Err(error) => Err(Error::io(&error, "read", &place)),
         }
     }
 
-    /// Forgets a blob whose bytes are intact and yet of no use.
-    pub(crate) fn forget(&self, digest: Digest) {
+    /// Removes a blob, for example one whose bytes are intact and cannot be decoded.
+    pub(crate) fn remove(&self, digest: Digest) {
         let _ = platform::remove(&self.path(digest));
     }
 
-    /// Makes the folders, and removes what a killed build left half written.
+    /// Creates the folders, and removes what a killed build left in them.
     ///
     /// # Errors
-    /// Where the folders cannot be made.
+    /// If the folders cannot be created.
     pub(crate) fn prepare(&self) -> Result<(), Error> {
-        let temporaries = self.temporaries();
-        fs::create_dir_all(&temporaries).map_err(|error| Error::io(&error, "create", &temporaries))?;
-        for entry in entries(&temporaries) {
+        let temporary_folder = self.temporary_folder();
+        fs::create_dir_all(&temporary_folder)
+            .map_err(|error| Error::io(&error, "create", &temporary_folder))?;
+        for entry in entries(&temporary_folder) {
             let path = entry.path();
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
             let _ = if is_folder { fs::remove_dir_all(path) } else { fs::remove_file(path) };
@@ -203,8 +217,9 @@ impl Store {
         Ok(())
     }
 
-    /// The folder for what is not whole yet: blobs that are being written, the scratch folders of running items.
-    pub(crate) fn temporaries(&self) -> PathBuf {
+    /// The folder for unfinished files: blobs that are being written, and the scratch folders of running
+    /// items.
+    pub(crate) fn temporary_folder(&self) -> PathBuf {
         self.folder.join("tmp")
     }
 
@@ -223,14 +238,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blobs_are_there_or_not_whether_they_are_listed_or_asked_for() {
+    fn listing_and_asking_find_the_same_blobs() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path());
         store.prepare().unwrap();
         let blobs = (0..300_u32).map(|n| store.put(&n.to_le_bytes()).unwrap()).collect::<Vec<_>>();
-        blobs.iter().step_by(3).for_each(|blob| store.forget(blob.digest));
+        blobs.iter().step_by(3).for_each(|blob| store.remove(blob.digest));
         fs::write(folder.path().join("blobs/stranger"), "").unwrap();
-        for asked in [0, LISTED] {
+        for asked in [0, LIST_FROM] {
             let presence = store.presence(asked);
             assert_eq!(presence.listed.is_some(), asked > 0);
             for (n, blob) in blobs.iter().enumerate() {
@@ -241,14 +256,14 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_blob_is_dropped() {
+    fn a_damaged_blob_is_removed() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path());
         store.prepare().unwrap();
         let blob = store.put(b"light").unwrap();
         assert!(store.has(&blob));
         assert_eq!(store.get(blob.digest).unwrap().unwrap(), b"light");
-        assert_eq!(fs::read_dir(store.temporaries()).unwrap().count(), 0);
+        assert_eq!(fs::read_dir(store.temporary_folder()).unwrap().count(), 0);
 
         fs::write(store.path(blob.digest), "lighu").unwrap();
         assert_eq!(store.get(blob.digest).unwrap(), None);

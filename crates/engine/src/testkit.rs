@@ -20,13 +20,13 @@ pub(crate) fn kinds() -> Kinds {
 }
 
 /// Diagnostics as a test shows them: `line:column message | expected | help`, a line for each.
-pub(crate) fn shown(faults: &Diagnostics) -> String {
+pub(crate) fn shown(diagnostics: &Diagnostics) -> String {
     let mut text = String::new();
-    for fault in &faults.faults {
-        let place = fault.span.as_ref().map(|span| line_and_column(&faults.text, span.start));
+    for diagnostic in &diagnostics.faults {
+        let place = diagnostic.span.as_ref().map(|span| line_and_column(&diagnostics.text, span.start));
         text += &place.map_or("-".into(), |(line, column)| format!("{line}:{column}"));
-        text += &format!(" {}", fault.message);
-        for more in [&fault.expected, &fault.help].into_iter().flatten() {
+        text += &format!(" {}", diagnostic.message);
+        for more in [&diagnostic.expected, &diagnostic.help].into_iter().flatten() {
             text += &format!(" | {more}");
         }
         text.push('\n');
@@ -72,7 +72,7 @@ parameters! {
     pub(crate) struct Nothing {}
 }
 
-/// Reads a file; of a folder, the names in it. A line `include NAME` reads a file beside it.
+/// Reads a file, or the names in a folder. A line `include NAME` reads a file beside it.
 pub(crate) struct TextSource;
 
 impl Kind for TextSource {
@@ -131,7 +131,7 @@ impl Kind for Upper {
 
 choice! {
     /// Where something is put.
-    pub(crate) enum Place {
+    pub(crate) enum Position {
         /// Before the text.
         Before = "before",
         /// After the text.
@@ -147,7 +147,7 @@ parameters! {
         /// How often.
         times: usize = 1,
         /// Where it is added.
-        place: Place = Place::After,
+        place: Position = Position::After,
     }
 }
 
@@ -180,8 +180,8 @@ impl Kind for Suffix {
         let text = context.get::<Text>("text")?;
         let added = parameters.text.repeat(parameters.times);
         Output::artifact(Text(match parameters.place {
-            Place::Before => format!("{added}{}", text.0),
-            Place::After => format!("{}{added}", text.0),
+            Position::Before => format!("{added}{}", text.0),
+            Position::After => format!("{}{added}", text.0),
         }))
     }
 }
@@ -263,12 +263,12 @@ impl Kind for Count {
 parameters! {
     /// Parameters of `refuse`.
     pub(crate) struct RefuseParameters {
-        /// The word that it does not want to see.
+        /// The word that must not be in the text.
         word: String = "bad".into(),
     }
 }
 
-/// Passes a text on, but fails where it holds a word.
+/// Passes a text on, but fails if it contains a word.
 pub(crate) struct Refuse;
 
 impl Kind for Refuse {

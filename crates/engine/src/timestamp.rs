@@ -1,4 +1,4 @@
-//! Times in records, for people. They never enter keys or artifacts.
+//! Times in records, for people. They are never part of keys or artifacts.
 
 use std::fmt;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -27,26 +27,11 @@ impl Timestamp {
 impl fmt::Display for Timestamp {
     /// `2026-03-01 09:30:05 UTC`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let seconds = self.0 / 1000;
-        let (year, month, day) = civil(seconds / 86_400);
-        let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
-        write!(f, "{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02} UTC")
+        // The last moment that jiff can write is in the year 9999.
+        let milliseconds = i64::try_from(self.0).unwrap_or(i64::MAX);
+        let time = jiff::Timestamp::from_millisecond(milliseconds).unwrap_or(jiff::Timestamp::MAX);
+        write!(f, "{}", time.strftime("%Y-%m-%d %H:%M:%S UTC"))
     }
-}
-
-/// Year, month and day of a number of days after 1970-01-01 (Gregorian).
-///
-/// Counted from 0000-03-01 in eras of 400 years, so that the leap day ends a year: after Howard Hinnant,
-/// "chrono-Compatible Low-Level Date Algorithms".
-fn civil(days: u64) -> (u64, u64, u64) {
-    let days = days + 719_468;
-    let (era, day_of_era) = (days / 146_097, days % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let shifted = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * shifted + 2) / 5 + 1;
-    let month = if shifted < 10 { shifted + 3 } else { shifted - 9 };
-    (era * 400 + year_of_era + u64::from(month <= 2), month, day)
 }
 
 #[cfg(test)]
@@ -61,6 +46,7 @@ mod tests {
             (951_782_400, "2000-02-29 00:00:00 UTC"),
             (1_709_251_200, "2024-03-01 00:00:00 UTC"),
             (4_107_542_400, "2100-03-01 00:00:00 UTC"),
+            (u64::MAX / 1000, "9999-12-30 22:00:00 UTC"),
         ] {
             assert_eq!(Timestamp(seconds * 1000).to_string(), text);
         }

@@ -1,8 +1,8 @@
-//! Whether an item's result is at hand, and if not, why not.
+//! Whether an item's result is in the cache, and if not, why not.
 //!
-//! An item is up to date when there is a record with its key whose reads are what the files hold now, and whose
-//! outputs are in the store. The record in effect (of the last build) is asked first, then the results of earlier
-//! keys and contents, so that an edit which is taken back runs nothing.
+//! An item is up to date if there is a record with its key, the files that the record names still have the
+//! same contents, and its outputs are in the store. The latest record is checked first, then the results of
+//! earlier keys and contents, so that undoing an edit runs nothing.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -10,137 +10,139 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::disk::{Disk, modified};
-use crate::journal::{Effect, Line, Subject, Tag, short, subject};
+use crate::disk::Disk;
+use crate::files::modified;
+use crate::journal::{LatestRecord, Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
-use crate::running::{Changes, Seen};
+use crate::running::{ChangedPaths, Dependencies};
 use crate::state::State;
 use crate::store::{Blob, Presence};
 use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
 
-/// What is worked out once for a stage.
-pub(crate) struct StageFacts {
+/// What is computed once for a stage.
+pub(crate) struct StageInfo {
     pub(crate) parameters: Value,
     parameters_text: String,
     pub(crate) revision: u32,
     pub(crate) shows_keys: bool,
     /// The artifact's type and the decoder that the first consumer declares.
     pub(crate) artifact: Option<(&'static str, Option<Decoder>)>,
-    /// The names of the ports that take many.
+    /// The names of the ports that take many items.
     pub(crate) many: HashSet<String>,
 }
 
-/// Judges the items of a plan.
+/// Checks which items of a plan are up to date.
 pub(crate) struct UpToDateCheck<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) state: &'a State,
     pub(crate) disk: &'a Disk,
-    pub(crate) stages: Vec<StageFacts>,
+    pub(crate) stages: Vec<StageInfo>,
     /// The folder of the manifest.
     pub(crate) folder: &'a Path,
     manifest: String,
     selected: &'a [bool],
-    /// The record in effect of each item; empty: each is looked up when it is asked for.
-    effects: Vec<Option<Effect<'a>>>,
-    /// Whether its result was at hand when the build began.
+    /// The latest record of each item; if empty, each is looked up when needed.
+    latest: Vec<Option<LatestRecord<'a>>>,
+    /// For each item, whether its result was in the cache when the build began.
     current: Vec<bool>,
     /// What an earlier build left, as far as nothing has changed since.
-    known: Option<Known>,
+    known: Option<KnownItems>,
 }
 
-/// What is known of the items of a plan without looking.
+/// What an earlier build of the plan left, so that it does not need to be checked again.
 #[derive(Clone)]
-pub(crate) struct Known {
-    /// Whether an item is as an earlier build left it, its result and its files.
-    pub(crate) settled: Vec<bool>,
-    /// The items that read files, and perhaps others.
+pub(crate) struct KnownItems {
+    /// For each item, whether it is as that build left it, with its result and its files.
+    pub(crate) complete: Vec<bool>,
+    /// The items that read files; others may be among them.
     pub(crate) readers: Vec<ItemIndex>,
 }
 
-/// What is known of an item's result.
+/// Whether an item's result is in the cache.
 pub(crate) enum Freshness {
-    /// It is at hand.
+    /// It is.
     Current {
         /// The outputs.
         outputs: Vec<Blob>,
-        /// The record that made them, where it is not the one in effect.
+        /// The record of the run that made them, if that is not the latest record.
         restored: Option<Box<Record>>,
     },
-    /// It has to be made.
+    /// The item has to run.
     Run,
 }
 
 impl<'a> UpToDateCheck<'a> {
-    /// Reads the records of the items, and looks at the files that those of selected stages name.
+    /// Reads the records of the items, and checks the files that the records of selected stages name.
     pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a [bool]) -> Self {
-        let mut judge = Self::with_records(plan, state, disk, selected, None);
-        let readers = judge.readers();
-        judge.look(&readers, None, &|| false);
-        judge
+        let mut check = Self::with_records(plan, state, disk, selected, None);
+        let readers = check.readers();
+        check.check_files(&readers, None, &|| false);
+        check
     }
 
-    /// Reads the records of the items; but if something is `known`, only when they are asked for.
+    /// Reads the records of the items; but if something is `known`, only when they are needed.
     pub(crate) fn with_records(
         plan: &'a Plan,
         state: &'a State,
         disk: &'a Disk,
         selected: &'a [bool],
-        known: Option<Known>,
+        known: Option<KnownItems>,
     ) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
-        let manifest = manifest_name(plan);
-        let (stages, effects, current) = (stage_facts(plan), Vec::new(), Vec::new());
-        let mut judge =
-            Self { plan, state, disk, stages, folder, manifest, selected, effects, current, known };
-        if judge.known.is_none() {
+        let manifest = plan.manifest_name();
+        let (stages, latest, current) = (stage_infos(plan), Vec::new(), Vec::new());
+        let mut check =
+            Self { plan, state, disk, stages, folder, manifest, selected, latest, current, known };
+        if check.known.is_none() {
             let items = (0..plan.items.len()).into_par_iter();
-            judge.effects = items.map(|item| state.journal.effect(judge.subject(item))).collect();
+            check.latest = items.map(|item| state.journal.latest(check.subject(item))).collect();
         }
-        judge
+        check
     }
 
-    /// The items that read files in their last runs, and perhaps others.
+    /// The items that read files in their last runs; others may be among them.
     pub(crate) fn readers(&self) -> Vec<ItemIndex> {
         match &self.known {
             Some(known) => known.readers.clone(),
             None => {
                 let reads = |item: &ItemIndex| {
-                    self.effect(*item).is_some_and(|effect| effect.reads().next().is_some())
+                    self.latest(*item).is_some_and(|latest| latest.reads().next().is_some())
                 };
                 (0..self.plan.items.len()).filter(reads).collect()
             }
         }
     }
 
-    /// Looks at the files that the records name, and finds the items whose results are at hand. Of what is known before,
-    /// only that is looked at which changes concern. If `stop` says so, the rest is left.
-    pub(crate) fn look(
+    /// Checks the files that the records name, and finds the items whose results are in the cache. Of the
+    /// items that are known from an earlier build, only those that depend on `changes` are checked. Once
+    /// `stop` returns true, the rest is left out.
+    pub(crate) fn check_files(
         &mut self,
         readers: &[ItemIndex],
-        changes: Option<&Changes>,
+        changes: Option<&ChangedPaths>,
         stop: &(dyn Fn() -> bool + Sync),
     ) {
         let mut known = self.known.take();
         let (mut places, mut read) = (HashSet::new(), HashSet::new());
         for &item in readers {
-            for (path, listing, _) in self.effect(item).iter().flat_map(Effect::reads) {
+            for (path, listing, _) in self.latest(item).iter().flat_map(LatestRecord::reads) {
                 let path = self.folder.join(path);
                 if let Some(known) = &mut known {
-                    known.settled[item] &= !changes.is_some_and(|changes| changes.concern(&path, listing));
+                    known.complete[item] &= !changes.is_some_and(|changes| changes.affect(&path, listing));
                 }
-                if known.as_ref().is_none_or(|known| !known.settled[item]) {
+                if known.as_ref().is_none_or(|known| !known.complete[item]) {
                     read.insert((path.clone(), listing));
                 }
                 places.insert((path, listing));
             }
         }
         self.known = known;
-        self.disk.note_places(places);
-        self.disk.look_ahead(read.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
+        self.disk.add_reads(places);
+        self.disk.hash_all(read.into_iter().collect::<Vec<(PathBuf, bool)>>(), &self.state.journal);
         let asked = if self.known.is_some() { 0 } else { self.plan.items.len() };
         let store = self.state.store.presence(asked);
-        // Stage by stage, because keys hold what arrives; the items of a stage all at once.
+        // Stage by stage, because keys contain the digests of inputs; the items of a stage in parallel.
         let mut current = Vec::with_capacity(self.plan.items.len());
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
             let first = current.len();
@@ -151,58 +153,59 @@ impl<'a> UpToDateCheck<'a> {
         self.current = current;
     }
 
-    /// Whether the result of an item is at hand, given that of those before it.
+    /// Whether the result of an item is in the cache, given that of the items before it.
     fn is_current_after(&self, item: ItemIndex, current: &[bool], store: &Presence<'_>) -> bool {
         let this = &self.plan.items[item];
         if !self.selected[this.stage] || !this.inputs.iter().flatten().all(|input| current[*input]) {
             return false;
         }
-        let is_good = |effect: Effect<'_>| {
-            !effect.is_gone()
-                && effect.key() == self.key(item, |input| self.digest_in_effect(input))
-                && self.is_good_in_effect(item, effect)
-                && effect.outputs().iter().all(|blob| store.has(blob))
+        let is_valid = |latest: LatestRecord<'_>| {
+            !latest.is_gone()
+                && latest.key() == self.key(item, |input| self.latest_digest(input))
+                && self.is_latest_valid(item, latest)
+                && latest.outputs().iter().all(|blob| store.has(blob))
         };
-        self.is_known_settled(item) || self.effect(item).is_some_and(is_good)
+        self.is_known_complete(item) || self.latest(item).is_some_and(is_valid)
     }
 
-    fn is_known_settled(&self, item: ItemIndex) -> bool {
-        self.known.as_ref().is_some_and(|known| known.settled[item])
+    fn is_known_complete(&self, item: ItemIndex) -> bool {
+        self.known.as_ref().is_some_and(|known| known.complete[item])
     }
 
-    /// What is known without looking; `None` if everything was looked at.
-    pub(crate) fn known(&self) -> Option<&Known> {
+    /// What an earlier build left; `None` if everything was checked.
+    pub(crate) fn known(&self) -> Option<&KnownItems> {
         self.known.as_ref()
     }
 
-    /// Whether an item is known, without looking, to be as an earlier build left it.
-    pub(crate) fn is_settled(&self, item: ItemIndex) -> bool {
-        self.current[item] && self.is_known_settled(item)
+    /// Whether an earlier build completed an item and nothing has changed since.
+    pub(crate) fn is_complete(&self, item: ItemIndex) -> bool {
+        self.current[item] && self.is_known_complete(item)
     }
 
-    /// What an item made, by its record in effect.
-    fn digest_in_effect(&self, item: ItemIndex) -> Digest {
-        let made = self.effect_of(item).and_then(|effect| effect.outputs().first());
+    /// The digest of an item's artifact, by its latest record.
+    fn latest_digest(&self, item: ItemIndex) -> Digest {
+        let made = self.unfiltered_latest(item).and_then(|latest| latest.outputs().first());
         made.map_or(Digest([0; 32]), |blob| blob.digest)
     }
 
-    /// Marks the records of items that the manifest does not have any more.
+    /// Marks the records of items that the manifest no longer has.
     ///
     /// # Errors
-    /// Where the journal cannot be written.
+    /// If the journal cannot be written.
     pub(crate) fn mark_gone(&self) -> Result<(), Error> {
         let journal = &self.state.journal;
-        let is_ours = |effect: &Effect<'_>| !effect.is_gone() && effect.manifest() == self.manifest;
+        let is_ours = |latest: &LatestRecord<'_>| !latest.is_gone() && latest.manifest() == self.manifest;
         if self.known.is_some() {
             return Ok(());
         }
-        let ours = journal.effects().filter(|(_, effect)| is_ours(effect));
-        if ours.count() == self.effects.iter().flatten().filter(|effect| is_ours(effect)).count() {
+        let ours = journal.latest_records().filter(|(_, latest)| is_ours(latest));
+        if ours.count() == self.latest.iter().flatten().filter(|latest| is_ours(latest)).count() {
             return Ok(());
         }
         let here = (0..self.plan.items.len()).into_par_iter().map(|item| self.subject(item));
         let here = here.collect::<HashSet<_>>();
-        let ours = journal.effects().filter(|(subject, effect)| is_ours(effect) && !here.contains(subject));
+        let ours =
+            journal.latest_records().filter(|(subject, latest)| is_ours(latest) && !here.contains(subject));
         let gone = ours.filter_map(|(subject, _)| {
             let record = journal.get::<Record>(Tag::Item, subject)?;
             Some(Line::new(Tag::Item, subject, Some(&Record { gone: true, ..record })))
@@ -211,32 +214,32 @@ impl<'a> UpToDateCheck<'a> {
     }
 
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
-        item_name(self.plan, item)
+        self.plan.item_name(item)
     }
 
-    /// What every build asks of the record in effect of an item of a selected stage.
-    pub(crate) fn effect(&self, item: ItemIndex) -> Option<Effect<'a>> {
-        self.effect_of(item).filter(|_| self.selected[self.plan.items[item].stage])
+    /// The latest record of an item of a selected stage, as far as every build needs it.
+    pub(crate) fn latest(&self, item: ItemIndex) -> Option<LatestRecord<'a>> {
+        self.unfiltered_latest(item).filter(|_| self.selected[self.plan.items[item].stage])
     }
 
-    fn effect_of(&self, item: ItemIndex) -> Option<Effect<'a>> {
-        match self.effects.get(item) {
-            Some(effect) => *effect,
-            None => self.state.journal.effect(self.subject(item)),
+    fn unfiltered_latest(&self, item: ItemIndex) -> Option<LatestRecord<'a>> {
+        match self.latest.get(item) {
+            Some(latest) => *latest,
+            None => self.state.journal.latest(self.subject(item)),
         }
     }
 
-    /// The same record, read from the journal.
+    /// The same record in full, read from the journal.
     pub(crate) fn record(&self, item: ItemIndex) -> Option<Record> {
-        self.effect(item).and_then(|_| self.state.journal.get(Tag::Item, self.subject(item)))
+        self.latest(item).and_then(|_| self.state.journal.get(Tag::Item, self.subject(item)))
     }
 
-    /// Whether the result of an item was at hand when the build began.
+    /// Whether the result of an item was in the cache when the build began.
     pub(crate) fn is_current(&self, item: ItemIndex) -> bool {
         self.current[item]
     }
 
-    /// The subject of the record in effect.
+    /// The subject of an item's latest record.
     pub(crate) fn subject(&self, item: ItemIndex) -> Subject {
         let item = &self.plan.items[item];
         item_subject(&self.manifest, &self.plan.stages[item.stage].name, &item.key)
@@ -247,75 +250,75 @@ impl<'a> UpToDateCheck<'a> {
         record.item == self.name(item) && record.manifest == self.manifest
     }
 
-    /// The source as records hold it.
+    /// The source as records contain it.
     pub(crate) fn source(&self, item: ItemIndex) -> Option<String> {
         self.plan.items[item].source.as_deref().map(|source| path_name(self.folder, source))
     }
 
-    /// The artifacts that arrive, given what each item made.
+    /// The artifacts at the ports, given the digest of each item's artifact.
     pub(crate) fn inputs(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Vec<InputUsed> {
-        self.arrivals(item)
+        self.input_items(item)
             .map(|(port, from)| InputUsed { port: port.into(), item: self.name(from), digest: digest(from) })
             .collect()
     }
 
-    /// All that an item's result depends on but the files that it reads.
+    /// Everything that an item's result depends on, except for the files that it reads.
     pub(crate) fn key(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Digest {
         let this = &self.plan.items[item];
         let stage = &self.plan.stages[this.stage];
-        let facts = &self.stages[this.stage];
+        let info = &self.stages[this.stage];
         let source = self.source(item);
         let mut hasher =
-            KeyHasher::new(stage.kind.name(), facts.revision, &facts.parameters_text, source.as_deref());
+            KeyHasher::new(stage.kind.name(), info.revision, &info.parameters_text, source.as_deref());
         for ((port, _), items) in stage.inputs.iter().zip(&this.inputs) {
             hasher.text(port).number(items.len() as u64);
             for &from in items {
                 let made = &self.plan.items[from];
                 let artifact = self.stages[made.stage].artifact.map_or("", |(name, _)| name);
                 hasher.text(artifact).digest(digest(from));
-                if facts.shows_keys {
+                if info.shows_keys {
                     hasher.item_key(&made.key);
                 }
             }
         }
-        if facts.shows_keys {
+        if info.shows_keys {
             hasher.item_key(&this.key);
         }
         hasher.finish()
     }
 
-    /// What the record in effect of an item rests on.
-    pub(crate) fn seen_before(&self, item: ItemIndex) -> Seen {
-        let reads = self.effect(item).into_iter().flat_map(|effect| effect.reads());
+    /// The files that the latest record of an item depends on.
+    pub(crate) fn recorded_dependencies(&self, item: ItemIndex) -> Dependencies {
+        let reads = self.latest(item).into_iter().flat_map(|latest| latest.reads());
         let reads =
             reads.map(|(path, listing, digest)| Read { path: self.folder.join(path), listing, digest });
-        Seen::before(reads.collect())
+        Dependencies::recorded(reads.collect())
     }
 
-    /// What a record rests on.
-    pub(crate) fn seen(&self, record: &Record) -> Seen {
+    /// The files that a record depends on.
+    pub(crate) fn dependencies(&self, record: &Record) -> Dependencies {
         let read = |read: &FileRead| Read {
             path: self.folder.join(&read.path),
             listing: read.listing,
             digest: read.digest,
         };
-        Seen::before(record.reads.iter().map(read).collect())
+        Dependencies::recorded(record.reads.iter().map(read).collect())
     }
 
-    /// Whether a result with this key is at hand.
-    pub(crate) fn verdict(&self, item: ItemIndex, key: Digest) -> Freshness {
+    /// Whether a result with this key is in the cache.
+    pub(crate) fn freshness(&self, item: ItemIndex, key: Digest) -> Freshness {
         let is_stored = |outputs: &[Blob]| outputs.iter().all(|blob| self.state.store.has(blob));
-        let in_effect = self.effect(item).filter(|effect| !effect.is_gone() && effect.key() == key);
-        let in_effect = in_effect.filter(|effect| self.is_good_in_effect(item, *effect));
-        if let Some(effect) = in_effect.filter(|effect| is_stored(effect.outputs())) {
-            return Freshness::Current { outputs: effect.outputs().to_vec(), restored: None };
+        let latest = self.latest(item).filter(|latest| !latest.is_gone() && latest.key() == key);
+        let latest = latest.filter(|latest| self.is_latest_valid(item, *latest));
+        if let Some(latest) = latest.filter(|latest| is_stored(latest.outputs())) {
+            return Freshness::Current { outputs: latest.outputs().to_vec(), restored: None };
         }
         let results = self.state.journal.results::<Record>(short(key));
         let mut results = results.filter(|record| record.key == key).collect::<Vec<_>>();
-        // Its own result says more of it than one of another item for which everything is equal.
+        // Its own result is more specific than one of another item with the same inputs.
         results.sort_by_key(|record| !self.is_of(item, record));
         let is_stored = |record: &Record| is_stored(&record.outputs);
-        match results.into_iter().find(|record| self.is_good(item, record) && is_stored(record)) {
+        match results.into_iter().find(|record| self.is_valid(item, record) && is_stored(record)) {
             Some(record) => {
                 Freshness::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
             }
@@ -323,9 +326,9 @@ impl<'a> UpToDateCheck<'a> {
         }
     }
 
-    /// Every difference from the record in effect.
+    /// Every difference from the latest record.
     ///
-    /// `digest` tells what an item made, where that is known yet.
+    /// `digest` returns the digest of an item's artifact, if that is known yet.
     pub(crate) fn reasons(
         &self,
         item: ItemIndex,
@@ -348,41 +351,41 @@ impl<'a> UpToDateCheck<'a> {
     /// The differences of kind and parameters from a record.
     pub(crate) fn revisions(&self, item: ItemIndex, record: &Record) -> Vec<Reason> {
         let stage = self.plan.items[item].stage;
-        let facts = &self.stages[stage];
-        let kind = kind_name(self.plan.stages[stage].kind.name(), facts.revision);
+        let info = &self.stages[stage];
+        let kind = kind_name(self.plan.stages[stage].kind.name(), info.revision);
         let mut reasons = Vec::new();
         if kind != record.kind_name() {
             reasons.push(Reason::Kind { old: record.kind_name(), new: kind });
         }
-        differing_parameters(&record.parameters, &facts.parameters, &mut reasons);
+        differing_parameters(&record.parameters, &info.parameters, &mut reasons);
         reasons
     }
 
-    /// Whether a record, should its outputs be in the store, holds what the item would make now.
-    fn is_good(&self, item: ItemIndex, record: &Record) -> bool {
-        // An artifact is one output; the files of an export are as many as it names.
+    /// Whether a record, if its outputs are in the store, has the result that the item would make now.
+    fn is_valid(&self, item: ItemIndex, record: &Record) -> bool {
+        // An artifact is one output; an export has one for each of its files.
         let expected = self.plan.items[item].files.len().max(1);
         record.failure.is_none()
             && record.outputs.len() == expected
-            && record.reads.iter().all(|read| self.now(read) == read.digest)
+            && record.reads.iter().all(|read| self.current_digest(read) == read.digest)
     }
 
-    /// The same of the record in effect.
-    fn is_good_in_effect(&self, item: ItemIndex, effect: Effect<'_>) -> bool {
+    /// The same of the latest record.
+    fn is_latest_valid(&self, item: ItemIndex, latest: LatestRecord<'_>) -> bool {
         let expected = self.plan.items[item].files.len().max(1);
         let now =
             |path: &str, listing| self.disk.digest(&self.folder.join(path), listing, &self.state.journal);
-        !effect.has_failed()
-            && effect.outputs().len() == expected
-            && effect.reads().all(|(path, listing, digest)| now(path, listing) == digest)
+        !latest.has_failed()
+            && latest.outputs().len() == expected
+            && latest.reads().all(|(path, listing, digest)| now(path, listing) == digest)
     }
 
-    /// What a file or folder that was read holds now.
-    pub(crate) fn now(&self, read: &FileRead) -> Option<Digest> {
+    /// The digest of the present content of a file or folder that was read.
+    pub(crate) fn current_digest(&self, read: &FileRead) -> Option<Digest> {
         self.disk.digest(&self.folder.join(&read.path), read.listing, &self.state.journal)
     }
 
-    fn arrivals(&self, item: ItemIndex) -> impl Iterator<Item = (&str, ItemIndex)> {
+    fn input_items(&self, item: ItemIndex) -> impl Iterator<Item = (&str, ItemIndex)> {
         let this = &self.plan.items[item];
         let ports = self.plan.stages[this.stage].inputs.iter().zip(&this.inputs);
         ports.flat_map(|((port, _), items)| items.iter().map(|from| (port.as_str(), *from)))
@@ -396,7 +399,7 @@ impl<'a> UpToDateCheck<'a> {
         reasons: &mut Vec<Reason>,
     ) {
         let shows_keys = self.stages[self.plan.items[item].stage].shows_keys;
-        let now = self.arrivals(item).map(|(port, from)| (port, self.name(from), digest(from)));
+        let now = self.input_items(item).map(|(port, from)| (port, self.name(from), digest(from)));
         let now = now.collect::<Vec<_>>();
         let ports =
             now.iter().map(|(port, ..)| *port).chain(record.inputs.iter().map(|used| used.port.as_str()));
@@ -431,7 +434,7 @@ impl<'a> UpToDateCheck<'a> {
 
     fn differing_files(&self, item: ItemIndex, record: &Record, reasons: &mut Vec<Reason>) {
         for read in &record.reads {
-            let new = self.now(read);
+            let new = self.current_digest(read);
             if new != read.digest {
                 reasons.push(Reason::File {
                     path: read.path.clone(),
@@ -445,36 +448,26 @@ impl<'a> UpToDateCheck<'a> {
         let source = self.source(item);
         if let Some(path) = source.filter(|source| record.source.as_ref() != Some(source)) {
             let listing = self.folder.join(&path).is_dir();
-            let new = self.now(&FileRead { path: path.clone(), listing, digest: None, modified: None });
+            let new =
+                self.current_digest(&FileRead { path: path.clone(), listing, digest: None, modified: None });
             let new_time = modified(&self.folder.join(&path));
             reasons.push(Reason::File { path, old: None, new, old_time: None, new_time });
         }
     }
 }
 
-/// An item's name.
-pub(crate) fn item_name(plan: &Plan, item: ItemIndex) -> ItemName {
-    let item = &plan.items[item];
-    ItemName { stage: plan.stages[item.stage].name.clone(), key: item.key.clone() }
-}
-
-/// The manifest's file name: several manifests may share a folder, and then its state.
-pub(crate) fn manifest_name(plan: &Plan) -> String {
-    plan.manifest.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// The subject of the record in effect of an item.
+/// The subject of an item's latest record.
 pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subject {
     let mut parts = vec![manifest, stage];
     parts.extend(key.iter().flat_map(|(stage, stem)| [stage, stem]));
     subject(&parts)
 }
 
-fn stage_facts(plan: &Plan) -> Vec<StageFacts> {
-    let mut facts = Vec::with_capacity(plan.stages.len());
+fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
+    let mut info = Vec::with_capacity(plan.stages.len());
     for stage in plan.stages.iter() {
         let parameters = canonical(&stage.configured.canonical());
-        facts.push(StageFacts {
+        info.push(StageInfo {
             parameters_text: parameters.to_string(),
             parameters,
             revision: stage.kind.revision(),
@@ -487,13 +480,13 @@ fn stage_facts(plan: &Plan) -> Vec<StageFacts> {
         });
         for (name, from) in &stage.inputs {
             let port = stage.ports.iter().find(|port| port.name == *name);
-            if let (Some(port), Some((made, decoder))) = (port, &mut facts[*from].artifact) {
+            if let (Some(port), Some((made, decoder))) = (port, &mut info[*from].artifact) {
                 let place = port.types.iter().position(|taken| taken == made);
                 *decoder = decoder.or(place.map(|place| port.decoders[place]));
             }
         }
     }
-    facts
+    info
 }
 
 fn differing_parameters(old: &Value, new: &Value, reasons: &mut Vec<Reason>) {

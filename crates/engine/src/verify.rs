@@ -1,7 +1,8 @@
-//! Whether an exported file is what its recipe says, and whether what it was made of has changed since.
+//! Whether an exported file is what its recipe says, and whether anything that it was made from has changed
+//! since.
 //!
-//! A file is known by its place in `out`, or, where it was moved or copied away, by its digest or by the recipe that it
-//! holds. From the record of the run that made it, its ancestry is followed up to the source files.
+//! A file is recognized by its place in `out`, or, if it was moved or copied, by its digest or by the recipe
+//! in it. From the record of the run that made it, its ancestry is followed up to the source files.
 
 use std::cell::{LazyCell, OnceCell};
 use std::collections::{HashMap, HashSet};
@@ -11,51 +12,52 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::build::{Forecast, forecast};
-use crate::disk::{Disk, modified};
+use crate::disk::Disk;
 use crate::explain::{forecast_causes, names_by_place};
+use crate::files::modified;
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::state::State;
-use crate::up_to_date::{UpToDateCheck, manifest_name};
+use crate::up_to_date::UpToDateCheck;
 use crate::{
     Cancel, Cause, Digest, Error, ErrorKind, FromCache, InputUsed, ItemIndex, ItemName, Plan, Timestamp,
     read_file,
 };
 
-/// What is known of an exported file.
+/// The verification of an exported file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verification {
-    /// The file that was asked for.
+    /// The requested file.
     pub file: String,
     /// The digest of its bytes.
     pub digest: Digest,
-    /// The item that exports it; `None` where the manifest has none any more that does.
+    /// The item that exports it; `None` if the manifest no longer has one that does.
     pub item: Option<ItemName>,
-    /// When the run began that made it.
+    /// When the run that made it started.
     pub made: Timestamp,
-    /// The item whose run that was: another one where the item took over a result that was in the cache.
+    /// The item of that run: another one if the item took over a result from the cache.
     pub maker: ItemName,
     /// What its bytes are.
     pub content: Content,
     /// What its recipe is.
     pub recipe: Recipe,
-    /// The files that it and its ancestors were made of.
+    /// The files that it and its ancestors were made from.
     pub sources: Vec<SourceFile>,
-    /// The parameters and kinds in its ancestry that were changed since.
+    /// The parameters and kinds in its ancestry that have changed since.
     pub revised: Vec<Cause>,
-    /// The ancestors that the manifest does not have any more.
+    /// The ancestors that the manifest no longer has.
     pub gone: Vec<ItemName>,
-    /// The ancestors of whose runs no record is left: of what they were made of nothing is known.
+    /// The ancestors without a remaining record: what they were made from is not known.
     pub forgotten: Vec<ItemName>,
-    /// Whether a build would make it anew, as far as can be known before.
+    /// Whether a build would make it again, as far as that can be known.
     pub would_run: bool,
-    /// What began that it would.
+    /// The causes of that rerun.
     pub causes: Vec<Cause>,
 }
 
 impl Verification {
-    /// Whether it is the file that a build would leave as it is.
+    /// Whether a build would leave the file as it is.
     pub fn is_current(&self) -> bool {
         self.content == Content::Current
             && !matches!(self.recipe, Recipe::Differs { .. })
@@ -74,9 +76,9 @@ pub enum Content {
     Current,
     /// A result of an earlier run.
     Earlier,
-    /// No result: somebody changed it.
+    /// Not a result: someone changed it.
     Altered {
-        /// The digest of what was made.
+        /// The digest of the result.
         made: Option<Digest>,
     },
 }
@@ -87,44 +89,44 @@ pub enum Content {
 pub enum Recipe {
     /// The file holds the recipe of its record.
     AsRecorded {
-        /// The file beside it that holds the recipe, where its own format cannot.
+        /// The file beside it that holds the recipe, if its own format cannot.
         beside: Option<PathBuf>,
     },
-    /// The file holds another.
+    /// The file holds another recipe.
     Differs {
         /// The recipe that it holds.
         found: String,
         /// The recipe of its record.
         recorded: String,
     },
-    /// The file holds none, nor does one beside it.
+    /// Neither the file nor one beside it holds a recipe.
     Absent,
 }
 
-/// A file or a folder's listing that something was made of.
+/// A file or folder listing that something was made from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceFile {
-    /// The path, relative to the manifest's folder where it lies inside.
+    /// The path, relative to the manifest's folder if it is inside.
     pub path: String,
     /// Whether the names in a folder were read, not a file's content.
     pub listing: bool,
-    /// The digest when it was read; `None` where it was looked for and not there.
+    /// The digest when it was read; `None` if it was looked for and did not exist.
     pub old: Option<Digest>,
-    /// The digest now; `None` where it is gone.
+    /// The digest now; `None` if it does not exist.
     pub new: Option<Digest>,
-    /// When it had been changed that was read, by its file system, where that is on record.
+    /// When the file that was read had been modified, by its file system, if that was recorded.
     pub old_time: Option<Timestamp>,
-    /// When it was changed now, by its file system.
+    /// When the present file was modified, by its file system.
     pub new_time: Option<Timestamp>,
 }
 
-/// Says whether an exported file is what was published, and whether that is up to date.
+/// Reports whether an exported file is as it was published, and whether that is up to date.
 ///
-/// `bytes` are the file's, `recipe_of` reads the recipe out of a file of any format. Nothing is written, and a build may
-/// be at work.
+/// `bytes` are the file's; `recipe_of` reads the recipe from a file of any format. Nothing is written, and a
+/// build may be running.
 ///
 /// # Errors
-/// Where nothing that the manifest has made is known by that place, content or recipe, or the records cannot be read.
+/// If no output of this manifest is known by that place, content or recipe, or the records cannot be read.
 pub fn verify(
     plan: &Plan,
     file: &Path,
@@ -134,35 +136,35 @@ pub fn verify(
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let selected = vec![true; plan.stages.len()];
-    let judge = UpToDateCheck::new(plan, &state, &disk, &selected);
-    let archive = Archive::new(&judge);
+    let check = UpToDateCheck::new(plan, &state, &disk, &selected);
+    let records = Records::new(&check);
     let digest = Digest::of(bytes);
     let embedded = recipe_of(bytes);
     let names = names_by_place(plan, file);
-    let found = archive.by_place(&names, digest).or_else(|| archive.by_digest(digest, file));
-    let found = found.or_else(|| archive.by_recipe(embedded.as_deref()?, file));
-    let Found { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
+    let found = records.by_path(&names, digest).or_else(|| records.by_digest(digest, file));
+    let found = found.or_else(|| records.by_recipe(embedded.as_deref()?, file));
+    let Match { item, record, output, content } = found.ok_or_else(|| unknown(file))?;
     let content = match content {
         Content::Altered { made: None } => {
             let made = record.outputs.get(output).map(|blob| blob.digest);
-            Content::Altered { made: names.iter().find_map(|name| published(&judge, name)).or(made) }
+            Content::Altered { made: names.iter().find_map(|name| published(&check, name)).or(made) }
         }
         content => content,
     };
 
-    let forecasts = forecast(&judge, &selected);
-    let causes = forecast_causes(&judge, &forecasts);
+    let forecasts = forecast(&check, &selected);
+    let causes = forecast_causes(&check, &forecasts);
     let would_run = item.is_some_and(|item| matches!(forecasts[item], Some(Forecast::Runs(_))));
     let mut ancestry = Ancestry::default();
-    ancestry.follow(&archive, item, &record);
+    ancestry.follow(&records, item, &record);
     Ok(Verification {
         file: file.display().to_string(),
         digest,
-        item: item.map(|item| judge.name(item)),
+        item: item.map(|item| check.name(item)),
         made: record.started,
         maker: record.maker().0.clone(),
         content,
-        recipe: archive.compare_recipe(embedded, recipe_of, file, item, output, &record),
+        recipe: records.compare_recipe(embedded, recipe_of, file, item, output, &record),
         sources: ancestry.sources,
         revised: ancestry.revised,
         gone: ancestry.gone,
@@ -174,22 +176,22 @@ pub fn verify(
 
 fn unknown(file: &Path) -> Error {
     let message = format!(
-        "{} is nothing that this manifest is known to have made: no record holds its place in out, its digest or its \
-         recipe",
+        "{} was not produced by this manifest: no record has its place in out, its digest or its recipe",
         file.display()
     );
     Error::new(ErrorKind::UnknownTarget, message).with_help(
-        "name an exported file, and the manifest that it comes from (--manifest); `specula inspect` says what a file is",
+        "name an exported file and, with --manifest, the manifest that it comes from; `specula inspect` describes any \
+         file",
     )
 }
 
-fn published(judge: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
-    Publisher::new(judge.plan, judge.state).entry(name).as_ref().and_then(Published::owned)
+fn published(check: &UpToDateCheck<'_>, name: &str) -> Option<Digest> {
+    Publisher::new(check.plan, check.state).entry(name).as_ref().and_then(Published::owned)
 }
 
 /// The run that made a file.
-struct Found {
-    /// The item, where the plan has it.
+struct Match {
+    /// The item, if the plan has it.
     item: Option<ItemIndex>,
     record: Record,
     /// Which of its outputs the file is.
@@ -197,21 +199,21 @@ struct Found {
     content: Content,
 }
 
-/// The records of the last runs, and of those earlier ones that are still known.
-struct Archive<'a> {
-    judge: &'a UpToDateCheck<'a>,
+/// The records of the last runs, and the earlier ones that remain.
+struct Records<'a> {
+    check: &'a UpToDateCheck<'a>,
     manifest: String,
     items: HashMap<ItemName, ItemIndex>,
-    /// The records in effect, as far as they were asked for.
+    /// The latest records, as far as they were needed.
     last: Vec<OnceCell<Option<Record>>>,
     earlier: LazyCell<Vec<Record>, Box<dyn FnOnce() -> Vec<Record> + 'a>>,
 }
 
-impl<'a> Archive<'a> {
-    fn new(judge: &'a UpToDateCheck<'a>) -> Self {
-        let items = (0..judge.plan.items.len()).map(|item| (judge.name(item), item)).collect();
+impl<'a> Records<'a> {
+    fn new(check: &'a UpToDateCheck<'a>) -> Self {
+        let items = (0..check.plan.items.len()).map(|item| (check.name(item), item)).collect();
         let read: Box<dyn FnOnce() -> Vec<Record> + 'a> = Box::new(|| {
-            let mut records = judge
+            let mut records = check
                 .state
                 .journal
                 .results_by_age::<Record>()
@@ -222,28 +224,28 @@ impl<'a> Archive<'a> {
             records.sort_by_key(|record| std::cmp::Reverse(record.started));
             records
         });
-        let last = vec![OnceCell::new(); judge.plan.items.len()];
-        Self { judge, manifest: manifest_name(judge.plan), items, last, earlier: LazyCell::new(read) }
+        let last = vec![OnceCell::new(); check.plan.items.len()];
+        Self { check, manifest: check.plan.manifest_name(), items, last, earlier: LazyCell::new(read) }
     }
 
-    /// The record in effect of an item.
+    /// The latest record of an item.
     fn record(&self, item: ItemIndex) -> Option<&Record> {
-        self.last[item].get_or_init(|| self.judge.record(item)).as_ref()
+        self.last[item].get_or_init(|| self.check.record(item)).as_ref()
     }
 
-    /// The good record in effect of an item.
+    /// The latest record of an item, if it is not a failure.
     fn last(&self, item: ItemIndex) -> Option<&Record> {
         self.record(item).filter(|record| record.failure.is_none())
     }
 
-    /// A file of the plan, whatever it holds now.
-    fn by_place(&self, names: &[String], digest: Digest) -> Option<Found> {
+    /// A file of the plan, whatever it contains now.
+    fn by_path(&self, names: &[String], digest: Digest) -> Option<Match> {
         let place = |(item, this): (ItemIndex, &crate::Item)| {
             Some((item, this.files.iter().position(|file| names.contains(file))?))
         };
-        let (item, output) = self.judge.plan.items.iter().enumerate().find_map(place)?;
+        let (item, output) = self.check.plan.items.iter().enumerate().find_map(place)?;
         let is_this = |record: &Record| record.outputs.get(output).is_some_and(|blob| blob.digest == digest);
-        let found = |record, content| Some(Found { item: Some(item), record, output, content });
+        let found = |record, content| Some(Match { item: Some(item), record, output, content });
         if let Some(record) = self.last(item).filter(|record| is_this(record)) {
             return found(record.clone(), Content::Current);
         }
@@ -256,60 +258,60 @@ impl<'a> Archive<'a> {
         found(record, Content::Altered { made: None })
     }
 
-    /// The newest earlier record of an item that is as asked for; where it has been forgotten, that of another item which
-    /// made the same, as it would have been this one's.
+    /// The newest earlier record of an item that `is_this` accepts. If there is none, that of another item
+    /// with the same inputs, as if it were this one's.
     fn earlier_of(&self, item: ItemIndex, is_this: impl Fn(&Record) -> bool) -> Option<Record> {
         let mut found = self.earlier.iter().filter(|record| is_this(record));
-        let own = found.clone().find(|record| self.judge.is_of(item, record));
+        let own = found.clone().find(|record| self.check.is_of(item, record));
         own.cloned().or_else(|| found.find_map(|record| self.adopted(item, record)))
     }
 
-    /// Another item's record with this item's inputs; `None` where the two have another kind or other ports.
+    /// Another item's record with this item's inputs; `None` if the two have different kinds or ports.
     fn adopted(&self, item: ItemIndex, record: &Record) -> Option<Record> {
-        let inputs = self.judge.inputs(item, |_| Digest([0; 32]));
-        let is_like = record.kind == self.judge.plan.stages[self.judge.plan.items[item].stage].kind.name()
-            && record.source == self.judge.source(item)
+        let inputs = self.check.inputs(item, |_| Digest([0; 32]));
+        let is_like = record.kind == self.check.plan.stages[self.check.plan.items[item].stage].kind.name()
+            && record.source == self.check.source(item)
             && inputs.iter().map(|used| &used.port).eq(record.inputs.iter().map(|used| &used.port));
         let digests = record.inputs.iter().map(|used| used.digest);
         let inputs = inputs.into_iter().zip(digests).map(|(used, digest)| InputUsed { digest, ..used });
         let (maker, manifest) = record.maker();
         let from_cache = FromCache { since: record.started, item: maker.clone(), manifest: manifest.into() };
         is_like.then(|| Record {
-            item: self.judge.name(item),
+            item: self.check.name(item),
             inputs: inputs.collect(),
             from_cache: Some(from_cache),
             ..record.clone()
         })
     }
 
-    /// A copy of a file that was exported, under whatever name. Of several items that made the same it is one whose file is
-    /// called as the copy.
-    fn by_digest(&self, digest: Digest, file: &Path) -> Option<Found> {
-        let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
+    /// A copy of an exported file, under any name. If several items made the same, one whose file has the
+    /// name of the copy.
+    fn by_digest(&self, digest: Digest, file: &Path) -> Option<Match> {
+        let exports = |item: &ItemIndex| !self.check.plan.items[*item].files.is_empty();
         let is_called = |item: ItemIndex| {
-            let mut files = self.judge.plan.items[item].files.iter();
+            let mut files = self.check.plan.items[item].files.iter();
             files.any(|name| Path::new(name).file_name() == file.file_name())
         };
         let place = |record: &Record| record.outputs.iter().position(|blob| blob.digest == digest);
-        let last = (0..self.judge.plan.items.len()).filter(exports).filter_map(|item| {
+        let last = (0..self.check.plan.items.len()).filter(exports).filter_map(|item| {
             let record = self.last(item)?;
             Some((item, record, place(record)?))
         });
         if let Some((item, record, output)) = last.min_by_key(|(item, ..)| !is_called(*item)) {
             let content = Content::Current;
-            return Some(Found { item: Some(item), record: record.clone(), output, content });
+            return Some(Match { item: Some(item), record: record.clone(), output, content });
         }
         let earlier = self.earlier.iter();
         let earlier = earlier.filter_map(|record| Some((self.item_of(record), record, place(record)?)));
         let (item, record, output) =
             earlier.min_by_key(|(item, ..)| item.map_or(2, |item| usize::from(!is_called(item))))?;
-        Some(Found { item, record: record.clone(), output, content: Content::Earlier })
+        Some(Match { item, record: record.clone(), output, content: Content::Earlier })
     }
 
-    /// A copy that was changed, but for its recipe.
-    fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Found> {
-        let exports = |item: &ItemIndex| !self.judge.plan.items[*item].files.is_empty();
-        let mut last = (0..self.judge.plan.items.len()).filter(exports);
+    /// A copy that was changed, except for its recipe.
+    fn by_recipe(&self, embedded: &str, file: &Path) -> Option<Match> {
+        let exports = |item: &ItemIndex| !self.check.plan.items[*item].files.is_empty();
+        let mut last = (0..self.check.plan.items.len()).filter(exports);
         let last = last.find_map(|item| {
             let record = self.last(item)?;
             (self.recipe(Some(item), record) == embedded).then_some((Some(item), record))
@@ -318,19 +320,19 @@ impl<'a> Archive<'a> {
             let mut earlier = self.earlier.iter().map(|record| (self.item_of(record), record));
             earlier.find(|(item, record)| self.recipe(*item, record) == embedded)
         })?;
-        let files = item.map_or(&[][..], |item| &self.judge.plan.items[item].files[..]);
+        let files = item.map_or(&[][..], |item| &self.check.plan.items[item].files[..]);
         let output =
             files.iter().position(|name| Path::new(name).extension() == file.extension()).unwrap_or(0);
-        Some(Found { item, record: record.clone(), output, content: Content::Altered { made: None } })
+        Some(Match { item, record: record.clone(), output, content: Content::Altered { made: None } })
     }
 
-    /// The item of the plan that an earlier record was of.
+    /// The item of the plan with an earlier record.
     fn item_of(&self, record: &Record) -> Option<ItemIndex> {
         self.items.get(&record.item).copied().filter(|_| record.manifest == self.manifest)
     }
 
-    /// The record of an item's artifact: its last one, or the newest that made the same. Not that of another item, which read
-    /// other files.
+    /// The record of an item's artifact: its latest one, or the newest with the same output. Not that of
+    /// another item, which read other files.
     fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
         let made = |record: &&Record| record.outputs.first().is_some_and(|blob| blob.digest == digest);
         let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
@@ -340,7 +342,7 @@ impl<'a> Archive<'a> {
 
     fn recipe(&self, item: Option<ItemIndex>, record: &Record) -> String {
         let is_many = |port: &str| match item {
-            Some(item) => self.judge.stages[self.judge.plan.items[item].stage].many.contains(port),
+            Some(item) => self.check.stages[self.check.plan.items[item].stage].many.contains(port),
             None => record.inputs.iter().filter(|used| used.port == port).count() > 1,
         };
         recipe(&record.kind, record.revision, &record.parameters, &record.inputs, is_many)
@@ -364,7 +366,7 @@ impl<'a> Archive<'a> {
         if found == recorded { Recipe::AsRecorded { beside } } else { Recipe::Differs { found, recorded } }
     }
 
-    /// The recipe in another file of the item, where the file's own format holds none: beside it, or in `out`.
+    /// The recipe in another file of the item, beside it or in `out`, if the file's own format holds none.
     fn beside(
         &self,
         file: &Path,
@@ -372,19 +374,19 @@ impl<'a> Archive<'a> {
         output: usize,
         recipe_of: &dyn Fn(&[u8]) -> Option<String>,
     ) -> Option<(String, Option<PathBuf>)> {
-        let files = &self.judge.plan.items[item].files;
+        let files = &self.check.plan.items[item].files;
         let folder = Path::new(files.get(output)?).parent()?;
         let others = files.iter().enumerate().filter(|(index, _)| *index != output);
         let places = others.flat_map(|(_, name)| {
             let near = Path::new(name).strip_prefix(folder).ok();
             let near = near.and_then(|name| Some(file.parent()?.join(name)));
-            near.into_iter().chain([self.judge.plan.out.join(name)])
+            near.into_iter().chain([self.check.plan.out.join(name)])
         });
         places.into_iter().find_map(|place| Some((recipe_of(&read_file(&place).ok()?)?, Some(place))))
     }
 }
 
-/// What a file was made of, up to its sources.
+/// What a file was made from, up to its sources.
 #[derive(Default)]
 struct Ancestry {
     sources: Vec<SourceFile>,
@@ -394,13 +396,13 @@ struct Ancestry {
 }
 
 impl Ancestry {
-    fn follow(&mut self, archive: &Archive<'_>, item: Option<ItemIndex>, record: &Record) {
-        let judge = archive.judge;
+    fn follow(&mut self, records: &Records<'_>, item: Option<ItemIndex>, record: &Record) {
+        let check = records.check;
         let mut seen = HashSet::new();
         let mut open =
-            vec![(item, item.map(|item| judge.name(item)).into_iter().collect::<Vec<_>>(), record)];
+            vec![(item, item.map(|item| check.name(item)).into_iter().collect::<Vec<_>>(), record)];
         while let Some((item, chain, record)) = open.pop() {
-            for reason in item.map_or_else(Vec::new, |item| judge.revisions(item, record)) {
+            for reason in item.map_or_else(Vec::new, |item| check.revisions(item, record)) {
                 self.revised.push(Cause { reason, chain: chain.clone() });
             }
             for read in &record.reads {
@@ -411,20 +413,20 @@ impl Ancestry {
                     path: read.path.clone(),
                     listing: read.listing,
                     old: read.digest,
-                    new: judge.now(read),
+                    new: check.current_digest(read),
                     old_time: read.modified,
-                    new_time: modified(&judge.folder.join(&read.path)),
+                    new_time: modified(&check.folder.join(&read.path)),
                 });
             }
             for used in &record.inputs {
                 if !seen.insert((&used.item, used.digest)) {
                     continue;
                 }
-                let item = archive.items.get(&used.item).copied();
+                let item = records.items.get(&used.item).copied();
                 if item.is_none() {
                     self.gone.push(used.item.clone());
                 }
-                match archive.maker(&used.item, used.digest) {
+                match records.maker(&used.item, used.digest) {
                     Some(record) => {
                         let chain = [std::slice::from_ref(&used.item), &chain[..]].concat();
                         open.push((item, chain, record));

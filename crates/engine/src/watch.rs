@@ -68,7 +68,7 @@ const PULSE: Duration = Duration::from_millis(100);
 /// What a watcher is asked to do.
 #[derive(Clone, Debug)]
 pub struct WatchOptions {
-    /// How each build is done; `dry_run`, `errand` and `patience` are the watcher's own.
+    /// How each build is done; `dry_run`, `lock_purpose` and `lock_timeout` are the watcher's own.
     pub build: BuildOptions,
     /// The quiet time after a change before it is acted on, so that a file is written to its end.
     pub debounce: Duration,
@@ -163,8 +163,8 @@ impl<'a> Watcher<'a> {
             options,
             build: BuildOptions {
                 dry_run: false,
-                errand: LockPurpose::Watch,
-                patience: LockTimeout::ENDLESS,
+                lock_purpose: LockPurpose::Watch,
+                lock_timeout: LockTimeout::ENDLESS,
                 ..options.build.clone()
             },
             cancel,
@@ -298,7 +298,7 @@ impl<'a> Watcher<'a> {
             self.attention.judge(&self.changed, &broken.into_iter().collect(), false);
             if let (true, false, Some(faults)) = (is_asked_for, told, outlook.faults) {
                 // What was noticed has an answer.
-                (self.events)(Event::Rejected { faults });
+                (self.events)(Event::Rejected { diagnostics: faults });
             }
             return Ok(Passed { has_ended: false, is_refused: false, again: false, is_partial: false });
         };
@@ -338,7 +338,7 @@ impl<'a> Watcher<'a> {
         }
         self.rejected.clone_from(&outlook.faults);
         (self.events)(match &outlook.faults {
-            Some(faults) => Event::Rejected { faults: faults.clone() },
+            Some(faults) => Event::Rejected { diagnostics: faults.clone() },
             None => Event::Accepted,
         });
         true
@@ -365,11 +365,11 @@ impl<'a> Watcher<'a> {
                     let woken = attention.wait(Some(Instant::now() + PULSE), &has_ended);
                     if woken == Woken::Hints {
                         let hints = attention.hints();
-                        outdate(cancel, draft, &hints, attention.places());
+                        outdate(bench, draft, &hints, attention.places());
                         during.merge(hints);
                     }
                     // What is read becomes known by and by.
-                    let noted = bench.noted();
+                    let noted = bench.read_sets();
                     let counts = noted.each_ref().map(|noted| noted.places().len());
                     let places_now = attention.places();
                     let is_known =
@@ -395,14 +395,14 @@ impl<'a> Watcher<'a> {
 }
 
 /// Stops what a build under way does in vain.
-fn outdate(cancel: &Cancel, draft: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
+fn outdate(bench: &BuildSession, draft: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
     let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
     if hints.lost {
         paths.extend(places.files.iter().cloned());
     }
     let ManifestSnapshot { plan, faults, .. } = draft.look();
     // Diagnostics are told by the next pass; until then the last good graph is right.
-    cancel.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
+    bench.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
 }
 
 /// All that the graph depends on, as far as it is known.
@@ -414,7 +414,7 @@ fn places(manifest: &Path, outlook: &ManifestSnapshot, bench: &BuildSession) -> 
     let items = outlook.plan.iter().flat_map(|plan| plan.items.iter());
     let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
     places.add_reads(&sources);
-    bench.noted().iter().for_each(|noted| places.add_reads(&*noted.places()));
+    bench.read_sets().iter().for_each(|noted| places.add_reads(&*noted.places()));
     places
 }
 

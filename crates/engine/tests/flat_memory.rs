@@ -1,7 +1,8 @@
-//! A watcher that lives all day does not grow: resident memory after a thousand rebuilds is within a tenth of that after
-//! the first hundred, and so it is after ten thousand:
+//! A watcher that runs all day does not grow: resident memory after a thousand rebuilds is within a tenth of
+//! that after the first hundred, and also after ten thousand:
 //!
-//! `SPECULA_MEMORY_REBUILDS=10000 cargo test --release -p engine --test flat_memory -- --nocapture` says how much it was.
+//! `SPECULA_MEMORY_REBUILDS=10000 cargo test --release -p engine --test flat_memory -- --nocapture` prints
+//! the sizes.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it did")]
 
@@ -13,7 +14,7 @@ mod watching;
 use std::fs;
 use std::io::Write as _;
 
-// The kinds find the engine's names at the root of the crate.
+// The kinds expect the engine's names at the root of the crate.
 #[allow(unused_imports, reason = "some of them")]
 use engine::*;
 use watching::Watcher;
@@ -44,11 +45,12 @@ input = "pair"
 path = "{text}/{word}"
 "#;
 
-/// The KiB that the index of the journal's past may take, which is at its bound after some 200 rebuilds (`retention.rs`):
-/// twice the lines of 1200 results and 100 others, and 1000 more, of 150 bytes each. Growth of 2 KiB a rebuild is found.
+/// The KiB that the index of the journal may take, which reaches its bound after some 200 rebuilds
+/// (`retention.rs`): twice the lines of 1200 results and 100 others, and 1000 more, of 150 bytes each. Growth
+/// of 2 KiB a rebuild is detected.
 const INDEX: f64 = 3600.0 * 150.0 / 1024.0;
 
-/// The memory of this process that is in RAM, in KiB; `None` where the system does not say.
+/// The resident memory of this process, in KiB; `None` if the system does not report it.
 fn resident() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -65,7 +67,7 @@ fn resident_memory_stays_flat_over_a_thousand_rebuilds() {
     let write = |name: &str, text: &str| {
         let path = folder.path().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
-        // Whole at once, so that each edit is one rebuild.
+        // Replaced in one step, so that each edit is one rebuild.
         let temporary = path.with_file_name(".new");
         fs::write(&temporary, text).unwrap();
         fs::rename(temporary, path).unwrap();
@@ -75,7 +77,7 @@ fn resident_memory_stays_flat_over_a_thousand_rebuilds() {
         write(&format!("texts/t{index}.txt"), &"text ".repeat(200));
         write(&format!("words/w{index}.txt"), &"word ".repeat(200));
     }
-    // So little that what is kept in memory is at its bound soon.
+    // So little that the artifacts in memory reach their bound soon.
     let manifest = folder.path().join("pipeline.toml");
     let mut watcher = Watcher::start(manifest, testkit::kinds(), None, 64 << 10);
     watcher.wait("start", |event| matches!(event, Event::Watching { .. }));
@@ -99,7 +101,7 @@ fn resident_memory_stays_flat_over_a_thousand_rebuilds() {
     );
 }
 
-/// Tells a figure also where the test passes, whose `println!` nobody would see.
+/// Prints a figure even if the test passes, whose `println!` output is hidden.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

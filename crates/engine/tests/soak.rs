@@ -1,7 +1,7 @@
-//! Random edits, as editors make them, for a while: after each burst of them `out` comes to equal a clean build's by
-//! itself, byte for byte, and stays so. An event that was missed would leave it different for good.
+//! Random edits, as editors make them, for a while: after each burst of them `out` becomes equal to a clean
+//! build's, byte for byte, without any help, and stays so. A missed event would leave it different for good.
 //!
-//! `SPECULA_SOAK_SECONDS` says how long (20), `SPECULA_SOAK_SEED` repeats a sequence of edits.
+//! `SPECULA_SOAK_SECONDS` sets the time (20), `SPECULA_SOAK_SEED` repeats a sequence of edits.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it did")]
 
@@ -16,7 +16,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-// The kinds find the engine's names at the root of the crate.
+// The kinds expect the engine's names at the root of the crate.
 #[allow(unused_imports, reason = "some of them")]
 use engine::*;
 use watching::{PATIENCE, Random, Watcher, clean_build, files_below};
@@ -94,7 +94,7 @@ path = "counts/{word}"
 /// The files that a checkout changes.
 const BRANCH: usize = 12;
 
-/// What an editor, an exporter or version control does, with its name.
+/// The edits that editors, exporters and version control make, by name.
 type Habit = (&'static str, fn(&mut Studio));
 
 const HABITS: &[Habit] = &[
@@ -152,7 +152,7 @@ const HABITS: &[Habit] = &[
     ("an old time restored", |studio| {
         let path = studio.any_text();
         let time = fs::metadata(&path).unwrap().modified().unwrap();
-        // The size stays as well: every text begins with this letter or that.
+        // The size stays the same too: every text begins with one letter or another.
         let text = fs::read_to_string(&path).unwrap();
         let letter = if text.starts_with('a') { 'e' } else { 'a' };
         studio.write(&path, &format!("{letter}{}", &text[1..]));
@@ -176,7 +176,7 @@ const HABITS: &[Habit] = &[
         let (text, markdown) = (studio.path("words/w0.txt"), studio.path("words/w0.md"));
         let (from, to) = if text.exists() { (text, markdown) } else { (markdown, text) };
         let word = studio.word();
-        // For a moment there are two of one stem, which no manifest may have.
+        // For a moment there are two files with one stem, which no manifest may have.
         studio.write(&to, &word);
         studio.pause(3);
         studio.remove(&from);
@@ -332,7 +332,7 @@ impl Studio {
         format!("a word of {} letters, the {}th\n", self.random.below(40), self.serial())
     }
 
-    /// A text; now and then one that a stage refuses, or that includes a file, which may be missing.
+    /// A text; now and then one that a stage refuses, or one that includes a file, which may be missing.
     fn text(&mut self) -> String {
         let word = self.word();
         match self.random.below(12) {
@@ -381,8 +381,8 @@ impl Studio {
         std::thread::sleep(Duration::from_millis(milliseconds));
     }
 
-    /// What fails keeps its last good output, which a clean build cannot have: before `out` is compared, all is mended,
-    /// and what grew is thinned out.
+    /// A failed item keeps its last good output, which a clean build does not have: before `out` is compared,
+    /// all texts are repaired, and long ones are shortened.
     fn mend(&mut self) {
         let mut texts = self.texts();
         while texts.len() > 25 {
@@ -399,7 +399,8 @@ impl Studio {
     }
 }
 
-/// Rounds of edits and comparisons for some time; the numbers of rounds and of edits, and how often each habit had its turn.
+/// Rounds of edits and comparisons for some time; returns the numbers of rounds and of edits, and the count
+/// of each habit.
 fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTreeMap<&'static str, usize>) {
     let start = Instant::now();
     let kinds = testkit::kinds();
@@ -408,7 +409,7 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
     let mut watcher = Watcher::start(manifest, testkit::kinds(), poll, 1 << 20);
     watcher.wait("start", |event| matches!(event, Event::Watching { .. }));
     let (mut rounds, mut turns) = (0, BTreeMap::new());
-    // Every habit has had a turn, then as long as there is time.
+    // Until every habit has had its turn, then as long as there is time.
     let mut due = HABITS.iter().collect::<Vec<_>>();
     while !due.is_empty() || start.elapsed() < time {
         let mut burst = Vec::new();
@@ -435,12 +436,12 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
     (rounds, studio.edits, turns)
 }
 
-/// Waits until `out` is as wanted, and then until nothing happens any more: it must have stayed.
+/// Waits until `out` is as expected, and then until nothing happens any more: it must have stayed so.
 fn await_equality(studio: &Studio, watcher: &mut Watcher, wanted: &BTreeMap<PathBuf, Vec<u8>>, moment: &str) {
     let out = studio.path("out");
     let deadline = Instant::now() + PATIENCE;
     loop {
-        // Every event may be the one that made it so; without any it is looked at again from time to time.
+        // Any event may be the last that it takes; without events it is checked again from time to time.
         watcher.next(Duration::from_millis(100));
         while watcher.next(Duration::ZERO).is_some() {}
         let found = files_below(&out);
@@ -490,7 +491,7 @@ fn after_every_burst_of_edits_out_equals_a_clean_build() {
     }
 }
 
-/// Tells a figure also where the test passes, whose `println!` nobody would see.
+/// Prints a figure even if the test passes, whose `println!` output is hidden.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -18,7 +18,7 @@ mod synthesis;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Mutex;
+use parking_lot::Mutex;
 
 pub use fourier::Sample;
 pub use grid::{GaussGrid, Grid};
@@ -179,7 +179,7 @@ impl Plan {
 
     /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
     fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace) -> R) -> R {
-        let spare = || self.spare.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let spare = || self.spare.lock();
         let mut workspace = spare().pop().unwrap_or_default();
         let orders = self.degree + 1;
         workspace.groups.resize(orders * self.rows.groups(), [Lane::ZERO; sums::PARTS]);

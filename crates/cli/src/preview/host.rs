@@ -1,17 +1,17 @@
 //! Opens the window, and again if its device was lost.
 
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use ::preview::{InitialView, Picture, Subject, SubjectRequest};
 use engine::Cancel;
+use parking_lot::Mutex;
 use preview_window::{self as window, Host, UpdateSender, WindowError, WindowSettings};
 
 use super::controller::PreviewMessage;
 use super::files::PreviewFiles;
 use super::window::{WindowRequest, initial_view};
 use crate::print::{self, say};
-use crate::screen::locked;
 
 /// Shows the window until it is closed; where its device is lost, once more. Where there is none, what it would have been.
 pub(super) fn show(
@@ -24,7 +24,7 @@ pub(super) fn show(
     let state = Arc::new(Mutex::new(state));
     let mut again = true;
     while !cancel.is_cancelled() {
-        let view = InitialView { state: locked(&state).clone(), request: request.clone() };
+        let view = InitialView { state: state.lock().clone(), request: request.clone() };
         let settings = WindowSettings { view: view.clone(), cpu: opening.cpu, ..WindowSettings::default() };
         let host = WindowHost { letters: letters.clone(), state: Arc::clone(&state) };
         let sender = letters.clone();
@@ -64,7 +64,7 @@ impl Host for WindowHost {
     }
 
     fn keep_state(&mut self, json: &str) {
-        *locked(&self.state) = Some(json.to_owned());
+        *self.state.lock() = Some(json.to_owned());
         let _ = self.letters.send(PreviewMessage::Keep(json.to_owned()));
     }
 

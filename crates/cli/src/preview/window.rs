@@ -1,7 +1,6 @@
 //! A window, or a still in its place, beside a watcher.
 
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Instant;
@@ -9,13 +8,13 @@ use std::time::Instant;
 use ::preview::InitialView;
 use ::preview::SubjectRequest;
 use engine::{Cancel, Event, Kinds};
+use parking_lot::Mutex;
 
 use super::controller::{PreviewController, PreviewMessage};
 use super::files::PreviewFiles;
 use crate::Exit;
 use crate::build::stop_on_interrupt;
 use crate::print::say;
-use crate::screen::locked;
 
 #[cfg(feature = "window")]
 use super::host::show;
@@ -56,7 +55,7 @@ pub(crate) fn run(
             let also = |event: &Event| {
                 // What each worker did when is a timeline's business.
                 if !matches!(event, Event::TaskTimed { .. }) {
-                    let _ = locked(&heard).send(PreviewMessage::Event(event.clone(), Instant::now()));
+                    let _ = heard.lock().send(PreviewMessage::Event(event.clone(), Instant::now()));
                 }
             };
             // However it ends, nothing is left to be shown.

@@ -19,7 +19,7 @@ impl Watched {
     fn new(verbose: bool) -> Self {
         let (clock, lines) = (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(String::new())));
         let (read, write) = (Arc::clone(&clock), Arc::clone(&lines));
-        let screen = Screen::plain(move |line| *write.lock().unwrap() += &format!("{line}\n"));
+        let screen = Screen::plain(move |line| *write.lock() += &format!("{line}\n"));
         let session = Session::new(verbose, screen, move || {
             let now = read.load(Ordering::Relaxed);
             Moment { milliseconds: now as f64, time: format!("14:00:{:02}", now / 1000) }
@@ -36,7 +36,7 @@ impl Watched {
 
     /// The lines since the last time.
     fn told(&self) -> String {
-        std::mem::take(&mut *self.lines.lock().unwrap())
+        std::mem::take(&mut *self.lines.lock())
     }
 
     /// Compares them. What all lines of an expectation are indented by is not compared: one of them begins a paragraph.
@@ -270,10 +270,10 @@ fn a_broken_manifest_is_drawn_and_kept_in_view_until_it_is_mended() {
     let watched = Watched::new(false);
     let text = "schema = 1\nout = 7\n";
     let faults = vec![Diagnostic::at(17..18, "out is a number").expected("a folder")];
-    let rejected = Event::Rejected { faults: Diagnostics::new("pipeline.toml", text, faults) };
+    let rejected = Event::Rejected { diagnostics: Diagnostics::new("pipeline.toml", text, faults) };
     let manifest = noticed(&[("pipeline.toml", Changed::Changed)]);
     watched.after(0, &[manifest.clone(), rejected]);
-    let lines = std::mem::take(&mut *watched.lines.lock().unwrap());
+    let lines = std::mem::take(&mut *watched.lines.lock());
     assert!(lines.contains("out is a number") && lines.contains("pipeline.toml:2:7"), "{lines}");
     // The last good graph goes on, and says so.
     watched.after(500, &[noticed(&[("a.toml", Changed::Changed)]), planned(2), ended(1, 1)]);
@@ -312,7 +312,7 @@ fn many_changes_are_counted_by_folder() {
 fn a_build_that_only_makes_sure_says_nothing() {
     let watched = Watched::new(false);
     watched.after(0, &[noticed(&[("a.toml", Changed::Changed)]), planned(2), ended(1, 1)]);
-    watched.lines.lock().unwrap().clear();
+    watched.lines.lock().clear();
     let material = of_gold("material");
     watched.after(100, &[planned(2), ended(0, 2)]).shows(expect![[""]]);
     watched.after(100, &[planned(2), started(&material, file("a.toml")), finished(&material), ended(1, 1)]);

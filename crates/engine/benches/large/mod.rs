@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-/// Every text of one folder with every text of another.
+/// Joins every text of one folder with every text of another.
 const MANIFEST: &str = r#"
 schema = 1
 out = "out"

@@ -1,4 +1,4 @@
-//! The index: the tables of a journal in a file, so that the next build need not read the journal.
+//! The index: the tables of a journal in a file, so that the next build does not need to read the journal.
 //!
 //! ```text
 //! header    magic, the bytes and lines of the journal that it covers, the lengths of what follows
@@ -9,34 +9,35 @@
 //! check     BLAKE3 digest of all before it
 //! ```
 //!
-//! It holds nothing that the journal does not say. One that is not there, is damaged, was written on a machine with another order
-//! of bytes, or is of another writing of the journal costs the time to read the journal. Numbers are as they are in memory.
+//! Everything in it is also in the journal. If it does not exist, is damaged, was written by a machine with
+//! another byte order, or belongs to an older journal, the journal is read instead. Numbers are stored as in
+//! memory.
 
-use std::fs;
+use std::io::Write as _;
 use std::mem::size_of;
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 
 use super::tables::{Names, Tables};
-use crate::regular::write_new;
-use crate::{Digest, platform, read_file};
+use crate::regular::replace_through;
+use crate::{Digest, read_file};
 
-/// Changed when the tables are. The number tells another order of bytes, too.
+/// To be changed with the tables. The number also shows another byte order.
 const MAGIC: u64 = 0x5350_4543_494e_0001;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Header {
     magic: u64,
-    /// How much of the journal is covered.
+    /// The number of bytes of the journal that are covered.
     length: u64,
     lines: u64,
     /// The rows of each table, the bytes of head and tail, and the names.
     counts: [u64; 10],
 }
 
-/// What an index covers.
+/// The part of the journal that an index covers.
 pub(super) struct Covered {
     pub(super) head: Vec<u8>,
     pub(super) tail: Vec<u8>,
@@ -44,7 +45,7 @@ pub(super) struct Covered {
     pub(super) lines: u64,
 }
 
-/// Writes an index; the caller holds the lock. One that cannot be written is no loss.
+/// Writes an index; the caller holds the lock. If it cannot be written, nothing is lost.
 pub(super) fn write(path: &Path, covered: &Covered, tables: &Tables) {
     let Tables { items, stamps, files, publishing, results, blobs, reads, names } = tables;
     let counts = [
@@ -86,11 +87,9 @@ pub(super) fn write(path: &Path, covered: &Covered, tables: &Tables) {
     }
     let check = Digest::of(&bytes);
     bytes.extend_from_slice(&check.0);
-    // Always the same name, so that what a killed process leaves of it is written over.
+    // Always the same name, so that a file left by a killed process is overwritten.
     let temporary = path.with_extension("new");
-    if write_new(&temporary, &bytes).and_then(|_| platform::replace(&temporary, path)).is_err() {
-        let _ = fs::remove_file(&temporary);
-    }
+    let _ = replace_through(&temporary, path, &mut |mut file| file.write_all(&bytes));
 }
 
 /// Reads an index; `None` if there is none that can be used.

@@ -1,6 +1,6 @@
-//! What the lines of a journal say of the present, as sorted tables without a pointer in them: they are read from the
-//! index and searched as they are, and an item takes some hundred bytes. What only `explain` and a run ask is not in
-//! them, but where its line is.
+//! The present state that the lines of a journal describe, as sorted tables without pointers: they are read
+//! from the index and searched without decoding, and an item takes some hundred bytes. Of what only `explain`
+//! and a run need, they contain the place of the line.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -8,30 +8,30 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use serde::Deserialize;
 
-use super::{Subject, Tag};
+use super::line::{Subject, Tag};
 use crate::platform::Stamp;
 use crate::store::Blob;
 use crate::{Digest, FileRead};
 
-/// So many results are remembered for one key and different contents of the files read.
+/// For one key, at most this many results are remembered, with different contents of the files read.
 const RESULTS: usize = 8;
 
-/// Where a line is that holds.
+/// The place of a line.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct Line {
+pub(super) struct Location {
     /// The subject, most significant byte first.
     subject: [u8; 16],
-    /// The place of its content in the file.
+    /// The offset of its content in the file.
     offset: u64,
     length: u32,
     /// The letter of its tag.
     tag: u32,
-    /// What tells its text from others.
+    /// The check of the line, which differs if the text does.
     check: u64,
 }
 
-impl Line {
+impl Location {
     pub(super) fn new(tag: Tag, subject: Subject, content: &Range<u64>, check: u64) -> Self {
         let length = u32::try_from(content.end - content.start).unwrap_or(u32::MAX);
         Self { subject: subject.to_be_bytes(), offset: content.start, length, tag: tag as u32, check }
@@ -46,11 +46,11 @@ impl Line {
     }
 }
 
-/// The record in effect of an item.
+/// The latest record of an item.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct ItemEntry {
-    line: Line,
+    line: Location,
     key: [u8; 32],
     manifest: u32,
     kind: u32,
@@ -60,7 +60,7 @@ pub(super) struct ItemEntry {
     flags: u32,
 }
 
-/// Some neighbours of another table: the first, and how many.
+/// Some consecutive rows of another table: the first, and how many.
 #[repr(C)]
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 struct Span {
@@ -83,11 +83,11 @@ pub(super) struct ReadEntry {
     flags: u32,
 }
 
-/// The digest of a file, with the stamp that it had.
+/// The stamp of a file, and the digest that it had then.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct StampEntry {
-    line: Line,
+    line: Location,
     stamp: Stamp,
     digest: [u8; 32],
     flags: u64,
@@ -97,13 +97,13 @@ pub(super) struct StampEntry {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct FileEntry {
-    line: Line,
+    line: Location,
     stamp: Stamp,
     digest: [u8; 32],
     flags: u64,
 }
 
-/// Whether the line's content is of the shape that its tag has.
+/// Whether the line's content has the shape that its tag requires.
 const UNDERSTOOD: u32 = 1;
 const GONE: u32 = 2;
 const FAILED: u32 = 4;
@@ -113,34 +113,34 @@ const SETTLED: u32 = 2;
 
 /// A row of a table that is sorted by subject.
 pub(super) trait Entry: Pod {
-    fn line(&self) -> &Line;
+    fn line(&self) -> &Location;
 }
 
 macro_rules! entries {
-    ($($entry:ident),*) => { $(impl Entry for $entry { fn line(&self) -> &Line { &self.line } })* };
+    ($($entry:ident),*) => { $(impl Entry for $entry { fn line(&self) -> &Location { &self.line } })* };
 }
 entries!(ItemEntry, StampEntry, FileEntry);
 
-impl Entry for Line {
-    fn line(&self) -> &Line {
+impl Entry for Location {
+    fn line(&self) -> &Location {
         self
     }
 }
 
-/// What a line says, as far as tables hold it.
-pub(super) enum Fact {
-    Item(Line, Option<ItemFact>),
-    Result(Line),
-    Stamp(Line, Option<StampFact>),
-    Published(Line, Option<FileFact>),
-    Publishing(Line),
-    /// What was said before is taken back.
-    Nothing(Line),
+/// The change that a line makes to the tables.
+pub(super) enum Update {
+    Item(Location, Option<ItemFields>),
+    Result(Location),
+    Stamp(Location, Option<StampFields>),
+    Published(Location, Option<FileFields>),
+    Publishing(Location),
+    /// Revokes what earlier lines say.
+    Nothing(Location),
 }
 
-impl Fact {
-    /// What a line with this content says.
-    pub(super) fn of(tag: Tag, line: Line, json: &[u8]) -> Self {
+impl Update {
+    /// The update of a line with this content.
+    pub(super) fn of(tag: Tag, line: Location, json: &[u8]) -> Self {
         match tag {
             Tag::Result => Self::Result(line),
             _ if json == b"null" => Self::Nothing(line),
@@ -153,7 +153,7 @@ impl Fact {
 }
 
 #[derive(Deserialize)]
-pub(super) struct ItemFact {
+pub(super) struct ItemFields {
     manifest: String,
     key: Digest,
     kind: String,
@@ -167,13 +167,13 @@ pub(super) struct ItemFact {
 }
 
 #[derive(Deserialize)]
-pub(super) struct StampFact {
+pub(super) struct StampFields {
     stamp: Stamp,
     digest: Digest,
 }
 
 #[derive(Deserialize)]
-pub(super) struct FileFact {
+pub(super) struct FileFields {
     digest: Digest,
     stamp: Option<Stamp>,
     #[serde(default)]
@@ -186,15 +186,15 @@ pub(super) struct Tables {
     pub(super) items: Vec<ItemEntry>,
     pub(super) stamps: Vec<StampEntry>,
     pub(super) files: Vec<FileEntry>,
-    pub(super) publishing: Vec<Line>,
-    /// By subject, of one subject the oldest first.
-    pub(super) results: Vec<Line>,
+    pub(super) publishing: Vec<Location>,
+    /// By subject; of one subject, the oldest first.
+    pub(super) results: Vec<Location>,
     pub(super) blobs: Vec<Blob>,
     pub(super) reads: Vec<ReadEntry>,
     pub(super) names: Names,
 }
 
-/// Texts that recur, by number.
+/// Recurring texts, by number.
 #[derive(Default)]
 pub(super) struct Names {
     texts: Vec<Box<str>>,
@@ -222,20 +222,20 @@ impl Names {
 }
 
 impl Tables {
-    /// Enters what lines say, in the order of the file.
-    pub(super) fn enter(&mut self, facts: Vec<Fact>) {
+    /// Applies the updates of lines, in the order of the file.
+    pub(super) fn apply(&mut self, updates: Vec<Update>) {
         let (mut items, mut stamps, mut files) = (Vec::new(), Vec::new(), Vec::new());
         let (mut publishing, mut results) = (Vec::new(), Vec::new());
-        for fact in facts {
-            match fact {
-                Fact::Item(line, fact) => items.push(self.item_entry(line, fact)),
-                Fact::Stamp(line, fact) => stamps.push(stamp_entry(line, fact)),
-                Fact::Published(line, fact) => files.push(file_entry(line, fact)),
-                Fact::Publishing(line) => publishing.push(line),
-                Fact::Result(line) => results.push(line),
-                // A line without a length takes back those before it.
-                Fact::Nothing(line) => {
-                    let nothing = Line { length: 0, ..line };
+        for update in updates {
+            match update {
+                Update::Item(line, fields) => items.push(self.item_entry(line, fields)),
+                Update::Stamp(line, fields) => stamps.push(stamp_entry(line, fields)),
+                Update::Published(line, fields) => files.push(file_entry(line, fields)),
+                Update::Publishing(line) => publishing.push(line),
+                Update::Result(line) => results.push(line),
+                // A location without a length revokes those before it.
+                Update::Nothing(line) => {
+                    let nothing = Location { length: 0, ..line };
                     match Tag::of(line.tag as u8) {
                         Some(Tag::Item) => items.push(ItemEntry { line: nothing, ..Zeroable::zeroed() }),
                         Some(Tag::Stamp) => stamps.push(StampEntry { line: nothing, ..Zeroable::zeroed() }),
@@ -256,13 +256,13 @@ impl Tables {
         self.drop_unused();
     }
 
-    fn item_entry(&mut self, line: Line, fact: Option<ItemFact>) -> ItemEntry {
-        let Some(fact) = fact else { return ItemEntry { line, ..Zeroable::zeroed() } };
+    fn item_entry(&mut self, line: Location, fields: Option<ItemFields>) -> ItemEntry {
+        let Some(fields) = fields else { return ItemEntry { line, ..Zeroable::zeroed() } };
         let flag = |is: bool, flag: u32| if is { flag } else { 0 };
-        let outputs = Span { first: self.blobs.len() as u32, count: fact.outputs.len() as u32 };
-        self.blobs.extend(fact.outputs);
-        let reads = Span { first: self.reads.len() as u32, count: fact.reads.len() as u32 };
-        for read in fact.reads {
+        let outputs = Span { first: self.blobs.len() as u32, count: fields.outputs.len() as u32 };
+        self.blobs.extend(fields.outputs);
+        let reads = Span { first: self.reads.len() as u32, count: fields.reads.len() as u32 };
+        for read in fields.reads {
             self.reads.push(ReadEntry {
                 digest: read.digest.map_or([0; 32], |digest| digest.0),
                 path: self.names.number(&read.path),
@@ -271,18 +271,18 @@ impl Tables {
         }
         ItemEntry {
             line,
-            key: fact.key.0,
-            manifest: self.names.number(&fact.manifest),
-            kind: self.names.number(&fact.kind),
+            key: fields.key.0,
+            manifest: self.names.number(&fields.manifest),
+            kind: self.names.number(&fields.kind),
             outputs,
             reads,
-            milliseconds: fact.milliseconds as f32,
-            flags: UNDERSTOOD | flag(fact.gone, GONE) | flag(fact.failure.is_some(), FAILED),
+            milliseconds: fields.milliseconds as f32,
+            flags: UNDERSTOOD | flag(fields.gone, GONE) | flag(fields.failure.is_some(), FAILED),
         }
     }
 
-    /// Of one key the last few results stay. One that came into effect again is written again, and counts once.
-    fn merge_results(&mut self, added: Vec<Line>) {
+    /// Of one key the last few results are kept. One that was used again was written again, and counts once.
+    fn merge_results(&mut self, added: Vec<Location>) {
         if added.is_empty() {
             return;
         }
@@ -302,7 +302,7 @@ impl Tables {
         self.results = kept;
     }
 
-    /// Drops blobs, reads and names of records that are no longer in effect, once they are more than the others.
+    /// Drops blobs, reads and names of outdated records once they outnumber the others.
     fn drop_unused(&mut self) {
         let used = |span: fn(&ItemEntry) -> Span| {
             self.items.iter().map(|entry| span(entry).count as usize).sum::<usize>()
@@ -327,7 +327,7 @@ impl Tables {
         (self.blobs, self.reads, self.names) = (fresh.blobs, fresh.reads, fresh.names);
     }
 
-    /// Whether every row leads to rows that are there, and the tables are sorted: they come from a file.
+    /// Whether every row refers to existing rows, and the tables are sorted: they come from a file.
     pub(super) fn are_sound(&self) -> bool {
         let names = self.names.texts.len();
         let item = |entry: &ItemEntry| {
@@ -345,7 +345,7 @@ impl Tables {
     }
 
     /// The line of a tag on a subject.
-    pub(super) fn line(&self, tag: Tag, subject: Subject) -> Option<&Line> {
+    pub(super) fn line(&self, tag: Tag, subject: Subject) -> Option<&Location> {
         match tag {
             Tag::Item => find(&self.items, subject).map(Entry::line),
             Tag::Stamp => find(&self.stamps, subject).map(Entry::line),
@@ -356,7 +356,7 @@ impl Tables {
     }
 
     /// The results of a key, the oldest first.
-    pub(super) fn results_of(&self, subject: Subject) -> &[Line] {
+    pub(super) fn results_of(&self, subject: Subject) -> &[Location] {
         let subject = subject.to_be_bytes();
         let first = self.results.partition_point(|line| line.subject < subject);
         let count = self.results[first..].iter().take_while(|line| line.subject == subject).count();
@@ -364,7 +364,7 @@ impl Tables {
     }
 
     /// The lines of a tag, by subject.
-    pub(super) fn lines(&self, tag: Tag) -> Box<dyn Iterator<Item = &Line> + '_> {
+    pub(super) fn lines(&self, tag: Tag) -> Box<dyn Iterator<Item = &Location> + '_> {
         match tag {
             Tag::Item => Box::new(self.items.iter().map(Entry::line)),
             Tag::Stamp => Box::new(self.stamps.iter().map(Entry::line)),
@@ -374,16 +374,16 @@ impl Tables {
         }
     }
 
-    pub(super) fn effect(&self, subject: Subject) -> Option<Effect<'_>> {
-        find(&self.items, subject).and_then(|entry| self.effect_of(entry))
+    pub(super) fn latest(&self, subject: Subject) -> Option<LatestRecord<'_>> {
+        find(&self.items, subject).and_then(|entry| self.record_of(entry))
     }
 
-    pub(super) fn effects(&self) -> impl Iterator<Item = (Subject, Effect<'_>)> {
-        self.items.iter().filter_map(|entry| Some((entry.line.subject(), self.effect_of(entry)?)))
+    pub(super) fn latest_records(&self) -> impl Iterator<Item = (Subject, LatestRecord<'_>)> {
+        self.items.iter().filter_map(|entry| Some((entry.line.subject(), self.record_of(entry)?)))
     }
 
-    fn effect_of<'a>(&'a self, entry: &'a ItemEntry) -> Option<Effect<'a>> {
-        (entry.flags & UNDERSTOOD != 0).then_some(Effect { tables: self, entry })
+    fn record_of<'a>(&'a self, entry: &'a ItemEntry) -> Option<LatestRecord<'a>> {
+        (entry.flags & UNDERSTOOD != 0).then_some(LatestRecord { tables: self, entry })
     }
 
     pub(super) fn stamped(&self, subject: Subject) -> Option<(Stamp, Digest)> {
@@ -401,15 +401,15 @@ impl Tables {
     }
 }
 
-/// The record in effect of an item: what every build asks of it.
+/// The latest record of an item, as far as every build needs it.
 #[derive(Clone, Copy)]
-pub(crate) struct Effect<'a> {
+pub(crate) struct LatestRecord<'a> {
     tables: &'a Tables,
     entry: &'a ItemEntry,
 }
 
-impl<'a> Effect<'a> {
-    /// The manifest that the item is of.
+impl<'a> LatestRecord<'a> {
+    /// The manifest of the item.
     pub(crate) fn manifest(&self) -> &'a str {
         self.tables.names.get(self.entry.manifest)
     }
@@ -419,12 +419,12 @@ impl<'a> Effect<'a> {
         self.tables.names.get(self.entry.kind)
     }
 
-    /// The key that it ran under.
+    /// The key of the run.
     pub(crate) fn key(&self) -> Digest {
         Digest(self.entry.key)
     }
 
-    /// Whether the manifest has no such item any more.
+    /// Whether the manifest no longer has the item.
     pub(crate) fn is_gone(&self) -> bool {
         self.entry.flags & GONE != 0
     }
@@ -439,12 +439,13 @@ impl<'a> Effect<'a> {
         self.entry.milliseconds.into()
     }
 
-    /// What it made; of a failure, what the last good run made.
+    /// Its outputs; for a failure, those of the last successful run.
     pub(crate) fn outputs(&self) -> &'a [Blob] {
         self.tables.blobs.get(self.entry.outputs.range()).unwrap_or_default()
     }
 
-    /// The files and listings that it read: path as records hold it, whether it is a listing, and its digest.
+    /// The files and listings that it read: the path as in the record, whether it is a listing, and its
+    /// digest.
     pub(crate) fn reads(&self) -> impl Iterator<Item = (&'a str, bool, Option<Digest>)> + use<'a> {
         let tables = self.tables;
         let reads = tables.reads.get(self.entry.reads.range()).unwrap_or_default();
@@ -455,37 +456,40 @@ impl<'a> Effect<'a> {
     }
 }
 
-/// What the ledger says of a file.
+/// The ledger's line on a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PublishedStamp {
     pub(crate) digest: Digest,
-    /// The stamp that it had, if that can be relied on.
+    /// The stamp that it had, if it is reliable.
     pub(crate) stamp: Option<Stamp>,
 }
 
-fn stamp_entry(line: Line, fact: Option<StampFact>) -> StampEntry {
-    match fact {
-        Some(fact) => StampEntry { line, stamp: fact.stamp, digest: fact.digest.0, flags: UNDERSTOOD.into() },
+fn stamp_entry(line: Location, fields: Option<StampFields>) -> StampEntry {
+    match fields {
+        Some(fields) => {
+            StampEntry { line, stamp: fields.stamp, digest: fields.digest.0, flags: UNDERSTOOD.into() }
+        }
         None => StampEntry { line, ..Zeroable::zeroed() },
     }
 }
 
-fn file_entry(line: Line, fact: Option<FileFact>) -> FileEntry {
-    let Some(fact) = fact else { return FileEntry { line, ..Zeroable::zeroed() } };
-    let flags =
-        UNDERSTOOD | if fact.stamp.is_some() { THERE } else { 0 } | if fact.settled { SETTLED } else { 0 };
-    let stamp = fact.stamp.unwrap_or(Zeroable::zeroed());
-    FileEntry { line, stamp, digest: fact.digest.0, flags: flags.into() }
+fn file_entry(line: Location, fields: Option<FileFields>) -> FileEntry {
+    let Some(fields) = fields else { return FileEntry { line, ..Zeroable::zeroed() } };
+    let flags = UNDERSTOOD
+        | if fields.stamp.is_some() { THERE } else { 0 }
+        | if fields.settled { SETTLED } else { 0 };
+    let stamp = fields.stamp.unwrap_or(Zeroable::zeroed());
+    FileEntry { line, stamp, digest: fields.digest.0, flags: flags.into() }
 }
 
-/// Enters rows, in the order of the file, into a sorted table. Of those on one subject the last holds; one without a length
-/// takes the others back.
+/// Enters rows, in the order of the file, into a sorted table. A row replaces earlier rows on the same
+/// subject; one without a length revokes them.
 fn merge<E: Entry>(table: &mut Vec<E>, added: Vec<E>) {
     if added.is_empty() {
         return;
     }
     table.extend(added);
-    // Stable, and quick if most is sorted already.
+    // Stable, and fast if most of it is sorted already.
     table.sort_by_key(|entry| entry.line().subject);
     let mut kept = 0;
     for index in 0..table.len() {
@@ -506,7 +510,7 @@ fn is_sorted<E: Entry>(table: &[E]) -> bool {
     table.is_sorted_by(|one, other| one.line().subject < other.line().subject)
 }
 
-/// The row of a subject. Subjects are digests, so that one can be looked for near where it would be if they were evenly
+/// The row of a subject. Subjects are digests, so the search starts where it would be if they were evenly
 /// spread.
 fn find<E: Entry>(table: &[E], subject: Subject) -> Option<&E> {
     let at = |index: usize| table[index].line().subject();
@@ -532,7 +536,7 @@ mod tests {
 
     #[test]
     fn every_subject_of_a_table_is_found_and_no_other() {
-        // As digests are, and spread as unevenly as somebody might who made an index.
+        // As evenly spread as digests, and as unevenly as a forged index may be.
         let even = |n: u64| super::super::subject(&[&n.to_string()]);
         let uneven = [|n: u64| n, |n: u64| n << 40, |n: u64| u64::MAX - (n << 50)];
         let uneven = uneven.map(|spread| move |n: u64| Subject::from(spread(n + 1)) << 64 | 7);
@@ -542,7 +546,7 @@ mod tests {
             [0, 1, 2, 3, 10, 1000].into_iter().flat_map(|n| spreads.map(|spread| (n, spread)))
         {
             let mut table = Vec::new();
-            let line = |n: u64| Line::new(Tag::Publishing, subject(n), &(n..n + 1), n);
+            let line = |n: u64| Location::new(Tag::Publishing, subject(n), &(n..n + 1), n);
             merge(&mut table, (0..count).rev().map(line).collect());
             assert_eq!(table.len() as u64, count);
             for n in 0..count {
@@ -556,7 +560,7 @@ mod tests {
     #[test]
     fn of_several_rows_the_last_holds_and_one_can_be_taken_back() {
         let line = |n: u64, offset: u64, length: u64| {
-            Line::new(Tag::Publishing, n.into(), &(offset..offset + length), 0)
+            Location::new(Tag::Publishing, n.into(), &(offset..offset + length), 0)
         };
         let mut table = Vec::new();
         merge(&mut table, vec![line(2, 0, 1), line(1, 1, 1), line(2, 2, 1)]);
@@ -575,16 +579,16 @@ mod tests {
                 "reads": [{ "path": format!("{round}.txt"), "listing": false, "digest": null }],
             });
             let subject = Subject::from(round % 3);
-            let line = Line::new(Tag::Item, subject, &(round..round + 1), round);
-            tables.enter(vec![Fact::of(Tag::Item, line, json.to_string().as_bytes())]);
+            let line = Location::new(Tag::Item, subject, &(round..round + 1), round);
+            tables.apply(vec![Update::of(Tag::Item, line, json.to_string().as_bytes())]);
         }
         assert!(tables.blobs.len() < 1100 && tables.reads.len() < 1100 && tables.names.texts.len() < 1200);
         assert!(tables.are_sound());
         for (subject, round) in [(0, 1998), (1, 1999), (2, 1997)] {
-            let effect = tables.effect(subject).unwrap();
-            assert_eq!(effect.outputs()[0].bytes, round);
-            assert_eq!(effect.reads().next().unwrap().0, format!("{round}.txt"));
-            assert_eq!((effect.manifest(), effect.kind()), ("pipeline.toml", "write"));
+            let latest = tables.latest(subject).unwrap();
+            assert_eq!(latest.outputs()[0].bytes, round);
+            assert_eq!(latest.reads().next().unwrap().0, format!("{round}.txt"));
+            assert_eq!((latest.manifest(), latest.kind()), ("pipeline.toml", "write"));
         }
     }
 }

@@ -1,10 +1,12 @@
-//! What a journal keeps, whatever becomes of its file.
+//! What a journal keeps, whatever happens to its file.
+
+use std::fs;
 
 use super::*;
 
 /// Opens a journal as a build does.
-fn open(path: &Path, kept: Option<Journal>) -> Result<Journal, Error> {
-    Journal::write(path, kept, |journal| Retention::of(journal, Path::new("")))
+fn open(path: &Path, saved: Option<Journal>) -> Result<Journal, Error> {
+    Journal::write(path, saved, |journal| Retention::of(journal, Path::new("")))
 }
 
 fn journal(path: &Path) -> Journal {
@@ -24,7 +26,7 @@ fn journal(path: &Path) -> Journal {
 }
 
 #[test]
-fn the_last_line_holds_and_of_results_the_last_eight() {
+fn the_last_line_counts_and_of_results_the_last_eight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
     drop(journal(&path));
@@ -59,14 +61,14 @@ fn every_truncated_length_reads_as_a_prefix_and_can_be_appended_to() {
 }
 
 #[test]
-fn half_a_line_that_cannot_be_taken_back_does_not_swallow_the_next() {
+fn a_torn_line_that_cannot_be_removed_does_not_damage_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
     let journal = journal(&path);
-    let mut end = journal.end.as_ref().unwrap().lock().unwrap();
-    end.file.write_all(b"0123456789abcdef i half").unwrap();
-    end.torn = true;
-    drop(end);
+    let mut appender = journal.appender.as_ref().unwrap().lock();
+    appender.file.write_all(b"0123456789abcdef i half").unwrap();
+    appender.torn = true;
+    drop(appender);
     for n in 3..5 {
         journal.append(&[Line::new(Tag::Item, n, Some(&n))]).unwrap();
     }
@@ -89,7 +91,7 @@ fn every_damaged_byte_costs_at_most_its_own_line_and_the_next() {
         assert!(opened.results::<u32>(7).count() >= 6, "damaged at {at}");
     }
     fs::write(&path, [0xff; 5000]).unwrap();
-    assert_eq!(open(&path, None).unwrap().named(Tag::Item).count(), 0);
+    assert_eq!(open(&path, None).unwrap().subjects(Tag::Item).count(), 0);
 }
 
 #[test]
@@ -102,44 +104,44 @@ fn a_newer_format_is_refused_and_left_alone() {
 }
 
 #[test]
-fn a_kept_journal_is_taken_up_with_what_others_appended() {
+fn a_saved_journal_reads_what_others_appended() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
-    let mut kept = journal(&path).rest();
+    let mut saved = journal(&path).close();
     for n in 100..110_u32 {
         let other = open(&path, None).unwrap();
         other.append(&[Line::new(Tag::Stamp, n.into(), Some(&n))]).unwrap();
-        // Only what was appended is read: what is known is not looked at again.
-        let mut known = kept.take().unwrap();
+        // Only the appended lines are read, not those that are known.
+        let mut known = saved.take().unwrap();
         let before = known.text.length();
         let mut read = 0;
-        let same = known.text.take_up(&path, |start, piece| {
+        let same = known.text.read_appended(&path, |start, piece| {
             assert!(start >= before);
             read += piece.len() as u64;
         });
         assert!(same.unwrap());
         let length = fs::metadata(&path).unwrap().len();
         assert_eq!((known.text.length(), read), (length, length - before));
-        kept = open(&path, None).unwrap().rest();
+        saved = open(&path, None).unwrap().close();
         let other = open(&path, None).unwrap();
         other.append(&[Line::new(Tag::Stamp, (n + 100).into(), Some(&n))]).unwrap();
-        let ours = open(&path, kept.take()).unwrap();
+        let ours = open(&path, saved.take()).unwrap();
         assert_eq!(ours.get::<u32>(Tag::Stamp, n.into()), Some(n));
         assert_eq!(ours.get::<u32>(Tag::Stamp, (n + 100).into()), Some(n));
         assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "two");
         ours.append(&[Line::new(Tag::Item, 2, Some(&"two"))]).unwrap();
-        kept = ours.rest();
+        saved = ours.close();
     }
 }
 
 #[test]
-fn what_was_appended_is_known_after_a_rest() {
+fn appended_lines_are_known_after_closing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
-    let ours = open(&path, journal(&path).rest()).unwrap();
+    let ours = open(&path, journal(&path).close()).unwrap();
     ours.append(&[Line::new(Tag::Item, 2, Some(&"due"))]).unwrap();
     assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "two", "a build does not see what it appends");
-    let mut ours = open(&path, ours.rest()).unwrap();
+    let mut ours = open(&path, ours.close()).unwrap();
     assert_eq!(ours.get::<String>(Tag::Item, 2).unwrap(), "due");
     ours.compact(|_| true).unwrap();
     assert_eq!(ours.get::<String>(Tag::Item, 1).unwrap(), "uno");
@@ -147,17 +149,17 @@ fn what_was_appended_is_known_after_a_rest() {
     assert_eq!(ours.lines, Journal::read(&path).unwrap().lines);
 }
 
-/// What a journal says, all of it.
+/// Everything that a journal says.
 fn said(journal: &Journal) -> Vec<(Tag, Vec<(Subject, serde_json::Value)>)> {
     let of = |tag| {
-        let mut lines = journal.subjects::<serde_json::Value>(tag);
+        let mut lines = journal.contents::<serde_json::Value>(tag);
         lines.sort_by_key(|(subject, _)| *subject);
         (tag, lines)
     };
     Tag::ALL.map(of).into()
 }
 
-/// A journal of so many lines that it has an index, and some lines more.
+/// A journal of so many lines that it has an index, and some more lines.
 fn indexed(path: &Path) {
     let ours = open(path, None).unwrap();
     let line = |n: usize| {
@@ -170,14 +172,14 @@ fn indexed(path: &Path) {
         Line::new(if n.is_multiple_of(2) { Tag::Item } else { Tag::Result }, short(digest), Some(&record))
     };
     ours.append(&(0..1200).map(line).collect::<Vec<_>>()).unwrap();
-    let ours = open(path, ours.rest()).unwrap();
+    let ours = open(path, ours.close()).unwrap();
     assert_eq!(ours.indexed, ours.lines, "all is in the index");
     ours.append(&(1150..1250).map(line).collect::<Vec<_>>()).unwrap();
     ours.append(&[Line::new::<()>(Tag::Item, short(Digest::of(&2_usize.to_le_bytes())), None)]).unwrap();
 }
 
 #[test]
-fn a_journal_says_the_same_with_its_index_and_without() {
+fn a_journal_is_the_same_with_and_without_its_index() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
     indexed(&path);
@@ -187,16 +189,16 @@ fn a_journal_says_the_same_with_its_index_and_without() {
     let without = Journal::read(&path).unwrap();
     assert_eq!(without.indexed, 0);
     assert_eq!((with.size(), said(&with)), (without.size(), said(&without)));
-    let effects = |journal: &Journal| {
-        let of = |(subject, effect): (Subject, Effect<'_>)| {
-            let reads = effect.reads().map(|(path, listing, digest)| (path.to_owned(), listing, digest));
-            let facts = (effect.key(), effect.is_gone(), effect.has_failed(), effect.milliseconds());
-            (subject, facts, effect.outputs().to_vec(), reads.collect::<Vec<_>>(), effect.kind().to_owned())
+    let latest_records = |journal: &Journal| {
+        let of = |(subject, latest): (Subject, LatestRecord<'_>)| {
+            let reads = latest.reads().map(|(path, listing, digest)| (path.to_owned(), listing, digest));
+            let facts = (latest.key(), latest.is_gone(), latest.has_failed(), latest.milliseconds());
+            (subject, facts, latest.outputs().to_vec(), reads.collect::<Vec<_>>(), latest.kind().to_owned())
         };
-        journal.effects().map(of).collect::<Vec<_>>()
+        journal.latest_records().map(of).collect::<Vec<_>>()
     };
-    assert_eq!(effects(&with).len(), 624);
-    assert_eq!(effects(&with), effects(&without));
+    assert_eq!(latest_records(&with).len(), 624);
+    assert_eq!(latest_records(&with), latest_records(&without));
 }
 
 #[test]
@@ -228,7 +230,7 @@ fn an_index_that_is_damaged_or_of_another_journal_is_not_used() {
     assert_eq!(opened("of a journal with the same lines that was written at another time"), expected);
 }
 
-/// An index that somebody made, whose check holds: its numbers lead anywhere, or its texts are none.
+/// A forged index with a correct check, whose numbers lead anywhere, or whose texts are not texts.
 #[test]
 fn a_forged_index_is_not_used() {
     let folder = tempfile::tempdir().unwrap();
@@ -246,17 +248,17 @@ fn a_forged_index_is_not_used() {
         let check = Digest::of(&forged);
         forged.extend_from_slice(&check.0);
         fs::write(index_of(&path), &forged).unwrap();
-        // Whatever it says, asking is safe.
+        // Whatever it contains, queries are safe.
         let opened = Journal::read(&path).unwrap();
         used += usize::from(opened.indexed > 0);
         said(&opened);
-        opened.effects().for_each(|(_, effect)| _ = (effect.outputs().len(), effect.reads().count()));
+        opened.latest_records().for_each(|(_, latest)| _ = (latest.outputs().len(), latest.reads().count()));
     }
     assert!(used > 0, "digests can be any");
 }
 
 #[test]
-fn a_kept_journal_is_read_anew_where_the_file_is_another() {
+fn a_saved_journal_is_read_again_if_the_file_was_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal");
     let changes: [(&str, &dyn Fn()); 5] = [
@@ -277,10 +279,10 @@ fn a_kept_journal_is_read_anew_where_the_file_is_another() {
     ];
     for (what, change) in changes {
         let _ = fs::remove_file(&path);
-        let kept = journal(&path).rest();
-        let kept = open(&path, kept).unwrap().rest();
+        let saved = journal(&path).close();
+        let saved = open(&path, saved).unwrap().close();
         change();
-        let ours = open(&path, kept).unwrap();
+        let ours = open(&path, saved).unwrap();
         let fresh = Journal::read(&path).unwrap();
         assert_eq!(ours.text.length(), fresh.text.length(), "{what}");
         assert_eq!(ours.text.head(), fresh.text.head(), "{what}");

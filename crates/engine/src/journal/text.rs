@@ -1,24 +1,25 @@
-//! The file of a journal, read piece by piece. Nothing of it stays in memory but its first two lines and its last bytes, by
-//! which it is known again.
+//! The file of a journal, read in pieces. Only its first two lines and its last bytes stay in memory, to
+//! recognize it by.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 use crate::regular;
 
-/// So much of what is known is compared with the file: the last lines.
+/// The number of last bytes that are compared with the file.
 const OVERLAP: usize = 256;
 
-/// The longest first two lines: a format and a name have less.
+/// The first two lines have at most this many bytes: a format and a name need less.
 const LONGEST_HEAD: usize = 256;
 
 /// The file is read in pieces of this size, or of a line if that is longer.
 const PIECE: usize = 1 << 19;
 
-/// What is known of the file: its whole lines so far.
+/// What is known of the file: its complete lines so far.
 #[derive(Default)]
 pub(super) struct Text {
     /// The first two lines.
@@ -26,15 +27,15 @@ pub(super) struct Text {
     /// The last bytes.
     tail: Vec<u8>,
     length: u64,
-    /// Whether the file has more, which is not a whole line.
+    /// Whether the file continues with an incomplete line.
     torn: bool,
-    /// Open while lines may be asked for.
+    /// Open as long as lines may be needed.
     file: Option<Mutex<File>>,
 }
 
 impl Text {
-    /// A text that was known at another time.
-    pub(super) fn known(head: Vec<u8>, tail: Vec<u8>, length: u64) -> Self {
+    /// A file that was read at another time.
+    pub(super) fn resume(head: Vec<u8>, tail: Vec<u8>, length: u64) -> Self {
         Self { head, tail, length, ..Self::default() }
     }
 
@@ -42,7 +43,7 @@ impl Text {
         self.length
     }
 
-    /// The first two lines, or what there is of them.
+    /// The first two lines, or as much as there is of them.
     pub(super) fn head(&self) -> &[u8] {
         &self.head
     }
@@ -52,25 +53,29 @@ impl Text {
         &self.tail
     }
 
-    /// Whether half a line stands at the end.
+    /// Whether there is an incomplete line at the end.
     pub(super) fn is_torn(&self) -> bool {
         self.torn
     }
 
     /// The bytes of a line; `None` if they cannot be read.
     pub(super) fn get(&self, range: &Range<u64>) -> Option<Vec<u8>> {
-        let mut file = self.file.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut file = self.file.as_ref()?.lock();
         read_at(&mut file, range).ok()
     }
 
-    /// Passes over lines in the order of the file: reads ahead, so that many are cheap.
+    /// Reads lines in the order of the file: it reads ahead, so that many are cheap.
     pub(super) fn window(&self) -> Window<'_> {
         Window { text: self, start: 0, bytes: Vec::new() }
     }
 
-    /// Reads what was appended since, in pieces of whole lines with their places; whether the file is still the one that is
-    /// known. A file that is not there is an empty one.
-    pub(super) fn take_up(&mut self, path: &Path, mut each: impl FnMut(u64, &[u8])) -> io::Result<bool> {
+    /// Reads what was appended since, in pieces of complete lines with their places; returns whether the file
+    /// is still the same. A missing file counts as an empty one.
+    pub(super) fn read_appended(
+        &mut self,
+        path: &Path,
+        mut each: impl FnMut(u64, &[u8]),
+    ) -> io::Result<bool> {
         let (mut file, metadata) = match regular::open(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound && self.length == 0 => return Ok(true),
             opened => opened?,

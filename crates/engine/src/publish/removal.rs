@@ -1,20 +1,20 @@
-//! What leaves `out`: files that no item exports any more, the folders that they leave empty, and what a killed build left
-//! half written. Only files of the ledger go, and only as they were published.
+//! Removes files from `out`: those that no item exports any more, folders that become empty, and temporary
+//! files of killed builds. Only files of the ledger are removed, and only if they are as they were published.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use super::{PublishEvent, Publisher, TEMPORARY, lock};
+use super::{PublishEvent, Publisher, TEMPORARY};
 use crate::journal::{Line, Tag};
 use crate::ledger::{Published, out_name};
 use crate::state::State;
-use crate::up_to_date::item_name;
 use crate::{Error, ItemName, Plan, platform};
 
 impl Publisher<'_> {
-    /// Removes the files of items that have gone from selected stages (`all`: also from stages that have gone).
+    /// Removes the files of items that no longer exist in selected stages (with `all`, also in stages that no
+    /// longer exist).
     ///
     /// # Errors
     /// If a file cannot be removed.
@@ -23,33 +23,33 @@ impl Publisher<'_> {
         plan: &Plan,
         selected: &[bool],
         all: bool,
-        told: &mut Vec<(ItemName, PublishEvent)>,
+        events: &mut Vec<(ItemName, PublishEvent)>,
     ) -> Result<(), Error> {
         if self.stale.is_empty() {
             return Ok(());
         }
-        let items = (0..plan.items.len()).map(|item| item_name(plan, item)).collect::<HashSet<_>>();
+        let items = (0..plan.items.len()).map(|item| plan.item_name(item)).collect::<HashSet<_>>();
         for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
             let stage = plan.stages.iter().position(|stage| stage.name == item.stage);
             if stage.map_or(all, |stage| selected[stage]) {
-                self.remove(files, &mut |what| told.push((item.clone(), what)))?;
+                self.remove(files, &mut |what| events.push((item.clone(), what)))?;
             }
         }
         Ok(())
     }
 
-    /// Removes the files that an item does not export any more, now that its others are in place.
+    /// Removes the files that an item no longer exports, now that its others are in place.
     ///
     /// # Errors
     /// If a file cannot be removed.
-    pub(crate) fn remove_stale(&self, item: &ItemName, told: &mut Vec<PublishEvent>) -> Result<(), Error> {
+    pub(crate) fn remove_stale(&self, item: &ItemName, events: &mut Vec<PublishEvent>) -> Result<(), Error> {
         match self.stale.get(item) {
-            Some(files) => self.remove(files, &mut |what| told.push(what)),
+            Some(files) => self.remove(files, &mut |what| events.push(what)),
             None => Ok(()),
         }
     }
 
-    /// Whether an item does not export any more what it exported.
+    /// Whether an item no longer exports some file.
     pub(crate) fn has_stale(&self, item: &dyn Fn() -> ItemName) -> bool {
         !self.stale.is_empty() && self.stale.contains_key(&item())
     }
@@ -78,14 +78,14 @@ impl Publisher<'_> {
         removed.collect()
     }
 
-    /// Removes the folders that are empty now, and says that nothing is being published any more.
+    /// Removes folders that are empty now, and records that publishing has ended.
     ///
-    /// Not before the end of a build: another item may be about to write into such a folder.
+    /// Only at the end of a build: until then another item may be about to write into such a folder.
     ///
     /// # Errors
     /// If the journal cannot be written.
     pub(crate) fn finish(&self) -> Result<(), Error> {
-        for folder in lock(&self.thinned).iter() {
+        for folder in self.emptied_folders.lock().iter() {
             for folder in folder.ancestors().take_while(|folder| *folder != self.root) {
                 // Fails if the folder is not empty.
                 if fs::remove_dir(folder).is_err() {
@@ -100,26 +100,27 @@ impl Publisher<'_> {
     }
 
     /// Removes files of the ledger, and the folders that they leave empty.
-    pub(super) fn remove(&self, files: &[String], told: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
-        // Whoever finds a file removed may put something in its place, so that it must have gone by then.
-        let mut removed = lock(&self.removed);
+    pub(super) fn remove(&self, files: &[String], report: &mut dyn FnMut(PublishEvent)) -> Result<(), Error> {
+        // The lock is held until the files are removed: whoever finds a file in `removed` may put something
+        // in its place.
+        let mut removed = self.removed.lock();
         for file in files {
             let Some(line) = self.entry(file).filter(|_| removed.insert(file.clone())) else { continue };
             if let Some(left) = self.left_over(&line)? {
                 if let PublishEvent::Removed { .. } = left {
                     let place = self.root.join(file);
                     platform::remove(&place).map_err(|error| Error::io(&error, "remove", &place))?;
-                    lock(&self.thinned).extend(place.parent().map(Path::to_path_buf));
+                    self.emptied_folders.lock().extend(place.parent().map(Path::to_path_buf));
                 }
-                told(left);
+                report(left);
             }
             self.state.journal.append(&[self.ledger.removal(file)])?;
         }
         Ok(())
     }
 
-    /// What becomes of a file that nobody wants: it is removed, or left to the person who changed it. `None` if it is
-    /// not there any more.
+    /// What happens to a file that no item exports: it is removed, or left alone if someone changed it.
+    /// `None` if it does not exist any more.
     fn left_over(&self, line: &Published) -> Result<Option<PublishEvent>, Error> {
         let file = &line.file;
         let place = self.root.join(file);
@@ -152,14 +153,14 @@ impl Publisher<'_> {
     }
 }
 
-/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the plan's.
-/// What the journal says of other folders is left to the builds of the manifests that name them.
+/// Removes temporary files that a killed build left in the folder that it was publishing into, if that is the
+/// plan's `out`. Other folders are left to the builds of the manifests that name them.
 ///
 /// # Errors
 /// If the journal cannot be written.
 pub(crate) fn sweep(state: &State, plan: &Plan) -> Result<(), Error> {
     let out = out_name(plan);
-    for (place, announced) in state.journal.subjects::<String>(Tag::Publishing) {
+    for (place, announced) in state.journal.contents::<String>(Tag::Publishing) {
         if announced == out {
             sweep_folder(&plan.out);
             state.journal.append(&[Line::new::<()>(Tag::Publishing, place, None)])?;

@@ -1,4 +1,4 @@
-//! What becomes of items: what workers report, and what that means for those that wait.
+//! Handles what workers report: what becomes of the item, and of the items that wait for it.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use crate::run::{Made, Outcome, failure_of};
 use crate::{Error, ErrorKind, Event, Failure, ItemIndex, ItemName};
 
 impl Scheduler<'_, '_> {
-    pub(super) fn hear(&mut self, message: Message) {
+    pub(super) fn handle(&mut self, message: Message) {
         match message {
             Message::Fetched(item, Ok(Some(handle))) => {
-                // Those who asked for it may have been skipped meanwhile.
+                // Its consumers may have been skipped meanwhile.
                 if self.items[item].users > 0 {
                     self.items[item].handle = Some(handle);
                 }
@@ -22,96 +22,96 @@ impl Scheduler<'_, '_> {
                 self.reopen(item);
                 self.fail(item, &failure_of(error));
             }
-            Message::Ran(item, Ok(outcome)) => self.hear_outcome(item, outcome),
+            Message::Ran(item, Ok(outcome)) => self.handle_outcome(item, outcome),
             Message::Ran(_, Err(error)) => self.fatal = Some(error),
-            Message::Published(item, told, Ok(())) => self.up_to_date(item, told),
-            Message::Published(item, _, Err(PublishError::Lost)) => {
+            Message::Published(item, events, Ok(())) => self.up_to_date(item, events),
+            Message::Published(item, _, Err(PublishError::ResultLost)) => {
                 self.items[item].lost = true;
-                self.want(item);
+                self.run_when_ready(item);
             }
-            Message::Published(item, told, Err(PublishError::Error(error))) => {
-                self.tell_all(item, told);
+            Message::Published(item, events, Err(PublishError::Error(error))) => {
+                self.report_all(item, events);
                 self.fail(item, &failure_of(error));
             }
-            Message::Broken(item, said) => {
-                let name = self.judge.name(item);
-                let error = Error::new(ErrorKind::Io, format!("the engine panicked at {name}: {said}"));
-                self.fatal = Some(
-                    error.with_help("this is a bug of Specula: tell it with what RUST_BACKTRACE=1 adds"),
-                );
+            Message::Panicked(item, message) => {
+                let name = self.check.name(item);
+                let error = Error::new(ErrorKind::Io, format!("the engine panicked at {name}: {message}"));
+                self.fatal = Some(error.with_help(
+                    "this is a bug in Specula; please report it with the output of RUST_BACKTRACE=1",
+                ));
             }
         }
     }
 
-    fn hear_outcome(&mut self, item: ItemIndex, outcome: Outcome) {
-        let name = self.judge.name(item);
-        let Outcome { made, milliseconds, warnings, notes, told } = outcome;
+    fn handle_outcome(&mut self, item: ItemIndex, outcome: Outcome) {
+        let name = self.check.name(item);
+        let Outcome { made, milliseconds, warnings, notes, events } = outcome;
         if let Err(failure) = &made
             && failure.cancelled
         {
-            // Also where no other is stopped, because only this one's file is being written.
+            // Even if nothing else is stopped, because only this item's file is being written.
             self.summary.cancelled = true;
             return self.skip(item, None);
         }
         for message in warnings {
-            self.tell(Event::Warning { item: name.clone(), message });
+            self.report(Event::Warning { item: name.clone(), message });
         }
         for message in notes {
-            self.tell(Event::Note { item: name.clone(), message });
+            self.report(Event::Note { item: name.clone(), message });
         }
         let Made { outputs, value, unpublished } = match made {
             Ok(made) => made,
             Err(failure) => return self.fail(item, &failure),
         };
         if let Some(failure) = unpublished {
-            self.tell_all(item, told);
+            self.report_all(item, events);
             return self.fail(item, &failure);
         }
-        let before = self.judge.effect(item).map(|effect| effect.outputs());
+        let before = self.check.latest(item).map(|latest| latest.outputs());
         let changed = before != Some(outputs.as_slice());
         self.summary.ran += 1;
-        self.tell(Event::Finished { item: name, milliseconds, changed });
-        self.tell_all(item, told);
-        let artifact = self.judge.stages[self.judge.plan.items[item].stage].artifact;
+        self.report(Event::Finished { item: name, milliseconds, changed });
+        self.report_all(item, events);
+        let artifact = self.check.stages[self.check.plan.items[item].stage].artifact;
         let progress = &mut self.items[item];
         progress.ran = true;
         if let (Some(value), Some((type_name, _)), true) = (value, artifact, progress.users > 0) {
-            let handle = self.workshop.handle(type_name, outputs[0].digest).with_value(value);
+            let handle = self.context.handle(type_name, outputs[0].digest).with_value(value);
             progress.handle = Some(Arc::new(handle));
         }
         progress.outputs = Some(outputs);
-        self.done(item);
+        self.complete(item);
         self.release_fetchers(item);
     }
 
-    pub(super) fn up_to_date(&mut self, item: ItemIndex, told: Vec<PublishEvent>) {
+    pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
-        self.tell(Event::UpToDate { item: self.judge.name(item) });
-        self.tell_all(item, told);
-        self.done(item);
+        self.report(Event::UpToDate { item: self.check.name(item) });
+        self.report_all(item, events);
+        self.complete(item);
     }
 
-    /// The artifact of an item that was up to date is not in the store any more.
+    /// The artifact of an item that was up to date is no longer in the store.
     fn make_again(&mut self, item: ItemIndex) {
         self.reopen(item);
         self.items[item].lost = true;
-        self.want(item);
+        self.run_when_ready(item);
     }
 
-    /// Takes back that an item was settled.
+    /// Undoes that an item was finished.
     fn reopen(&mut self, item: ItemIndex) {
         if self.items[item].ran {
             self.summary.ran -= 1;
         } else {
             self.summary.up_to_date -= 1;
         }
-        for input in distinct(&self.judge.plan.items[item].inputs) {
+        for input in distinct(&self.check.plan.items[item].inputs) {
             self.items[input].users += 1;
         }
     }
 
     fn fail(&mut self, item: ItemIndex, failure: &Failure) {
-        let name = self.judge.name(item);
+        let name = self.check.name(item);
         self.summary.failed += 1;
         if failure.system_error {
             self.summary.system_errors += 1;
@@ -119,25 +119,25 @@ impl Scheduler<'_, '_> {
             self.failed.push(item);
         }
         let (error, help) = (failure.chain.clone(), failure.help.clone());
-        self.tell(Event::Failed { item: name.clone(), error, help });
-        self.lose(item, &name);
+        self.report(Event::Failed { item: name.clone(), error, help });
+        self.finish_without_result(item, &name);
     }
 
     pub(super) fn skip(&mut self, item: ItemIndex, because: Option<ItemName>) {
-        let name = self.judge.name(item);
+        let name = self.check.name(item);
         self.summary.skipped += 1;
-        self.tell(Event::Skipped { item: name.clone(), because: because.clone() });
+        self.report(Event::Skipped { item: name.clone(), because: because.clone() });
         match because {
-            Some(root) => self.lose(item, &root),
-            // The build is being stopped: the rest follows at the end.
+            Some(root) => self.finish_without_result(item, &root),
+            // The build is being stopped: the rest is skipped at its end.
             None => self.items[item].phase = Phase::Stopped,
         }
     }
 
-    /// Settles an item without a result.
-    fn lose(&mut self, item: ItemIndex, root: &ItemName) {
+    /// Finishes an item without a result.
+    fn finish_without_result(&mut self, item: ItemIndex, root: &ItemName) {
         self.items[item].phase = Phase::Failed(root.clone());
-        self.settled(item);
+        self.finish(item);
         for waiter in std::mem::take(&mut self.items[item].fetchers) {
             if self.items[waiter].phase == Phase::Busy {
                 self.skip(waiter, Some(root.clone()));
@@ -145,14 +145,14 @@ impl Scheduler<'_, '_> {
         }
     }
 
-    fn done(&mut self, item: ItemIndex) {
+    fn complete(&mut self, item: ItemIndex) {
         self.items[item].phase = Phase::Done;
-        self.settled(item);
+        self.finish(item);
     }
 
-    /// Tells the consumers of an item, and lets go of the artifacts that only it still needed.
-    fn settled(&mut self, item: ItemIndex) {
-        for input in distinct(&self.judge.plan.items[item].inputs) {
+    /// Informs the consumers of a finished item, and drops the artifacts that only it still needed.
+    fn finish(&mut self, item: ItemIndex) {
+        for input in distinct(&self.check.plan.items[item].inputs) {
             let input = &mut self.items[input];
             input.users = input.users.saturating_sub(1);
             if input.users == 0 {
@@ -166,7 +166,7 @@ impl Scheduler<'_, '_> {
             let consumer = self.consumers[item][index];
             self.items[consumer].waiting -= 1;
             if self.items[consumer].waiting == 0 {
-                self.to_judge.insert(consumer);
+                self.to_check.insert(consumer);
             }
         }
     }
@@ -187,18 +187,18 @@ impl Scheduler<'_, '_> {
             if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {
                 let root = self.failed_input(item);
                 self.summary.skipped += 1;
-                let name = self.judge.name(item);
+                let name = self.check.name(item);
                 if let Some(root) = &root {
                     self.items[item].phase = Phase::Failed(root.clone());
                 }
-                self.tell(Event::Skipped { item: name, because: root });
+                self.report(Event::Skipped { item: name, because: root });
             }
         }
     }
 
-    /// The item on whose account this one cannot run.
+    /// The failed item because of which this one cannot run.
     pub(super) fn failed_input(&self, item: ItemIndex) -> Option<ItemName> {
-        let inputs = self.judge.plan.items[item].inputs.iter().flatten();
+        let inputs = self.check.plan.items[item].inputs.iter().flatten();
         inputs.into_iter().find_map(|input| match &self.items[*input].phase {
             Phase::Failed(root) => Some(root.clone()),
             _ => None,

@@ -1,6 +1,5 @@
-//! How often artifacts are decoded, and how long they are held.
+//! How often artifacts are decoded, and how long they stay in memory.
 
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
@@ -92,7 +91,7 @@ impl Kind for Add {
     }
 }
 
-/// The counts are the process's.
+/// The counts are global to the process.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// Twenty imports, each with two consumers, one of which has another.
@@ -111,14 +110,14 @@ fn imports() -> Project {
 }
 
 #[test]
-fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+fn an_artifact_is_decoded_once_and_dropped_after_its_last_consumer() {
+    let _alone = ONE_AT_A_TIME.lock();
     DECODED.store(0, Ordering::SeqCst);
     MOST.store(0, Ordering::SeqCst);
     let mut project = imports();
     assert!(project.build().contains("80 ran"));
     assert_eq!(DECODED.load(Ordering::SeqCst), 0, "what was just made is passed on");
-    // One item's import and `left`, and what is just being made.
+    // The import and `left` of one item, and the artifact that is being made.
     assert!(MOST.load(Ordering::SeqCst) <= 3, "{MOST:?} were alive at once");
     assert_eq!(ALIVE.load(Ordering::SeqCst), 0);
 
@@ -136,14 +135,14 @@ fn an_artifact_is_decoded_once_and_let_go_when_nobody_needs_it() {
 }
 
 #[test]
-fn a_bench_remembers_what_it_made_and_what_it_decoded() {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+fn a_session_keeps_the_artifacts_that_it_made_and_decoded() {
+    let _alone = ONE_AT_A_TIME.lock();
     let project = imports();
-    let bench = BuildSession::new(Some(2), 1 << 20).unwrap();
-    assert!(project.build_on(&bench).contains("80 ran"));
+    let session = BuildSession::new(Some(2), 1 << 20).unwrap();
+    assert!(project.build_on(&session).contains("80 ran"));
     DECODED.store(0, Ordering::SeqCst);
     project.edit("number = 1", "number = 2");
-    assert!(project.build_on(&bench).contains("60 ran, 20 up to date"));
+    assert!(project.build_on(&session).contains("60 ran, 20 up to date"));
     assert_eq!(DECODED.load(Ordering::SeqCst), 0, "what was made is remembered");
 
     let fresh = BuildSession::new(Some(2), 1 << 20).unwrap();
@@ -154,7 +153,7 @@ fn a_bench_remembers_what_it_made_and_what_it_decoded() {
     assert!(project.build_on(&fresh).contains("60 ran"));
     assert_eq!(DECODED.load(Ordering::SeqCst), 20, "what was decoded is remembered");
 
-    // So little memory that each of these is too big for it.
+    // The limit is so small that each of these artifacts exceeds it.
     let small = BuildSession::new(Some(2), 3).unwrap();
     for number in [5, 6] {
         DECODED.store(0, Ordering::SeqCst);
@@ -162,28 +161,28 @@ fn a_bench_remembers_what_it_made_and_what_it_decoded() {
         assert!(project.build_on(&small).contains("60 ran"));
         assert_eq!(DECODED.load(Ordering::SeqCst), 20);
     }
-    drop((bench, fresh, small));
+    drop((session, fresh, small));
     assert_eq!(ALIVE.load(Ordering::SeqCst), 0);
 }
 
 #[test]
-fn memory_stands_in_for_a_damaged_result_and_not_for_a_lost_one() {
-    let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+fn memory_replaces_a_damaged_result_and_not_a_lost_one() {
+    let _alone = ONE_AT_A_TIME.lock();
     let project = imports();
-    let bench = BuildSession::new(Some(1), 1 << 20).unwrap();
-    project.build_on(&bench);
+    let session = BuildSession::new(Some(1), 1 << 20).unwrap();
+    project.build_on(&session);
     DECODED.store(0, Ordering::SeqCst);
-    // As long as what it was, so that only reading it shows that it is damaged.
+    // As long as the original, so that only reading it shows the damage.
     std::fs::write(project.blob("text 0"), "tixt 0").unwrap();
     std::fs::remove_file(project.blob("text 1")).unwrap();
     project.edit("number = 1", "number = 2");
-    let log = project.build_on(&bench);
+    let log = project.build_on(&session);
     assert!(log.contains("run big [1]: result lost\n") && log.contains("61 ran, 19 up to date"), "{log}");
     assert_eq!(DECODED.load(Ordering::SeqCst), 0);
     assert_eq!(std::fs::read(project.blob("text 1")).unwrap(), b"text 1");
     assert_eq!(std::fs::read(project.blob("text 0\u{2}\u{2}")).unwrap(), b"text 0\x02\x02");
 
-    // Who remembers nothing reads it, and so finds it out.
+    // A session without the value in memory reads the blob, and so detects the damage.
     project.edit("number = 2", "number = 3");
     let log = project.build();
     assert!(log.contains("run big [0]: result lost\n") && log.contains("61 ran, 19 up to date"), "{log}");

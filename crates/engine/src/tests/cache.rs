@@ -1,4 +1,4 @@
-//! What the cache holds, forgets and mends.
+//! What the cache keeps, removes and repairs.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -25,7 +25,8 @@ kind = "write"
 input = "loud"
 "#;
 
-/// One text of a hundred bytes: it has two blobs, as the file has the bytes of the artifact that it is made of.
+/// One text of a hundred bytes: it has two blobs, as the file has the bytes of the artifact that it is made
+/// from.
 fn chain() -> Project {
     let project = Project::new(CHAIN);
     write(&project, 'a');
@@ -61,7 +62,7 @@ fn amount(count: u64, bytes: u64) -> Amount {
 }
 
 #[test]
-fn what_is_in_effect_what_could_come_back_and_what_nobody_names_are_told_apart() {
+fn results_in_effect_earlier_results_and_garbage_are_distinguished() {
     let project = chain();
     edits(&project, "abc");
     project.write(&format!(".specula/blobs/ab/{}", "0".repeat(62)), "nobody's");
@@ -80,7 +81,7 @@ fn what_is_in_effect_what_could_come_back_and_what_nobody_names_are_told_apart()
 }
 
 #[test]
-fn without_a_limit_only_garbage_goes() {
+fn without_a_limit_only_garbage_is_removed() {
     let project = chain();
     edits(&project, "ab");
     project.write(&format!(".specula/blobs/ab/{}", "0".repeat(62)), "nobody's");
@@ -105,9 +106,9 @@ fn without_a_limit_only_garbage_goes() {
 }
 
 #[test]
-fn with_a_limit_the_results_used_longest_ago_go_first_and_those_in_effect_never() {
+fn with_a_limit_the_least_recently_used_results_are_removed_first_and_those_in_effect_never() {
     let project = chain();
-    // Of the earlier results `a` was used last, as the edit to it was taken back once more.
+    // Of the earlier results `a` was used last, as the edit to it was undone again.
     edits(&project, "abcad");
     assert_eq!(stats(&project.path("")).unwrap().earlier, amount(6, 600));
     assert_eq!(gc(&project, Some(400)).earlier, amount(4, 400));
@@ -125,7 +126,7 @@ fn with_a_limit_the_results_used_longest_ago_go_first_and_those_in_effect_never(
     project.remove("out");
     let log = project.build();
     assert!(log.contains("restored file/text.txt 100") && log.contains("0 ran"), "{log}");
-    // No line is left that leads to a blob that is not there.
+    // No line remains whose blob does not exist.
     let journal = project.read(".specula/journal");
     let named = journal.match_indices("{\"digest\":\"").map(|(at, start)| &journal[at + start.len()..][..64]);
     for digest in named.collect::<BTreeSet<_>>() {
@@ -146,7 +147,7 @@ fn the_last_good_outputs_of_a_failed_item_and_of_every_manifest_stay() {
     project.build();
     let other = || Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
     crate::build(&other(), &project.options, &project.cancel, &|_| {}).unwrap();
-    // Two bytes that are no text: the source fails, and what was made of the last good one stays.
+    // Two bytes that are not a text: the source fails, and the outputs of its last good result stay.
     fs::write(project.path("text.txt"), [0xff, 0xfe]).unwrap();
     assert!(project.build().contains("1 failed, 2 skipped"));
     assert_eq!(gc(&project, Some(0)).left, amount(4, 400));
@@ -154,13 +155,13 @@ fn the_last_good_outputs_of_a_failed_item_and_of_every_manifest_stay() {
     write(&project, 'a');
     project.build();
     assert_eq!(project.read("out/file/text.txt"), "A".repeat(100));
-    // A manifest that is not there any more has no outputs.
+    // The outputs of a manifest that no longer exists do not count.
     project.remove("other.toml");
     assert_eq!(gc(&project, Some(0)).left, amount(2, 200));
 }
 
 #[test]
-fn what_an_item_that_has_gone_made_is_earlier_and_comes_back_without_a_run() {
+fn the_result_of_a_removed_item_is_earlier_and_restored_without_a_run() {
     let project = chain();
     project.write("more.txt", &"m".repeat(100));
     project.build();
@@ -171,7 +172,7 @@ fn what_an_item_that_has_gone_made_is_earlier_and_comes_back_without_a_run() {
     project.write("more.txt", &"m".repeat(100));
     assert!(project.build().contains("0 ran, 6 up to date"));
     assert_eq!(stats(&project.path("")).unwrap().in_effect, amount(4, 400));
-    // What it was made of is known even then: an edit is told as an edit.
+    // Even then its reads are known: an edit is reported as an edit.
     project.remove("more.txt");
     project.build();
     project.write("more.txt", "short");
@@ -180,7 +181,7 @@ fn what_an_item_that_has_gone_made_is_earlier_and_comes_back_without_a_run() {
 }
 
 #[test]
-fn a_damaged_blob_is_named_dropped_and_made_again_by_the_next_build() {
+fn a_damaged_blob_is_reported_removed_and_made_again_by_the_next_build() {
     let project = chain();
     edits(&project, "ab");
     let check = || verify(&project.path(""), LockTimeout::NONE, &|_| {}).unwrap();
@@ -191,7 +192,7 @@ fn a_damaged_blob_is_named_dropped_and_made_again_by_the_next_build() {
     fs::remove_file(project.blob(&"b".repeat(100))).unwrap();
     let found = check();
     assert_eq!(found.intact, amount(1, 100));
-    let mut told = found.lost.iter().map(|lost| {
+    let mut lost_blobs = found.lost.iter().map(|lost| {
         let names =
             |items: &[crate::ItemName]| items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         format!(
@@ -201,10 +202,10 @@ fn a_damaged_blob_is_named_dropped_and_made_again_by_the_next_build() {
             names(&lost.earlier)
         )
     });
-    let mut told = told.by_ref().collect::<Vec<_>>();
-    told.sort();
+    let mut lost_blobs = lost_blobs.by_ref().collect::<Vec<_>>();
+    lost_blobs.sort();
     assert_eq!(
-        told,
+        lost_blobs,
         [
             "damaged of [], earlier of [text [text]]",
             "damaged of [file [text], loud [text]], earlier of []",
@@ -223,7 +224,7 @@ fn a_damaged_blob_is_named_dropped_and_made_again_by_the_next_build() {
 }
 
 #[test]
-fn a_collection_killed_at_any_moment_leaves_a_cache_that_is_right() {
+fn a_collection_killed_at_any_moment_leaves_a_correct_cache() {
     let project = chain();
     edits(&project, "abcd");
     let before = project.files(".specula");
@@ -235,8 +236,8 @@ fn a_collection_killed_at_any_moment_leaves_a_cache_that_is_right() {
     let journal =
         |files: &[(String, Vec<u8>)]| files.iter().find(|(name, _)| name == "journal").unwrap().1.clone();
     let (old, new) = (journal(&before), journal(&after));
-    // The journal beside itself, half written; renamed, with some of the blobs removed; and what a copying tool may
-    // leave: the old journal with blobs removed.
+    // A new journal that is half written; a renamed one, with some of the blobs removed; and what a copying
+    // tool may leave: the old journal with blobs removed.
     let moments = (0..removed.len())
         .flat_map(|gone| [(&old, Some(&new[..new.len() / 2]), 0), (&new, None, gone), (&old, None, gone)]);
     for (round, (journal, half, gone)) in moments.enumerate() {
@@ -260,7 +261,7 @@ fn a_collection_killed_at_any_moment_leaves_a_cache_that_is_right() {
 }
 
 #[test]
-fn who_only_reads_is_not_disturbed_by_builds_compactions_and_collections() {
+fn readers_are_not_disturbed_by_builds_compactions_and_collections() {
     let project = chain();
     edits(&project, "a");
     let ended = AtomicBool::new(false);
@@ -287,15 +288,15 @@ fn who_only_reads_is_not_disturbed_by_builds_compactions_and_collections() {
 }
 
 #[test]
-fn a_bench_that_builds_all_day_keeps_cache_and_journal_within_bounds() {
+fn a_session_that_builds_all_day_keeps_cache_and_journal_within_bounds() {
     let project = chain();
-    let bench = BuildSession::new(Some(1), 0).unwrap();
+    let session = BuildSession::new(Some(1), 0).unwrap();
     let mut largest = 0;
     let mut longest = 0;
     for round in 0..1500 {
         project.write("text.txt", &format!("{round:>100}"));
-        bench.build(&project.plan(), &project.options, &project.cancel, &|_| {}).unwrap();
-        bench.trim(&project.path(""), 20_000).unwrap();
+        session.build(&project.plan(), &project.options, &project.cancel, &|_| {}).unwrap();
+        session.trim(&project.path(""), 20_000).unwrap();
         if round % 50 == 49 {
             let found = stats(&project.path("")).unwrap();
             largest = largest.max((found.in_effect + found.earlier + found.garbage).bytes);
@@ -304,27 +305,27 @@ fn a_bench_that_builds_all_day_keeps_cache_and_journal_within_bounds() {
     }
     assert!((15_000..=20_000).contains(&largest), "{largest} bytes");
     assert!(longest < 4000, "{longest} lines of the journal");
-    // The last ones can still be taken back: of one key, eight contents are remembered.
+    // The last ones can still be restored: of one key, eight contents are remembered.
     project.write("text.txt", &format!("{:>100}", 1494));
     assert!(project.build().contains("0 ran, 3 up to date"));
 }
 
 #[test]
-fn trimming_leaves_a_folder_alone_where_another_is_at_work_or_nothing_is() {
+fn trimming_leaves_a_locked_or_missing_folder_alone() {
     let project = chain();
-    let bench = BuildSession::new(Some(1), 0).unwrap();
-    assert_eq!(bench.trim(&project.path(""), 0).unwrap(), Freed::default(), "nothing has been built");
+    let session = BuildSession::new(Some(1), 0).unwrap();
+    assert_eq!(session.trim(&project.path(""), 0).unwrap(), Freed::default(), "nothing has been built");
     edits(&project, "ab");
     let lock = fs::File::options().write(true).open(project.path(".specula/lock")).unwrap();
     lock.lock().unwrap();
-    assert_eq!(bench.trim(&project.path(""), 0).unwrap(), Freed::default());
+    assert_eq!(session.trim(&project.path(""), 0).unwrap(), Freed::default());
     assert_eq!(stats(&project.path("")).unwrap().earlier, amount(2, 200));
     drop(lock);
-    assert_eq!(bench.trim(&project.path(""), 0).unwrap().earlier, amount(2, 200));
+    assert_eq!(session.trim(&project.path(""), 0).unwrap().earlier, amount(2, 200));
 }
 
 #[test]
-fn a_folder_without_a_cache_is_said_to_have_none() {
+fn a_folder_without_a_cache_is_an_error() {
     let project = chain();
     let error = stats(&project.path("")).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::UnknownTarget);

@@ -4,7 +4,7 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{Context, Determinism, Failure, Kind, Output, Port};
 
-/// A kind that must not be: what it makes depends on the number of threads, from the fifth byte on.
+/// A kind as it must not be: its output depends on the number of threads, from the fifth byte on.
 struct Careless;
 
 impl Kind for Careless {
@@ -74,13 +74,13 @@ fn check(project: &Project, stages: &[&str]) -> Determinism {
 }
 
 #[test]
-fn the_item_to_blame_is_the_first_whose_inputs_were_the_same() {
+fn a_difference_is_attributed_to_the_first_item_with_equal_inputs() {
     let project = project();
     let before = project.files("");
     let found = check(&project, &[]);
     assert!(!found.is_proven());
     assert_eq!((found.items, found.outputs), (7, 7));
-    let told = found.differences.iter().map(|difference| {
+    let reported = found.differences.iter().map(|difference| {
         let because = difference.because.as_ref().map_or_else(|| "itself".into(), ToString::to_string);
         let (item, output) = (&difference.item, &difference.output);
         format!(
@@ -89,7 +89,7 @@ fn the_item_to_blame_is_the_first_whose_inputs_were_the_same() {
         )
     });
     assert_eq!(
-        told.collect::<Vec<_>>(),
+        reported.collect::<Vec<_>>(),
         [
             "careless [a]: text [1, 2] [5, 6] at 5, itself",
             "innocent [a]: text [1, 2] [6, 7] at 5, careless [a]",
@@ -100,7 +100,7 @@ fn the_item_to_blame_is_the_first_whose_inputs_were_the_same() {
 }
 
 #[test]
-fn stages_that_do_not_need_it_are_proven() {
+fn stages_that_do_not_depend_on_it_are_proven() {
     let project = project();
     let found = check(&project, &["counted"]);
     assert!(found.is_proven(), "{found:?}");
@@ -108,7 +108,7 @@ fn stages_that_do_not_need_it_are_proven() {
 }
 
 #[test]
-fn a_failure_proves_nothing_and_is_told() {
+fn a_failure_proves_nothing_and_is_reported() {
     let project = project();
     project.edit("kind = \"upper\"", "kind = \"refuse\"\nword = \"gold\"");
     let found = check(&project, &["counted"]);
@@ -118,7 +118,7 @@ fn a_failure_proves_nothing_and_is_told() {
 }
 
 #[test]
-fn a_check_that_is_stopped_says_so() {
+fn a_cancelled_check_is_reported_as_cancelled() {
     let project = project();
     project.cancel.cancel();
     let found = check(&project, &[]);

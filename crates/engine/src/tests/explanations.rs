@@ -1,4 +1,4 @@
-//! Why something ran or would run, or came from the cache: told from the far end of the chain. And of what a file was made.
+//! Why an item ran, would run, or has its result from the cache: the causes. And what a file was made from.
 
 use std::fmt::Write;
 
@@ -46,8 +46,9 @@ fn cause(cause: &Cause) -> String {
     format!("{}{}", reason(&cause.reason), chain.collect::<String>())
 }
 
-/// What is told of a target: of each item whether it would run and what began it, and what began its last run.
-fn told(project: &Project, target: &str) -> String {
+/// The explanation of a target: for each item whether it would run and its causes, and the causes of its last
+/// run.
+fn explained(project: &Project, target: &str) -> String {
     let mut text = String::new();
     for found in project.explain(target) {
         let causes = |causes: &[Cause]| causes.iter().map(cause).collect::<Vec<_>>().join("; ");
@@ -69,7 +70,7 @@ fn told(project: &Project, target: &str) -> String {
 }
 
 #[test]
-fn what_would_run_is_followed_to_the_file_that_changed_and_so_is_what_ran() {
+fn the_causes_of_past_and_future_runs_are_the_changed_files() {
     let project = pairs();
     project.write("paint/gold.txt", "brass");
     expect![[r#"
@@ -78,21 +79,21 @@ fn what_would_run_is_followed_to_the_file_that_changed_and_so_is_what_ran() {
         file [sun, gold] would run: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sun, gold] -> file [sun, gold]
           ran: never built
     "#]]
-    .assert_eq(&told(&project, "file"));
+    .assert_eq(&explained(&project, "file"));
     project.build();
     expect![[r#"
         file [sky, gold] up to date
           ran: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sky, gold] -> file [sky, gold]
     "#]]
-    .assert_eq(&told(&project, "file [sky, gold]"));
+    .assert_eq(&explained(&project, "file [sky, gold]"));
 }
 
 #[test]
-fn what_began_the_last_run_is_still_known_when_the_item_further_up_has_run_again() {
+fn the_causes_of_the_last_run_are_known_even_after_its_inputs_ran_again() {
     let project = pairs();
     project.write("paint/gold.txt", "brass");
     project.build();
-    let before = told(&project, "file [sky, gold]");
+    let before = explained(&project, "file [sky, gold]");
     let digest =
         |project: &Project| match &project.explain("file [sky, gold]")[0].last.as_ref().unwrap().causes[..] {
             [Cause { reason: Reason::File { old, new, .. }, .. }] => (*old, *new),
@@ -100,15 +101,15 @@ fn what_began_the_last_run_is_still_known_when_the_item_further_up_has_run_again
         };
     let contents = (Some(crate::Digest::of(b"gold")), Some(crate::Digest::of(b"brass")));
     assert_eq!(digest(&project), contents);
-    // The paint runs for another reason, and the loud one makes what it made before.
+    // The paint runs for another reason, and the loud one makes the same as before.
     project.write("paint/gold.txt", "Brass");
     assert!(project.build().contains("2 ran"));
-    assert_eq!(told(&project, "file [sky, gold]"), before);
+    assert_eq!(explained(&project, "file [sky, gold]"), before);
     assert_eq!(digest(&project), contents);
 }
 
 #[test]
-fn every_cause_is_told_once_however_many_ways_it_came() {
+fn every_cause_is_reported_once_even_if_it_came_in_several_ways() {
     let project = pairs();
     project.write("light/sky.txt", "grey ");
     project.write("paint/gold.txt", "brass");
@@ -118,8 +119,8 @@ fn every_cause_is_told_once_however_many_ways_it_came() {
         lit [sun, gold] would run: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sun, gold]
           ran: never built
     "#]]
-    .assert_eq(&told(&project, "lit"));
-    // One file that arrives at two ports.
+    .assert_eq(&explained(&project, "lit"));
+    // One file at two ports.
     project.edit(
         "[stage.file]",
         "[stage.twice]\nkind = \"concat\"\ninputs = { left = \"loud\", right = \"paint\" }\n[stage.file]",
@@ -131,11 +132,11 @@ fn every_cause_is_told_once_however_many_ways_it_came() {
         twice [gold] up to date
           ran: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> twice [gold]
     "#]]
-    .assert_eq(&told(&project, "twice"));
+    .assert_eq(&explained(&project, "twice"));
 }
 
 #[test]
-fn a_build_that_was_cut_short_does_not_hide_what_began_it() {
+fn a_stopped_build_does_not_hide_the_causes() {
     let mut project = pairs();
     project.write("paint/gold.txt", "brass");
     project.options.stages = vec!["loud".into()];
@@ -144,44 +145,48 @@ fn a_build_that_was_cut_short_does_not_hide_what_began_it() {
         file [sky, gold] would run: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sky, gold] -> file [sky, gold]
           ran: never built
     "#]]
-    .assert_eq(&told(&project, "file [sky, gold]"));
+    .assert_eq(&explained(&project, "file [sky, gold]"));
     project.options.stages = Vec::new();
     project.build();
     expect![[r#"
         file [sky, gold] up to date
           ran: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sky, gold] -> file [sky, gold]
     "#]]
-    .assert_eq(&told(&project, "file [sky, gold]"));
+    .assert_eq(&explained(&project, "file [sky, gold]"));
 }
 
 #[test]
-fn an_edit_taken_back_is_a_result_restored_and_what_it_reaches_knows_the_file() {
+fn after_an_undone_edit_the_restored_results_name_the_file_as_cause() {
     let mut project = pairs();
     project.options.stages = vec!["loud".into()];
     project.write("paint/gold.txt", "brass");
     project.build();
     project.options.stages = Vec::new();
     project.write("paint/gold.txt", "gold");
-    assert!(told(&project, "loud").starts_with("loud [gold] restored\n"), "{}", told(&project, "loud"));
-    // The lit ones never saw the brass, so that they are as they were.
-    assert!(told(&project, "lit [sky, gold]").starts_with("lit [sky, gold] up to date\n"));
+    assert!(
+        explained(&project, "loud").starts_with("loud [gold] restored\n"),
+        "{}",
+        explained(&project, "loud")
+    );
+    // The lit ones never got the brass, so they are unchanged.
+    assert!(explained(&project, "lit [sky, gold]").starts_with("lit [sky, gold] up to date\n"));
     project.build();
     project.write("paint/gold.txt", "brass");
     expect![[r#"
         lit [sky, gold] would run: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sky, gold]
           ran: never built
     "#]]
-    .assert_eq(&told(&project, "lit [sky, gold]"));
+    .assert_eq(&explained(&project, "lit [sky, gold]"));
     project.build();
     expect![[r#"
         lit [sky, gold] up to date
           ran: file paint/gold.txt some -> some -> paint [gold] -> loud [gold] -> lit [sky, gold]
     "#]]
-    .assert_eq(&told(&project, "lit [sky, gold]"));
+    .assert_eq(&explained(&project, "lit [sky, gold]"));
 }
 
 #[test]
-fn a_changed_file_is_told_with_the_times_at_which_it_was_written() {
+fn a_changed_file_is_reported_with_its_times_of_modification() {
     let project = pairs();
     let hour =
         |hour: u64| std::time::UNIX_EPOCH + std::time::Duration::from_secs(1_700_000_000 + 3600 * hour);
@@ -204,13 +209,13 @@ fn a_changed_file_is_told_with_the_times_at_which_it_was_written() {
     };
     let wanted = ("2023-11-14 23:13:20 UTC".to_owned(), "2023-11-15 00:13:20 UTC".to_owned());
     assert_eq!(times(&project.explain("file [sky, gold]")[0]), wanted);
-    // The time enters no key.
+    // The time is not part of the key.
     project.write("paint/gold.txt", "brass");
     assert!(project.build().contains("0 ran"));
 }
 
 #[test]
-fn a_missing_output_is_told_from_one_that_a_person_changed_and_from_a_lost_result() {
+fn missing_outputs_altered_outputs_and_lost_results_are_distinguished() {
     let project = pairs();
     let file = project.explain("file [sky, gold]")[0].files[0].file.clone();
     let state = |project: &Project| project.explain("file [sky, gold]")[0].files[0].state.clone();
@@ -224,7 +229,7 @@ fn a_missing_output_is_told_from_one_that_a_person_changed_and_from_a_lost_resul
     std::fs::remove_file(project.blob("blue GOLD")).unwrap();
     let reasons = project.explain("file [sky, gold]")[0].reasons.iter().map(reason).collect::<Vec<_>>();
     assert_eq!(reasons, ["value after lit [sky, gold]"]);
-    assert!(told(&project, "lit [sky, gold]").contains("would run: result lost"));
+    assert!(explained(&project, "lit [sky, gold]").contains("would run: result lost"));
 }
 
 #[test]
@@ -256,7 +261,7 @@ input = "loud"
 path = "{paint}"
 "#;
 
-/// Two paints with these texts: where they are equal, all that is made of them has one key.
+/// Two paints with these texts: if the texts are equal, everything made from them has the same key.
 fn twins(a: &str, b: &str) -> Project {
     let project = Project::new(TWINS);
     project.write("paint/a.txt", a);
@@ -265,7 +270,7 @@ fn twins(a: &str, b: &str) -> Project {
     project
 }
 
-/// What is said of a file: whose it is and whose run made it, of what, and what is not known any more.
+/// The verification of a file: its item, the item that made it, its sources, and what is no longer known.
 fn verified(project: &Project, file: &str) -> String {
     let path = project.path(file);
     let found = crate::verify(&project.plan(), &path, &std::fs::read(&path).unwrap(), &|_| None).unwrap();
@@ -288,13 +293,13 @@ fn verified(project: &Project, file: &str) -> String {
 }
 
 #[test]
-fn a_result_that_another_item_made_is_there_because_of_this_items_own_file() {
+fn a_result_of_another_item_has_this_items_own_file_as_cause() {
     let project = twins("grey", "blue");
     project.write("paint/a.txt", "gold");
     project.build();
     project.write("paint/b.txt", "gold");
     assert!(project.build().contains("ended: 1 ran,"), "the rest is taken from the cache");
-    let of_b = || format!("{}{}", told(&project, "loud [b]"), told(&project, "b.txt"));
+    let of_b = || format!("{}{}", explained(&project, "loud [b]"), explained(&project, "b.txt"));
     let before = of_b();
     expect![[r#"
         loud [b] up to date
@@ -311,7 +316,7 @@ fn a_result_that_another_item_made_is_there_because_of_this_items_own_file() {
     let used = &project.explain("b.txt")[0].last.clone().unwrap().inputs;
     assert_eq!(used.iter().map(|used| used.item.to_string()).collect::<Vec<_>>(), ["loud [b]"]);
 
-    // Whatever becomes of the other one.
+    // Whatever happens to the other one.
     project.write("paint/a.txt", "tin");
     project.build();
     assert_eq!(of_b(), before);
@@ -326,8 +331,8 @@ fn a_result_that_another_item_made_is_there_because_of_this_items_own_file() {
 }
 
 #[test]
-fn an_edit_taken_back_is_told_of_the_item_that_was_edited_and_of_its_own_run() {
-    // Both are made, as neither was in the cache; b is never touched.
+fn an_undone_edit_is_explained_by_the_edited_item_and_its_own_run() {
+    // Both are made, as neither was in the cache; b does not change.
     let project = twins("gold", "gold");
     project.write("paint/a.txt", "tin");
     project.build();
@@ -339,7 +344,7 @@ fn an_edit_taken_back_is_told_of_the_item_that_was_edited_and_of_its_own_run() {
         loud [b] up to date
           ran: never built
     "#]]
-    .assert_eq(&told(&project, "loud"));
+    .assert_eq(&explained(&project, "loud"));
     project.write("paint/b.txt", "tin");
     project.build();
     project.write("paint/b.txt", "gold");
@@ -350,7 +355,7 @@ fn an_edit_taken_back_is_told_of_the_item_that_was_edited_and_of_its_own_run() {
         loud [b] up to date
           from the cache, made by loud [b]: file paint/b.txt some -> some -> paint [b] -> loud [b]
     "#]]
-    .assert_eq(&told(&project, "loud"));
+    .assert_eq(&explained(&project, "loud"));
     for stem in ["a", "b"] {
         let whole = format!(
             "out/{stem}.txt: current, the last result of file [{stem}], made by file [{stem}]\n  as it was paint/{stem}.txt\n"
@@ -360,7 +365,7 @@ fn an_edit_taken_back_is_told_of_the_item_that_was_edited_and_of_its_own_run() {
 }
 
 #[test]
-fn a_copy_of_a_source_is_new_and_what_is_made_of_it_is_known_by_it() {
+fn a_copied_source_is_new_and_the_cause_of_what_is_made_from_it() {
     let project = twins("grey", "blue");
     project.write("paint/a.txt", "gold");
     project.build();
@@ -370,8 +375,9 @@ fn a_copy_of_a_source_is_new_and_what_is_made_of_it_is_known_by_it() {
         file [c] up to date
           from the cache, made by file [a]: never built
     "#]]
-    .assert_eq(&told(&project, "c.txt"));
-    // An earlier file of the copy is the copy's, in its place and elsewhere, also when both have changed since.
+    .assert_eq(&explained(&project, "c.txt"));
+    // An earlier file of the copy belongs to the copy, in its place and elsewhere, even when both have
+    // changed since.
     std::fs::copy(project.path("out/c.txt"), project.path("kept")).unwrap();
     std::fs::create_dir(project.path("kept-folder")).unwrap();
     std::fs::copy(project.path("out/c.txt"), project.path("kept-folder/c.txt")).unwrap();
@@ -383,7 +389,7 @@ fn a_copy_of_a_source_is_new_and_what_is_made_of_it_is_known_by_it() {
           changed paint/c.txt
     "#]]
     .assert_eq(&verified(&project, "out/c.txt"));
-    // It holds what a has now: a copy of what is current.
+    // It contains what a has now: a copy of the present result.
     assert!(verified(&project, "kept").starts_with("kept: current, the last result of file [a]"));
     project.write("paint/a.txt", "tin");
     project.build();
@@ -395,7 +401,7 @@ fn a_copy_of_a_source_is_new_and_what_is_made_of_it_is_known_by_it() {
 }
 
 #[test]
-fn where_an_items_own_record_is_forgotten_nothing_is_said_of_another_items_files() {
+fn without_its_own_record_an_item_does_not_report_another_items_files() {
     let project = twins("grey", "blue");
     project.write("paint/a.txt", "gold");
     project.build();
@@ -406,7 +412,7 @@ fn where_an_items_own_record_is_forgotten_nothing_is_said_of_another_items_files
     project.build();
     project.write("paint/a.txt", "tin");
     project.build();
-    // As a journal has it that was written anew, or before results were noted for each item.
+    // As in a compacted journal, or in one from before results were recorded for each item.
     let journal = project.read(".specula/journal");
     let is_forgotten =
         |line: &str| line.get(17..19) == Some("r ") && line.contains(r#""key":{"paint":"b"}},"key""#);
@@ -423,7 +429,7 @@ fn where_an_items_own_record_is_forgotten_nothing_is_said_of_another_items_files
 }
 
 #[test]
-fn an_item_that_had_gone_and_is_as_it_was_says_so() {
+fn an_unchanged_item_that_returns_has_returned_as_reason() {
     let project = twins("gold", "tin");
     project.remove("paint/b.txt");
     project.build();
@@ -435,11 +441,11 @@ fn an_item_that_had_gone_and_is_as_it_was_says_so() {
         file [b] up to date
           from the cache, made by file [b]: returned
     "#]]
-    .assert_eq(&format!("{}{}", told(&project, "paint [b]"), told(&project, "b.txt")));
+    .assert_eq(&format!("{}{}", explained(&project, "paint [b]"), explained(&project, "b.txt")));
 }
 
 #[test]
-fn results_that_come_back_again_and_again_do_not_push_others_out() {
+fn results_that_are_restored_repeatedly_do_not_displace_others() {
     let project = twins("gold", "red");
     project.write("paint/a.txt", "tin");
     project.build();

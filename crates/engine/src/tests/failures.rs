@@ -1,4 +1,4 @@
-//! What happens when something goes wrong.
+//! What happens when something fails.
 
 use std::sync::Arc;
 
@@ -37,7 +37,7 @@ fn refusing() -> Project {
 }
 
 #[test]
-fn others_go_on_and_dependants_are_skipped_and_named() {
+fn other_items_run_and_dependants_are_skipped_with_the_failed_item() {
     let project = refusing();
     expect![[r#"
         planned 4 stages, 8 items
@@ -78,13 +78,13 @@ fn a_failure_is_not_cached_and_the_last_good_file_stays() {
     }
     project.write("a.txt", "fine");
     assert!(project.build().contains("0 ran, 8 up to date, 0 failed"));
-    // The failure is forgotten with its cause.
+    // The failure disappears with its cause.
     project.write("a.txt", "finer");
     assert!(project.build().contains("run checked [a]: text text [a] some -> some\nran checked [a]\n"));
 }
 
 #[test]
-fn fail_fast_stops_what_has_not_begun() {
+fn fail_fast_skips_items_that_have_not_started() {
     let mut project = refusing();
     project.options.keep_going = false;
     expect![[r#"
@@ -161,12 +161,12 @@ fn a_lost_result_is_made_again() {
 }
 
 #[test]
-fn a_damaged_result_is_found_when_it_is_read_and_made_again() {
+fn a_damaged_result_is_detected_when_it_is_read_and_made_again() {
     let mut project = refusing();
     project.write("a.txt", "fine");
     project.write("b.txt", "good");
     project.build();
-    // Of the same size, so that only reading can tell.
+    // Of the same size, so that only reading it shows the damage.
     std::fs::write(project.blob("fine"), "fi!e").unwrap();
     assert!(project.build().contains("0 ran, 8 up to date"));
     // `text` and `checked` share the blob; a new `loud` has to read it.
@@ -196,7 +196,7 @@ fn a_damaged_result_is_found_when_it_is_read_and_made_again() {
 }
 
 #[test]
-fn whatever_is_lost_or_damaged_the_next_build_is_right() {
+fn after_any_loss_or_damage_the_next_build_is_correct() {
     let diamonds = r#"
 schema = 1
 out = "out"
@@ -288,7 +288,7 @@ fn a_newer_state_folder_is_left_alone() {
 }
 
 #[test]
-fn errors_of_the_system_are_told_apart() {
+fn errors_of_the_system_are_distinguished() {
     use std::io::{Error as Io, ErrorKind as Kind};
     for (kind, expected) in [
         (Kind::StorageFull, ErrorKind::DiskFull),
@@ -304,7 +304,7 @@ fn errors_of_the_system_are_told_apart() {
     }
 }
 
-/// How many items failed, and how many of them because of the system.
+/// The number of failed items, and of those that failed because of the system.
 fn failed(project: &Project) -> (usize, usize) {
     let summary = project.try_build().1.unwrap();
     (summary.failed, summary.system_errors)
@@ -312,11 +312,11 @@ fn failed(project: &Project) -> (usize, usize) {
 
 #[cfg(unix)]
 #[test]
-fn a_file_that_the_system_refuses_is_counted_apart_from_what_is_wrong_with_the_project() {
+fn a_file_that_the_system_refuses_counts_as_an_error_of_the_system() {
     let project = refusing();
     assert_eq!(failed(&project), (1, 0));
     project.remove("out");
-    // Not even root can make a folder where a link leads nowhere.
+    // Not even root can create a folder at a dangling link.
     std::os::unix::fs::symlink(project.path("missing/drive"), project.path("out")).unwrap();
     assert_eq!(failed(&project), (2, 1));
     project.write("a.txt", "fine");
@@ -335,13 +335,13 @@ fn a_result_that_cannot_be_stored_is_counted_as_an_error_of_the_system() {
 }
 
 #[test]
-fn a_stranger_in_the_way_is_no_error_of_the_system() {
+fn an_unpublished_file_in_the_way_is_not_an_error_of_the_system() {
     let project = refusing();
     project.write("out/file/b.txt", "mine");
     assert_eq!(failed(&project), (2, 0));
 }
 
-/// Cannot make its scratch folder.
+/// Fails to create its scratch folder.
 struct Homeless;
 
 impl Kind for Homeless {
@@ -365,7 +365,7 @@ impl Kind for Homeless {
 }
 
 #[test]
-fn a_kind_says_that_the_system_failed_it() {
+fn a_kind_can_report_an_error_of_the_system() {
     let mut project = refusing();
     let mut list = Kinds::new().with(Homeless);
     for kind in kinds().iter().filter(|kind| kind.name() != "upper") {
@@ -375,7 +375,7 @@ fn a_kind_says_that_the_system_failed_it() {
     assert_eq!(failed(&project), (2, 1));
 }
 
-/// Root may write anywhere; where the test runs as root it has nothing to show.
+/// Root may write anywhere: if the test runs as root, there is nothing to check.
 #[cfg(unix)]
 fn is_enforced(folder: &Path) -> bool {
     let probe = folder.join("probe");
@@ -407,7 +407,7 @@ fn a_read_only_folder_is_named() {
     let log = project.build();
     set_mode(&out, 0o755);
     assert!(
-        log.contains("FAILED file [a]: cannot write") && log.contains("make the place writable"),
+        log.contains("FAILED file [a]: cannot write") && log.contains("make the folder writable"),
         "{log}"
     );
     assert_eq!(project.read("out/file/a.txt"), "FINE");
@@ -420,7 +420,7 @@ fn a_read_only_folder_is_named() {
     assert_eq!(error.unwrap_err().kind(), ErrorKind::ReadOnly);
 }
 
-/// Each of these hung, or filled the memory.
+/// Each of these once hung, or filled the memory.
 #[cfg(unix)]
 #[test]
 fn a_pipe_or_an_endless_file_beside_a_source_is_an_error() {

@@ -1,4 +1,4 @@
-//! A state folder that somebody else has prepared may waste time; it never leads to a file outside `out`.
+//! A state folder that someone else has prepared may waste time; it never leads to a file outside `out`.
 
 use serde_json::{Value, json};
 
@@ -29,7 +29,7 @@ fn project() -> Project {
 fn forge(project: &Project, lines: &[Line]) {
     let path = project.path(".specula/journal");
     let journal =
-        Journal::write(&path, None, |journal| crate::retention::Retention::of(journal, &project.path("")));
+        Journal::write(&path, None, |journal| crate::journal::Retention::of(journal, &project.path("")));
     journal.unwrap().append(lines).unwrap();
 }
 
@@ -54,14 +54,13 @@ fn a_forged_ledger_removes_and_replaces_nothing_outside_out() {
     project.write("inside/precious", "precious");
     let names = ["../precious", "x/../../precious", "./../inside/precious", absolute.to_str().unwrap()];
     forge(&project, &names.map(|name| published(name, "precious")));
-    // One that is where it may be goes, as ever.
+    // A line whose file is inside `out` works as always.
     project.write("out/stale.txt", "stale");
     forge(&project, &[published("stale.txt", "stale")]);
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
     let events = Mutex::new(Vec::new());
-    crate::build(&project.plan(), &rehearsal, &project.cancel, &|event| events.lock().unwrap().push(event))
-        .unwrap();
-    let foreseen = log(&events.into_inner().unwrap());
+    crate::build(&project.plan(), &rehearsal, &project.cancel, &|event| events.lock().push(event)).unwrap();
+    let foreseen = log(&events.into_inner());
     assert_eq!(foreseen.matches("removed ").collect::<Vec<_>>().len(), 1, "{foreseen}");
     let log = project.build();
     assert!(log.contains("removed stale.txt") && log.contains("0 published, 1 removed"), "{log}");
@@ -86,10 +85,10 @@ fn a_forged_announcement_sweeps_no_folder_but_out() {
     assert!(!project.exists("out/.specula-1-1.tmp"), "what a killed build left there is swept");
 }
 
-/// The record in effect of the item `text [a]`, changed.
+/// The latest record of the item `text [a]`, changed.
 fn change_record(project: &Project, change: impl FnOnce(&mut Value)) {
     let journal = Journal::read(&project.path(".specula/journal")).unwrap();
-    let records = journal.subjects::<Value>(Tag::Item);
+    let records = journal.contents::<Value>(Tag::Item);
     let is_text = |record: &Value| record["item"]["stage"] == "text";
     let (subject, mut record) = records.into_iter().find(|(_, record)| is_text(record)).unwrap();
     change(&mut record);
@@ -113,7 +112,7 @@ fn a_record_that_names_a_pipe_or_a_device_does_not_stop_a_build() {
         let explained = &project.explain("text")[0];
         assert!(explained.restored, "{place}: {explained:?}");
         let log = project.build();
-        // A record of the same key is in the journal, whose reads are as they were.
+        // The journal has a record of the same key, whose reads have not changed.
         assert!(log.contains("2 up to date, 0 failed"), "{place}: {log}");
         assert_eq!(project.read("out/file/a.txt"), "one");
     }
@@ -161,14 +160,14 @@ fn a_link_where_a_file_is_about_to_be_written_is_not_followed() {
 
 #[cfg(unix)]
 #[test]
-fn an_out_that_leads_elsewhere_is_a_fault() {
+fn an_out_that_leads_elsewhere_is_an_error() {
     let project = Project::new(MANIFEST);
     project.write("a.txt", "one");
     let elsewhere = tempfile::tempdir().unwrap();
     std::fs::write(elsewhere.path().join("precious"), "precious").unwrap();
     let shown = |project: &Project| {
         let loaded = Plan::load(&project.path("pipeline.toml"), &project.kinds);
-        loaded.err().map(|faults| crate::testkit::shown(&faults)).unwrap_or_default()
+        loaded.err().map(|diagnostics| crate::testkit::shown(&diagnostics)).unwrap_or_default()
     };
     for (out, link) in [("out", "out"), ("built/out", "built")] {
         project.write("pipeline.toml", &MANIFEST.replace("out = \"out\"", &format!("out = {out:?}")));

@@ -32,7 +32,7 @@ fn chain() -> Project {
 }
 
 #[test]
-fn a_cancelled_build_stops_between_items_and_the_next_goes_on() {
+fn a_cancelled_build_stops_between_items_and_the_next_continues() {
     let project = chain();
     let plan = project.plan();
     let ran = AtomicUsize::new(0);
@@ -41,10 +41,10 @@ fn a_cancelled_build_stops_between_items_and_the_next_goes_on() {
         if matches!(event, Event::Finished { .. }) && ran.fetch_add(1, Ordering::Relaxed) == 1 {
             project.cancel.cancel();
         }
-        events.lock().unwrap().push(event);
+        events.lock().push(event);
     });
     assert!(summary.unwrap().cancelled);
-    let log = log(&events.into_inner().unwrap());
+    let log = log(&events.into_inner());
     assert!(
         log.ends_with("ended: 2 ran, 0 up to date, 0 failed, 4 skipped, 0 published, 0 removed, cancelled\n")
     );
@@ -52,7 +52,7 @@ fn a_cancelled_build_stops_between_items_and_the_next_goes_on() {
     assert!(project.build().contains("ended: 4 ran, 2 up to date"));
 }
 
-/// Is cancelled in the middle of its run, and then makes half of what it should.
+/// Is cancelled in the middle of its run, and then returns half of its output.
 struct Hasty;
 
 impl Kind for Hasty {
@@ -98,60 +98,60 @@ fn the_partial_result_of_a_cancelled_item_is_not_kept() {
 }
 
 #[test]
-fn a_second_build_is_refused_while_one_is_at_work() {
+fn a_second_build_is_refused_while_one_is_running() {
     let project = chain();
     let plan = project.plan();
     let seen = Mutex::new(None);
     crate::build(&plan, &project.options, &project.cancel, &|event| {
-        if matches!(event, Event::Started { .. }) && seen.lock().unwrap().is_none() {
-            let hasty = BuildOptions { patience: LockTimeout::NONE, ..project.options.clone() };
+        if matches!(event, Event::Started { .. }) && seen.lock().is_none() {
+            let hasty = BuildOptions { lock_timeout: LockTimeout::NONE, ..project.options.clone() };
             let second = crate::build(&plan, &hasty, &project.cancel, &|_| {});
-            *seen.lock().unwrap() = Some(second);
+            *seen.lock() = Some(second);
             let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
             crate::build(&plan, &rehearsal, &project.cancel, &|_| {}).unwrap();
         }
     })
     .unwrap();
-    let error = seen.into_inner().unwrap().unwrap().unwrap_err();
+    let error = seen.into_inner().unwrap().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Locked);
     let who = format!("specula build (process {}, since 20", std::process::id());
     assert!(error.to_string().starts_with(&who), "{error}");
 }
 
 #[test]
-fn a_build_waits_for_the_one_at_work_and_stops_waiting_when_it_is_told_to() {
+fn a_build_waits_for_the_running_one_until_it_is_cancelled() {
     let project = chain();
     let plan = project.plan();
     let second = Mutex::new(None);
     let cancel = Cancel::default();
     crate::build(&plan, &project.options, &project.cancel, &|event| {
-        if matches!(event, Event::Started { .. }) && second.lock().unwrap().is_none() {
-            let patient = BuildOptions { patience: LockTimeout::ENDLESS, ..project.options.clone() };
+        if matches!(event, Event::Started { .. }) && second.lock().is_none() {
+            let patient = BuildOptions { lock_timeout: LockTimeout::ENDLESS, ..project.options.clone() };
             let events = Mutex::new(Vec::new());
             let summary = crate::build(&plan, &patient, &cancel, &|event| {
                 if matches!(event, Event::Waiting { .. }) {
                     cancel.cancel();
                 }
-                events.lock().unwrap().push(event);
+                events.lock().push(event);
             });
             summary.unwrap();
-            *second.lock().unwrap() = Some(log(&events.into_inner().unwrap()));
+            *second.lock() = Some(log(&events.into_inner()));
         }
     })
     .unwrap();
-    let told = second.into_inner().unwrap().unwrap();
-    assert!(told.contains("waiting for specula build (process "), "{told}");
+    let waited = second.into_inner().unwrap();
+    assert!(waited.contains("waiting for specula build (process "), "{waited}");
     assert!(
-        told.ends_with("0 ran, 0 up to date, 0 failed, 6 skipped, 0 published, 0 removed, cancelled\n"),
-        "{told}"
+        waited.ends_with("0 ran, 0 up to date, 0 failed, 6 skipped, 0 published, 0 removed, cancelled\n"),
+        "{waited}"
     );
     assert!(project.build().contains("0 ran, 6 up to date"));
 }
 
 /// A process killed at any moment leaves the journal at some length, `out` with the files of that moment, and
-/// temporary files. The journal tells of a file before it appears, so that the next build always knows its own.
+/// temporary files. The journal names a file before it appears, so the next build always recognizes its own.
 #[test]
-fn a_build_killed_after_any_line_of_the_journal_is_taken_up() {
+fn a_build_killed_after_any_line_of_the_journal_is_continued() {
     let first = chain();
     first.build();
     first.write("a.txt", "three");
@@ -169,7 +169,7 @@ fn a_build_killed_after_any_line_of_the_journal_is_taken_up() {
     for cut in cuts {
         let intents = String::from_utf8_lossy(&after[before.len()..cut]).matches("\"stamp\":null").count();
         for out in [&old_out, &new_out] {
-            // The new file can be there only when the journal says that it may be.
+            // The new file can exist only if the journal says that it may.
             if intents == 0 && out == &new_out {
                 continue;
             }
@@ -194,7 +194,7 @@ fn temporary_files_of_a_killed_build_are_swept() {
     let project = chain();
     project.build();
     let journal = project.read(".specula/journal");
-    // Without its last line the journal says that a build is still publishing.
+    // Without its last line, the journal says that a build is still publishing.
     let end = journal.trim_end().rfind('\n').unwrap() + 1;
     assert!(journal[end + 16..].starts_with(" o "));
     project.write(".specula/journal", &journal[..end]);
@@ -245,7 +245,7 @@ fn a_killed_process_loses_nothing() {
         killed += usize::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
-        // Every file is whole: of this round or of the last one that was built to its end.
+        // Every file is complete: of this round, or of the last one that was built to its end.
         for n in 0..60 {
             if let Ok(text) = std::fs::read_to_string(project.path(&format!("out/file/{n:02}.txt"))) {
                 let whole = (0..=round).any(|round| text == shown(&format!("text {n} of round {round}")));

@@ -1,4 +1,4 @@
-//! What a build does, by its events.
+//! What a build does, according to its events.
 
 mod artifacts;
 mod cache;
@@ -16,7 +16,8 @@ mod watch;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+
+use parking_lot::Mutex;
 
 use crate::testkit::kinds;
 use crate::{
@@ -80,10 +81,9 @@ impl Project {
 
     fn try_build(&self) -> (Vec<Event>, Result<Summary, Error>) {
         let events = Mutex::new(Vec::new());
-        let summary = crate::build(&self.plan(), &self.options, &self.cancel, &|event| {
-            events.lock().unwrap().push(event)
-        });
-        (events.into_inner().unwrap(), summary)
+        let summary =
+            crate::build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
+        (events.into_inner(), summary)
     }
 
     /// Builds, and returns the events as lines.
@@ -93,13 +93,13 @@ impl Project {
         log(&events)
     }
 
-    /// The same, by a bench that may remember something.
-    fn build_on(&self, bench: &BuildSession) -> String {
+    /// The same, by a session that may have built before.
+    fn build_on(&self, session: &BuildSession) -> String {
         let events = Mutex::new(Vec::new());
-        let built = bench
-            .build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().unwrap().push(event));
+        let built =
+            session.build(&self.plan(), &self.options, &self.cancel, &|event| events.lock().push(event));
         built.unwrap();
-        log(&events.into_inner().unwrap())
+        log(&events.into_inner())
     }
 
     fn explain(&self, target: &str) -> Vec<Explanation> {
@@ -127,13 +127,13 @@ fn collect(folder: &Path, prefix: &str, found: &mut Vec<(String, Vec<u8>)>) {
         if entry.path().is_dir() {
             collect(&entry.path(), &format!("{name}/"), found);
         } else if let Ok(bytes) = std::fs::read(entry.path()) {
-            // One that goes meanwhile is left out: a watcher may be at work.
+            // A file that disappears meanwhile is left out: a watcher may be running.
             found.push((name, bytes));
         }
     }
 }
 
-/// Events as lines, without times and with digests cut short.
+/// Events as lines, without times and with shortened digests.
 fn log(events: &[Event]) -> String {
     let mut text = String::new();
     for event in events {
@@ -168,9 +168,9 @@ fn log(events: &[Event]) -> String {
                 let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));
                 writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
             }
-            Event::Rejected { faults } => writeln!(text, "rejected: {faults}"),
+            Event::Rejected { diagnostics } => writeln!(text, "rejected: {diagnostics}"),
             Event::Accepted => writeln!(text, "accepted"),
-            Event::BuildError { error, .. } => writeln!(text, "hindered: {}", error.join(": ")),
+            Event::BuildError { error, .. } => writeln!(text, "build error: {}", error.join(": ")),
             Event::Ended(Summary {
                 ran, up_to_date, failed, skipped, published, removed, cancelled, ..
             }) => {

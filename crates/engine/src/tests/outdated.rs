@@ -1,29 +1,31 @@
-//! Builds that a change makes out of date while they are at work.
+//! Builds that a change makes out of date while they run.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex};
 
 use super::*;
 use crate::testkit::{Nothing, Text};
-use crate::{Context, Failure, Kind, Output, Port, parameters};
+use crate::{BuildSession, Context, Failure, Kind, Output, Port, parameters};
 
-/// A place where running items wait until they are let through, or told to stop.
+/// A place where running items wait until they are let through or stopped.
 struct Gate {
-    /// Who has come, and who may pass, each with the project's folder: tests run beside each other.
+    /// The items that have arrived, and those that may pass, each with the project's folder: tests run in
+    /// parallel.
     state: Mutex<(BTreeSet<String>, BTreeSet<String>)>,
     changed: Condvar,
 }
 
 static GATE: Gate = Gate { state: Mutex::new((BTreeSet::new(), BTreeSet::new())), changed: Condvar::new() };
 
-/// Nothing here takes this long: a test that hangs is to fail.
+/// Nothing here takes this long: a test that hangs fails.
 const LONG: Duration = Duration::from_secs(120);
 
 impl Gate {
     fn pass(&self, name: &str, is_stopped: impl Fn() -> Result<(), Failure>) -> Result<(), Failure> {
         let clock = Instant::now();
-        let mut state = self.state.lock().unwrap();
+        let mut state = self.state.lock();
         state.0.insert(name.into());
         self.changed.notify_all();
         while !state.1.contains(name) {
@@ -31,19 +33,19 @@ impl Gate {
             if clock.elapsed() > LONG {
                 return Err(Failure::new(format!("nobody let {name} through")));
             }
-            state = self.changed.wait_timeout(state, Duration::from_millis(1)).unwrap().0;
+            self.changed.wait_for(&mut state, Duration::from_millis(1));
         }
         Ok(())
     }
 
     fn await_arrival(&self, name: &str) {
-        let state = self.state.lock().unwrap();
-        let waited = self.changed.wait_timeout_while(state, LONG, |state| !state.0.contains(name)).unwrap();
-        assert!(!waited.1.timed_out(), "{name} did not come");
+        let mut state = self.state.lock();
+        let waited = self.changed.wait_while_for(&mut state, |state| !state.0.contains(name), LONG);
+        assert!(!waited.timed_out(), "{name} did not come");
     }
 
     fn open(&self, name: &str) {
-        self.state.lock().unwrap().1.insert(name.into());
+        self.state.lock().1.insert(name.into());
         self.changed.notify_all();
     }
 }
@@ -70,7 +72,7 @@ impl Kind for SlowSource {
         let text = String::from_utf8(context.read(context.source()?)?.to_vec())?;
         let gate = context.source()?.display().to_string();
         if text == "bad" {
-            // It does not listen, and fails in the end.
+            // It ignores the request to stop, and fails in the end.
             GATE.pass(&gate, || Ok(()))?;
             return Err(Failure::new("half a text"));
         }
@@ -114,7 +116,7 @@ impl Kind for SlowSuffix {
 }
 
 impl Project {
-    /// A project that is built by two threads, its kinds among them those that wait.
+    /// A project with the kinds that wait, built by two threads.
     fn slow(manifest: &str) -> Self {
         let mut project = Project::new(manifest);
         project.edit("GATE", &project.path("gate").display().to_string());
@@ -124,13 +126,17 @@ impl Project {
     }
 
     /// Builds, and does something meanwhile. Returns the events as sorted lines, and the summary.
-    fn build_and(&self, meanwhile: impl FnOnce()) -> (BTreeSet<String>, Summary) {
-        std::thread::scope(|scope| {
-            let build = scope.spawn(|| self.try_build());
-            meanwhile();
-            let (events, summary) = build.join().unwrap();
-            (log(&events).lines().map(str::to_owned).collect(), summary.unwrap())
-        })
+    fn build_and(&self, meanwhile: impl FnOnce(&BuildSession)) -> (BTreeSet<String>, Summary) {
+        let session = BuildSession::new(self.options.jobs, 0).unwrap();
+        let events = Mutex::new(Vec::new());
+        let report = |event| events.lock().push(event);
+        let summary = std::thread::scope(|scope| {
+            let build =
+                scope.spawn(|| session.build(&self.plan(), &self.options, &self.cancel, &report).unwrap());
+            meanwhile(&session);
+            build.join().unwrap()
+        });
+        (log(&events.into_inner()).lines().map(str::to_owned).collect(), summary)
     }
 
     fn gate(&self, name: &str) -> String {
@@ -164,14 +170,14 @@ fn sources() -> Project {
 fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
     let project = sources();
     let (a, b, c) = (project.gate("a.txt"), project.gate("b.txt"), project.gate("c.txt"));
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&a);
         GATE.await_arrival(&b);
-        // Nobody has read it yet, so that this is no reason to stop.
+        // No item has read it yet, so this is not a reason to stop.
         project.write("c.txt", "four");
-        project.cancel.outdate(&[project.path("c.txt")], None);
+        session.outdate(&[project.path("c.txt")], None);
         project.write("a.txt", "bad");
-        project.cancel.outdate(&[project.path("a.txt")], Some(&project.plan()));
+        session.outdate(&[project.path("a.txt")], Some(&project.plan()));
         GATE.open(&b);
     });
     assert!(log.contains("skipped text [a]") && log.contains("ran text [b]"), "{log:?}");
@@ -183,7 +189,7 @@ fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
     project.write("a.txt", "six");
     GATE.open(&a);
     GATE.open(&c);
-    let (log, summary) = project.build_and(|| {});
+    let (log, summary) = project.build_and(|_| {});
     assert!(log.contains("up to date text [b]"), "{log:?}");
     assert_eq!((summary.ran, summary.up_to_date, summary.cancelled), (5, 1, false));
     let texts = ["a", "b", "c"].map(|name| project.read(&format!("out/file/{name}.txt")));
@@ -194,33 +200,33 @@ fn an_edit_stops_the_item_that_read_it_and_not_its_neighbour() {
 fn a_touch_without_change_stops_nothing() {
     let project = sources();
     let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
-    let (_, summary) = project.build_and(|| {
+    let (_, summary) = project.build_and(|session| {
         GATE.await_arrival(&gates[0]);
         GATE.await_arrival(&gates[1]);
         project.write("a.txt", "one");
         // The file, its folder, and the manifest, from which the same plan is made.
         let paths = ["a.txt", "", "pipeline.toml", "../x"].map(|name| project.path(name));
-        project.cancel.outdate(&paths, Some(&project.plan()));
+        session.outdate(&paths, Some(&project.plan()));
         gates.iter().for_each(|gate| GATE.open(gate));
     });
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (6, 0, false));
 }
 
 #[test]
-fn a_file_that_cannot_be_used_while_it_is_written_is_no_failure() {
+fn an_unusable_file_that_is_still_being_written_is_not_a_failure() {
     let project = sources();
     project.write("a.txt", "bad");
     let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&gates[0]);
         project.write("a.txt", "bad luck");
-        project.cancel.outdate(&[project.path("a.txt")], None);
+        session.outdate(&[project.path("a.txt")], None);
         gates.iter().for_each(|gate| GATE.open(gate));
     });
     assert!(log.contains("skipped text [a]"), "{log:?}");
     assert_eq!((summary.failed, summary.cancelled), (0, true));
     assert!(project.explain("text")[0].last.is_none());
-    assert_eq!(project.build_and(|| {}).1.failed, 0);
+    assert_eq!(project.build_and(|_| {}).1.failed, 0);
     assert_eq!(project.read("out/file/a.txt"), "bad luck");
 }
 
@@ -249,7 +255,7 @@ kind = "write"
 input = "left"
 "#;
 
-/// One source, and two items that work from it at one time.
+/// One source, and two items that use it at the same time.
 fn chains() -> (Project, String, String) {
     let project = Project::slow(&CHAINS.replace("GATE right", "right GATE"));
     project.write("a.txt", "one");
@@ -260,18 +266,18 @@ fn chains() -> (Project, String, String) {
 #[test]
 fn an_edited_parameter_stops_its_stage_and_those_after_it() {
     let (project, left, right) = chains();
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&left);
         GATE.await_arrival(&right);
         project.edit("text = \"<\"", "text = \"[\"");
-        project.cancel.outdate(&[project.path("pipeline.toml")], Some(&project.plan()));
+        session.outdate(&[project.path("pipeline.toml")], Some(&project.plan()));
         GATE.open(&right);
     });
     assert!(log.contains("skipped left [a]") && log.contains("ran right [a]"), "{log:?}");
     assert!(log.contains("skipped file [a]"), "{log:?}");
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (2, 2, true));
     GATE.open(&left);
-    let (_, summary) = project.build_and(|| {});
+    let (_, summary) = project.build_and(|_| {});
     assert_eq!((summary.ran, summary.up_to_date), (2, 2));
     assert_eq!(project.read("out/file/a.txt"), "one[");
 }
@@ -281,47 +287,47 @@ fn an_edit_of_what_was_up_to_date_stops_what_follows_from_it() {
     let (project, left, right) = chains();
     GATE.open(&left);
     GATE.open(&right);
-    assert_eq!(project.build_and(|| {}).1.ran, 4);
+    assert_eq!(project.build_and(|_| {}).1.ran, 4);
     project.edit("\">\"", "\"}\"");
     project.edit("right ", "again ");
     let again = right.replace("right", "again");
-    let (log, summary) = project.build_and(|| {
+    let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&again);
         project.write("a.txt", "two");
-        project.cancel.outdate(&[project.path("a.txt")], None);
+        session.outdate(&[project.path("a.txt")], None);
     });
     assert!(log.contains("skipped right [a]") && log.contains("up to date text [a]"), "{log:?}");
     assert!(summary.cancelled);
     GATE.open(&left.replace("one", "two"));
     GATE.open(&again.replace("one", "two"));
-    assert_eq!(project.build_and(|| {}).1.ran, 4);
+    assert_eq!(project.build_and(|_| {}).1.ran, 4);
     assert_eq!(project.read("out/file/a.txt"), "two<");
 }
 
 #[test]
-fn a_new_file_ends_the_build_early_and_stops_nothing_at_work() {
+fn a_new_file_ends_the_build_early_and_stops_no_running_item() {
     let (project, left, right) = chains();
-    let (_, summary) = project.build_and(|| {
+    let (_, summary) = project.build_and(|session| {
         GATE.await_arrival(&left);
         GATE.await_arrival(&right);
         project.write("b.txt", "two");
-        project.cancel.outdate(&[project.path("b.txt")], Some(&project.plan()));
+        session.outdate(&[project.path("b.txt")], Some(&project.plan()));
         GATE.open(&left);
         GATE.open(&right);
     });
-    // What is at work ends; the export does not begin.
+    // Running items finish; the export does not start.
     assert_eq!((summary.ran, summary.skipped, summary.cancelled), (3, 1, true));
 }
 
 parameters! {
     /// Parameters of `restless`.
     struct RestlessParameters {
-        /// In so many runs the source is written while it is read.
+        /// The number of runs in which the source is written while it is read.
         writes: usize,
     }
 }
 
-/// Reads its source twice; another program (which is played by the kind itself) may write it in between.
+/// Reads its source twice; another program (in fact the kind itself) may write it in between.
 struct Restless;
 
 /// The runs of `restless`, by source.
@@ -344,7 +350,7 @@ impl Kind for Restless {
 
     fn run(parameters: &RestlessParameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
-        let run = *RUNS.lock().unwrap().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
+        let run = *RUNS.lock().entry(source.into()).and_modify(|runs| *runs += 1).or_insert(1);
         let first = context.read(source)?;
         if run <= parameters.writes {
             std::fs::write(source, format!("text {run}"))?;
@@ -355,7 +361,7 @@ impl Kind for Restless {
 }
 
 #[test]
-fn an_item_that_saw_two_contents_of_a_file_is_tried_again() {
+fn an_item_that_read_two_contents_of_a_file_runs_again() {
     let manifest =
         "schema = 1\nout = \"out\"\n[stage.file]\nkind = \"restless\"\nsource = \"a.txt\"\nwrites = 2\n";
     let mut project = Project::new(manifest);
@@ -367,14 +373,14 @@ fn an_item_that_saw_two_contents_of_a_file_is_tried_again() {
 
     project.edit("writes = 2", "writes = 1000");
     for _ in 0..2 {
-        let runs = RUNS.lock().unwrap()[&project.path("a.txt")];
+        let runs = RUNS.lock()[&project.path("a.txt")];
         let log = project.build();
         let path = project.path("a.txt").display().to_string();
         let failed = format!(
             "FAILED file [a]: source a.txt: {path} changed each time that it was read (build again when it is written)"
         );
         assert!(log.contains(&failed), "{log}");
-        assert_eq!(RUNS.lock().unwrap()[&project.path("a.txt")], runs + 3);
+        assert_eq!(RUNS.lock()[&project.path("a.txt")], runs + 3);
         assert_eq!(project.read("out/file/a.txt"), "text 2, text 2", "the last good file stays");
     }
 }

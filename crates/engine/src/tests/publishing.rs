@@ -1,4 +1,4 @@
-//! What is in `out`, and what is left alone.
+//! Which files are in `out`, and which are left alone.
 
 use expect_test::expect;
 
@@ -33,8 +33,8 @@ fn pair() -> Project {
     project
 }
 
-/// The events of files, and warnings, of a build.
-fn told(project: &Project) -> String {
+/// The events of a build about files, and its warnings.
+fn events(project: &Project) -> String {
     let log = project.build();
     let lines = log.lines().filter(|line| {
         ["published", "restored", "removed", "warning", "FAILED", "run"]
@@ -56,71 +56,71 @@ fn the_index_is_published_last() {
         run file [a]: never built
         published loud/a.txt 3
     "#]]
-    .assert_eq(&told(&project));
+    .assert_eq(&events(&project));
 }
 
 #[test]
-fn a_deleted_file_comes_back_without_a_run() {
+fn a_deleted_file_is_restored_without_a_run() {
     let project = pair();
     project.build();
     project.remove("out/pairs/a/body.txt");
     assert_eq!(project.explain("pairs/a/body.txt")[0].files[0].state, crate::FileState::Gone);
-    assert_eq!(told(&project), "restored pairs/a/body.txt 3\n");
+    assert_eq!(events(&project), "restored pairs/a/body.txt 3\n");
     project.remove("out");
     expect![[r#"
         restored loud/a.txt 3
         restored pairs/a/body.txt 3
         restored pairs/a/index.txt 1
     "#]]
-    .assert_eq(&told(&project));
-    assert_eq!(told(&project), "");
+    .assert_eq(&events(&project));
+    assert_eq!(events(&project), "");
 }
 
 #[test]
-fn a_file_that_a_person_changed_is_put_back_with_a_warning() {
+fn a_changed_file_is_put_back_with_a_warning() {
     let project = pair();
     project.build();
     project.write("out/loud/a.txt", "mine");
-    let told_now = told(&project);
-    assert!(told_now.starts_with("warning file [a]: "), "{told_now}");
+    let events_now = events(&project);
+    assert!(events_now.starts_with("warning file [a]: "), "{events_now}");
     assert!(
-        told_now.contains("a.txt had been changed since it was published; the published file was put back")
+        events_now.contains("a.txt had been changed since it was published; the published file was put back")
     );
-    assert!(told_now.ends_with("restored loud/a.txt 3\n"));
+    assert!(events_now.ends_with("restored loud/a.txt 3\n"));
     assert_eq!(project.read("out/loud/a.txt"), "ONE");
-    // Written anew with the same content: nothing to do, nothing to say.
+    // Written again with the same content: nothing to do, nothing to report.
     project.remove("out/loud/a.txt");
     project.write("out/loud/a.txt", "ONE");
     assert_eq!(project.explain("loud/a.txt")[0].files[0].state, crate::FileState::AsPublished);
     let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
     let summary = crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
     assert_eq!(summary.published, 0);
-    assert_eq!(told(&project), "");
+    assert_eq!(events(&project), "");
 }
 
 #[test]
-fn a_stranger_in_the_way_is_an_error_and_survives() {
+fn an_unpublished_file_in_the_way_is_an_error_and_survives() {
     let project = pair();
     project.write("out/pairs/a/body.txt", "theirs");
-    let told_now = told(&project);
-    let line = told_now.lines().find(|line| line.starts_with("FAILED pair [a]")).unwrap();
+    let events_now = events(&project);
+    let line = events_now.lines().find(|line| line.starts_with("FAILED pair [a]")).unwrap();
     assert!(line.contains("body.txt is in the way: it was not published by this manifest"), "{line}");
     assert!(line.contains("move it away or delete it"), "{line}");
     assert_eq!(project.read("out/pairs/a/body.txt"), "theirs");
     assert!(!project.exists("out/pairs/a/index.txt"), "all of an item's files or none");
     project.remove("out/pairs/a/body.txt");
     // The result was good and is in the cache: it only has to be published.
-    assert_eq!(told(&project), "published pairs/a/body.txt 3\npublished pairs/a/index.txt 1\n");
+    assert_eq!(events(&project), "published pairs/a/body.txt 3\npublished pairs/a/index.txt 1\n");
 }
 
 #[test]
-fn a_stranger_with_the_same_content_is_adopted() {
+fn an_unpublished_file_with_the_same_content_is_adopted() {
     let project = pair();
     project.write("out/loud/a.txt", "ONE");
-    assert!(!told(&project).contains("loud/a.txt"));
+    assert!(!events(&project).contains("loud/a.txt"));
     project.remove("a.txt");
     project.write("b.txt", "two");
-    assert!(told(&project).contains("removed loud/a.txt"));
+    assert!(events(&project).contains("removed loud/a.txt"));
 }
 
 #[test]
@@ -135,67 +135,71 @@ fn a_file_where_a_folder_has_to_be_and_the_other_way_round() {
 }
 
 #[test]
-fn files_of_an_item_or_stage_that_has_gone_are_removed_with_their_folders() {
+fn files_of_a_removed_item_or_stage_are_removed_with_their_folders() {
     let mut project = pair();
     project.write("b.txt", "two");
     project.build();
     project.write("out/pairs/b/mine.txt", "keep me");
     project.remove("b.txt");
     project.options.stages = vec!["loud".into()];
-    assert_eq!(told(&project), "", "their stages are not selected");
+    assert_eq!(events(&project), "", "their stages are not selected");
     project.options.stages = vec!["pair".into()];
-    assert_eq!(told(&project), "removed pairs/b/body.txt\nremoved pairs/b/index.txt\n");
+    assert_eq!(events(&project), "removed pairs/b/body.txt\nremoved pairs/b/index.txt\n");
     assert!(project.exists("out/pairs/b/mine.txt"));
     project.options.stages.clear();
-    assert_eq!(told(&project), "removed loud/b.txt\n");
+    assert_eq!(events(&project), "removed loud/b.txt\n");
     project.edit("[stage.pair]\nkind = \"write-pair\"\ninput = \"text\"\npath = \"pairs/{text}\"\n", "");
     project.options.stages = vec!["file".into()];
-    assert_eq!(told(&project), "", "a stage that has gone is not selected by name");
+    assert_eq!(events(&project), "", "a stage that has gone is not selected by name");
     project.options.stages.clear();
-    assert_eq!(told(&project), "removed pairs/a/body.txt\nremoved pairs/a/index.txt\n");
+    assert_eq!(events(&project), "removed pairs/a/body.txt\nremoved pairs/a/index.txt\n");
     assert!(!project.exists("out/pairs/a") && project.exists("out/pairs/b/mine.txt"));
     assert!(project.exists("out/loud/a.txt"));
 }
 
 #[test]
-fn a_changed_file_whose_item_has_gone_is_left_to_the_person() {
+fn a_changed_file_of_a_removed_item_is_left_alone() {
     let project = pair();
     project.write("b.txt", "two");
     project.build();
     project.write("out/loud/b.txt", "mine now");
     project.remove("b.txt");
-    let told_now = told(&project);
-    assert!(told_now.contains("warning file [b]: ") && told_now.contains("it was left there"), "{told_now}");
+    let events_now = events(&project);
+    assert!(
+        events_now.contains("warning file [b]: ") && events_now.contains("it was left there"),
+        "{events_now}"
+    );
     assert_eq!(project.read("out/loud/b.txt"), "mine now");
-    assert_eq!(told(&project), "");
+    assert_eq!(events(&project), "");
 }
 
-/// What a dry run says would be removed, what a build after it removes, and how many of each the summaries count.
+/// The files that a dry run would remove, those that the next build removes, and the counts of both
+/// summaries.
 fn foreseen_and_removed(project: &Project) -> [(Vec<String>, usize); 2] {
     [true, false].map(|dry_run| {
         let options = BuildOptions { dry_run, ..project.options.clone() };
         let removed = Mutex::new(Vec::new());
         let hear = |event| {
             if let Event::Removed { file } = event {
-                removed.lock().unwrap().push(file);
+                removed.lock().push(file);
             }
         };
         let summary = crate::build(&project.plan(), &options, &project.cancel, &hear).unwrap();
-        let mut removed = removed.into_inner().unwrap();
+        let mut removed = removed.into_inner();
         removed.sort();
         (removed, summary.removed)
     })
 }
 
 #[test]
-fn a_dry_run_foresees_what_is_removed_and_not_what_is_gone_or_was_changed() {
+fn a_dry_run_reports_removals_but_not_of_missing_or_changed_files() {
     let project = pair();
     project.write("b.txt", "two");
     project.write("c.txt", "three");
     project.build();
     project.remove("out/pairs/b/body.txt");
     project.write("out/loud/b.txt", "mine now");
-    // Written anew with the same content it is still what was published.
+    // Written again with the same content, it is still the published file.
     project.remove("out/loud/c.txt");
     project.write("out/loud/c.txt", "THREE");
     project.remove("b.txt");
@@ -209,7 +213,7 @@ fn a_dry_run_foresees_what_is_removed_and_not_what_is_gone_or_was_changed() {
 }
 
 #[test]
-fn a_dry_run_foresees_the_same_of_an_item_whose_path_changed() {
+fn a_dry_run_reports_the_removals_of_an_item_whose_path_changed() {
     let mut project = pair();
     project.write("b.txt", "two");
     project.build();
@@ -229,7 +233,7 @@ fn a_dry_run_foresees_the_same_of_an_item_whose_path_changed() {
 
 #[cfg(unix)]
 #[test]
-fn a_dry_run_does_not_foresee_a_removal_behind_a_link() {
+fn a_dry_run_does_not_report_a_removal_behind_a_link() {
     let project = pair();
     project.write("b.txt", "two");
     project.build();
@@ -251,19 +255,19 @@ fn a_changed_path_moves_the_files_without_a_run() {
         removed loud/a.txt
         published loud/a.txt/deep.txt 3
     "#]]
-    .assert_eq(&told(&project));
+    .assert_eq(&events(&project));
     project.edit("loud/{text}.txt/deep", "loud/{text}");
     expect![[r#"
         removed loud/a.txt/deep.txt
         published loud/a.txt 3
     "#]]
-    .assert_eq(&told(&project));
+    .assert_eq(&events(&project));
     project.edit("loud/{text}", "quiet/{text}");
     expect![[r#"
         published quiet/a.txt 3
         removed loud/a.txt
     "#]]
-    .assert_eq(&told(&project));
+    .assert_eq(&events(&project));
     assert!(!project.exists("out/loud"));
 }
 
@@ -272,11 +276,11 @@ fn a_stage_with_a_new_name_takes_over_its_files() {
     let project = pair();
     project.build();
     project.edit("[stage.file]", "[stage.shout]");
-    assert_eq!(told(&project), "");
+    assert_eq!(events(&project), "");
     assert!(project.build().contains("0 ran, 4 up to date"));
     project.remove("a.txt");
     project.write("b.txt", "two");
-    assert!(told(&project).contains("removed loud/a.txt"));
+    assert!(events(&project).contains("removed loud/a.txt"));
 }
 
 #[cfg(unix)]
@@ -292,7 +296,7 @@ fn a_link_that_leads_out_is_not_followed() {
     std::fs::create_dir(project.path("out/real")).unwrap();
     project.remove_link("out/pairs");
     std::os::unix::fs::symlink(project.path("out/real"), project.path("out/pairs")).unwrap();
-    assert!(told(&project).contains("published pairs/a/index.txt"));
+    assert!(events(&project).contains("published pairs/a/index.txt"));
     assert!(project.exists("out/real/a/index.txt"));
 }
 
@@ -304,12 +308,13 @@ fn a_link_in_place_of_a_file_is_replaced_not_followed() {
     project.write("precious.txt.keep", "precious");
     project.remove("out/loud/a.txt");
     std::os::unix::fs::symlink(project.path("precious.txt.keep"), project.path("out/loud/a.txt")).unwrap();
-    assert!(told(&project).contains("warning file [a]"));
+    assert!(events(&project).contains("warning file [a]"));
     assert_eq!(project.read("out/loud/a.txt"), "ONE");
     assert_eq!(project.read("precious.txt.keep"), "precious");
 }
 
-/// The journal of a build that was killed after it had said what it is about to publish, before the file appeared.
+/// The journal of a build that was killed after it had recorded what it was about to publish, before the file
+/// appeared.
 fn cut_after_intent(project: &Project) {
     let journal = project.read(".specula/journal");
     let intent = journal.rfind("\"stamp\":null").unwrap();
@@ -318,79 +323,83 @@ fn cut_after_intent(project: &Project) {
 }
 
 #[test]
-fn a_build_killed_while_it_puts_a_changed_file_back_is_taken_up() {
+fn a_build_killed_while_it_puts_a_changed_file_back_is_continued() {
     let project = pair();
     project.build();
     project.write("out/loud/a.txt", "mine");
     project.build();
-    // Twice, because the second begins with what the first left in the journal.
+    // Twice, because the second build starts with what the first left in the journal.
     for _ in 0..2 {
         cut_after_intent(&project);
         project.write("out/loud/a.txt", "mine");
-        let told_now = told(&project);
-        assert!(told_now.contains("the published file was put back"), "{told_now}");
-        assert!(!told_now.contains("FAILED"), "{told_now}");
+        let events_now = events(&project);
+        assert!(events_now.contains("the published file was put back"), "{events_now}");
+        assert!(!events_now.contains("FAILED"), "{events_now}");
         assert_eq!(project.read("out/loud/a.txt"), "ONE");
     }
-    // The change is the person's when the item has gone, also after a kill.
+    // When the item no longer exists, the changed file is left alone, even after a kill.
     cut_after_intent(&project);
     project.write("out/loud/a.txt", "mine");
     project.remove("a.txt");
     project.write("b.txt", "two");
-    assert!(told(&project).contains("it was left there"));
+    assert!(events(&project).contains("it was left there"));
     assert_eq!(project.read("out/loud/a.txt"), "mine");
 }
 
 #[test]
-fn a_folder_that_a_person_made_in_place_of_a_file_is_in_the_way() {
+fn a_folder_in_place_of_a_file_is_in_the_way() {
     let project = pair();
     project.build();
     project.remove("out/loud/a.txt");
     project.write("out/loud/a.txt/inside", "a folder");
     for _ in 0..2 {
-        let told_now = told(&project);
-        assert!(told_now.contains("FAILED file [a]") && told_now.contains("is in the way"), "{told_now}");
-        assert!(!told_now.contains("put back"), "{told_now}");
+        let events_now = events(&project);
+        assert!(
+            events_now.contains("FAILED file [a]") && events_now.contains("is in the way"),
+            "{events_now}"
+        );
+        assert!(!events_now.contains("put back"), "{events_now}");
         assert_eq!(project.read("out/loud/a.txt/inside"), "a folder");
     }
     project.remove("out/loud/a.txt");
-    assert_eq!(told(&project), "restored loud/a.txt 3\n");
+    assert_eq!(events(&project), "restored loud/a.txt 3\n");
 }
 
 #[test]
-fn a_file_that_could_not_be_put_back_is_not_said_to_be() {
+fn a_file_that_could_not_be_put_back_is_not_reported_as_put_back() {
     let project = pair();
     project.build();
     project.write("out/pairs/a/body.txt", "mine");
     project.remove("out/pairs/a/index.txt");
     project.write("out/pairs/a/index.txt/inside", "a folder");
-    let told_now = told(&project);
-    assert!(told_now.contains("FAILED pair [a]") && !told_now.contains("put back"), "{told_now}");
+    let events_now = events(&project);
+    assert!(events_now.contains("FAILED pair [a]") && !events_now.contains("put back"), "{events_now}");
     assert_eq!(project.read("out/pairs/a/body.txt"), "mine");
 }
 
-/// Of a file that was just written, another write of the same size need not show in its time of change, as the clock of
-/// the file system stands still for milliseconds. Each round such a write comes as soon as the file is there.
+/// Shortly after a file was written, another write of the same size may not show in its time of change,
+/// because the clock of the file system advances only every few milliseconds. In each round such a write
+/// follows as soon as the file exists.
 #[test]
 fn a_file_that_is_changed_right_after_it_was_published_is_put_back() {
     let project = Project::new(PAIR);
     for round in 0..50 {
         project.write("a.txt", &format!("{round:03}"));
         let place = project.path("out/loud/a.txt");
-        let events = |event| {
+        let report = |event| {
             if matches!(&event, Event::Published { file, .. } if file == "loud/a.txt") {
                 std::fs::write(&place, "???").unwrap();
             }
         };
-        crate::build(&project.plan(), &project.options, &project.cancel, &events).unwrap();
-        let told_now = told(&project);
-        assert!(told_now.contains("restored loud/a.txt 3"), "round {round}: {told_now}");
+        crate::build(&project.plan(), &project.options, &project.cancel, &report).unwrap();
+        let events_now = events(&project);
+        assert!(events_now.contains("restored loud/a.txt 3"), "round {round}: {events_now}");
         assert_eq!(project.read("out/loud/a.txt"), format!("{round:03}"));
-        assert_eq!(told(&project), "", "and then it is known, without being read again");
+        assert_eq!(events(&project), "", "and then it is known, without being read again");
     }
 }
 
-/// The same by another thread, which may come before the build looks at the file again.
+/// The same by another thread, which may write before the build reads the file's stamp again.
 #[test]
 fn a_file_that_is_changed_while_it_is_published_is_put_back() {
     let project = Project::new(PAIR);
@@ -421,12 +430,12 @@ fn with_recipes(project: &mut Project) {
 }
 
 #[test]
-fn exports_whose_records_are_lost_are_known_by_their_recipes() {
+fn exports_whose_records_are_lost_are_recognized_by_their_recipes() {
     let mut project = pair();
     with_recipes(&mut project);
     let recipe = |kind: &str| format!(r#"{{"inputs":{{}},"kind":{kind:?},"parameters":{{}},"revision":1}}"#);
     project.build();
-    // As an earlier version of the kind would have left them; the recipe of a pair is in its index alone.
+    // As an earlier version of the kind would have left them; only the index of a pair holds the recipe.
     project.write("out/loud/a.txt", &recipe("write"));
     project.write("out/pairs/a/body.txt", "no recipe");
     project.write("out/pairs/a/index.txt", &recipe("write-pair"));
@@ -438,7 +447,7 @@ fn exports_whose_records_are_lost_are_known_by_their_recipes() {
     // They are in the ledger again.
     project.remove("a.txt");
     project.write("b.txt", "two");
-    assert!(told(&project).contains("removed loud/a.txt"));
+    assert!(events(&project).contains("removed loud/a.txt"));
 }
 
 #[test]
@@ -450,7 +459,7 @@ fn a_recipe_of_another_kind_or_of_another_manifest_s_file_proves_nothing() {
         [&recipe.replace("write", "write-pair"), "{}", &recipe.replace(",\"revision\":1", ""), "write"]
     {
         project.write("out/loud/a.txt", theirs);
-        assert!(told(&project).contains("a.txt is in the way"), "{theirs}");
+        assert!(events(&project).contains("a.txt is in the way"), "{theirs}");
         assert_eq!(project.read("out/loud/a.txt"), theirs);
         project.remove(".specula");
     }
@@ -459,6 +468,6 @@ fn a_recipe_of_another_kind_or_of_another_manifest_s_file_proves_nothing() {
     let other = Plan::load(&project.path("other.toml"), &project.kinds).unwrap();
     crate::build(&other, &project.options, &project.cancel, &|_| {}).unwrap();
     project.write("out/loud/a.txt", recipe);
-    assert!(told(&project).contains("a.txt is in the way"));
+    assert!(events(&project).contains("a.txt is in the way"));
     assert_eq!(project.read("out/loud/a.txt"), recipe);
 }

@@ -1,4 +1,4 @@
-//! What is rerun, and why.
+//! Which items rerun, and why.
 
 use std::sync::Arc;
 
@@ -152,7 +152,7 @@ fn a_touched_file_is_up_to_date() {
     let file = std::fs::File::options().append(true).open(project.path("a.txt")).unwrap();
     file.set_modified(std::time::SystemTime::now() + std::time::Duration::from_secs(3600)).unwrap();
     assert!(project.build().contains("ended: 0 ran, 8 up to date"));
-    // Same size, same time of change: contents decide.
+    // The same size and time of change: contents decide.
     let time = std::fs::metadata(project.path("a.txt")).unwrap().modified().unwrap();
     project.write("a.txt", "six");
     std::fs::File::options().append(true).open(project.path("a.txt")).unwrap().set_modified(time).unwrap();
@@ -160,14 +160,15 @@ fn a_touched_file_is_up_to_date() {
 }
 
 #[test]
-fn old_files_are_told_apart_by_their_stamps_and_young_ones_by_their_contents() {
+fn old_files_are_compared_by_their_stamps_and_recent_ones_by_their_contents() {
     let project = chain();
     let old = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
     std::fs::File::options().append(true).open(project.path("a.txt")).unwrap().set_modified(old).unwrap();
     project.build();
     let stamps =
         || project.read(".specula/journal").lines().filter(|line| line[16..].starts_with(" s ")).count();
-    // Their times of change are old and young, but that of a's record is young: neither stamp can be trusted yet.
+    // Their times of modification are old and recent, but a's metadata changed recently: neither stamp can be
+    // trusted yet.
     assert_eq!(stamps(), 0);
     if cfg!(unix) {
         std::thread::sleep(std::time::Duration::from_millis(2100));
@@ -177,8 +178,8 @@ fn old_files_are_told_apart_by_their_stamps_and_young_ones_by_their_contents() {
         assert_eq!(stamps(), 2);
         project.write("a.txt", "ten");
         assert!(project.build().contains("4 ran, 4 up to date"));
-        // Put back from an archive, with its size and the time of its last change: only the time of change of its record
-        // tells.
+        // Restored from an archive, with its size and its time of modification: only the time of change of
+        // its metadata shows it.
         let before = std::fs::metadata(project.path("b.txt")).unwrap();
         project.write("b.txt", "six");
         let file = std::fs::File::options().append(true).open(project.path("b.txt")).unwrap();
@@ -204,7 +205,7 @@ fn identity(_: &std::fs::Metadata) -> u64 {
 }
 
 #[test]
-fn a_changed_parameter_is_told_with_old_and_new_value() {
+fn a_changed_parameter_is_reported_with_old_and_new_value() {
     let project = chain();
     project.build();
     project.edit("text = \"!\"", "text = \"?\"\ntimes = 2");
@@ -215,13 +216,13 @@ fn a_changed_parameter_is_told_with_old_and_new_value() {
     project.edit("times = 2", "times = 1");
     let log = project.build();
     assert!(log.contains("run marked [a]: times 2 -> 1"), "{log}");
-    // Taking a default out of the manifest changes nothing.
+    // Removing a default from the manifest changes nothing.
     project.edit("\ntimes = 1", "");
     assert!(project.build().contains("0 ran, 8 up to date"));
 }
 
 #[test]
-fn what_is_compared_is_the_result_in_effect_not_the_last_run() {
+fn the_latest_record_is_compared_not_the_last_run() {
     let project = chain();
     project.build();
     project.edit("\"!\"", "\"?\"");
@@ -315,7 +316,7 @@ fn files_that_a_source_names_and_folders_that_it_lists_count() {
     assert!(log.contains("run text [main]: file part.inc some -> some\nran text [main]\n"), "{log}");
     project.write("faces/nx.exr", "");
     assert!(project.build().contains("run names [faces]: file faces some -> some\nran names [faces]\n"));
-    // What is in the faces was not read.
+    // The content of the faces was not read.
     project.write("faces/px.exr", "x");
     assert!(project.build().contains("0 ran, 2 up to date"));
     project.remove("part.inc");
@@ -375,7 +376,7 @@ fn a_gather_reruns_when_a_member_joins_leaves_or_is_renamed() {
 }
 
 #[test]
-fn a_selected_stage_brings_what_it_needs_and_no_more() {
+fn a_selected_stage_builds_what_it_needs_and_no_more() {
     let mut project = chain();
     project.options.stages = vec!["loud".into()];
     assert!(
@@ -390,7 +391,7 @@ fn a_selected_stage_brings_what_it_needs_and_no_more() {
 }
 
 #[test]
-fn a_dry_run_tells_and_writes_nothing() {
+fn a_dry_run_reports_and_writes_nothing() {
     let mut project = chain();
     project.options.dry_run = true;
     assert!(project.build().contains("run text [a]: never built\n"));
@@ -419,7 +420,7 @@ fn a_dry_run_tells_and_writes_nothing() {
 }
 
 #[test]
-fn explain_tells_of_a_file_by_any_of_its_names() {
+fn explain_finds_a_file_by_any_of_its_names() {
     let project = chain();
     project.build();
     let absolute = project.path("out/file/a.txt");
@@ -475,7 +476,7 @@ fn manifests_that_share_a_folder_share_results() {
 }
 
 #[test]
-fn every_piece_of_work_says_who_did_it_and_when() {
+fn every_task_reports_its_worker_and_time() {
     let mut project = chain();
     project.options.jobs = Some(2);
     let spells = || {
@@ -524,7 +525,7 @@ fn every_piece_of_work_says_who_did_it_and_when() {
     assert_eq!(names(&spells()), ["Publish file [a]", "Publish file [b]"]);
 }
 
-/// Writes a text, and takes its time.
+/// Writes a text, and takes some time.
 struct Elaborate;
 
 impl Kind for Elaborate {
@@ -548,7 +549,7 @@ impl Kind for Elaborate {
 }
 
 #[test]
-fn an_export_that_took_long_waits_for_those_that_did_not() {
+fn a_slow_export_waits_for_the_fast_ones() {
     let stages = "\n[stage.report]\nkind = \"elaborate\"\ninput = \"marked\"\n";
     let mut project = Project::new(&format!("{CHAIN}{stages}"));
     project.kinds = project.kinds.with(Elaborate);

@@ -13,9 +13,11 @@ mod running;
 mod writing;
 
 use std::fs::{self, File};
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex};
 
 use super::{Project, log};
 use crate::testkit::kinds;
@@ -118,7 +120,7 @@ impl<'a> Watched<'a> {
         let (manifest, ears, stop) = (project.path("pipeline.toml"), Arc::clone(&told), cancel.clone());
         let thread = std::thread::spawn(move || {
             let events = |event| {
-                ears.events.lock().unwrap().push(event);
+                ears.events.lock().push(event);
                 ears.more.notify_all();
             };
             let kinds = kinds().with(running::Patient).with(retries::Refused).with(writing::Sentence);
@@ -132,11 +134,11 @@ impl<'a> Watched<'a> {
     /// Waits until the events say so.
     fn until(&self, what: &str, is_so: impl Fn(&[Event]) -> bool) {
         let deadline = Instant::now() + DEADLINE;
-        let mut events = self.told.events.lock().unwrap();
+        let mut events = self.told.events.lock();
         while !is_so(&events) {
             let left = deadline.saturating_duration_since(Instant::now());
             assert!(!left.is_zero(), "waited for: {what}; told was:\n{}", log(&events));
-            events = self.told.more.wait_timeout(events, left).unwrap().0;
+            self.told.more.wait_for(&mut events, left);
         }
     }
 
@@ -155,7 +157,7 @@ impl<'a> Watched<'a> {
                     ended > last(|event| matches!(event, Event::Planned { .. }))
                 });
             }
-            let told = || log(&self.told.events.lock().unwrap());
+            let told = || log(&self.told.events.lock());
             assert!(
                 Instant::now() < deadline,
                 "out has {found:?}, expected {expected:?}; told was:\n{}",
@@ -171,7 +173,7 @@ impl<'a> Watched<'a> {
     }
 
     fn events(&self) -> Vec<Event> {
-        self.told.events.lock().unwrap().clone()
+        self.told.events.lock().clone()
     }
 
     /// The changes that were noticed, without those that are told again.

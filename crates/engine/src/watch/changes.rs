@@ -17,14 +17,12 @@ use super::poller::Poller;
 use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
-use super::unfinished::{Awaited, Unfinished};
+use super::unfinished::{Awaited, PATIENCE, Unfinished};
 use crate::session::PathSet;
 use crate::{Event, platform};
 
 /// How often a waiting watcher asks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);
-/// However busy a file is, what was heard is told after so many times the quiet time.
-pub(super) const PATIENCE: u32 = 10;
 
 /// What came, not yet acted on.
 #[derive(Debug, Default)]

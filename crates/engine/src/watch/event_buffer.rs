@@ -4,7 +4,8 @@
 //! build finds nothing to do, or fails as the one before it did, nobody wants to read of it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Mutex, PoisonError};
+
+use parking_lot::Mutex;
 
 use crate::{Error, Event, ItemName};
 
@@ -69,7 +70,7 @@ impl<'a> EventBuffer<'a> {
 
     /// Reports an event and what was held back before it, or holds it back.
     pub(super) fn tell(&self, event: Event) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock();
         // A build that cannot begin has told its plan only.
         let is_news =
             if self.is_asked_for { !matches!(event, Event::Planned { .. }) } else { state.is_news(&event) };

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::backoff::Backoff;
-use super::changes::PATIENCE;
+
+/// However busy a file is, what was heard is told after so many times the quiet time.
+pub(super) const PATIENCE: u32 = 10;
 
 /// How long files are waited for.
 #[derive(Clone, Copy, Debug)]

@@ -3,10 +3,11 @@
 //! wgpu panics on an error that nobody waits for. Here none stays unheard: [`Device::guarded`] catches those of its own
 //! thread, handlers keep those that come later and the loss of the device, and each becomes a [`RenderError::Device`].
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use parking_lot::Mutex;
 use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, TextureUsages};
 
 use super::canvas::GROUP;
@@ -20,7 +21,7 @@ pub struct Health(Arc<Faults>);
 impl Health {
     /// Why the device does nothing any more; known once it was polled after that.
     pub fn lost(&self) -> Option<String> {
-        self.0.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.0.lost.lock().clone()
     }
 }
 
@@ -122,10 +123,10 @@ impl Device {
     pub(super) fn sound(&self) -> Result<(), RenderError> {
         // Callbacks run within.
         let _ = self.device.poll(wgpu::PollType::Poll);
-        if let Some(message) = &*self.faults.lost.lock().unwrap_or_else(PoisonError::into_inner) {
+        if let Some(message) = &*self.faults.lost.lock() {
             return Err(self.fault(&format!("the device was lost ({message})")));
         }
-        let error = self.faults.error.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let error = self.faults.error.lock().take();
         error.map_or(Ok(()), |message| Err(self.fault(&message)))
     }
 
@@ -210,5 +211,5 @@ pub(super) fn name(info: &AdapterInfo) -> String {
 
 /// Keeps the first message.
 fn note(place: &Mutex<Option<String>>, message: String) {
-    place.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+    place.lock().get_or_insert(message);
 }

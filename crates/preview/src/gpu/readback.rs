@@ -1,7 +1,8 @@
 //! Buffers of the device, read on the CPU: at once, or when they have come by themselves.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use wgpu::{BufferUsages, MapMode};
 
 use super::device::Device;
@@ -26,19 +27,19 @@ impl Readback {
         let came = Arc::new(Mutex::new(None));
         let tell = Arc::clone(&came);
         copy.map_async(MapMode::Read, .., move |result| {
-            *tell.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+            *tell.lock() = Some(result);
         });
         Ok(Self { copy, came })
     }
 
     /// Whether it has come, or will never come.
     pub(super) fn is_done(&self) -> bool {
-        self.came.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+        self.came.lock().is_some()
     }
 
     /// What has come.
     pub(super) fn take<T: bytemuck::Pod>(self, device: &Device) -> Result<Vec<T>, RenderError> {
-        let came = self.came.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let came = self.came.lock().take();
         device.sound()?;
         match came {
             None => return Err(device.fault("the picture did not come back")),

@@ -160,7 +160,7 @@ fn handle(plan: &Plan, shelf: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<e
 
 /// The items of an exhibit that have not followed a change of what they are made of.
 fn behind(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
-    exhibit.ancestry.iter().copied().filter(|item| !shelf.is_abreast(plan, *item))
+    exhibit.ancestry.iter().copied().filter(|item| !shelf.is_consistent(plan, *item))
 }
 
 fn light_key(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Result<LightKey, Failure> {

@@ -1,13 +1,13 @@
 //! Manifests that are edited, broken and mended, and builds that cannot go on.
 
 use super::*;
-use crate::lock::Request;
+use crate::lock::LockRequest;
 use crate::state::State;
 use crate::{ErrorKind, LockPurpose, LockTimeout};
 
 fn rejected(events: &[Event]) -> Vec<String> {
     let rejected = events.iter().filter_map(|event| match event {
-        Event::Rejected { faults } => Some(faults.to_string()),
+        Event::Rejected { diagnostics } => Some(diagnostics.to_string()),
         _ => None,
     });
     rejected.collect()
@@ -76,9 +76,9 @@ each_way! {
 
     fn the_state_folder_of_another_build_is_waited_for(way: Way) {
         let project = capitals();
-        let request = Request {
-            errand: LockPurpose::Collect,
-            patience: LockTimeout::NONE,
+        let request = LockRequest {
+            purpose: LockPurpose::Collect,
+            timeout: LockTimeout::NONE,
             cancel: &Cancel::default(),
             waiting: &|_| {},
         };

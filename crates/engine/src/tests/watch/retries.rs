@@ -146,7 +146,7 @@ each_way! {
             save(&project, "in/sky.txt", "grey");
             let told = Arc::clone(&watched.told);
             watched.ended().unwrap();
-            assert!(is_failed(&told.events.lock().unwrap()), "{place}");
+            assert!(is_failed(&told.events.lock()), "{place}");
         }
     }
 }
