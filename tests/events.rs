@@ -53,9 +53,9 @@ fn every_line_of_a_build_is_what_the_schema_says() {
         "removed",
         "skipped",
         "started",
+        "task-timed",
         "up-to-date",
         "warning",
-        "worked",
     ];
     assert_eq!(seen.iter().map(String::as_str).collect::<Vec<_>>(), expected);
 }

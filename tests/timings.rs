@@ -82,8 +82,8 @@ fn assert_well_formed(html: &str) {
 fn the_trace_and_the_page_hold_what_the_events_tell() {
     let project = Project::small();
     let check = |events: &[Value]| {
-        let worked = events.iter().filter(|event| event["event"] == "worked");
-        let told = sums(worked.map(|event| {
+        let timed = events.iter().filter(|event| event["event"] == "task-timed");
+        let told = sums(timed.map(|event| {
             (shown(&event["item"]), &event["work"], event["milliseconds"].as_f64().unwrap() * 1e3)
         }));
         let complete = complete(&project, ".specula/timings.json");

@@ -1,8 +1,10 @@
-//! The errors that stand: each is kept in view until its item succeeds or is gone, or the manifest is sound again.
+//! The errors that stand: each is kept in view until its item succeeds or is gone, or the manifest is valid again.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use engine::{Diagnostics, Event, ItemName, line_and_column};
+
+use crate::quantity::count;
 
 /// At most so many are named in one place; the others are counted.
 const NAMED: usize = 5;

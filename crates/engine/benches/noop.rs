@@ -59,7 +59,7 @@ fn run(folder: &Path, kinds: &Kinds) -> usize {
 }
 
 fn run_on(bench: &BuildSession, folder: &Path, kinds: &Kinds) -> usize {
-    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest has no faults");
+    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest is valid");
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let ran = bench.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
     ran.expect("the build goes on").ran
@@ -134,8 +134,7 @@ fn large_graph(criterion: &mut Criterion) {
         bencher.iter(|| assert_eq!(run(folder.path(), &kinds()), 0));
     });
     let bench = BuildSession::new(None, 0).expect("threads");
-    let plan =
-        Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest has no faults");
+    let plan = Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest is valid");
     let text = plan.manifest.with_file_name("left").join("007.txt");
     let build = |changed: Option<Vec<PathBuf>>| {
         let options = BuildOptions { keep_going: true, changed, ..BuildOptions::default() };

@@ -23,7 +23,7 @@ pub struct EventLine {
 
 impl EventLine {
     /// The version of the format: raised when an event or a field goes, is renamed or changes its type or meaning.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// The line of an event that happens now.
     pub fn now(event: Event) -> Self {
@@ -240,11 +240,11 @@ pub enum Event {
         /// The time since the first of them was heard of.
         milliseconds: f64,
     },
-    /// The changed manifest, or what it names, has faults; the last good graph goes on. Told once for the same faults,
-    /// unless they are all that there is to say of what was noticed.
+    /// The changed manifest, or what it names, has errors; the last valid manifest is still in use. The same errors are
+    /// reported only once, unless they are the only answer to a change.
     Rejected {
-        /// The first 50 of the faults, and how many more there are.
-        faults: Diagnostics,
+        /// The first 50 errors, and the number of the others.
+        diagnostics: Diagnostics,
     },
     /// The manifest and what it names are sound again, after they were rejected.
     Accepted,

@@ -20,13 +20,13 @@ pub(crate) fn kinds() -> Kinds {
 }
 
 /// Diagnostics as a test shows them: `line:column message | expected | help`, a line for each.
-pub(crate) fn shown(faults: &Diagnostics) -> String {
+pub(crate) fn shown(diagnostics: &Diagnostics) -> String {
     let mut text = String::new();
-    for fault in &faults.faults {
-        let place = fault.span.as_ref().map(|span| line_and_column(&faults.text, span.start));
+    for error in &diagnostics.errors {
+        let place = error.span.as_ref().map(|span| line_and_column(&diagnostics.text, span.start));
         text += &place.map_or("-".into(), |(line, column)| format!("{line}:{column}"));
-        text += &format!(" {}", fault.message);
-        for more in [&fault.expected, &fault.help].into_iter().flatten() {
+        text += &format!(" {}", error.message);
+        for more in [&error.expected, &error.help].into_iter().flatten() {
             text += &format!(" | {more}");
         }
         text.push('\n');

@@ -168,7 +168,7 @@ fn log(events: &[Event]) -> String {
                 let paths = changes.iter().map(|change| format!("{} {:?}", change.path, change.what));
                 writeln!(text, "noticed {}", paths.collect::<Vec<_>>().join(", "))
             }
-            Event::Rejected { faults } => writeln!(text, "rejected: {faults}"),
+            Event::Rejected { diagnostics } => writeln!(text, "rejected: {diagnostics}"),
             Event::Accepted => writeln!(text, "accepted"),
             Event::BuildError { error, .. } => writeln!(text, "hindered: {}", error.join(": ")),
             Event::Ended(Summary {

@@ -7,7 +7,7 @@ use crate::{ErrorKind, LockPurpose, LockTimeout};
 
 fn rejected(events: &[Event]) -> Vec<String> {
     let rejected = events.iter().filter_map(|event| match event {
-        Event::Rejected { faults } => Some(faults.to_string()),
+        Event::Rejected { diagnostics } => Some(diagnostics.to_string()),
         _ => None,
     });
     rejected.collect()
