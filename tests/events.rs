@@ -22,8 +22,8 @@ fn strict() -> jsonschema::Validator {
 fn names(events: &[Value]) -> BTreeSet<String> {
     let schema = strict();
     for event in events {
-        let faults = schema.iter_errors(event).map(|error| error.to_string()).collect::<Vec<_>>();
-        assert!(faults.is_empty(), "{event:#}\n{faults:#?}");
+        let errors = schema.iter_errors(event).map(|error| error.to_string()).collect::<Vec<_>>();
+        assert!(errors.is_empty(), "{event:#}\n{errors:#?}");
         assert_eq!(event["v"], EventLine::VERSION);
         assert!(event["time"].as_u64().unwrap() > 1_700_000_000_000, "milliseconds since 1970: {event}");
     }
@@ -73,8 +73,8 @@ fn every_line_of_a_watcher_is_what_the_schema_says() {
     let keys = (0..60).map(|n| format!("key-{n} = 1\n")).collect::<String>();
     project.write("pipeline.toml", &format!("{keys}{}", support::SMALL));
     events.extend(watcher.wait("rejected", |event| event.to_string().contains("key-0")));
-    let faults = &events[events.len() - 1]["diagnostics"];
-    assert_eq!((faults["faults"].as_array().unwrap().len(), &faults["more"]), (50, &10.into()));
+    let found = &events[events.len() - 1]["diagnostics"];
+    assert_eq!((found["errors"].as_array().unwrap().len(), &found["more"]), (50, &10.into()));
     project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolution = 8"));
     events.extend(watcher.wait("accepted", |_| true));
     events.extend(watcher.wait_for_build());

@@ -200,7 +200,7 @@ fn a_watcher_prints_nothing_raw() {
 }
 
 #[test]
-fn faults_of_a_manifest_are_drawn_without_its_raw_text() {
+fn errors_of_a_manifest_are_drawn_without_its_raw_text() {
     let project = project();
     for (text, shown) in [
         (

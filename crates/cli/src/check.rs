@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
     }
 }
 
-/// The manifest has been loaded without a fault.
+/// The manifest has been loaded without an error.
 fn soundness(arguments: &CheckArguments, plan: &Plan) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();

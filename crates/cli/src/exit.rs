@@ -16,7 +16,7 @@ pub enum Exit {
     Failed = 1,
     /// 2: the command line cannot be understood, or names something that is not there.
     Usage = 2,
-    /// 3: the manifest has faults or is not there; nothing ran.
+    /// 3: the manifest has errors or does not exist; nothing ran.
     Manifest = 3,
     /// 4: a system error: a folder that cannot be written, a full disk, another process at work there, no display for
     /// a window. Also where items failed because of one, whatever else failed.
@@ -32,7 +32,7 @@ impl Exit {
   1    items failed, and their last good outputs stay; or a check found damage, a stale or
        altered file, or outputs that differ
   2    the command line cannot be understood, or names something that is not there
-  3    the manifest has faults or is not there; nothing ran
+  3    the manifest has errors or does not exist; nothing ran
   4    a system error, whatever else failed: unwritable folder, full disk, another process at
        work, no display
   130  stopped by Ctrl-C; watch and a preview's window end so with 0";

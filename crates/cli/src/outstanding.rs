@@ -1,4 +1,4 @@
-//! The errors that stand: each is kept in view until its item succeeds or is gone, or the manifest is sound again.
+//! The errors that stand: each is kept in view until its item succeeds or is gone, or the manifest is valid again.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ const NAMED: usize = 5;
 #[derive(Default)]
 pub(crate) struct OutstandingErrors {
     failures: BTreeMap<ItemName, Failed>,
-    /// The manifest's faults in one line, while the last good graph goes on.
+    /// The manifest's errors in one line, while the last valid manifest is still in use.
     manifest: Option<String>,
     /// What keeps builds from going to their end.
     hindrance: Option<String>,
@@ -135,17 +135,18 @@ impl Failed {
     }
 }
 
-/// The first fault with its place, and how many others there are.
-fn in_one_line(faults: &Diagnostics) -> String {
-    let Some(first) = faults.faults.first() else { return faults.file.clone() };
-    let place = first.span.as_ref().map(|span| line_and_column(&faults.text, span.start));
+/// The first error with its place, and the number of the others.
+fn in_one_line(diagnostics: &Diagnostics) -> String {
+    let Diagnostics { file, text, errors } = diagnostics;
+    let Some(first) = errors.first() else { return file.clone() };
+    let place = first.span.as_ref().map(|span| line_and_column(text, span.start));
     let place = place.map_or_else(String::new, |(line, column)| format!(":{line}:{column}"));
-    let more = match faults.faults.len() {
-        1 => String::new(),
-        2 => " (and 1 more fault)".into(),
-        count => format!(" (and {} more faults)", count - 1),
+    let more = match errors.len() - 1 {
+        0 => String::new(),
+        1 => " (and 1 more error)".into(),
+        more => format!(" (and {more} more errors)"),
     };
-    format!("{}{place}: {}{more}", faults.file, first_line(&first.message))
+    format!("{file}{place}: {}{more}", first_line(&first.message))
 }
 
 fn first_line(text: &str) -> &str {

@@ -10,7 +10,7 @@ pub(crate) fn count<N: Display + PartialEq + From<u8>>(number: N, what: &str) ->
 /// Of thousands of failed items so many are told in full; the others are counted.
 pub(crate) const SHOWN: usize = 50;
 
-/// `... and 4950 more faults`: the line for those of many things that are not shown, if there are any.
+/// `... and 4950 more errors`: the line for those of many things that are not shown, if there are any.
 pub(crate) fn more(number: usize, what: &str) -> Option<String> {
     (number > 0).then(|| format!("... and {}", count(number, what)))
 }

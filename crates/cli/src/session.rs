@@ -182,11 +182,14 @@ impl Session {
             }
             Event::Rejected { diagnostics } => {
                 self.screen.painted(&manifest::drawn(diagnostics));
-                let next = if state.built { "the last good graph goes on" } else { "nothing runs" };
-                self.line("", &format!("{}; {next} until it is mended", manifest::counted(diagnostics)));
+                let next = match state.built {
+                    true => "still using the last valid manifest",
+                    false => "nothing runs until it is valid",
+                };
+                self.line("", &format!("{}; {next}", manifest::counted(diagnostics)));
                 state.changed.clear();
             }
-            Event::Accepted => self.line("mended", "the manifest is sound again"),
+            Event::Accepted => self.line("mended", "the manifest is valid again"),
             Event::BuildError { error, help } => {
                 self.screen.clear();
                 self.speak(&mut state, now.milliseconds);

@@ -59,7 +59,7 @@ fn run(folder: &Path, kinds: &Kinds) -> usize {
 }
 
 fn run_on(session: &BuildSession, folder: &Path, kinds: &Kinds) -> usize {
-    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest has no errors");
+    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest is valid");
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let ran = session.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
     ran.expect("the build runs").ran
@@ -135,7 +135,7 @@ fn large_graph(criterion: &mut Criterion) {
     });
     let session = BuildSession::new(None, 0).expect("threads");
     let plan =
-        Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest has no errors");
+        Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest is valid");
     let text = plan.manifest.with_file_name("left").join("007.txt");
     let build = |changed: Option<Vec<PathBuf>>| {
         let options = BuildOptions { keep_going: true, changed, ..BuildOptions::default() };

@@ -41,7 +41,7 @@ fn number(text: &str) -> usize {
 
 fn build(manifest: &Path) {
     let clock = Instant::now();
-    let plan = Plan::load(manifest, &testkit::kinds()).expect("the manifest has no errors");
+    let plan = Plan::load(manifest, &testkit::kinds()).expect("the manifest is valid");
     let loaded = milliseconds(clock.elapsed());
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let summary = engine::build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on");

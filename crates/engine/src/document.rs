@@ -1,10 +1,10 @@
-//! A parsed TOML text whose every key and value knows its place.
+//! A parsed TOML text in which every key and value has its place.
 //!
-//! The `toml` crate recovers from errors of syntax, so that all of them are told; a line's first is told alone, because
-//! the others mostly follow from it. A text with such errors is not looked at further: what it means is anyone's guess.
+//! The `toml` crate recovers from syntax errors, so that all of them are reported; of each line only the first is,
+//! because the others mostly follow from it. A text with syntax errors is not interpreted further.
 //!
-//! Memory is bounded: a text is refused past [`Document::MAX_BYTES`], and the parser refuses values nested deeper
-//! than 80.
+//! Memory is bounded: a text longer than [`Document::MAX_BYTES`] is refused, and the parser refuses values that are
+//! nested deeper than 80 levels.
 
 use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
@@ -23,7 +23,7 @@ pub struct Value {
     pub kind: ValueKind,
 }
 
-/// What a [`Value`] is.
+/// The type and content of a [`Value`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueKind {
     /// `true` or `false`.
@@ -38,7 +38,7 @@ pub enum ValueKind {
     Array(Vec<Value>),
     /// A table, inline or under a header.
     Table(Table),
-    /// A date or time, which no key of Specula takes.
+    /// A date or time, which no key accepts.
     Datetime(String),
 }
 
@@ -71,131 +71,132 @@ impl Table {
     /// Parses a TOML text.
     ///
     /// # Errors
-    /// Every fault of syntax, in order of its place, but one a line; numbers that are too large.
+    /// If the text has syntax errors or numbers that are too large: the first of each line, in order of place.
     pub fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
         let (parsed, errors) = DeTable::parse_recoverable(text);
-        let mut faults = Vec::new();
-        let table = table_of(parsed.get_ref(), 0..0, &mut faults);
+        let mut diagnostics = Vec::new();
+        let table = table_of(parsed.get_ref(), 0..0, &mut diagnostics);
         let errors = errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
-        faults.extend(syntax_faults(text, errors, &table));
-        if faults.is_empty() { Ok(table) } else { Err(faults) }
+        diagnostics.extend(syntax_diagnostics(text, errors, &table));
+        if diagnostics.is_empty() { Ok(table) } else { Err(diagnostics) }
     }
 }
 
-/// A TOML file's text and what it says.
+/// A TOML file's text and its content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Document {
-    /// The file's name, for people.
+    /// The file's name, for messages.
     pub file: String,
     /// The text that the spans refer to, without a byte order mark.
     pub text: String,
-    /// What it says.
+    /// The content.
     pub table: Table,
 }
 
 impl Document {
-    /// The largest text that is read: 1 MiB.
+    /// The size of the largest text that is read: 1 MiB.
     pub const MAX_BYTES: usize = 1 << 20;
 
     /// Parses the bytes of a file.
     ///
     /// # Errors
-    /// Every fault of syntax; bytes that are not UTF-8 (the first place); a text past [`Document::MAX_BYTES`].
+    /// If the text has syntax errors, is not UTF-8 or is longer than [`Document::MAX_BYTES`].
     pub fn parse(file: impl Into<String>, bytes: &[u8]) -> Result<Self, Diagnostics> {
         let file = file.into();
         if bytes.len() > Self::MAX_BYTES {
-            let fault = Diagnostic::of_file(format!("the file is larger than {} bytes", Self::MAX_BYTES));
-            return Err(Diagnostics::new(file, "", vec![fault.expected("expected a text file")]));
+            let diagnostic =
+                Diagnostic::of_file(format!("the file is larger than {} bytes", Self::MAX_BYTES));
+            return Err(Diagnostics::new(file, "", vec![diagnostic.expected("expected a text file")]));
         }
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = std::str::from_utf8(bytes).map_err(|error| not_utf8(&file, bytes, error.valid_up_to()))?;
         match Table::parse(text) {
             Ok(table) => Ok(Self { file, text: text.into(), table }),
-            Err(faults) => Err(Diagnostics::new(file, text, faults)),
+            Err(diagnostics) => Err(Diagnostics::new(file, text, diagnostics)),
         }
     }
 
-    /// Diagnostics that were found in this document.
-    pub fn faults(&self, faults: Vec<Diagnostic>) -> Diagnostics {
-        Diagnostics::new(&self.file, &self.text, faults)
+    /// The errors of this document.
+    pub fn diagnostics(&self, diagnostics: Vec<Diagnostic>) -> Diagnostics {
+        Diagnostics::new(&self.file, &self.text, diagnostics)
     }
 }
 
 fn not_utf8(file: &str, bytes: &[u8], place: usize) -> Diagnostics {
-    // Up to the place the lossy text has the same bytes, and there a replacement character of three.
+    // Up to this place the lossy text has the same bytes, and there a replacement character of three bytes.
     let text = String::from_utf8_lossy(bytes);
-    let fault = Diagnostic::at(place..place + 3, format!("byte 0x{:02x} is not UTF-8", bytes[place]))
+    let diagnostic = Diagnostic::at(place..place + 3, format!("byte 0x{:02x} is not UTF-8", bytes[place]))
         .expected("expected UTF-8 text")
         .help(match bytes {
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "this looks like UTF-16: save the file as UTF-8",
             _ => "save the file as UTF-8",
         });
-    Diagnostics::new(file, text, vec![fault])
+    Diagnostics::new(file, text, vec![diagnostic])
 }
 
-/// The faults of the parser's errors: the first of each line, with duplicates named.
-fn syntax_faults(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Diagnostic> {
-    let known = Known::new(text, table);
+/// The diagnostics of the parser's errors: the first of each line, with the names of duplicates.
+fn syntax_diagnostics(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Diagnostic> {
+    let lines = Lines::new(text, table);
     for (span, _) in &mut errors {
         *span = text.floor_char_boundary(span.start)..text.ceil_char_boundary(span.end.max(span.start));
     }
     errors.sort_by_key(|(span, _)| span.start);
-    let mut lines = HashSet::new();
-    let mut faults = Vec::new();
-    // The keys of a table that is defined twice are duplicates too: they are passed over until the next header.
+    let mut reported = HashSet::new();
+    let mut diagnostics = Vec::new();
+    // The keys of a table that is defined twice are duplicates too: they are skipped until the next header.
     let mut twice = false;
     let mut place = 0;
     for (span, message) in errors {
-        let start = known.line_start(span.start);
+        let start = lines.line_start(span.start);
         twice = twice && !text[place..span.start].contains("\n[");
         place = span.start;
-        let duplicate = message == "duplicate key";
-        if (twice && duplicate) || !lines.insert(start) {
+        let is_duplicate = message == "duplicate key";
+        if (twice && is_duplicate) || !reported.insert(start) {
             continue;
         }
         let header = text[start..].trim_start().starts_with('[');
-        faults.push(match duplicate {
-            true => duplicate_fault(&known, span, header),
-            false => syntax_fault(text, span, message),
+        diagnostics.push(match is_duplicate {
+            true => duplicate(&lines, span, header),
+            false => syntax_error(text, span, message),
         });
-        twice |= duplicate && header;
+        twice |= is_duplicate && header;
     }
-    if faults.len() > Diagnostics::SHOWN
-        && let Some(first) = faults.first_mut()
+    if diagnostics.len() > Diagnostics::SHOWN
+        && let Some(first) = diagnostics.first_mut()
     {
         first.help.get_or_insert_with(|| "is this a TOML file?".into());
     }
-    faults
+    diagnostics
 }
 
-/// Where keys and headers stand: what the faults of thousands of duplicates ask again and again.
-struct Known<'a> {
+/// The lines of keys and headers, collected once, because there may be thousands of duplicates.
+struct Lines<'a> {
     text: &'a str,
     table: &'a Table,
-    /// Where each line begins.
-    lines: Vec<usize>,
+    /// The start of each line.
+    starts: Vec<usize>,
     /// The first line, counted from 0, of each header.
     headers: OnceCell<HashMap<&'a str, usize>>,
-    /// The places of each key, in any table.
+    /// The places of each key, in all tables.
     keys: OnceCell<HashMap<&'a str, Vec<usize>>>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> Lines<'a> {
     fn new(text: &'a str, table: &'a Table) -> Self {
-        let lines = [0].into_iter().chain(text.match_indices('\n').map(|(newline, _)| newline + 1));
-        Self { text, table, lines: lines.collect(), headers: OnceCell::new(), keys: OnceCell::new() }
+        let starts = [0].into_iter().chain(text.match_indices('\n').map(|(newline, _)| newline + 1));
+        Self { text, table, starts: starts.collect(), headers: OnceCell::new(), keys: OnceCell::new() }
     }
 
     /// The line of a place, counted from 0.
     fn line(&self, place: usize) -> usize {
-        self.lines.partition_point(|start| *start <= place).saturating_sub(1)
+        self.starts.partition_point(|start| *start <= place).saturating_sub(1)
     }
 
     fn line_start(&self, place: usize) -> usize {
-        self.lines[self.line(place)]
+        self.starts[self.line(place)]
     }
 
-    /// The header in the line of a place, and the first line before that has the same.
+    /// The header on the line of a place, and the first earlier line with the same header.
     fn header(&self, place: usize) -> (&'a str, Option<usize>) {
         let headers = self.headers.get_or_init(|| {
             let mut headers = HashMap::new();
@@ -208,7 +209,7 @@ impl<'a> Known<'a> {
         (header, headers.get(header).copied().filter(|first| *first < self.line(place)))
     }
 
-    /// The line where a key stands last before a place.
+    /// The line of the last occurrence of a key before a place.
     fn key_before(&self, key: &str, place: usize) -> Option<usize> {
         let keys = self.keys.get_or_init(|| {
             let mut keys = HashMap::<_, Vec<_>>::new();
@@ -225,12 +226,12 @@ impl<'a> Known<'a> {
             keys
         });
         let places = keys.get(key)?;
-        let before = places.partition_point(|known| *known < place).checked_sub(1)?;
+        let before = places.partition_point(|start| *start < place).checked_sub(1)?;
         Some(self.line(places[before]))
     }
 }
 
-fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Diagnostic {
+fn syntax_error(text: &str, span: Range<usize>, message: &str) -> Diagnostic {
     let missing = span.is_empty() && message.starts_with("string values must be quoted");
     if missing && text[span.start..].trim_start_matches([' ', '\t', '\r']).starts_with(['\n', '#']) {
         return Diagnostic::at(span, "a value is missing")
@@ -247,39 +248,39 @@ fn syntax_fault(text: &str, span: Range<usize>, message: &str) -> Diagnostic {
     }
 }
 
-fn duplicate_fault(known: &Known<'_>, span: Range<usize>, header: bool) -> Diagnostic {
-    let key = &known.text[span.clone()];
-    let (fault, first) = if header {
-        let (header, first) = known.header(span.start);
+fn duplicate(lines: &Lines<'_>, span: Range<usize>, header: bool) -> Diagnostic {
+    let key = &lines.text[span.clone()];
+    let (diagnostic, first) = if header {
+        let (header, first) = lines.header(span.start);
         let message = match header.strip_prefix("[stage.") {
             Some(_) => format!("two stages are named {key:?}"),
-            None => format!("the table {header} is there twice"),
+            None => format!("the table {header} appears twice"),
         };
         (Diagnostic::at(span, message).expected("expected another name"), first)
     } else {
-        let first = known.key_before(key, span.start);
-        (Diagnostic::at(span, format!("the key {key:?} is there twice in its table")), first)
+        let first = lines.key_before(key, span.start);
+        (Diagnostic::at(span, format!("the key {key:?} appears twice in its table")), first)
     };
     match first {
-        Some(line) => fault.help(format!("the first is in line {}", line + 1)),
-        None => fault,
+        Some(line) => diagnostic.help(format!("the first is on line {}", line + 1)),
+        None => diagnostic,
     }
 }
 
-fn table_of(parsed: &DeTable<'_>, span: Range<usize>, faults: &mut Vec<Diagnostic>) -> Table {
+fn table_of(parsed: &DeTable<'_>, span: Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Table {
     let mut entries: Vec<_> = parsed
         .iter()
         .map(|(key, value)| Entry {
             key: key.get_ref().to_string(),
             key_span: key.span(),
-            value: value_of(value.get_ref(), value.span(), faults),
+            value: value_of(value.get_ref(), value.span(), diagnostics),
         })
         .collect();
     entries.sort_by_key(|entry| entry.key_span.start);
     Table { span, entries }
 }
 
-fn value_of(parsed: &DeValue<'_>, span: Range<usize>, faults: &mut Vec<Diagnostic>) -> Value {
+fn value_of(parsed: &DeValue<'_>, span: Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Value {
     let kind = match parsed {
         DeValue::Boolean(value) => ValueKind::Boolean(*value),
         DeValue::String(text) => ValueKind::String(text.to_string()),
@@ -287,7 +288,7 @@ fn value_of(parsed: &DeValue<'_>, span: Range<usize>, faults: &mut Vec<Diagnosti
         DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
             Ok(number) => ValueKind::Integer(number),
             Err(_) => {
-                faults.push(too_large(&span, number.as_str(), "a whole number of 64 bits"));
+                diagnostics.push(too_large(&span, number.as_str(), "a 64-bit whole number"));
                 ValueKind::Integer(0)
             }
         },
@@ -296,14 +297,14 @@ fn value_of(parsed: &DeValue<'_>, span: Range<usize>, faults: &mut Vec<Diagnosti
                 ValueKind::Float(value)
             }
             _ => {
-                faults.push(too_large(&span, number.as_str(), "a number of double precision"));
+                diagnostics.push(too_large(&span, number.as_str(), "a double-precision number"));
                 ValueKind::Float(0.0)
             }
         },
         DeValue::Array(values) => ValueKind::Array(
-            values.iter().map(|value| value_of(value.get_ref(), value.span(), faults)).collect(),
+            values.iter().map(|value| value_of(value.get_ref(), value.span(), diagnostics)).collect(),
         ),
-        DeValue::Table(table) => ValueKind::Table(table_of(table, span.clone(), faults)),
+        DeValue::Table(table) => ValueKind::Table(table_of(table, span.clone(), diagnostics)),
     };
     Value { span, kind }
 }
@@ -322,9 +323,9 @@ mod tests {
     use crate::testkit::shown;
 
     fn check(text: &str, expected: Expect) {
-        let faults = Document::parse("x.toml", text.as_bytes())
-            .map_or_else(|faults| shown(&faults), |_| String::new());
-        expected.assert_eq(&faults);
+        let diagnostics = Document::parse("x.toml", text.as_bytes())
+            .map_or_else(|diagnostics| shown(&diagnostics), |_| String::new());
+        expected.assert_eq(&diagnostics);
     }
 
     #[test]
@@ -350,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn all_errors_of_syntax_are_told() {
+    fn all_syntax_errors_are_reported() {
         check(
             "a = \nb = yes\nd = \"open\ne = [1 2]\nf = 1e999\ng = 99999999999999999999\nh = 1 2\n= 3\n[x\n",
             expect![[r#"
@@ -358,8 +359,8 @@ mod tests {
                 2:5 string values must be quoted | expected a quoted string, a number, true or false
                 3:10 invalid basic string | expected `"`
                 4:6 string values must be quoted | expected a quoted string, a number, true or false
-                5:5 1e999 is too large | expected a number of double precision
-                6:5 99999999999999999999 is too large | expected a whole number of 64 bits
+                5:5 1e999 is too large | expected a double-precision number
+                6:5 99999999999999999999 is too large | expected a 64-bit whole number
                 7:5 string values must be quoted | expected a quoted string, a number, true or false
                 8:1 unquoted keys cannot be empty | expected letters or numbers or `-` or `_`
                 9:3 unclosed table | expected `]`
@@ -368,8 +369,8 @@ mod tests {
     }
 
     #[test]
-    fn an_open_header_hides_the_rest() {
-        // The parser gives up its recovery here.
+    fn an_unclosed_header_hides_the_rest() {
+        // The parser does not recover from this.
         check(
             "a = \n[x\nc = yes\n",
             expect![[r#"
@@ -380,43 +381,43 @@ mod tests {
     }
 
     #[test]
-    fn a_table_or_key_that_is_there_twice_is_named_once() {
+    fn a_duplicate_table_or_key_is_reported_once() {
         check(
             "[stage.a]\nkind = \"x\"\n[stage.b]\n[stage.a]\nkind = \"y\"\nz = 1\n[q]\nr = 1\n\nr = 2\n",
             expect![[r#"
-                4:8 two stages are named "a" | expected another name | the first is in line 1
-                10:1 the key "r" is there twice in its table | the first is in line 8
+                4:8 two stages are named "a" | expected another name | the first is on line 1
+                10:1 the key "r" appears twice in its table | the first is on line 8
             "#]],
         );
     }
 
     #[test]
-    fn bytes_that_are_no_text_are_placed() {
-        let faults = Document::parse("x.toml", b"a = 1\nb = \"caf\xe9\"\n").unwrap_err();
+    fn bytes_that_are_not_utf_8_are_reported_with_their_place() {
+        let diagnostics = Document::parse("x.toml", b"a = 1\nb = \"caf\xe9\"\n").unwrap_err();
         expect![[r#"
             2:9 byte 0xe9 is not UTF-8 | expected UTF-8 text | save the file as UTF-8
         "#]]
-        .assert_eq(&shown(&faults));
-        let faults = Document::parse("x.toml", b"\xff\xfea\0=\x001\0").unwrap_err();
+        .assert_eq(&shown(&diagnostics));
+        let diagnostics = Document::parse("x.toml", b"\xff\xfea\0=\x001\0").unwrap_err();
         expect![[r#"
             1:1 byte 0xff is not UTF-8 | expected UTF-8 text | this looks like UTF-16: save the file as UTF-8
         "#]]
-        .assert_eq(&shown(&faults));
-        let faults = Document::parse("x.toml", &vec![b'#'; Document::MAX_BYTES + 1]).unwrap_err();
+        .assert_eq(&shown(&diagnostics));
+        let diagnostics = Document::parse("x.toml", &vec![b'#'; Document::MAX_BYTES + 1]).unwrap_err();
         expect![[r#"
             - the file is larger than 1048576 bytes | expected a text file
         "#]]
-        .assert_eq(&shown(&faults));
+        .assert_eq(&shown(&diagnostics));
         assert!(Document::parse("x.toml", &vec![b'#'; Document::MAX_BYTES]).is_ok());
     }
 
     #[test]
-    fn a_binary_file_does_not_flood() {
-        let faults = Document::parse("x.toml", "=\n".repeat(1000).as_bytes()).unwrap_err();
-        assert_eq!(faults.faults.len(), 1000);
-        let text = faults.to_string();
+    fn a_binary_file_does_not_make_thousands_of_messages() {
+        let diagnostics = Document::parse("x.toml", "=\n".repeat(1000).as_bytes()).unwrap_err();
+        assert_eq!(diagnostics.errors.len(), 1000);
+        let text = diagnostics.to_string();
         let lines = text.lines().collect::<Vec<_>>();
-        assert_eq!((lines.len(), lines[50]), (51, "... and 950 more faults"));
+        assert_eq!((lines.len(), lines[50]), (51, "... and 950 more errors"));
         assert!(lines[0].ends_with("; is this a TOML file?"), "{text}");
         check(
             &"[".repeat(100_000),

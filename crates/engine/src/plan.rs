@@ -1,12 +1,13 @@
 //! The graph of stages and the items that they stand for.
 //!
-//! A manifest becomes a plan in three steps, and every fault of all of them is told at once:
+//! A manifest becomes a plan in three steps, whose errors are all reported at once:
 //!
 //! 1. `manifest.rs`: the text as declarations;
 //! 2. `graph.rs`: kinds, parameters, ports, types, order: a [`Graph`], which knows its [`Source`]s;
-//! 3. `items.rs`: what lies on the disk as items, their keys, what they take and where they write.
+//! 3. `items.rs`: the files on disk as items, with their keys, inputs and output paths.
 //!
-//! The second needs no disk but the manifest. The third alone is repeated when files come and go: [`Graph::expand`].
+//! The first two read no file but the manifest. When files appear or disappear, only the third is repeated:
+//! [`Graph::expand`].
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -20,21 +21,19 @@ use crate::{
 mod cycles;
 mod folders;
 mod graph;
+mod index;
 mod items;
 mod manifest;
 mod schema;
 mod source;
 pub(crate) mod template;
 
-pub(crate) use folders::{Asked, RecordingFolders};
 pub use folders::{DiskFolders, Folders, Found, Name};
+pub(crate) use folders::{FolderQueries, RecordingFolders};
 pub use graph::Graph;
+pub use index::{ItemIndex, StageIndex};
+pub use items::Item;
 pub use source::Source;
-
-/// The place of a stage in [`Plan::stages`].
-pub type StageIndex = usize;
-/// The place of an item in [`Plan::items`].
-pub type ItemIndex = usize;
 
 /// A stage of the manifest with its kind, parameters and connections.
 #[derive(Clone)]
@@ -45,7 +44,7 @@ pub struct Stage {
     pub kind: Arc<dyn ErasedKind>,
     /// The kind with this stage's parameters.
     pub configured: Arc<dyn Configured>,
-    /// The ports of the kind, or for a kind that takes what it is given, those that the stage names.
+    /// The ports of the kind, or, if the kind accepts any port, those that the stage names.
     pub ports: Vec<Port>,
     /// The connected ports, in the order of `ports`, each with the stage that feeds it.
     pub inputs: Vec<(String, StageIndex)>,
@@ -53,35 +52,20 @@ pub struct Stage {
     pub product: Product,
 }
 
-/// One instance of a stage.
-#[derive(Clone, Debug)]
-pub struct Item {
-    /// The stage.
-    pub stage: StageIndex,
-    /// What tells it from its siblings.
-    pub key: ItemKey,
-    /// For each of the stage's inputs, in order: the items that arrive there, sorted by key.
-    pub inputs: Vec<Vec<ItemIndex>>,
-    /// The source file or folder, for a kind that has one. Absolute.
-    pub source: Option<PathBuf>,
-    /// The exported files, relative to `out`, with `/` between folders, in the order of [`Product::Files`].
-    pub files: Vec<String>,
-}
-
-/// Everything that a manifest asks for: stages and items, each before those that need it.
+/// Everything that a manifest describes: stages and items, each before those that need it.
 #[derive(Clone)]
 pub struct Plan {
     /// The manifest file. Absolute.
     pub manifest: PathBuf,
-    /// The folder that exports land in. Absolute.
+    /// The folder for exports. Absolute.
     pub out: PathBuf,
-    /// The folder in which `.specula` keeps the state: the manifest's, but for trials. Absolute.
+    /// The folder that contains `.specula`: the manifest's folder, except in trial builds. Absolute.
     pub state: PathBuf,
     /// The stages, in topological order, ties in the order of the manifest. Clones of the plan share them.
     pub stages: Arc<[Stage]>,
     /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share them.
     pub items: Arc<[Item]>,
-    /// Finds the recipes in exported files.
+    /// Finds the recipe in an exported file.
     pub recipe_reader: RecipeReader,
 }
 
@@ -89,8 +73,8 @@ impl Plan {
     /// Reads a manifest and finds the files that it names.
     ///
     /// # Errors
-    /// Every fault of the manifest: of its text, of its stages, and of the files that they match. Where the text is
-    /// not TOML, or of another schema, nothing else is looked at.
+    /// If the manifest's text, its stages or the files that they match are not valid: all errors. If the text is not
+    /// TOML or has another schema, nothing else is checked.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
         let bytes = read(manifest)?;
         Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
@@ -121,77 +105,78 @@ impl Plan {
         kinds: &Kinds,
         folders: &dyn Folders,
     ) -> Result<Self, Diagnostics> {
-        let (graph, mut faults) = draft(manifest, bytes, kinds)?;
-        let assets = items::assets(&graph, folders, &mut faults);
-        let items = items::expand(&graph, &assets, &mut faults);
-        assemble(&graph, items, faults)
+        let (graph, mut diagnostics) = parse(manifest, bytes, kinds)?;
+        let assets = items::assets(&graph, folders, &mut diagnostics);
+        let items = items::expand(&graph, &assets, &mut diagnostics);
+        assemble(&graph, items, diagnostics)
     }
 }
 
 impl Graph {
-    /// Reads a manifest, but not yet the folders that its sources name.
+    /// Reads a manifest, but not the folders that its sources name.
     ///
     /// # Errors
-    /// Every fault of the manifest that does not depend on other files.
+    /// If the manifest is not valid: all errors that do not depend on other files.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
         Self::of_bytes(manifest, &read(manifest)?, kinds)
     }
 
     /// The graph of a manifest that has been read.
     pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Diagnostics> {
-        let (graph, faults) = draft(manifest, bytes, kinds)?;
-        if faults.is_empty() { Ok(graph) } else { Err(graph.faults(faults)) }
+        let (graph, diagnostics) = parse(manifest, bytes, kinds)?;
+        if diagnostics.is_empty() { Ok(graph) } else { Err(graph.diagnostics(diagnostics)) }
     }
 
-    /// The plan of the files that are there now.
+    /// The plan for the files that exist now.
     ///
     /// # Errors
-    /// Every fault of files and of the paths that items are to be written to.
+    /// If sources do not match files as they should, or items cannot be written to their paths: all errors.
     pub fn expand(&self, folders: &dyn Folders) -> Result<Plan, Diagnostics> {
         self.expand_after(folders, None).map(|expansion| expansion.plan)
     }
 
-    /// The same, given an earlier expansion of this graph: if the files are the same, it is that plan.
+    /// The same, given an earlier expansion of this graph: if the files are the same, this returns that expansion.
     pub(crate) fn expand_after(
         &self,
         folders: &dyn Folders,
         before: Option<&Expansion>,
     ) -> Result<Expansion, Diagnostics> {
-        let mut faults = Vec::new();
-        let assets = items::assets(self, folders, &mut faults);
-        if let Some(before) = before.filter(|before| faults.is_empty() && before.assets == assets) {
+        let mut diagnostics = Vec::new();
+        let assets = items::assets(self, folders, &mut diagnostics);
+        if let Some(before) = before.filter(|before| diagnostics.is_empty() && before.assets == assets) {
             return Ok(before.clone());
         }
-        let items = items::expand(self, &assets, &mut faults);
-        let plan = assemble(self, items, faults)?;
+        let items = items::expand(self, &assets, &mut diagnostics);
+        let plan = assemble(self, items, diagnostics)?;
         Ok(Expansion { plan, assets })
     }
 }
 
-/// A plan with the files that its items were made of.
+/// A plan with the files that its items were made from.
 #[derive(Clone)]
 pub(crate) struct Expansion {
     pub(crate) plan: Plan,
     assets: Arc<items::Assets>,
 }
 
-fn draft(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
+/// The graph as far as it is valid, and what is not.
+fn parse(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Diagnostic>), Diagnostics> {
     let document = Document::parse(manifest.display().to_string(), bytes)?;
     let absolute = std::path::absolute(manifest).map_err(|error| {
-        document.faults(vec![Diagnostic::of_file(format!("the path has no folder: {error}"))])
+        document.diagnostics(vec![Diagnostic::of_file(format!("cannot make the path absolute: {error}"))])
     })?;
-    let mut faults = Vec::new();
+    let mut diagnostics = Vec::new();
     let (file, text) = (document.file.clone(), document.text.clone());
-    match Graph::draft(absolute, document, kinds, &mut faults) {
-        Some(graph) => Ok((graph, faults)),
-        None => Err(Diagnostics::new(file, text, faults)),
+    match Graph::parse(absolute, document, kinds, &mut diagnostics) {
+        Some(graph) => Ok((graph, diagnostics)),
+        None => Err(Diagnostics::new(file, text, diagnostics)),
     }
 }
 
-/// The plan of a sound graph.
-fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
-    if !faults.is_empty() {
-        return Err(graph.faults(faults));
+/// The plan of a graph, if there are no errors.
+fn assemble(graph: &Graph, items: Vec<Item>, diagnostics: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
+    if !diagnostics.is_empty() {
+        return Err(graph.diagnostics(diagnostics));
     }
     let stages = graph.nodes.iter().map(|node| {
         let kind = node.kind.clone()?;
@@ -213,14 +198,15 @@ fn assemble(graph: &Graph, items: Vec<Item>, faults: Vec<Diagnostic>) -> Result<
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
             Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })
         }
-        // Each unknown part of a stage comes with a fault; should one be forgotten, this is better than a guess.
+        // Each unknown part of a stage comes with a diagnostic; if one was forgotten, an error is better than a guess.
         None => {
-            Err(graph.faults(vec![Diagnostic::of_file("a stage of the manifest could not be understood")]))
+            Err(graph
+                .diagnostics(vec![Diagnostic::of_file("a stage of the manifest could not be understood")]))
         }
     }
 }
 
-/// The bytes of the manifest, bounded.
+/// The bytes of the manifest: at most one more than [`Document::MAX_BYTES`].
 pub(crate) fn read(manifest: &Path) -> Result<Vec<u8>, Diagnostics> {
     let mut bytes = Vec::new();
     let limit = Document::MAX_BYTES as u64 + 1;
@@ -237,7 +223,7 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     if manifest.is_dir() {
         return Diagnostic::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
     }
-    let fault = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
+    let diagnostic = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
     let folder = manifest.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
     let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();
@@ -245,10 +231,12 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     names.sort_unstable();
     let wanted = manifest.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     match nearest(&wanted, names.iter().map(String::as_str)) {
-        Some(near) => fault.help(format!("did you mean {near:?}?")),
-        None if folder.is_dir() && names.is_empty() => fault.help("there is no .toml file in that folder"),
-        None if folder.is_dir() => fault.help(format!("that folder has {}", source::listed(names))),
-        None => fault.help("that folder does not exist"),
+        Some(near) => diagnostic.help(format!("did you mean {near:?}?")),
+        None if folder.is_dir() && names.is_empty() => {
+            diagnostic.help("there is no .toml file in that folder")
+        }
+        None if folder.is_dir() => diagnostic.help(format!("that folder contains {}", source::listed(names))),
+        None => diagnostic.help("that folder does not exist"),
     }
 }
 

@@ -1,8 +1,8 @@
-//! The nearest spelling of a word that is not known.
+//! The nearest spelling of an unknown word.
 
 use std::cell::Cell;
 
-/// Longer words are not compared: it takes the product of two lengths.
+/// Longer words are not compared, because the time is the product of both lengths.
 const LONGEST: usize = 256;
 
 /// The candidate that `name` is most likely a misspelling of.
@@ -10,28 +10,28 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     Spelling::default().nearest(name, candidates)
 }
 
-/// Looks for the nearest spellings of many words among many: the work is bounded, and when it is used up nothing is found.
+/// Finds the nearest spellings of many words among many candidates. The work is bounded; after that it finds nothing.
 ///
-/// Of thousands of faults a person reads a few, and thousands of words times thousands of candidates take minutes.
+/// Of thousands of errors people read a few, and thousands of words times thousands of candidates take minutes.
 pub(crate) struct Spelling {
-    left: Cell<usize>,
+    budget: Cell<usize>,
 }
 
 impl Default for Spelling {
     /// Enough for fifty short words among twenty thousand.
     fn default() -> Self {
-        Self { left: Cell::new(50_000_000) }
+        Self { budget: Cell::new(50_000_000) }
     }
 }
 
 impl Spelling {
-    /// What a candidate costs whose length alone rules it out.
+    /// The cost of a candidate that is excluded by its length.
     const CANDIDATE: usize = 8;
 
-    /// What it costs to list a name in a folder.
+    /// The cost of listing a name in a folder.
     const NAME: usize = 1000;
 
-    /// [`nearest`], as long as there is work left.
+    /// [`nearest`], within the budget.
     pub(crate) fn nearest<'a>(
         &self,
         name: &str,
@@ -50,22 +50,22 @@ impl Spelling {
         });
         let scored = similar.map(|candidate| (strsim::osa_distance(name, candidate), candidate));
         let best = scored.min_by_key(|(distance, _)| *distance)?;
-        // A word of which nothing is left is no misspelling.
+        // A word that shares no letter is not a misspelling.
         (best.0 <= most && best.0 < length).then_some(best.1)
     }
 
-    /// Counts the names in a folder that was listed to say what is there.
+    /// Counts the names of a folder that was listed for a message.
     pub(crate) fn has_listed(&self, names: usize) {
         self.spend(Self::NAME * names);
     }
 
-    /// Whether nothing more is looked for.
+    /// Whether the budget is spent.
     pub(crate) fn is_used_up(&self) -> bool {
-        self.left.get() == 0
+        self.budget.get() == 0
     }
 
     fn spend(&self, work: usize) {
-        self.left.set(self.left.get().saturating_sub(work));
+        self.budget.set(self.budget.get().saturating_sub(work));
     }
 }
 
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_spelling_is_found_and_no_far_one() {
+    fn only_a_near_spelling_is_found() {
         let kinds = ["project-sh", "project-brdf", "convolve", "rotate", "export-shrm"];
         assert_eq!(nearest("projectsh", kinds), Some("project-sh"));
         assert_eq!(nearest("Convolve", kinds), Some("convolve"));
@@ -94,13 +94,13 @@ mod tests {
     #[test]
     fn the_work_for_many_words_among_many_is_bounded() {
         let names = (0..2000).map(|n| format!("stage-{n}")).collect::<Vec<_>>();
-        let spelling = Spelling { left: Cell::new(5_000_000) };
+        let spelling = Spelling { budget: Cell::new(5_000_000) };
         let looked_at = Cell::new(0_usize);
         let found = (0..2000).filter(|n| {
             let candidates = names.iter().inspect(|_| looked_at.set(looked_at.get() + 1));
             spelling.nearest(&format!("stgae-{n}"), candidates.map(String::as_str)).is_some()
         });
-        assert_eq!(found.count(), looked_at.get() / names.len(), "a look goes to its end");
+        assert_eq!(found.count(), looked_at.get() / names.len(), "each search compares all candidates");
         assert!((20_000..100_000).contains(&looked_at.get()), "{} of 4 million", looked_at.get());
         assert!(spelling.is_used_up());
         assert_eq!(nearest("stgae-1999", names.iter().map(String::as_str)), Some("stage-1999"));

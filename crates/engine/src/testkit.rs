@@ -22,11 +22,11 @@ pub(crate) fn kinds() -> Kinds {
 /// Diagnostics as a test shows them: `line:column message | expected | help`, a line for each.
 pub(crate) fn shown(diagnostics: &Diagnostics) -> String {
     let mut text = String::new();
-    for diagnostic in &diagnostics.faults {
-        let place = diagnostic.span.as_ref().map(|span| line_and_column(&diagnostics.text, span.start));
+    for error in &diagnostics.errors {
+        let place = error.span.as_ref().map(|span| line_and_column(&diagnostics.text, span.start));
         text += &place.map_or("-".into(), |(line, column)| format!("{line}:{column}"));
-        text += &format!(" {}", diagnostic.message);
-        for more in [&diagnostic.expected, &diagnostic.help].into_iter().flatten() {
+        text += &format!(" {}", error.message);
+        for more in [&error.expected, &error.help].into_iter().flatten() {
             text += &format!(" | {more}");
         }
         text.push('\n');

@@ -1,21 +1,21 @@
-//! Keeps a graph's outputs fresh: builds, and builds again when something changes that the graph reads.
+//! Keeps a graph's outputs up to date: builds, and builds again when something that the graph reads changes.
 //!
-//! What is heard of the disk are hints, no more. Any hint that concerns the graph leads to a *pass*: the manifest is
-//! read again where it changed, its sources are expanded afresh, and a build decides by contents what to run. So a
-//! hint too many costs a short look, and only one that never comes could do harm. Against that:
+//! Events of the file system are only hints. Any hint that concerns the graph triggers a *pass*: the manifest is read
+//! again if it changed, its sources are expanded again, and a build decides by contents what to run. So a superfluous
+//! hint costs only a short check, but a missing one would leave outputs stale. These measures prevent that:
 //!
 //! - The places that a graph depends on ([`places`]) are recorded while it asks the disk, not guessed.
-//! - Where a pass comes to attend to more than the one before, another follows: what happened between reading a place
-//!   and attending to it is found then.
-//! - Hints that come during a build stop what they make stale, and lead to another pass.
-//! - A pass that hints lead to looks only at what they name, so that an edit of a large project takes no longer than its own
-//!   work. Once it is quiet, another looks at everything, also at what was published.
-//! - A queue that overflowed leads to new watches and a pass.
-//! - Folders from which events do not arrive are looked at instead ([`probe`], [`poller`]).
+//! - If a pass watches more places than the one before it, another pass follows, which finds what happened between
+//!   reading a place and watching it.
+//! - Hints that arrive during a build stop the items that they make stale, and trigger another pass.
+//! - A pass that hints triggered checks only what they name, so that an edit in a large project takes no longer than
+//!   its own work. After a quiet time another pass checks everything, including the published files.
+//! - If the system's event queue overflows, all watches are renewed and a pass follows.
+//! - Folders from which no events arrive are polled instead ([`probe`], [`poller`]).
 //!
-//! A file that is still being written makes no hint before it is finished ([`unfinished`]). What the system refuses is
-//! tried again after a pause ([`backoff`]), and a pass that no change asked for is reported only if it has something
-//! new to say ([`hush`]).
+//! A file that is still being written gives no hint until it is finished ([`unfinished`]). If the system refuses an
+//! operation, it is tried again after a pause ([`backoff`]). A pass that no change triggered is reported only if it has
+//! news ([`event_buffer`]).
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use changes::{Hints, Woken};
+use changes::{Hints, Wakeup};
 use event_buffer::{EventBuffer, OutstandingErrors};
 use manifest::{ManifestLoader, ManifestSnapshot};
 use places::Places;
@@ -47,52 +47,52 @@ mod unfinished;
 
 pub(crate) use backoff::Backoff;
 pub(crate) use changes::ChangeCollector;
-pub(crate) use listener::Heard;
+pub(crate) use listener::Message;
 pub(crate) use probe::is_probe;
 #[cfg(test)]
 pub(crate) use unfinished::WritePauses;
 
-/// The time between two looks where events do not arrive and the options say nothing.
+/// The time between two polls if no events arrive and the options do not set it.
 const POLL: Duration = Duration::from_millis(500);
 
 /// The first and the longest pause before a build that the system refused is tried again.
 const RETRIES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(60)];
 
-/// A disk that gives way to no two equal looks is taken as it is; what changes is heard.
+/// If the places still change after so many looks at the manifest, the pass goes on: events will report the changes.
 const MOST_LOOKS: usize = 8;
-/// The quiet time after an edit before everything is looked at.
+/// The quiet time after an edit before a pass checks everything.
 const CHECK_AFTER: Duration = Duration::from_secs(1);
-/// How often it is looked what a build has read by then.
+/// How often the files that a running build has read are added to the watched places.
 const PULSE: Duration = Duration::from_millis(100);
 
-/// What a watcher is asked to do.
+/// How a watcher watches and builds.
 #[derive(Clone, Debug)]
 pub struct WatchOptions {
-    /// How each build is done; `dry_run`, `lock_purpose` and `lock_timeout` are the watcher's own.
+    /// The options of each build; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself.
     pub build: BuildOptions,
-    /// The quiet time after a change before it is acted on, so that a file is written to its end.
+    /// The quiet time after a change before it is built, so that files are complete.
     pub debounce: Duration,
-    /// To look at the files this often rather than to listen for events.
+    /// Poll the files this often instead of listening for events.
     pub poll: Option<Duration>,
-    /// To return after the first rebuild that a change caused, also if it could not go on.
+    /// Return after the first rebuild that a change triggered, even if it failed.
     pub once: bool,
-    /// Decoded artifacts of at most so many encoded bytes are kept in memory.
+    /// The most memory for decoded artifacts, measured by their encoded bytes.
     pub memory: u64,
-    /// The size that the cache is trimmed to when nothing is to be done.
+    /// The size that the cache is trimmed to while the watcher is idle.
     pub cache_limit: Option<u64>,
 }
 
-/// Builds, then builds again whenever a file changes that the graph reads, until `cancel` is cancelled.
+/// Builds, then builds again whenever a file that the graph reads changes, until `cancel` is cancelled.
 ///
-/// Events come one at a time, from the calling thread. A fault of the manifest and an error of a build are told as
-/// events; the watcher goes on. What the system refuses (a full disk, a folder that cannot be written) is tried again
-/// after a pause, at first a second and then longer and longer up to a minute, and without a word as long as nothing
-/// comes of it. What follows an [`Event::Noticed`] is a build's events up to its end, also where nothing
-/// was to be done, or [`Event::Rejected`] or [`Event::BuildError`] where nothing can be built; a look that nobody asked for
-/// tells nothing unless it finds something to do.
+/// Events come one at a time. Errors of the manifest and of a build are reported as events, and the watcher goes on. If
+/// the system refuses an operation (a full disk, a folder that cannot be written), it is tried again after a pause of a
+/// second, then of 2, 4 and so on up to a minute; tries that fail in the same way are not reported. An
+/// [`Event::Noticed`] is followed by a build's events up to its end, even if nothing had to be done, or by
+/// [`Event::Rejected`] or [`Event::BuildError`] if nothing can be built. A pass that no change triggered reports nothing
+/// unless it finds something to do.
 ///
 /// # Errors
-/// Where threads cannot be started, or a stage was asked for that the first sound manifest does not have.
+/// If threads cannot be started, or if the first valid manifest does not have a stage that was asked for.
 pub fn watch(
     manifest: &Path,
     kinds: &Kinds,
@@ -100,47 +100,47 @@ pub fn watch(
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<(), Error> {
-    let attention = ChangeCollector::new(options.debounce, options.poll, POLL);
-    Watcher::new(manifest, kinds, options, cancel, events, attention)?.run()
+    let collector = ChangeCollector::new(options.debounce, options.poll, POLL);
+    Watcher::new(manifest, kinds, options, cancel, events, collector)?.run()
 }
 
-/// A watcher at work.
+/// A running watcher.
 pub(crate) struct Watcher<'a> {
     manifest: PathBuf,
     options: &'a WatchOptions,
     build: BuildOptions,
     cancel: &'a Cancel,
     events: &'a (dyn Fn(Event) + Sync),
-    bench: BuildSession,
-    draft: ManifestLoader<'a>,
-    attention: ChangeCollector,
-    /// The faults that were told and stand.
+    session: BuildSession,
+    loader: ManifestLoader<'a>,
+    collector: ChangeCollector,
+    /// The errors of the manifest that were reported and still stand.
     rejected: Option<Diagnostics>,
-    /// The errors of builds that were told and stand.
+    /// The errors of builds that were reported and still stand.
     outstanding: OutstandingErrors,
-    /// The pauses before what the system refused is tried again.
+    /// The pauses before a build that the system refused is tried again.
     pub(crate) retry: Backoff,
-    /// What changed that the pass at work answers.
+    /// The changes that triggered the current pass.
     changed: BTreeSet<PathBuf>,
-    /// Whether that is all that can have changed since the build before.
+    /// Whether nothing else can have changed since the last build.
     is_all: bool,
-    /// So long after a build that looked only at what had changed, everything is looked at.
+    /// The time after a build that checked only the changes until a pass checks everything.
     pub(crate) check_after: Duration,
-    /// Whether a build has been done.
+    /// Whether there was a build that did not fail as a whole.
     has_built: bool,
-    /// Whether a change was noticed that no build has answered yet.
-    owes: bool,
+    /// Whether a change was reported and no build has ended since.
+    has_unanswered_change: bool,
 }
 
-/// What a pass came to.
-struct Passed {
-    /// Whether there was a build and it was not stopped: it went to its end, or could not go on.
+/// How a pass ended.
+struct PassResult {
+    /// Whether there was a build and it was not stopped: it succeeded or failed.
     has_ended: bool,
-    /// Whether the system kept it from making all that it should: it is tried again without a change.
-    is_refused: bool,
-    /// Whether the disk has to be looked at again, because not everything was attended to before.
-    again: bool,
-    /// Whether only what had changed was looked at.
+    /// Whether the system refused something, so that the build is tried again without a change.
+    needs_retry: bool,
+    /// Whether another pass must follow at once, because some places were not watched before.
+    must_repeat: bool,
+    /// Whether only the changes were checked.
     is_partial: bool,
 }
 
@@ -151,14 +151,14 @@ impl<'a> Watcher<'a> {
         options: &'a WatchOptions,
         cancel: &'a Cancel,
         events: &'a (dyn Fn(Event) + Sync),
-        attention: ChangeCollector,
+        collector: ChangeCollector,
     ) -> Result<Self, Error> {
         let absolute = std::path::absolute(manifest).unwrap_or_else(|_| manifest.into());
-        let mut bench = BuildSession::new(options.build.jobs, options.memory)?;
-        bench.pending = Some(attention.pending());
+        let mut session = BuildSession::new(options.build.jobs, options.memory)?;
+        session.pending = Some(collector.pending());
         Ok(Self {
             // Diagnostics name the file as it was given.
-            draft: ManifestLoader::new(manifest.into(), kinds),
+            loader: ManifestLoader::new(manifest.into(), kinds),
             manifest: absolute,
             options,
             build: BuildOptions {
@@ -169,8 +169,8 @@ impl<'a> Watcher<'a> {
             },
             cancel,
             events,
-            bench,
-            attention,
+            session,
+            collector,
             rejected: None,
             outstanding: OutstandingErrors::default(),
             retry: Backoff::new(RETRIES[0], RETRIES[1]),
@@ -178,89 +178,91 @@ impl<'a> Watcher<'a> {
             is_all: false,
             check_after: CHECK_AFTER,
             has_built: false,
-            owes: false,
+            has_unanswered_change: false,
         })
     }
 
     pub(crate) fn run(mut self) -> Result<(), Error> {
-        let mut is_asked_for = true;
+        let mut is_triggered = true;
         loop {
-            let passed = self.pass(is_asked_for)?;
+            let result = self.pass(is_triggered)?;
             if self.cancel.is_cancelled() {
                 return Ok(());
             }
-            // Where another pass follows at once, an edit of this moment would be built and not be noticed.
-            if !passed.again {
-                self.tell_way();
+            // If another pass follows at once, it builds an edit of this moment without reporting the change.
+            if !result.must_repeat {
+                self.report_mode();
             }
-            if passed.has_ended {
-                if self.options.once && self.owes {
+            if result.has_ended {
+                if self.options.once && self.has_unanswered_change {
                     return Ok(());
                 }
-                self.owes = false;
+                self.has_unanswered_change = false;
             }
-            if !self.wait(&passed) {
+            if !self.wait(&result) {
                 return Ok(());
             }
-            is_asked_for = self.notice();
-            // What happened before everything was attended to is not among the hints.
-            self.is_all &= !passed.again;
-            if is_asked_for {
+            is_triggered = self.report_changes();
+            // Hints do not name what happened before everything was watched.
+            self.is_all &= !result.must_repeat;
+            if is_triggered {
                 self.retry.reset();
             }
         }
     }
 
-    /// Waits until there is something to do; `false` where it is to stop.
-    fn wait(&mut self, passed: &Passed) -> bool {
-        let pause = match passed {
-            Passed { again: true, .. } => Some(Duration::ZERO),
-            Passed { is_refused: true, .. } => Some(self.retry.pause()),
-            Passed { is_partial, .. } => {
+    /// Waits until there is something to do; `false` if the watcher was cancelled.
+    fn wait(&mut self, result: &PassResult) -> bool {
+        let pause = match result {
+            PassResult { must_repeat: true, .. } => Some(Duration::ZERO),
+            PassResult { needs_retry: true, .. } => Some(self.retry.pause()),
+            PassResult { is_partial, .. } => {
                 self.retry.reset();
                 is_partial.then_some(self.check_after)
             }
         };
         let due = pause.map(|pause| Instant::now() + pause);
-        if passed.again {
-            // What changed is told before it is acted on.
-            self.attention.look();
+        if result.must_repeat {
+            // Changes are reported before they are built.
+            self.collector.poll_now();
         } else if let Some(limit) = self.options.cache_limit {
-            // What cannot be trimmed now is trimmed after another build.
-            let _ = self.bench.trim(self.manifest.parent().unwrap_or(&self.manifest), limit);
+            // If trimming fails, it is tried again after the next build.
+            let _ = self.session.trim(self.manifest.parent().unwrap_or(&self.manifest), limit);
         }
         loop {
-            // What is to be told of the way becomes known in time, not by a hint.
-            let pause = self.attention.is_proving().then(|| Instant::now() + Duration::from_millis(20));
+            // No hint comes when probes time out, so their state is checked from time to time.
+            let pause = self.collector.is_probing().then(|| Instant::now() + Duration::from_millis(20));
             let until = [due, pause].into_iter().flatten().min();
-            let woken = self.attention.wait(until, &|| self.cancel.is_cancelled());
-            if !passed.again {
-                self.tell_way();
+            let wakeup = self.collector.wait(until, &|| self.cancel.is_cancelled());
+            if !result.must_repeat {
+                self.report_mode();
             }
-            match woken {
-                Woken::Stopped => return false,
-                Woken::Hints => return true,
-                Woken::Due if due.is_some_and(|due| due <= Instant::now()) => return true,
-                Woken::Due => {}
+            match wakeup {
+                Wakeup::Stopped => return false,
+                Wakeup::Hints => return true,
+                Wakeup::Timeout if due.is_some_and(|due| due <= Instant::now()) => return true,
+                Wakeup::Timeout => {}
             }
         }
     }
 
-    fn tell_way(&mut self) {
-        if let Some(way) = self.attention.way() {
-            (self.events)(way);
+    /// Reports whether the watcher listens or polls, if that is known and has changed.
+    fn report_mode(&mut self) {
+        if let Some(event) = self.collector.mode_event() {
+            (self.events)(event);
         }
     }
 
-    /// Tells what changed; `false` where nothing that can be told did.
-    fn notice(&mut self) -> bool {
-        let hints = self.attention.act();
+    /// Reports the changes that are built next; `false` if there are none that can be named.
+    fn report_changes(&mut self) -> bool {
+        let hints = self.collector.take_for_build();
         let folder = self.manifest.parent().unwrap_or(&self.manifest);
-        let changes = hints.paths.iter().filter_map(|(path, knew)| {
-            let what = match (knew, path.exists()) {
+        let changes = hints.paths.iter().filter_map(|(path, existed)| {
+            let what = match (existed, path.exists()) {
                 (false, true) => Changed::Appeared,
                 (true, true) => Changed::Changed,
                 (true, false) => Changed::Gone,
+                // It appeared and has gone.
                 (false, false) => return None,
             };
             Some(Change { path: path_name(folder, path), what })
@@ -275,146 +277,144 @@ impl<'a> Watcher<'a> {
         if changes.is_empty() {
             return false;
         }
-        self.owes = true;
+        self.has_unanswered_change = true;
         (self.events)(Event::Noticed { changes, milliseconds: hints.age().as_secs_f64() * 1e3 });
         true
     }
 
-    /// Looks at the manifest and its sources and builds. One that was asked for tells all that it does; another only
-    /// where it finds something to do.
-    fn pass(&mut self, is_asked_for: bool) -> Result<Passed, Error> {
-        let mut outlook = self.draft.look();
+    /// Loads the manifest, expands its sources and builds. A pass that a change triggered reports all that it does;
+    /// another only if it finds something to do.
+    fn pass(&mut self, is_triggered: bool) -> Result<PassResult, Error> {
+        let mut snapshot = self.loader.load();
         for _ in 0..MOST_LOOKS {
-            if !self.attention.attend(places(&self.manifest, &outlook, &self.bench)) {
+            if !self.collector.watch(places(&self.manifest, &snapshot, &self.session)) {
                 break;
             }
-            outlook = self.draft.look();
+            snapshot = self.loader.load();
         }
-        let told = self.tell_faults(&outlook);
-        let plan = outlook.plan.as_ref().filter(|plan| outlook.faults.is_none() || has_all_sources(plan));
-        // Half a manifest is waited for as half of any other file is.
-        let broken = outlook.faults.is_some().then(|| self.manifest.clone());
+        let has_reported = self.report_diagnostics(&snapshot);
+        let plan =
+            snapshot.plan.as_ref().filter(|plan| snapshot.diagnostics.is_none() || has_all_sources(plan));
+        // A manifest that is half written is waited for, as any other file is.
+        let broken = snapshot.diagnostics.is_some().then(|| self.manifest.clone());
         let Some(plan) = plan else {
-            self.attention.judge(&self.changed, &broken.into_iter().collect(), false);
-            if let (true, false, Some(faults)) = (is_asked_for, told, outlook.faults) {
-                // What was noticed has an answer.
-                (self.events)(Event::Rejected { diagnostics: faults });
+            self.collector.record_outcome(&self.changed, &broken.into_iter().collect(), false);
+            if let (true, false, Some(diagnostics)) = (is_triggered, has_reported, snapshot.diagnostics) {
+                // Each reported change has an answer.
+                (self.events)(Event::Rejected { diagnostics });
             }
-            return Ok(Passed { has_ended: false, is_refused: false, again: false, is_partial: false });
+            let (has_ended, needs_retry, must_repeat, is_partial) = (false, false, false, false);
+            return Ok(PassResult { has_ended, needs_retry, must_repeat, is_partial });
         };
-        let is_partial = is_asked_for && self.is_all;
+        let is_partial = is_triggered && self.is_all;
         self.build.changed = is_partial.then(|| self.changed.iter().cloned().collect());
-        let (built, again) = self.build(plan, &outlook, is_asked_for);
+        let (built, must_repeat) = self.build(plan, &snapshot, is_triggered);
         match built {
             Ok(summary) => {
                 self.has_built = true;
                 let has_ended = !summary.cancelled;
-                let failed = self.bench.failed_on.lock().iter().cloned().chain(broken).collect();
-                self.attention.judge(&self.changed, &failed, has_ended);
-                Ok(Passed {
-                    has_ended,
-                    is_refused: has_ended && summary.system_errors > 0,
-                    again,
-                    is_partial,
-                })
+                let failed = self.session.failed_on.lock().iter().cloned().chain(broken).collect();
+                self.collector.record_outcome(&self.changed, &failed, has_ended);
+                let needs_retry = has_ended && summary.system_errors > 0;
+                Ok(PassResult { has_ended, needs_retry, must_repeat, is_partial })
             }
             Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),
             Err(error) => {
-                let is_refused = error.kind().is_of_system();
-                if is_asked_for || !self.outstanding.has(&error) {
+                let needs_retry = error.kind().is_of_system();
+                if is_triggered || !self.outstanding.has(&error) {
                     let help = error.help().map(str::to_owned);
                     (self.events)(Event::BuildError { error: error.chain().to_vec(), help });
-                    self.outstanding.hindered(error);
+                    self.outstanding.build_failed(error);
                 }
-                Ok(Passed { has_ended: true, is_refused, again, is_partial: false })
+                Ok(PassResult { has_ended: true, needs_retry, must_repeat, is_partial: false })
             }
         }
     }
 
-    /// Tells faults that are new, or that the old ones are mended; `false` where all is as it was.
-    fn tell_faults(&mut self, outlook: &ManifestSnapshot) -> bool {
-        if self.rejected == outlook.faults {
+    /// Reports new errors of the manifest, or that it is valid again; `false` if nothing changed.
+    fn report_diagnostics(&mut self, snapshot: &ManifestSnapshot) -> bool {
+        if self.rejected == snapshot.diagnostics {
             return false;
         }
-        self.rejected.clone_from(&outlook.faults);
-        (self.events)(match &outlook.faults {
-            Some(faults) => Event::Rejected { diagnostics: faults.clone() },
+        self.rejected.clone_from(&snapshot.diagnostics);
+        (self.events)(match &snapshot.diagnostics {
+            Some(diagnostics) => Event::Rejected { diagnostics: diagnostics.clone() },
             None => Event::Accepted,
         });
         true
     }
 
-    /// Builds, and attends meanwhile: what comes stops what it makes stale. Returns also whether places were attended to
-    /// that were not before.
+    /// Builds and collects changes meanwhile, which stop the items that they make stale. Also returns whether places are
+    /// watched now that were not watched before.
     fn build(
         &mut self,
         plan: &Plan,
-        outlook: &ManifestSnapshot,
-        is_asked_for: bool,
+        snapshot: &ManifestSnapshot,
+        is_triggered: bool,
     ) -> (Result<Summary, Error>, bool) {
-        let Self { manifest, attention, draft, bench, cancel, events, build, outstanding, .. } = self;
-        let (bench, cancel) = (&*bench, *cancel);
-        let teller = attention.teller();
+        let Self { manifest, collector, loader, session, cancel, events, build, outstanding, .. } = self;
+        let (session, cancel) = (&*session, *cancel);
+        let sender = collector.sender();
         let has_ended = AtomicBool::new(false);
-        let hush = EventBuffer::new(*events, is_asked_for, outstanding);
+        let buffer = EventBuffer::new(*events, is_triggered, outstanding);
         std::thread::scope(|scope| {
-            let attendant = scope.spawn(|| {
+            let collecting = scope.spawn(|| {
                 let (mut is_more, mut during, mut known) = (false, Hints::default(), [0; 2]);
                 loop {
                     let has_ended = || has_ended.load(Ordering::Acquire);
-                    let woken = attention.wait(Some(Instant::now() + PULSE), &has_ended);
-                    if woken == Woken::Hints {
-                        let hints = attention.hints();
-                        outdate(bench, draft, &hints, attention.places());
+                    let wakeup = collector.wait(Some(Instant::now() + PULSE), &has_ended);
+                    if wakeup == Wakeup::Hints {
+                        let hints = collector.take();
+                        outdate(session, loader, &hints, collector.places());
                         during.merge(hints);
                     }
-                    // What is read becomes known by and by.
-                    let noted = bench.read_sets();
+                    // More files become known while items read them.
+                    let noted = session.read_sets();
                     let counts = noted.each_ref().map(|noted| noted.places().len());
-                    let places_now = attention.places();
+                    let places_now = collector.places();
                     let is_known =
                         |noted: &Arc<ReadSet>| noted.places().iter().all(|place| places_now.have(place));
                     if known != counts && !noted.iter().all(is_known) {
-                        is_more |= attention.attend(places(manifest, outlook, bench));
+                        is_more |= collector.watch(places(manifest, snapshot, session));
                     }
                     known = counts;
-                    if woken == Woken::Stopped {
-                        attention.give_back(during);
+                    if wakeup == Wakeup::Stopped {
+                        collector.put_back(during);
                         return is_more;
                     }
                 }
             });
-            let built = bench.build(plan, build, cancel, &|event| hush.tell(event));
+            let built = session.build(plan, build, cancel, &|event| buffer.push(event));
             has_ended.store(true, Ordering::Release);
-            // It waits for what it hears.
-            let _ = teller.send(Heard::Nudge);
-            let is_more = attendant.join().unwrap_or(true);
+            // The collecting thread waits for messages.
+            let _ = sender.send(Message::Wake);
+            let is_more = collecting.join().unwrap_or(true);
             (built, is_more)
         })
     }
 }
 
-/// Stops what a build under way does in vain.
-fn outdate(bench: &BuildSession, draft: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
+/// Stops the items of the running build that changes make stale.
+fn outdate(session: &BuildSession, loader: &mut ManifestLoader<'_>, hints: &Hints, places: &Places) {
     let mut paths = hints.paths.keys().cloned().collect::<Vec<_>>();
     if hints.lost {
         paths.extend(places.files.iter().cloned());
     }
-    let ManifestSnapshot { plan, faults, .. } = draft.look();
-    // Diagnostics are told by the next pass; until then the last good graph is right.
-    bench.outdate(&paths, plan.filter(|_| faults.is_none()).as_ref());
+    let ManifestSnapshot { plan, diagnostics, .. } = loader.load();
+    // The next pass reports errors of the manifest; until then the last valid graph is built.
+    session.outdate(&paths, plan.filter(|_| diagnostics.is_none()).as_ref());
 }
 
-/// All that the graph depends on, as far as it is known.
-fn places(manifest: &Path, outlook: &ManifestSnapshot, bench: &BuildSession) -> Places {
-    let out = outlook.plan.as_ref().map(|plan| plan.out.clone());
+/// The places that the graph depends on, as far as they are known.
+fn places(manifest: &Path, snapshot: &ManifestSnapshot, session: &BuildSession) -> Places {
+    let out = snapshot.plan.as_ref().map(|plan| plan.out.clone());
     let state = manifest.with_file_name(crate::state::FOLDER);
     let mut places = Places::of(manifest, out.into_iter().chain([state]).collect());
-    places.add_search(&outlook.asked, outlook.sources.iter().cloned());
-    let items = outlook.plan.iter().flat_map(|plan| plan.items.iter());
+    places.add_search(&snapshot.queries, snapshot.sources.iter().cloned());
+    let items = snapshot.plan.iter().flat_map(|plan| plan.items.iter());
     let sources = items.filter_map(|item| Some((item.source.clone()?, false))).collect::<Vec<_>>();
     places.add_reads(&sources);
-    bench.read_sets().iter().for_each(|noted| places.add_reads(&*noted.places()));
+    session.read_sets().iter().for_each(|noted| places.add_reads(&*noted.places()));
     places
 }
 

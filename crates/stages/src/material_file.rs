@@ -56,7 +56,7 @@ pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<Ma
     let mut reader = Reader { read, faults: Vec::new(), notes: Vec::new(), depth: 0 };
     match reader.material(&document.table) {
         Some(material) if reader.faults.is_empty() => Ok(MaterialFile { material, notes: reader.notes }),
-        _ => Err(failure(&document.faults(reader.faults))),
+        _ => Err(failure(&document.diagnostics(reader.faults))),
     }
 }
 
@@ -65,13 +65,13 @@ pub fn is_measured_file(name: &str) -> bool {
     Format::of_name(name).is_some()
 }
 
-/// All faults of a file, each on a line of its own.
-fn failure(faults: &Diagnostics) -> Failure {
-    let mut chain = vec![format!("{}: {} faults", faults.file, faults.faults.len())];
-    if faults.faults.len() == 1 {
+/// All errors of a file, each on a line of its own.
+fn failure(diagnostics: &Diagnostics) -> Failure {
+    let mut chain = vec![format!("{}: {} errors", diagnostics.file, diagnostics.errors.len())];
+    if diagnostics.errors.len() == 1 {
         chain.clear();
     }
-    chain.extend(faults.to_string().lines().map(str::to_owned));
+    chain.extend(diagnostics.to_string().lines().map(str::to_owned));
     failure_of(chain)
 }
 

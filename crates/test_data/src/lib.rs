@@ -1,17 +1,19 @@
-//! For tests: where the values lie that this project did not make.
+//! For tests: the data that this project did not make, and messages about what a test leaves out.
 //!
-//! `SPECULA_CORPUS` names a folder of real environments, BRDFs and meshes, `SPECULA_REFERENCE` one of values that
-//! were computed without this project's code. A test that wants them is skipped, aloud, where they are unset, and
-//! fails where `SPECULA_REQUIRE` says that nothing may be skipped.
+//! `SPECULA_CORPUS` names a folder of real environments, BRDFs and meshes, `SPECULA_REFERENCE` one of values that were
+//! computed without this project's code. If they are unset, a test that needs them is skipped and says so; if
+//! `SPECULA_REQUIRE` is set, it fails instead. Tests that repeat something many times are short unless `CI` is set.
 
+use std::fmt::Display;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde_json::Value;
 
-/// The folder that an environment variable names; `None`, with a line on standard error, where it is unset.
+/// The folder that an environment variable names. If it is unset, the test is skipped.
 ///
 /// # Panics
-/// Where it is unset and `SPECULA_REQUIRE` is set.
+/// If the variable is unset and `SPECULA_REQUIRE` is set.
 pub fn folder(test: &str, variable: &str) -> Option<PathBuf> {
     let folder = std::env::var_os(variable).map(PathBuf::from);
     if folder.is_none() {
@@ -20,21 +22,68 @@ pub fn folder(test: &str, variable: &str) -> Option<PathBuf> {
     folder
 }
 
-/// A file of the reference values; `None` where the test is to be skipped.
+/// A file of the reference values; `None` if the test is to be skipped.
 ///
 /// # Panics
-/// As [`folder`], and where the file cannot be read or is not JSON.
+/// As [`folder`], and if the file cannot be read or is not JSON.
 pub fn reference(test: &str, file: &str) -> Option<Value> {
     let path = folder(test, "SPECULA_REFERENCE")?.join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     Some(serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
 }
 
-/// Says that a test is skipped, and why.
+/// Reports that a test is skipped, and why.
 ///
 /// # Panics
-/// Where `SPECULA_REQUIRE` is set: nothing may be skipped there.
+/// If `SPECULA_REQUIRE` is set, because then no test may be skipped.
 pub fn skip(test: &str, why: &str) {
     assert!(std::env::var_os("SPECULA_REQUIRE").is_none(), "{test} may not be skipped: {why}");
-    eprintln!("SKIPPED {test}: {why}");
+    say(&format!("SKIPPED {test}: {why}"));
+}
+
+/// The length of a long test: `full` if `CI` is set, otherwise `short`, which is reported. `what` says what it counts.
+pub fn length<N: Display>(test: &str, what: &str, full: N, short: N) -> N {
+    if std::env::var_os("CI").is_some() {
+        return full;
+    }
+    say(&format!("SHORTENED {test}: {short} instead of {full} {what}; CI=1 makes it full"));
+    short
+}
+
+/// Prints a line to standard error even if the test passes: libtest captures only what the macros print.
+pub fn say(line: &str) {
+    // If standard error is closed, nobody can read the line.
+    let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use super::*;
+
+    /// Runs the tests of this file that are ignored, as `cargo test` runs tests, and returns what it prints.
+    fn run(name: &str, variable: Option<(&str, &str)>) -> String {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--ignored", "--exact", name]).env_remove("CI").env_remove("SPECULA_REQUIRE");
+        let output = command.envs(variable).output().unwrap();
+        String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap()
+    }
+
+    #[test]
+    #[ignore = "the test below runs it"]
+    fn skipped() {
+        skip("a_test", "there is no data");
+        let _ = length("a_long_test", "rounds", 200, 5);
+    }
+
+    #[test]
+    fn what_a_test_leaves_out_is_seen_though_its_output_is_captured() {
+        let printed = run("tests::skipped", None);
+        assert!(printed.contains("SKIPPED a_test: there is no data\n"), "{printed}");
+        assert!(printed.contains("SHORTENED a_long_test: 5 instead of 200 rounds; CI=1"), "{printed}");
+        assert!(printed.contains("1 passed"), "{printed}");
+        assert!(!run("tests::skipped", Some(("CI", "1"))).contains("SHORTENED"));
+        assert!(run("tests::skipped", Some(("SPECULA_REQUIRE", "1"))).contains("a_test may not be skipped"));
+    }
 }

@@ -224,7 +224,7 @@ impl<'a> PreviewController<'a> {
         }
     }
 
-    /// Where the manifest has faults, the watcher tells them, and what it was stays.
+    /// If the manifest has errors, the watcher reports them, and the last plan stays.
     fn read_plan(&mut self) {
         let Ok(plan) = Plan::load(self.opening.manifest, self.opening.kinds) else { return };
         let showcase = PreviewCatalog::among(plan, self.opening.stages);

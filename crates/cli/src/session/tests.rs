@@ -266,16 +266,16 @@ fn an_error_ends_with_its_item_but_not_with_a_build_that_was_stopped() {
 }
 
 #[test]
-fn a_broken_manifest_is_drawn_and_kept_in_view_until_it_is_mended() {
+fn an_invalid_manifest_is_drawn_and_kept_in_view_until_it_is_valid() {
     let watched = Watched::new(false);
     let text = "schema = 1\nout = 7\n";
-    let faults = vec![Diagnostic::at(17..18, "out is a number").expected("a folder")];
-    let rejected = Event::Rejected { diagnostics: Diagnostics::new("pipeline.toml", text, faults) };
+    let errors = vec![Diagnostic::at(17..18, "out is a number").expected("a folder")];
+    let rejected = Event::Rejected { diagnostics: Diagnostics::new("pipeline.toml", text, errors) };
     let manifest = noticed(&[("pipeline.toml", Changed::Changed)]);
     watched.after(0, &[manifest.clone(), rejected]);
     let lines = std::mem::take(&mut *watched.lines.lock());
     assert!(lines.contains("out is a number") && lines.contains("pipeline.toml:2:7"), "{lines}");
-    // The last good graph goes on, and says so.
+    // The last valid manifest is still in use, and each build says so.
     watched.after(500, &[noticed(&[("a.toml", Changed::Changed)]), planned(2), ended(1, 1)]);
     watched.shows(expect![[r#"
         14:00:00  a.toml changed
@@ -284,7 +284,7 @@ fn a_broken_manifest_is_drawn_and_kept_in_view_until_it_is_mended() {
     "#]]);
     watched.after(500, &[manifest, Event::Accepted, planned(2), ended(0, 2)]).shows(expect![[r#"
         14:00:01  pipeline.toml changed
-          mended  the manifest is sound again
+          mended  the manifest is valid again
            21 ms  2 up to date
     "#]]);
 }

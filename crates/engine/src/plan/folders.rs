@@ -1,4 +1,4 @@
-//! What the plan asks of the file system: names in folders, and whether something is there. Tests answer from memory.
+//! What the plan asks of the file system: the names in folders, and whether a path exists. Tests answer from memory.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 pub struct Name {
     /// The name, without its folder.
     pub name: OsString,
-    /// What it names.
+    /// What it is, links followed.
     pub found: Found,
-    /// Whether it is a link. Links to folders are not followed below `**`, where they could lead in a circle.
+    /// Whether it is a link. `**` does not follow links to folders, because they could form a cycle.
     pub link: bool,
 }
 
@@ -33,13 +33,13 @@ pub trait Folders {
     /// The names in a folder, in any order.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// If the folder cannot be read.
     fn list(&self, folder: &Path) -> io::Result<Vec<Name>>;
 
-    /// What a path leads to; `None` where nothing is there.
+    /// What a path leads to; `None` if nothing is there.
     fn find(&self, path: &Path) -> Option<Found>;
 
-    /// The same place without links; `None` if nothing is there, or if there are no links.
+    /// The path with all links resolved; `None` if nothing is there, or if this file system has no links.
     fn real(&self, _: &Path) -> Option<PathBuf> {
         None
     }
@@ -54,7 +54,7 @@ impl Folders for DiskFolders {
         let mut names = Vec::new();
         for entry in std::fs::read_dir(folder)? {
             let entry = entry?;
-            // The listing itself knows the type on most file systems; only a link is followed.
+            // On most file systems the listing contains the type; only links are followed.
             let own = entry.file_type()?;
             let found = if own.is_symlink() {
                 self.find(&entry.path()).unwrap_or(Found::Other)
@@ -75,29 +75,29 @@ impl Folders for DiskFolders {
     }
 }
 
-/// What was asked of the disk: all that a plan depends on beside its manifest.
+/// What was asked of the disk: everything that a plan depends on besides its manifest.
 #[derive(Debug, Default)]
-pub(crate) struct Asked {
-    /// The folders that were listed, each with the names of links in it.
+pub(crate) struct FolderQueries {
+    /// The folders that were listed, each with the names of the links in it.
     pub(crate) listed: BTreeMap<PathBuf, BTreeSet<OsString>>,
     /// The paths that were looked for.
     pub(crate) looked_for: BTreeSet<PathBuf>,
 }
 
-/// The folders of the disk, and what was asked of them.
+/// The folders of the disk, which record what was asked of them.
 #[derive(Debug, Default)]
-pub(crate) struct RecordingFolders(RefCell<Asked>);
+pub(crate) struct RecordingFolders(RefCell<FolderQueries>);
 
 impl RecordingFolders {
     /// What was asked.
-    pub(crate) fn asked(self) -> Asked {
+    pub(crate) fn queries(self) -> FolderQueries {
         self.0.into_inner()
     }
 }
 
 impl Folders for RecordingFolders {
     fn list(&self, folder: &Path) -> io::Result<Vec<Name>> {
-        // What cannot be listed was asked for too.
+        // A folder that cannot be listed was asked for too.
         self.0.borrow_mut().listed.entry(folder.into()).or_default();
         let names = DiskFolders.list(folder)?;
         let links = names.iter().filter(|name| name.link).map(|name| name.name.clone());
@@ -111,7 +111,7 @@ impl Folders for RecordingFolders {
     }
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
-        // Not recorded: only the folder of exports is asked for, whose changes are the engine's own.
+        // Not recorded: only the folder for exports is asked for, and the engine itself makes its changes.
         DiskFolders.real(path)
     }
 }

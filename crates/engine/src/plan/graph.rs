@@ -1,7 +1,7 @@
-//! The stages and their connections: what the manifest alone says, before the disk is asked for files.
+//! The stages and their connections, as far as the manifest alone describes them, without the files on disk.
 //!
-//! A stage with a fault is kept, as far as it is known, so that the others can be looked at; what depends on the
-//! unknown part is passed over in silence, so that one mistake is told once.
+//! A stage with an error stays in the graph, as far as it is known, so that the others can be checked; what depends on
+//! its unknown part is not reported, so that each mistake is reported once.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::cycles;
+use super::index::StageIndex;
 use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
 use super::source::{Source, listed};
 use super::template::{Template, check};
@@ -18,17 +19,15 @@ use crate::{
     nearest, unknown_keys,
 };
 
-/// The place of a stage in the graph: topological, ties in the order of the manifest.
-pub(crate) type Place = usize;
-
 /// The stages of a manifest and their connections, without items.
 ///
-/// It is all that the manifest says, so that items can be expanded again when files come and go.
+/// It contains everything that the manifest says, so that items can be expanded again when files appear or disappear.
 #[derive(Clone)]
 pub struct Graph {
     pub(crate) manifest: PathBuf,
     pub(crate) out: PathBuf,
     pub(crate) document: Arc<Document>,
+    /// In topological order, ties in the order of the manifest.
     pub(crate) nodes: Vec<Node>,
     pub(crate) recipe_reader: RecipeReader,
 }
@@ -40,15 +39,15 @@ pub(crate) struct Node {
     pub(crate) header: Range<usize>,
     pub(crate) kind: Option<Arc<dyn ErasedKind>>,
     pub(crate) configured: Option<Arc<dyn Configured>>,
-    /// The kind's ports, or for a kind that takes what it is given, those that the stage names.
+    /// The kind's ports, or, if the kind accepts any port, those that the stage names.
     pub(crate) ports: Vec<Port>,
     /// In the order of `ports`.
     pub(crate) edges: Vec<Edge>,
-    /// The `source`, where it is understood.
+    /// The `source`, if it is valid.
     pub(crate) source: Option<Source>,
     pub(crate) product: Option<Product>,
-    /// The source stages whose files tell its items apart, sorted by name; `None` where a part of that is unknown.
-    pub(crate) keys: Option<Vec<Place>>,
+    /// The source stages whose files distinguish its items, sorted by name; `None` if one of them is unknown.
+    pub(crate) keys: Option<Vec<StageIndex>>,
     /// For a stage that exports files.
     pub(crate) template: Option<Template>,
 }
@@ -56,37 +55,39 @@ pub(crate) struct Node {
 /// A connection of a port.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge {
-    /// The place among the kind's ports; `None` where the kind or the port is unknown.
+    /// The index of the port; `None` if the kind or the port is unknown.
     pub(crate) port: Option<usize>,
-    pub(crate) from: Place,
-    /// Where the stage's name is written.
+    pub(crate) from: StageIndex,
+    /// The place of the stage's name in the text.
     pub(crate) span: Range<usize>,
 }
 
 impl Graph {
-    /// Understands a manifest's text. Returns what is sound and adds what is not to the faults.
-    pub(crate) fn draft(
+    /// Interprets a manifest's text. Returns what is valid and adds a diagnostic for what is not.
+    pub(crate) fn parse(
         manifest: PathBuf,
         document: Document,
         kinds: &Kinds,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
-        let Manifest { out, stages } = Manifest::parse(&document, faults)?;
+        let Manifest { out, stages } = Manifest::parse(&document, diagnostics)?;
         let folder = manifest.parent().unwrap_or(&manifest).to_path_buf();
-        let out = out_folder(&out, &folder, faults);
+        let out = out_folder(&out, &folder, diagnostics);
         let spelling = Spelling::default();
-        let mut nodes = connect(&stages, kinds, &folder, out.as_deref(), &spelling, faults);
-        let order = cycles::order(&nodes, faults);
-        let mut place = vec![0; order.len()];
-        order.iter().enumerate().for_each(|(new, &old)| place[old] = new);
-        nodes.iter_mut().flat_map(|node| &mut node.edges).for_each(|edge| edge.from = place[edge.from]);
+        let mut nodes = connect(&stages, kinds, &folder, out.as_deref(), &spelling, diagnostics);
+        let needs = nodes.iter().map(|node| node.edges.iter().map(|edge| edge.from).collect());
+        let (order, cycles) = cycles::order(&needs.collect::<Vec<_>>());
+        diagnostics.extend(cycles.iter().map(|cycle| in_a_cycle(&nodes, cycle)));
+        let mut index = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(new, &old)| index[old] = new);
+        nodes.iter_mut().flat_map(|node| &mut node.edges).for_each(|edge| edge.from = index[edge.from]);
         let mut nodes: Vec<_> = nodes.into_iter().map(Some).collect();
         let nodes = order.iter().filter_map(|&old| nodes[old].take()).collect();
         let declarations: Vec<_> = order.iter().map(|&old| &stages[old]).collect();
         let out = out.unwrap_or_else(|| folder.join("out"));
         let mut graph =
             Self { manifest, out, document: Arc::new(document), nodes, recipe_reader: kinds.recipe_reader() };
-        graph.resolve(&declarations, &spelling, faults);
+        graph.resolve(&declarations, &spelling, diagnostics);
         Some(graph)
     }
 
@@ -95,7 +96,7 @@ impl Graph {
         &self.manifest
     }
 
-    /// The folder that exports land in. Absolute.
+    /// The folder for exports. Absolute.
     pub fn out(&self) -> &Path {
         &self.out
     }
@@ -105,77 +106,89 @@ impl Graph {
         self.nodes.iter().filter_map(|node| Some((node.name.as_str(), node.source.as_ref()?)))
     }
 
-    pub(crate) fn faults(&self, faults: Vec<Diagnostic>) -> Diagnostics {
-        self.document.faults(faults)
+    pub(crate) fn diagnostics(&self, diagnostics: Vec<Diagnostic>) -> Diagnostics {
+        self.document.diagnostics(diagnostics)
     }
 
-    /// Types, keys, paths: what a stage knows from those before it.
-    fn resolve(&mut self, declarations: &[&Declaration], spelling: &Spelling, faults: &mut Vec<Diagnostic>) {
+    /// Adds to each stage what depends on those before it: types, keys and paths.
+    fn resolve(
+        &mut self,
+        declarations: &[&Declaration],
+        spelling: &Spelling,
+        diagnostics: &mut Vec<Diagnostic>,
+    ) {
         let mut unconnected = Vec::new();
-        let mut unfit = Vec::new();
-        for place in 0..self.nodes.len() {
-            let declaration = declarations[place];
-            if self.nodes[place].kind.is_none() {
+        let mut mismatched = Vec::new();
+        for stage in 0..self.nodes.len() {
+            let declaration = declarations[stage];
+            if self.nodes[stage].kind.is_none() {
                 continue;
             }
-            let ports = self.nodes[place].ports.clone();
-            // An edge from a later stage belongs to a cycle, which has been told.
-            let edges = &self.nodes[place].edges;
-            let sound = ports.is_empty()
-                || edges.iter().all(|edge| edge.from < place && edge.port.is_some())
-                    && !matches!(declaration.input, Key::Faulty)
-                    && !matches!(declaration.inputs, Key::Faulty)
-                    && edges.len() == named(declaration);
-            let mut whole = sound;
+            let ports = self.nodes[stage].ports.clone();
+            // An edge from a later stage belongs to a cycle, which has been reported.
+            let edges = &self.nodes[stage].edges;
+            let is_valid = ports.is_empty()
+                || edges.iter().all(|edge| edge.from < stage && edge.port.is_some())
+                    && !matches!(declaration.input, Key::Invalid)
+                    && !matches!(declaration.inputs, Key::Invalid)
+                    && edges.len() == names(declaration).len();
+            let mut is_connected = is_valid;
             for (index, port) in ports.iter().enumerate() {
-                let open = self.nodes[place].edges.iter().all(|edge| edge.port != Some(index));
-                if sound && open && !port.optional {
-                    unconnected.push((place, index));
-                    whole = false;
+                let open = self.nodes[stage].edges.iter().all(|edge| edge.port != Some(index));
+                if is_valid && open && !port.optional {
+                    unconnected.push((stage, index));
+                    is_connected = false;
                 }
             }
-            let types = self.types(place, &ports, &mut unfit);
-            let node = &self.nodes[place];
+            let types = self.types(stage, &ports, &mut mismatched);
+            let node = &self.nodes[stage];
             let product = match (&node.configured, types) {
-                (Some(configured), Some(types)) if whole => {
+                (Some(configured), Some(types)) if is_connected => {
                     let types: Vec<_> = types.iter().map(|(port, made)| (port.as_str(), *made)).collect();
                     for (name, message) in configured.check_inputs(&types) {
                         let entry = declaration.parameters.get(name);
                         let span = entry.map_or(node.header.clone(), |entry| entry.value.span.clone());
-                        faults.push(Diagnostic::at(span, message));
+                        diagnostics.push(Diagnostic::at(span, message));
                     }
                     Some(configured.product(&types))
                 }
                 _ => None,
             };
-            let keys = if whole { self.keys(place, &ports, declaration, spelling, faults) } else { None };
-            let template = self.template(place, &keys, product.as_ref(), declaration, spelling, faults);
-            let node = &mut self.nodes[place];
+            let keys = if is_connected {
+                self.keys(stage, &ports, declaration, spelling, diagnostics)
+            } else {
+                None
+            };
+            let template = self.template(stage, &keys, product.as_ref(), declaration, spelling, diagnostics);
+            let node = &mut self.nodes[stage];
             (node.product, node.keys, node.template) = (product, keys, template);
         }
-        let unconnected = unconnected.into_iter().map(|(place, index)| self.unconnected(place, index));
-        let unfit = unfit.into_iter().map(|(place, edge)| self.unfit(place, edge));
-        let mut unfed = unconnected.chain(unfit).collect::<Vec<_>>();
-        // Who could feed them is looked for among all stages: for those alone that can be among the first.
-        unfed.sort_by_key(|(_, _, fault)| fault.span.as_ref().map(|span| span.start));
-        let helped = unfed.into_iter().enumerate().map(|(index, (place, port, fault))| match index {
-            ..Diagnostics::SHOWN => fault.help(self.makers(place, &self.nodes[place].ports[port])),
-            _ => fault,
-        });
-        faults.extend(helped);
+        let unconnected = unconnected.into_iter().map(|(stage, index)| self.unconnected(stage, index));
+        let mismatched = mismatched.into_iter().map(|(stage, edge)| self.mismatched(stage, edge));
+        let mut without_input = unconnected.chain(mismatched).collect::<Vec<_>>();
+        // All stages are searched for those that could be connected, so only the errors that are shown get this help.
+        without_input.sort_by_key(|(_, _, diagnostic)| diagnostic.span.as_ref().map(|span| span.start));
+        let helped =
+            without_input.into_iter().enumerate().map(|(index, (stage, port, diagnostic))| match index {
+                ..Diagnostics::SHOWN => {
+                    diagnostic.help(self.producers(stage, &self.nodes[stage].ports[port]))
+                }
+                _ => diagnostic,
+            });
+        diagnostics.extend(helped);
     }
 
-    /// The types that arrive; `None` where one is unknown or does not fit, which is added to `unfit`.
+    /// The types that arrive; `None` if one is unknown, or if one does not fit, which is added to `mismatched`.
     fn types(
         &self,
-        place: Place,
+        stage: StageIndex,
         ports: &[Port],
-        unfit: &mut Vec<(Place, usize)>,
+        mismatched: &mut Vec<(StageIndex, usize)>,
     ) -> Option<Vec<(String, &'static str)>> {
         let mut types = Some(Vec::new());
-        for (index, edge) in self.nodes[place].edges.iter().enumerate() {
+        for (index, edge) in self.nodes[stage].edges.iter().enumerate() {
             let port = edge.port.map(|port| &ports[port]);
-            let made = if edge.from < place { self.nodes[edge.from].product.as_ref() } else { None };
+            let made = if edge.from < stage { self.nodes[edge.from].product.as_ref() } else { None };
             types = match (port, made) {
                 (Some(port), Some(Product::Artifact(made))) if port.types.contains(made) => {
                     types.map(|mut types| {
@@ -184,7 +197,7 @@ impl Graph {
                     })
                 }
                 (Some(_), Some(_)) => {
-                    unfit.push((place, index));
+                    mismatched.push((stage, index));
                     None
                 }
                 _ => None,
@@ -193,19 +206,19 @@ impl Graph {
         types
     }
 
-    /// The keys of a stage's items: those of its single ports and its own source, and what `per` keeps besides.
+    /// The keys of a stage's items: those of its single ports and its own source, and those that `per` adds.
     fn keys(
         &self,
-        place: Place,
+        stage: StageIndex,
         ports: &[Port],
         declaration: &Declaration,
         spelling: &Spelling,
-        faults: &mut Vec<Diagnostic>,
-    ) -> Option<Vec<Place>> {
-        let node = &self.nodes[place];
+        diagnostics: &mut Vec<Diagnostic>,
+    ) -> Option<Vec<StageIndex>> {
+        let node = &self.nodes[stage];
         let (mut kept, mut gathered) = (Vec::new(), Vec::new());
         if node.kind.as_ref()?.has_source() {
-            kept.push(place);
+            kept.push(stage);
         }
         let mut known = true;
         for edge in &node.edges {
@@ -215,8 +228,8 @@ impl Graph {
                 (None, _) => known = false,
             }
         }
-        let name = |place: &Place| self.nodes[*place].name.as_str();
-        let sorted = |mut keys: Vec<Place>| {
+        let name = |stage: &StageIndex| self.nodes[*stage].name.as_str();
+        let sorted = |mut keys: Vec<StageIndex>| {
             keys.sort_by(|a, b| name(a).cmp(name(b)));
             keys.dedup();
             keys
@@ -224,56 +237,58 @@ impl Graph {
         let kept = sorted(kept);
         match &declaration.per {
             Key::Absent => known.then_some(kept),
-            Key::Faulty => None,
+            Key::Invalid => None,
             Key::Given(_) if !ports.iter().any(|port| port.many) => None,
             Key::Given(_) if !known => None,
             Key::Given(per) => {
-                let before = faults.len();
+                let before = diagnostics.len();
                 let all = sorted(kept.iter().chain(&gathered).copied().collect());
-                let named: HashMap<&str, Place> = all.iter().map(|key| (name(key), *key)).collect();
+                let named: HashMap<&str, StageIndex> = all.iter().map(|key| (name(key), *key)).collect();
                 let mut chosen = HashSet::new();
                 for word in &per.value {
                     match named.get(word.value.as_str()) {
-                        Some(key) if !chosen.insert(*key) => faults.push(
-                            Diagnostic::at(word.span.clone(), format!("{:?} is there twice", word.value))
+                        Some(key) if !chosen.insert(*key) => diagnostics.push(
+                            Diagnostic::at(word.span.clone(), format!("{:?} appears twice", word.value))
                                 .expected("expected each key once"),
                         ),
                         Some(_) => {}
                         None => {
-                            let message = format!("{:?} is not a key of what arrives here", word.value);
+                            let message = format!("{:?} is not a key of this stage's inputs", word.value);
                             let near = spelling.nearest(&word.value, all.iter().map(name));
-                            faults.push(unknown(&message, word, all.iter().map(name), near, "no key"));
+                            diagnostics.push(unknown(message, word, all.iter().map(name), near, "no key"));
                         }
                     }
                 }
                 let lost: Vec<_> = kept.iter().filter(|key| !chosen.contains(*key)).map(name).collect();
-                if faults.len() == before && !lost.is_empty() {
-                    let message =
-                        format!("\"per\" leaves out {}, but a port takes one item of each", listed(lost));
+                if diagnostics.len() == before && !lost.is_empty() {
+                    let message = format!(
+                        "\"per\" leaves out {}, but a port that takes a single item needs it",
+                        listed(lost)
+                    );
                     let expected = kept.iter().map(|key| format!("{:?}", name(key)));
-                    faults.push(
+                    diagnostics.push(
                         Diagnostic::at(per.span.clone(), message)
                             .expected(format!("expected at least {}", listed(expected))),
                     );
                 }
-                (faults.len() == before).then(|| sorted(chosen.into_iter().collect()))
+                (diagnostics.len() == before).then(|| sorted(chosen.into_iter().collect()))
             }
         }
     }
 
     fn template(
         &self,
-        place: Place,
-        keys: &Option<Vec<Place>>,
+        stage: StageIndex,
+        keys: &Option<Vec<StageIndex>>,
         product: Option<&Product>,
         declaration: &Declaration,
         spelling: &Spelling,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Template> {
-        let node = &self.nodes[place];
+        let node = &self.nodes[stage];
         if let (Some(Product::Artifact(made)), Key::Given(path)) = (product, &declaration.path) {
             let kind = node.kind.as_ref()?.name();
-            faults.push(
+            diagnostics.push(
                 Diagnostic::at(path.span.clone(), format!("stage {:?} exports no files", node.name))
                     .expected("expected no \"path\"")
                     .help(format!("{kind} makes {made}, for other stages")),
@@ -281,30 +296,30 @@ impl Graph {
         }
         let (Product::Files(_), Some(keys)) = (product?, keys) else { return None };
         match &declaration.path {
-            Key::Faulty => None,
+            Key::Invalid => None,
             Key::Absent => Some(Template::of_stage(&node.name, declaration.name.span.clone(), keys.len())),
             Key::Given(path) => {
                 let names: Vec<_> = keys.iter().map(|&key| self.nodes[key].name.as_str()).collect();
-                Template::parse(path, &node.name, &names, spelling, faults)
+                Template::parse(path, &node.name, &names, spelling, diagnostics)
             }
         }
     }
 
-    /// The fault of a port that nothing feeds, with its stage and its index there.
-    fn unconnected(&self, place: Place, index: usize) -> (Place, usize, Diagnostic) {
-        let node = &self.nodes[place];
+    /// The error of a port that is not connected, with its stage and its index there.
+    fn unconnected(&self, stage: StageIndex, index: usize) -> (StageIndex, usize, Diagnostic) {
+        let node = &self.nodes[stage];
         let port = &node.ports[index];
         let expected = match node.ports.as_slice() {
             [_] => "expected input = \"STAGE\"".into(),
             _ => format!("expected inputs = {{ {} = \"STAGE\", ... }}", port.name),
         };
         let message = format!("port {:?} of stage {:?} is not connected", port.name, node.name);
-        (place, index, Diagnostic::at(node.header.clone(), message).expected(expected))
+        (stage, index, Diagnostic::at(node.header.clone(), message).expected(expected))
     }
 
-    /// The same of a port that the wrong stage feeds.
-    fn unfit(&self, place: Place, edge: usize) -> (Place, usize, Diagnostic) {
-        let node = &self.nodes[place];
+    /// The same for a port that is connected to a stage of the wrong type.
+    fn mismatched(&self, stage: StageIndex, edge: usize) -> (StageIndex, usize, Diagnostic) {
+        let node = &self.nodes[stage];
         let edge = &node.edges[edge];
         let index = edge.port.unwrap_or_default();
         let port = &node.ports[index];
@@ -314,65 +329,76 @@ impl Graph {
             _ => "exports files".into(),
         };
         let message = format!("port {:?} takes {types}, but stage {:?} {made}", port.name, from.name);
-        let fault = Diagnostic::at(edge.span.clone(), message);
-        (place, index, fault.expected(format!("expected a stage that makes {types}")))
+        let diagnostic = Diagnostic::at(edge.span.clone(), message);
+        (stage, index, diagnostic.expected(format!("expected a stage that makes {types}")))
     }
 
-    /// The stages that could feed a port, for help: not those that need the stage itself.
-    fn makers(&self, place: Place, port: &Port) -> String {
+    /// The stages that could be connected to a port, for help: those that make its type and do not need `stage`.
+    fn producers(&self, stage: StageIndex, port: &Port) -> String {
         let mut needs = vec![false; self.nodes.len()];
-        needs[place] = true;
-        // Topological order: the stages that a stage needs have been looked at before it.
+        needs[stage] = true;
+        // In topological order, so that the stages that a stage needs come before it.
         for index in 0..self.nodes.len() {
             needs[index] |= self.nodes[index].edges.iter().any(|edge| needs[edge.from]);
         }
-        let makers = self.nodes.iter().zip(&needs).filter(|(node, needs)| {
+        let producers = self.nodes.iter().zip(&needs).filter(|(node, needs)| {
             let fits = |made: &Product| matches!(made, Product::Artifact(made) if port.types.contains(made));
             !**needs && node.product.as_ref().is_some_and(fits)
         });
-        let names: Vec<_> = makers.map(|(node, _)| &node.name).collect();
-        match names.len() {
-            0 => format!("no stage makes {}", port.types.join(" or ")),
-            1 => format!("stage {:?} does", names[0])
-                .replace("does", &format!("makes {}", port.types.join(" or "))),
-            _ => format!("these make {}: {}", port.types.join(" or "), listed(names)),
+        let names: Vec<_> = producers.map(|(node, _)| &node.name).collect();
+        let types = port.types.join(" or ");
+        match names.as_slice() {
+            [] => format!("no stage makes {types}"),
+            [name] => format!("stage {name:?} makes {types}"),
+            _ => format!("these stages make {types}: {}", listed(names)),
         }
     }
 }
 
-/// The names of the ports that a stage writes; the short form `input` has none of its own.
+/// The error of stages that need each other, from the first through what it needs back to itself.
+fn in_a_cycle(nodes: &[Node], cycle: &[StageIndex]) -> Diagnostic {
+    let (first, second) = (&nodes[cycle[0]], cycle[1 % cycle.len()]);
+    let edge = first.edges.iter().find(|edge| edge.from == second);
+    let span = edge.map_or(first.header.clone(), |edge| edge.span.clone());
+    let message = match cycle {
+        [_] => format!("stage {:?} needs itself", first.name),
+        _ => {
+            let needed =
+                cycle[1..].iter().chain(&cycle[..1]).map(|&stage| format!("needs {}", nodes[stage].name));
+            let needed: Vec<_> = needed.collect();
+            let way = if needed.len() > 8 { listed(needed) } else { needed.join(", which ") };
+            format!("stages need each other in a cycle: {} {way}", first.name)
+        }
+    };
+    Diagnostic::at(span, message).expected("expected a stage that does not need this one")
+}
+
+/// The names of the ports that a stage writes; the short form `input` counts as a port of that name.
 fn names(declaration: &Declaration) -> Vec<&str> {
     let short = declaration.input.given().map(|_| "input");
     let named = declaration.inputs.given().map_or(&[][..], |inputs| &inputs.value);
     short.into_iter().chain(named.iter().map(|(port, _)| port.value.as_str())).collect()
 }
 
-/// The number of connections that a stage asks for.
-fn named(declaration: &Declaration) -> usize {
-    let inputs = declaration.inputs.given().map_or(0, |inputs| inputs.value.len());
-    inputs + usize::from(declaration.input.given().is_some())
-}
-
-fn out_folder(out: &Key<String>, folder: &Path, faults: &mut Vec<Diagnostic>) -> Option<PathBuf> {
+fn out_folder(out: &Key<String>, folder: &Path, diagnostics: &mut Vec<Diagnostic>) -> Option<PathBuf> {
     let written = match out {
         Key::Absent => return Some(folder.join("out")),
-        Key::Faulty => return None,
+        Key::Invalid => return None,
         Key::Given(written) => written,
     };
     let plain = written.value.trim_start_matches("./").trim_end_matches('/');
-    let fault = |message: String, expected: String| {
-        Diagnostic::at(written.span.clone(), message)
-            .expected(expected)
-            .help("out = \"out\" is a good choice")
+    let diagnostic = |message: String, expected: String| {
+        Diagnostic::at(written.span.clone(), message).expected(expected).help("out = \"out\" is the default")
     };
     if plain.is_empty() || plain == "." {
-        let message = format!("\"out\" is {:?}: not a folder of its own", written.value);
-        faults.push(fault(message, "expected a folder below the manifest's, for exports alone".into()));
+        let message = format!("out = {:?} is the manifest's own folder", written.value);
+        let expected = "expected a folder for exports only, inside the manifest's folder";
+        diagnostics.push(diagnostic(message, expected.into()));
         return None;
     }
     if let Err(problem) = check(plain, "the manifest's folder") {
-        faults
-            .push(fault(format!("\"out\" is {:?}: it {}", written.value, problem.message), problem.expected));
+        let message = format!("out = {:?} {}", written.value, problem.message);
+        diagnostics.push(diagnostic(message, problem.expected));
         return None;
     }
     Some(plain.split('/').fold(folder.to_path_buf(), |path, name| path.join(name)))
@@ -385,22 +411,29 @@ fn connect(
     folder: &Path,
     out: Option<&Path>,
     spelling: &Spelling,
-    faults: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<Node> {
-    let places: HashMap<&str, Place> =
-        stages.iter().enumerate().map(|(place, stage)| (stage.name.value.as_str(), place)).collect();
+    let indices = stages.iter().zip(0..).map(|(stage, index)| (stage.name.value.as_str(), index));
+    let indices: HashMap<&str, StageIndex> = indices.collect();
     stages
         .iter()
         .map(|stage| {
-            let kind = kind(stage, kinds, faults);
+            let kind = kind(stage, kinds, diagnostics);
             let ports = kind.as_ref().map(|kind| kind.ports_named(&names(stage)));
             Node {
                 name: stage.name.value.clone(),
                 header: stage.header.clone(),
-                configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), faults)),
-                edges: edges(stage, kind.as_deref().zip(ports.as_deref()), &places, stages, spelling, faults),
+                configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), diagnostics)),
+                edges: edges(
+                    stage,
+                    kind.as_deref().zip(ports.as_deref()),
+                    &indices,
+                    stages,
+                    spelling,
+                    diagnostics,
+                ),
                 ports: ports.unwrap_or_default(),
-                source: source(stage, kind.as_deref(), folder, out, faults),
+                source: source(stage, kind.as_deref(), folder, out, diagnostics),
                 product: None,
                 keys: None,
                 template: None,
@@ -410,14 +443,18 @@ fn connect(
         .collect()
 }
 
-fn kind(stage: &Declaration, kinds: &Kinds, faults: &mut Vec<Diagnostic>) -> Option<Arc<dyn ErasedKind>> {
+fn kind(
+    stage: &Declaration,
+    kinds: &Kinds,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Arc<dyn ErasedKind>> {
     let written = stage.kind.given()?;
     let kind = kinds.get(&written.value).cloned();
     if kind.is_none() {
         let names: Vec<_> = kinds.iter().map(|kind| kind.name()).collect();
         let near = nearest(&written.value, names.iter().copied());
         let message = format!("there is no kind {:?}", written.value);
-        faults.push(unknown(&message, written, names.iter().copied(), near, "no kind"));
+        diagnostics.push(unknown(message, written, names.iter().copied(), near, "no kind"));
     }
     kind
 }
@@ -425,9 +462,9 @@ fn kind(stage: &Declaration, kinds: &Kinds, faults: &mut Vec<Diagnostic>) -> Opt
 fn configure(
     stage: &Declaration,
     kind: &dyn ErasedKind,
-    faults: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Arc<dyn Configured>> {
-    // Unknown keys are told here rather than by the kind: they may be misspelt keys of the engine.
+    // Unknown keys are reported here rather than by the kind, because they may be misspelt keys of the engine.
     let fields: Vec<_> = kind.fields().into_iter().map(|field| field.name).collect();
     let ports = kind.ports_named(&names(stage));
     let used = |key: &&str| match *key {
@@ -437,10 +474,10 @@ fn configure(
         _ => true,
     };
     let owned = OWNED.into_iter().filter(used).map(str::to_owned);
-    unknown_keys(&stage.parameters, &owned.chain(fields.iter().cloned()).collect::<Vec<_>>(), faults);
+    unknown_keys(&stage.parameters, &owned.chain(fields.iter().cloned()).collect::<Vec<_>>(), diagnostics);
     let mut table = Table { span: stage.parameters.span.clone(), entries: stage.parameters.entries.clone() };
     table.entries.retain(|entry| fields.contains(&entry.key));
-    kind.configure(&table).map_err(|found| faults.extend(found)).ok()
+    kind.configure(&table).map_err(|found| diagnostics.extend(found)).ok()
 }
 
 fn source(
@@ -448,25 +485,26 @@ fn source(
     kind: Option<&dyn ErasedKind>,
     folder: &Path,
     out: Option<&Path>,
-    faults: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Source> {
     match (&stage.source, kind) {
         (Key::Given(written), Some(kind)) if !kind.has_source() => {
-            let fault = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
-            let fault = fault.expected("expected no \"source\"");
-            faults.push(match kind.ports().first() {
+            let diagnostic = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
+            let diagnostic = diagnostic.expected("expected no \"source\"");
+            diagnostics.push(match kind.ports().first() {
                 Some(port) => {
-                    fault.help(format!("it takes {} by input = \"STAGE\"", port.types.join(" or ")))
+                    let types = port.types.join(" or ");
+                    diagnostic.help(format!("connect a stage that makes {types}: input = \"STAGE\""))
                 }
-                None => fault,
+                None => diagnostic,
             });
             None
         }
-        (Key::Given(written), _) => Source::parse(written, folder, out, faults),
+        (Key::Given(written), _) => Source::parse(written, folder, out, diagnostics),
         (Key::Absent, Some(kind)) if kind.has_source() => {
             let message = format!("stage {:?} has no source", stage.name.value);
-            let fault = Diagnostic::at(stage.header.clone(), message);
-            faults.push(fault.expected("expected source = \"...\", a file, a folder or a glob"));
+            let diagnostic = Diagnostic::at(stage.header.clone(), message);
+            diagnostics.push(diagnostic.expected("expected source = \"...\", a file, a folder or a glob"));
             None
         }
         _ => None,
@@ -476,22 +514,22 @@ fn source(
 fn edges(
     stage: &Declaration,
     kind: Option<(&dyn ErasedKind, &[Port])>,
-    places: &HashMap<&str, Place>,
+    indices: &HashMap<&str, StageIndex>,
     stages: &[Declaration],
     spelling: &Spelling,
-    faults: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<Edge> {
     let ports = kind.map_or(&[][..], |(_, ports)| ports);
     let mut edges = Vec::new();
     if let Some((kind, [])) = kind {
         let given = stage.input.given().map(|input| &input.span);
         if let Some(span) = given.or(stage.inputs.given().map(|inputs| &inputs.span)) {
-            let fault = Diagnostic::at(span.clone(), format!("{} takes no input", kind.name()));
-            let fault = fault.expected("expected no \"input\"");
-            faults.push(if kind.has_source() {
-                fault.help("it reads files: source = \"...\"")
+            let diagnostic = Diagnostic::at(span.clone(), format!("{} takes no input", kind.name()));
+            let diagnostic = diagnostic.expected("expected no \"input\"");
+            diagnostics.push(if kind.has_source() {
+                diagnostic.help("it reads files: source = \"...\"")
             } else {
-                fault
+                diagnostic
             });
             return edges;
         }
@@ -499,25 +537,17 @@ fn edges(
     if let (Key::Given(per), Some((kind, ports))) = (&stage.per, kind)
         && !ports.iter().any(|port| port.many)
     {
-        let fault = Diagnostic::at(per.span.clone(), format!("{} gathers nothing", kind.name()));
-        faults.push(
-            fault
-                .expected("expected no \"per\"")
-                .help("\"per\" is for kinds with a port that takes many items"),
-        );
+        let message = format!("{} has no port that takes many items", kind.name());
+        let diagnostic = Diagnostic::at(per.span.clone(), message).expected("expected no \"per\"");
+        diagnostics.push(diagnostic.help("\"per\" chooses how such a port groups its items"));
     }
-    let mut connect = |port: Option<usize>, from: &Written<String>| match places.get(from.value.as_str()) {
-        Some(&place) => edges.push(Edge { port, from: place, span: from.span.clone() }),
+    let mut connect = |port: Option<usize>, from: &Written<String>| match indices.get(from.value.as_str()) {
+        Some(&stage) => edges.push(Edge { port, from: stage, span: from.span.clone() }),
         None => {
             let names = stages.iter().map(|stage| stage.name.value.as_str());
             let near = spelling.nearest(&from.value, names.clone());
-            faults.push(unknown(
-                &format!("there is no stage {:?}", from.value),
-                from,
-                names,
-                near,
-                "no stage",
-            ));
+            let message = format!("there is no stage {:?}", from.value);
+            diagnostics.push(unknown(message, from, names, near, "no stage"));
         }
     };
     if let Key::Given(input) = &stage.input {
@@ -525,38 +555,37 @@ fn edges(
     }
     let mut unknown_ports = Vec::new();
     let names = ports.iter().map(|port| port.name.as_str());
-    // Of two with one name the first is meant.
-    let named: HashMap<&str, usize> =
-        names.clone().enumerate().map(|(place, name)| (name, place)).rev().collect();
+    // If two ports have the same name, the first one is connected.
+    let ports_by_name: HashMap<&str, usize> = names.clone().zip(0..ports.len()).rev().collect();
     for (port, from) in stage.inputs.given().map_or(&[][..], |inputs| &inputs.value) {
-        let place = named.get(port.value.as_str()).copied();
-        if let (None, Some((kind, _))) = (place, kind) {
+        let index = ports_by_name.get(port.value.as_str()).copied();
+        if let (None, Some((kind, _))) = (index, kind) {
             let message = format!("{} has no port {:?}", kind.name(), port.value);
             let near = spelling.nearest(&port.value, names.clone());
-            unknown_ports.push(unknown(&message, port, names.clone(), near, "no port"));
+            unknown_ports.push(unknown(message, port, names.clone(), near, "no port"));
         }
-        connect(place, from);
+        connect(index, from);
     }
-    faults.append(&mut unknown_ports);
+    diagnostics.append(&mut unknown_ports);
     edges.sort_by_key(|edge| edge.port);
     edges
 }
 
-/// The fault of a word that is none of some names.
+/// The error of a word that is not one of some names.
 fn unknown<'n>(
-    message: &str,
+    message: String,
     word: &Written<String>,
     names: impl ExactSizeIterator<Item = &'n str>,
     near: Option<&str>,
     none: &str,
 ) -> Diagnostic {
-    let fault = Diagnostic::at(word.span.clone(), message);
-    let fault = match names.len() {
-        0 => fault.expected(format!("expected {none}")),
-        _ => fault.expected(format!("expected one of: {}", listed(names))),
+    let diagnostic = Diagnostic::at(word.span.clone(), message);
+    let diagnostic = match names.len() {
+        0 => diagnostic.expected(format!("expected {none}")),
+        _ => diagnostic.expected(format!("expected one of: {}", listed(names))),
     };
     match near {
-        Some(near) => fault.help(format!("did you mean {near:?}?")),
-        None => fault,
+        Some(near) => diagnostic.help(format!("did you mean {near:?}?")),
+        None => diagnostic,
     }
 }

@@ -1,81 +1,98 @@
-//! The items of a graph: what each stage makes, one by one.
+//! The items of a graph: the instances of each stage.
 //!
 //! A source stage has an item for each asset. Every other stage has the natural join of the items that arrive at its
 //! single ports: keys that name the same source stage agree, others multiply. Since every stage that descends from a
 //! source descends from all of its assets, a join never drops an item: a stage's items are the full product of the
-//! assets of its keys' source stages. So an item is a number in mixed radix, one digit for each key (the most
-//! significant first, keys sorted by name), and the item at the other end of an edge is found by arithmetic, without
-//! a search. The order of these numbers is the order of the keys, because assets are sorted by stem.
+//! assets of its keys' source stages. So an item is a number in mixed radix with one digit for each key (the most
+//! significant first, keys sorted by name), and the item at the other end of an edge is computed, not searched for.
+//! The order of these numbers is the order of the keys, because assets are sorted by stem.
 //!
-//! A `many` port receives the items that agree: those digits that the stage keeps are fixed, the others run over all
+//! A `many` port receives the items that agree: the digits that the stage keeps are fixed, and the others take all
 //! their values.
 
 use std::borrow::Cow;
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::folders::Folders;
-use super::graph::{Graph, Node, Place};
+use super::graph::{Graph, Node};
+use super::index::{ItemIndex, StageIndex};
 use super::source::{Asset, listed};
 use super::template::{self, Template};
 use crate::spelling::Spelling;
-use crate::{Diagnostic, Item, ItemIndex, ItemKey, Product};
+use crate::{Diagnostic, ItemKey, Product};
 
 /// The most items of a plan.
 const MOST_ITEMS: usize = 1_000_000;
-/// The most arrivals at `many` ports of a plan.
-const MOST_ARRIVALS: usize = 16_000_000;
+/// The most inputs of a plan's items, those at `many` ports included.
+const MOST_INPUTS: usize = 16_000_000;
 
-/// The assets of source stages, by place; none where a stage has no source, or a fault in it.
+/// One instance of a stage.
+#[derive(Clone, Debug)]
+pub struct Item {
+    /// The stage.
+    pub stage: StageIndex,
+    /// What distinguishes it from the other items of its stage.
+    pub key: ItemKey,
+    /// For each of the stage's inputs, in order: the items that arrive there, sorted by key.
+    pub inputs: Vec<Vec<ItemIndex>>,
+    /// The source file or folder, for a kind that has one. Absolute.
+    pub source: Option<PathBuf>,
+    /// The exported files, relative to `out`, with `/` between folders, in the order of [`Product::Files`].
+    pub files: Vec<String>,
+}
+
+/// The assets of each stage; empty if it has no source or its source is invalid.
 pub(crate) type Assets = Vec<Vec<Asset>>;
 
-/// What lies on the disk for the source stages.
-pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, faults: &mut Vec<Diagnostic>) -> Arc<Assets> {
-    faults.extend(linked_out(graph, folders));
+/// The files and folders of the source stages.
+pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, diagnostics: &mut Vec<Diagnostic>) -> Arc<Assets> {
+    diagnostics.extend(linked_out(graph, folders));
     let spelling = Spelling::default();
-    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, faults));
+    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, diagnostics));
     Arc::new(found.map(Option::unwrap_or_default).collect())
 }
 
-/// The items of the stages whose keys and assets are known, and the faults of the others.
-pub(crate) fn expand(graph: &Graph, assets: &Assets, faults: &mut Vec<Diagnostic>) -> Vec<Item> {
+/// The items of the stages whose keys and assets are known.
+pub(crate) fn expand(graph: &Graph, assets: &Assets, diagnostics: &mut Vec<Diagnostic>) -> Vec<Item> {
     let mut items = Vec::new();
-    let (mut firsts, mut arrivals) = (vec![0; graph.nodes.len()], 0_usize);
+    let (mut firsts, mut inputs) = (vec![0; graph.nodes.len()], 0_usize);
     let mut known = vec![false; graph.nodes.len()];
-    let mut named = HashMap::<&[Place], Vec<ItemKey>>::new();
-    for (place, node) in graph.nodes.iter().enumerate() {
-        firsts[place] = items.len();
-        known[place] = node.edges.iter().all(|edge| known[edge.from]);
+    let mut item_keys = HashMap::<&[StageIndex], Vec<ItemKey>>::new();
+    for (stage, node) in graph.nodes.iter().enumerate() {
+        firsts[stage] = items.len();
+        known[stage] = node.edges.iter().all(|edge| known[edge.from]);
         let keys = node.keys.as_deref().filter(|keys| keys.iter().all(|&key| !assets[key].is_empty()));
-        let (Some(keys), true) = (keys, known[place]) else {
-            known[place] = false;
+        let (Some(keys), true) = (keys, known[stage]) else {
+            known[stage] = false;
             continue;
         };
         let count = count(keys, assets);
         let gathered = node.edges.iter().map(|edge| gathered(graph, keys, edge.from, assets));
-        arrivals = gathered.fold(arrivals, |sum, each| sum.saturating_add(each.saturating_mul(count)));
-        if items.len().saturating_add(count) > MOST_ITEMS || arrivals > MOST_ARRIVALS {
-            faults.push(too_many(graph, node, keys, assets));
-            // All that follows would have too many, too.
+        inputs = gathered.fold(inputs, |sum, each| sum.saturating_add(each.saturating_mul(count)));
+        if items.len().saturating_add(count) > MOST_ITEMS || inputs > MOST_INPUTS {
+            diagnostics.push(too_many(graph, node, keys, assets));
+            // All stages that follow would have too many as well.
             return Vec::new();
         }
         // Stages with the same keys share them.
-        let named = named.entry(keys).or_insert_with(|| self::named(graph, keys, count, assets));
+        let item_keys = item_keys.entry(keys).or_insert_with(|| self::item_keys(graph, keys, count, assets));
         let made = (0..count).into_par_iter().map(|number| {
-            let key = named[number].clone();
-            item(graph, place, keys, key, number, assets, &firsts)
+            let key = item_keys[number].clone();
+            item(graph, stage, keys, key, number, assets, &firsts)
         });
         items.par_extend(made);
     }
-    publish(graph, &known, &mut items, assets, faults);
+    add_files(graph, &known, &mut items, assets, diagnostics);
     items
 }
 
-/// The folder of exports lies in the manifest's folder, also by its links: a project that somebody else has prepared must
-/// not publish elsewhere.
+/// The folder for exports is inside the manifest's folder even when links are followed: a project that somebody else
+/// prepared must not publish elsewhere.
 fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Diagnostic> {
     let folder = graph.manifest.parent()?;
     let mut above = graph.out.ancestors().take_while(|above| *above != folder);
@@ -87,43 +104,43 @@ fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Diagnostic> {
         let above = above.strip_prefix(folder).unwrap_or(above);
         let message = format!("{:?} leads out of the manifest's folder, to {}", above, real.display());
         Diagnostic::of_file(message)
-            .expected("expected a folder for exports below the manifest's, not a link to elsewhere")
-            .help("remove the link; to keep exports on another disk, mount it there")
+            .expected("expected a folder inside the manifest's folder, not a link out of it")
+            .help("remove the link; to keep exports on another disk, mount the disk there")
     })
 }
 
-fn count(keys: &[Place], assets: &Assets) -> usize {
+fn count(keys: &[StageIndex], assets: &Assets) -> usize {
     keys.iter().fold(1, |product: usize, &key| product.saturating_mul(assets[key].len()))
 }
 
 /// The number of items of `from` that arrive at an item with these keys.
-fn gathered(graph: &Graph, keys: &[Place], from: Place, assets: &Assets) -> usize {
+fn gathered(graph: &Graph, keys: &[StageIndex], from: StageIndex, assets: &Assets) -> usize {
     let free = graph.nodes[from].keys.iter().flatten().filter(|key| !keys.contains(key));
     free.fold(1, |product: usize, key| product.saturating_mul(assets[*key].len()))
 }
 
-fn too_many(graph: &Graph, node: &Node, keys: &[Place], assets: &Assets) -> Diagnostic {
+fn too_many(graph: &Graph, node: &Node, keys: &[StageIndex], assets: &Assets) -> Diagnostic {
     let factors = keys.iter().map(|&key| format!("{} of {}", assets[key].len(), graph.nodes[key].name));
     let factors = listed(factors).replace(", ", " times ");
-    let message = format!("with stage {:?} there are too many items: {factors}", node.name);
+    let message = format!("stage {:?} makes too many items: {factors}", node.name);
     Diagnostic::at(node.header.clone(), message)
-        .expected(format!("expected at most {MOST_ITEMS} items, and {MOST_ARRIVALS} gathered, in all"))
+        .expected(format!("expected at most {MOST_ITEMS} items with {MOST_INPUTS} inputs in all stages"))
 }
 
 /// The keys of the items of a stage.
-fn named(graph: &Graph, keys: &[Place], count: usize, assets: &Assets) -> Vec<ItemKey> {
+fn item_keys(graph: &Graph, keys: &[StageIndex], count: usize, assets: &Assets) -> Vec<ItemKey> {
     let stages = keys.iter().map(|&key| Arc::<str>::from(graph.nodes[key].name.as_str())).collect::<Vec<_>>();
-    let named = (0..count).into_par_iter().map(|number| {
+    let item_keys = (0..count).into_par_iter().map(|number| {
         let digits = digits(keys, number, assets);
         let pairs = (0..keys.len())
             .map(|index| (Arc::clone(&stages[index]), Arc::clone(&assets[keys[index]][digits[index]].stem)));
         pairs.collect()
     });
-    named.collect()
+    item_keys.collect()
 }
 
 /// Which asset of each key an item stands for.
-fn digits(keys: &[Place], number: usize, assets: &Assets) -> Vec<usize> {
+fn digits(keys: &[StageIndex], number: usize, assets: &Assets) -> Vec<usize> {
     let mut digits = vec![0; keys.len()];
     let mut rest = number;
     for (digit, &key) in digits.iter_mut().zip(keys).rev() {
@@ -134,19 +151,19 @@ fn digits(keys: &[Place], number: usize, assets: &Assets) -> Vec<usize> {
 
 fn item(
     graph: &Graph,
-    place: Place,
-    keys: &[Place],
+    stage: StageIndex,
+    keys: &[StageIndex],
     key: ItemKey,
     number: usize,
     assets: &Assets,
     firsts: &[ItemIndex],
 ) -> Item {
-    let node = &graph.nodes[place];
+    let node = &graph.nodes[stage];
     let digits = digits(keys, number, assets);
     let asset = |index: usize| &assets[keys[index]][digits[index]];
-    let own = keys.iter().position(|key| *key == place);
+    let own = keys.iter().position(|key| *key == stage);
     Item {
-        stage: place,
+        stage,
         key,
         inputs: node
             .edges
@@ -162,13 +179,13 @@ fn item(
 fn arriving(
     from: &Node,
     first: ItemIndex,
-    keys: &[Place],
+    keys: &[StageIndex],
     digits: &[usize],
     assets: &Assets,
 ) -> Vec<ItemIndex> {
     let mut found = vec![first];
     let mut stride = 1;
-    // From the least significant key up: each free key puts its values around what was found below it.
+    // From the least significant key up: each value of a free key repeats what was found so far.
     for &key in from.keys.iter().flatten().rev() {
         let radix = assets[key].len();
         match keys.iter().position(|&own| own == key) {
@@ -185,18 +202,24 @@ fn arriving(
     found
 }
 
-/// Gives the items their files, and finds what cannot be written side by side.
-fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, faults: &mut Vec<Diagnostic>) {
+/// Gives the items their files, and reports those that cannot be written side by side.
+fn add_files(
+    graph: &Graph,
+    known: &[bool],
+    items: &mut [Item],
+    assets: &Assets,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
     let mut done = vec![false; graph.nodes.len()];
-    for (place, node) in graph.nodes.iter().enumerate() {
-        let (Some(template), Some(keys), true) = (&node.template, &node.keys, known[place]) else { continue };
+    for (stage, node) in graph.nodes.iter().enumerate() {
+        let (Some(template), Some(keys), true) = (&node.template, &node.keys, known[stage]) else { continue };
         let several = (0..keys.len()).filter(|&key| assets[keys[key]].len() > 1 && !template.has(key));
         let several: Vec<_> = several.map(|key| format!("{{{}}}", graph.nodes[keys[key]].name)).collect();
-        done[place] = several.is_empty();
+        done[stage] = several.is_empty();
         if !several.is_empty() {
-            let message = format!("the path does not tell the items of {:?} apart", node.name);
-            let fault = Diagnostic::at(template.span.clone(), message);
-            faults.push(fault.expected(format!("expected {} in it", several.join(" and "))));
+            let message = format!("the path is the same for several items of {:?}", node.name);
+            let diagnostic = Diagnostic::at(template.span.clone(), message);
+            diagnostics.push(diagnostic.expected(format!("expected {} in the path", several.join(" and "))));
         }
     }
     for item in items.iter_mut() {
@@ -212,14 +235,14 @@ fn publish(graph: &Graph, known: &[bool], items: &mut [Item], assets: &Assets, f
         if let Some((file, problem)) =
             item.files.iter().find_map(|file| Some((file, template::check(file, "\"out\"").err()?)))
         {
-            // One of a stage's items shows it.
+            // One error for each stage is enough.
             done[item.stage] = false;
             let message = format!("the file {file:?} of item [{}] {}", item.key, problem.message);
-            faults.push(Diagnostic::at(template.span.clone(), message).expected(problem.expected));
+            diagnostics.push(Diagnostic::at(template.span.clone(), message).expected(problem.expected));
             item.files.clear();
         }
     }
-    clashes(graph, items, faults);
+    clashes(graph, items, diagnostics);
 }
 
 fn lowercase(file: &str) -> Cow<'_, str> {
@@ -227,28 +250,30 @@ fn lowercase(file: &str) -> Cow<'_, str> {
     if is_lowercase { Cow::Borrowed(file) } else { Cow::Owned(file.to_lowercase()) }
 }
 
-/// Two items that write one file, or one that writes a file where another needs a folder. Names that differ in case
-/// only are one name on Windows and macOS.
-fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Diagnostic>) {
+/// Reports items that write the same file, or of which one writes a file where another needs a folder. Names that
+/// differ only in case are the same on Windows and macOS.
+fn clashes(graph: &Graph, items: &[Item], diagnostics: &mut Vec<Diagnostic>) {
     let files = items.iter().map(|item| item.files.len()).sum();
     let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);
-    let mut told = HashSet::new();
-    let mut tell =
-        |first: usize, second: usize, message: &dyn Fn() -> String, faults: &mut Vec<Diagnostic>| {
+    let mut reported = HashSet::new();
+    let mut report =
+        |first: usize, second: usize, message: &dyn Fn() -> String, diagnostics: &mut Vec<Diagnostic>| {
             let (a, b) = (items[first].stage, items[second].stage);
             let (first, second) = if b >= a { (a, b) } else { (b, a) };
-            // One pair of files stands for all of two stages.
-            if !told.insert((first, second)) {
+            // One pair of files is enough for two stages.
+            if !reported.insert((first, second)) {
                 return;
             }
             let span = |template: &Option<Template>| template.as_ref().map(|template| template.span.clone());
             let span = span(&graph.nodes[second].template).unwrap_or(graph.nodes[second].header.clone());
             let help = if first == second {
-                "set the placeholders apart, by a / or another character"
+                "separate the placeholders with a / or another character"
             } else {
-                "give one of them another path"
+                "give one of the stages another path"
             };
-            faults.push(Diagnostic::at(span, message()).expected("expected a path of its own").help(help));
+            let diagnostic =
+                Diagnostic::at(span, message()).expected("expected a path that no other item has");
+            diagnostics.push(diagnostic.help(help));
         };
     let name = |item: usize| match items[item].key.iter().len() {
         0 => graph.nodes[items[item].stage].name.clone(),
@@ -257,21 +282,21 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Diagnostic>) {
     for (index, item) in items.iter().enumerate() {
         for file in &item.files {
             match writers.entry(lowercase(file)) {
-                Entry::Vacant(place) => {
-                    place.insert((index, file));
+                Entry::Vacant(entry) => {
+                    entry.insert((index, file));
                 }
-                Entry::Occupied(place) => {
-                    let &(first, other) = place.get();
+                Entry::Occupied(entry) => {
+                    let &(first, other) = entry.get();
                     let message = || {
                         let names = format!("{} and {}", name(first), name(index));
                         if file == other {
                             return format!("{names} both write {file:?}");
                         }
                         format!(
-                            "{names} write {other:?} and {file:?}, which are one file where case does not count"
+                            "{names} write {other:?} and {file:?}, which are the same file if case is ignored"
                         )
                     };
-                    tell(first, index, &message, faults);
+                    report(first, index, &message, diagnostics);
                 }
             }
         }
@@ -281,7 +306,7 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Diagnostic>) {
         let above = path.match_indices('/').filter_map(|(slash, _)| writers.get(&path[..slash]));
         blocked.extend(above.map(|&(other, folder)| (other, folder, index, file)));
     }
-    // In the order of items, not of the hash table.
+    // In the order of the items, not of the hash table.
     blocked.sort_unstable();
     for (other, folder, index, file) in blocked {
         let message = || {
@@ -290,6 +315,6 @@ fn clashes(graph: &Graph, items: &[Item], faults: &mut Vec<Diagnostic>) {
                 "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
             )
         };
-        tell(other, index, &message, faults);
+        report(other, index, &message, diagnostics);
     }
 }

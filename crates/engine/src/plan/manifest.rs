@@ -1,4 +1,4 @@
-//! The manifest's text as declarations: what each stage says, before anyone asks what it means.
+//! The manifest's text as declarations: the keys of each stage, not yet checked against its kind and the other stages.
 
 use std::ops::Range;
 
@@ -7,21 +7,21 @@ use crate::{Diagnostic, Document, Entry, Table, Value, ValueKind, unexpected, un
 /// The keys of a stage that the engine owns; all others are its kind's parameters.
 pub(crate) const OWNED: [&str; 6] = ["kind", "source", "input", "inputs", "per", "path"];
 
-/// The number of the manifest's shape that this version reads.
+/// The version of the manifest's schema that this program reads.
 pub(crate) const SCHEMA: i64 = 1;
 
-/// Something that was written, and where.
+/// A value with its place in the text.
 #[derive(Clone, Debug)]
 pub(crate) struct Written<T> {
     pub(crate) span: Range<usize>,
     pub(crate) value: T,
 }
 
-/// What became of a key: a key with a fault is told once and never called missing.
+/// A key's value. An invalid one has been reported, and must not be reported as missing too.
 #[derive(Clone, Debug)]
 pub(crate) enum Key<T> {
     Absent,
-    Faulty,
+    Invalid,
     Given(Written<T>),
 }
 
@@ -46,16 +46,16 @@ pub(crate) struct Declaration {
     pub(crate) header: Range<usize>,
     pub(crate) kind: Key<String>,
     pub(crate) source: Key<String>,
-    /// The short form: one stage for the first port.
+    /// The short form: the stage for the first port.
     pub(crate) input: Key<String>,
-    /// Port names and stage names.
+    /// Names of ports and of stages.
     pub(crate) inputs: Key<Vec<(Written<String>, Written<String>)>>,
     pub(crate) per: Key<Vec<Written<String>>>,
     pub(crate) path: Key<String>,
     pub(crate) parameters: Table,
 }
 
-/// A manifest whose own keys are sound.
+/// The keys of a manifest.
 #[derive(Clone, Debug)]
 pub(crate) struct Manifest {
     pub(crate) out: Key<String>,
@@ -64,36 +64,36 @@ pub(crate) struct Manifest {
 }
 
 impl Manifest {
-    /// Reads the declarations. `None` where the shape is another version's: nothing else can then be said.
-    pub(crate) fn parse(document: &Document, faults: &mut Vec<Diagnostic>) -> Option<Self> {
+    /// Reads the declarations. `None` if the schema has another version, because then nothing else can be checked.
+    pub(crate) fn parse(document: &Document, diagnostics: &mut Vec<Diagnostic>) -> Option<Self> {
         let table = &document.table;
         match table.get("schema").map(|entry| &entry.value) {
             Some(Value { kind: ValueKind::Integer(SCHEMA), .. }) => {}
             Some(value @ Value { kind: ValueKind::Integer(number), .. }) => {
-                let fault = Diagnostic::at(value.span.clone(), format!("schema {number} is not known"));
-                faults.push(
-                    fault
+                let diagnostic = Diagnostic::at(value.span.clone(), format!("unknown schema {number}"));
+                diagnostics.push(
+                    diagnostic
                         .expected(format!("expected {SCHEMA}"))
                         .help("this manifest was written for another version of the program"),
                 );
                 return None;
             }
-            Some(value) => faults.push(unexpected(value, &SCHEMA.to_string())),
-            None => faults.push(
+            Some(value) => diagnostics.push(unexpected(value, &SCHEMA.to_string())),
+            None => diagnostics.push(
                 Diagnostic::at(0..0, "\"schema\" is missing")
-                    .expected(format!("expected schema = {SCHEMA} in the first line")),
+                    .expected(format!("expected schema = {SCHEMA} on the first line")),
             ),
         }
-        unknown_keys(table, &["schema", "out", "stage"].map(String::from), faults);
-        let out = string(table, "out", faults);
+        unknown_keys(table, &["schema", "out", "stage"].map(String::from), diagnostics);
+        let out = string(table, "out", diagnostics);
         let stages = match table.get("stage") {
             Some(Entry { value: Value { kind: ValueKind::Table(stages), .. }, .. })
                 if !stages.entries.is_empty() =>
             {
-                stages.entries.iter().map(|entry| declaration(entry, faults)).collect()
+                stages.entries.iter().map(|entry| declaration(entry, diagnostics)).collect()
             }
             Some(entry) if !matches!(entry.value.kind, ValueKind::Table(_)) => {
-                faults.push(
+                diagnostics.push(
                     Diagnostic::at(entry.value.span.clone(), "\"stage\" is not a table of stages")
                         .expected("expected [stage.NAME]"),
                 );
@@ -101,7 +101,7 @@ impl Manifest {
             }
             _ => {
                 let end = document.text.trim_end().len();
-                faults
+                diagnostics
                     .push(Diagnostic::at(end..end, "there are no stages").expected("expected [stage.NAME]"));
                 Vec::new()
             }
@@ -110,41 +110,40 @@ impl Manifest {
     }
 }
 
-fn declaration(entry: &Entry, faults: &mut Vec<Diagnostic>) -> Declaration {
+fn declaration(entry: &Entry, diagnostics: &mut Vec<Diagnostic>) -> Declaration {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if entry.key.is_empty() || !entry.key.chars().all(plain) {
-        faults.push(
+        diagnostics.push(
             Diagnostic::at(entry.key_span.clone(), format!("{:?} cannot be the name of a stage", entry.key))
-                .expected("expected a word of A-Z, a-z, 0-9, _ and -"),
+                .expected("expected only the characters A-Z, a-z, 0-9, _ and -"),
         );
     }
     let name = Written { span: entry.key_span.clone(), value: entry.key.clone() };
     let ValueKind::Table(table) = &entry.value.kind else {
-        let expected = format!("a table: [stage.{}]", entry.key);
-        faults.push(unexpected(&entry.value, &expected));
+        diagnostics.push(not_a(&entry.value, "a table", &format!("[stage.{}]", entry.key)));
         return Declaration {
             name,
             header: entry.value.span.clone(),
-            kind: Key::Faulty,
-            source: Key::Faulty,
-            input: Key::Faulty,
-            inputs: Key::Faulty,
-            per: Key::Faulty,
-            path: Key::Faulty,
+            kind: Key::Invalid,
+            source: Key::Invalid,
+            input: Key::Invalid,
+            inputs: Key::Invalid,
+            per: Key::Invalid,
+            path: Key::Invalid,
             parameters: Table::default(),
         };
     };
-    let kind = string(table, "kind", faults);
+    let kind = string(table, "kind", diagnostics);
     if kind.is_absent() {
-        let fault = Diagnostic::at(table.span.clone(), format!("stage {:?} has no kind", entry.key));
-        faults.push(fault.expected("expected kind = \"...\""));
+        let diagnostic = Diagnostic::at(table.span.clone(), format!("stage {:?} has no kind", entry.key));
+        diagnostics.push(diagnostic.expected("expected kind = \"...\""));
     }
-    let input = string(table, "input", faults);
-    let inputs = connections(table, faults);
+    let input = string(table, "input", diagnostics);
+    let inputs = connections(table, diagnostics);
     if let (Some(entry), false) = (table.get("inputs"), input.is_absent()) {
-        faults.push(
+        diagnostics.push(
             Diagnostic::at(entry.key_span.clone(), "\"input\" and \"inputs\" are both given")
-                .expected("expected one of them")
+                .expected("expected only one of them")
                 .help("\"input\" connects the first port, \"inputs\" connects ports by name"),
         );
     }
@@ -153,11 +152,11 @@ fn declaration(entry: &Entry, faults: &mut Vec<Diagnostic>) -> Declaration {
         name,
         header: table.span.clone(),
         kind,
-        source: string(table, "source", faults),
+        source: string(table, "source", diagnostics),
         input,
         inputs,
-        per: words(table, "per", faults),
-        path: string(table, "path", faults),
+        per: words(table, "per", diagnostics),
+        path: string(table, "path", diagnostics),
         parameters: Table {
             span: table.span.clone(),
             entries: table.entries.iter().filter(own).cloned().collect(),
@@ -165,20 +164,25 @@ fn declaration(entry: &Entry, faults: &mut Vec<Diagnostic>) -> Declaration {
     }
 }
 
-fn string(table: &Table, key: &str, faults: &mut Vec<Diagnostic>) -> Key<String> {
+/// The error of a value that does not have the type that its key needs.
+fn not_a(value: &Value, wanted: &str, example: &str) -> Diagnostic {
+    unexpected(value, wanted).expected(format!("expected {example}"))
+}
+
+fn string(table: &Table, key: &str, diagnostics: &mut Vec<Diagnostic>) -> Key<String> {
     match table.get(key) {
         None => Key::Absent,
         Some(entry) => match text(&entry.value) {
             Some(written) => Key::Given(written),
             None => {
-                faults.push(unexpected(&entry.value, &format!("a string: {key} = \"...\"")));
-                Key::Faulty
+                diagnostics.push(not_a(&entry.value, "a string", &format!("{key} = \"...\"")));
+                Key::Invalid
             }
         },
     }
 }
 
-fn words(table: &Table, key: &str, faults: &mut Vec<Diagnostic>) -> Key<Vec<Written<String>>> {
+fn words(table: &Table, key: &str, diagnostics: &mut Vec<Diagnostic>) -> Key<Vec<Written<String>>> {
     let Some(entry) = table.get(key) else { return Key::Absent };
     let all = match &entry.value.kind {
         ValueKind::Array(values) => values.iter().map(text).collect::<Option<Vec<_>>>(),
@@ -187,33 +191,40 @@ fn words(table: &Table, key: &str, faults: &mut Vec<Diagnostic>) -> Key<Vec<Writ
     match all {
         Some(value) => Key::Given(Written { span: entry.value.span.clone(), value }),
         None => {
-            faults.push(unexpected(&entry.value, &format!("an array of strings: {key} = [\"...\"]")));
-            Key::Faulty
+            diagnostics.push(not_a(&entry.value, "an array of strings", &format!("{key} = [\"...\"]")));
+            Key::Invalid
         }
     }
 }
 
-fn connections(table: &Table, faults: &mut Vec<Diagnostic>) -> Key<Vec<(Written<String>, Written<String>)>> {
+fn connections(
+    table: &Table,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Key<Vec<(Written<String>, Written<String>)>> {
     let Some(entry) = table.get("inputs") else { return Key::Absent };
     let ValueKind::Table(ports) = &entry.value.kind else {
-        let fault = unexpected(&entry.value, "a table: inputs = { PORT = \"STAGE\" }");
-        faults.push(match &entry.value.kind {
-            ValueKind::String(stage) => fault.help(format!("input = {stage:?} connects the first port")),
-            _ => fault,
+        let diagnostic = not_a(&entry.value, "a table", "inputs = { PORT = \"STAGE\" }");
+        diagnostics.push(match &entry.value.kind {
+            ValueKind::String(stage) => diagnostic.help(format!("input = {stage:?} connects the first port")),
+            _ => diagnostic,
         });
-        return Key::Faulty;
+        return Key::Invalid;
     };
-    let before = faults.len();
+    let before = diagnostics.len();
     let mut value = Vec::new();
     for entry in &ports.entries {
         match text(&entry.value) {
             Some(stage) => {
                 value.push((Written { span: entry.key_span.clone(), value: entry.key.clone() }, stage));
             }
-            None => faults.push(unexpected(&entry.value, "the name of a stage, a string")),
+            None => diagnostics.push(unexpected(&entry.value, "the name of a stage")),
         }
     }
-    if faults.len() > before { Key::Faulty } else { Key::Given(Written { span: ports.span.clone(), value }) }
+    if diagnostics.len() > before {
+        Key::Invalid
+    } else {
+        Key::Given(Written { span: ports.span.clone(), value })
+    }
 }
 
 fn text(value: &Value) -> Option<Written<String>> {

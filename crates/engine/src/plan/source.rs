@@ -1,11 +1,12 @@
 //! What a stage's `source` names: a file, a folder, or the files that a glob matches.
 //!
-//! A glob is split at the last `/` before its first special character: the part before is the folder that is searched,
-//! the part after is matched against paths below it. `*` and `?` stop at `/`, `**` does not, `{a,b}` are alternatives,
-//! `[ab]` is a set. Case counts, on every system, so that a manifest means the same everywhere.
+//! A glob is split at the last `/` before its first special character: the part before it is the folder to search, and
+//! the part after it is matched against the paths below that folder. `*` and `?` do not match `/`, `**` does, `{a,b}`
+//! are alternatives, and `[ab]` is a set. Matching is case-sensitive on every system, so that a manifest means the
+//! same everywhere.
 //!
-//! Hidden files and folders, and what editors leave behind, never match; nor does anything in `out`, so that a build
-//! does not feed on its own exports.
+//! Hidden files and folders and the backups of editors never match, and neither does anything in `out`, so that a build
+//! does not read its own exports.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -32,7 +33,7 @@ pub struct Source {
     base: PathBuf,
     /// The folder that a glob searches, or the file or folder itself.
     root: PathBuf,
-    /// The folder of exports, which is not searched.
+    /// The folder for exports, which is not searched.
     out: Option<PathBuf>,
     glob: Option<Pattern>,
 }
@@ -40,39 +41,40 @@ pub struct Source {
 #[derive(Clone, Debug)]
 struct Pattern {
     whole: GlobMatcher,
-    /// What the names of folders must match, level by level, as far as the glob says it.
+    /// What the names of folders must match, level by level, as far as the glob restricts them.
     levels: Vec<GlobMatcher>,
-    /// The deepest level at which a file can match; `None` with `**`.
+    /// The deepest level at which a file can match; `None` if the glob contains `**`.
     depth: Option<usize>,
 }
 
 /// A file or folder that makes one item.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Asset {
-    /// The name of the file without its extension, or the name of the folder.
+    /// The file's name without its extension, or the folder's name.
     pub(crate) stem: Arc<str>,
     /// Absolute.
     pub(crate) path: PathBuf,
 }
 
 impl Source {
-    /// Understands a `source`, without looking at the disk.
+    /// Parses a `source`, without looking at the disk.
     pub(crate) fn parse(
         written: &Written<String>,
         base: &Path,
         out: Option<&Path>,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let (text, span) = (written.value.as_str(), written.span.clone());
         if text.is_empty() {
-            faults.push(
+            diagnostics.push(
                 Diagnostic::at(span, "the source is empty").expected("expected a file, a folder or a glob"),
             );
             return None;
         }
         if text.contains('\\') {
-            let fault = Diagnostic::at(span, "a source has no \\").expected("expected / between folders");
-            faults.push(fault.help(format!("write {:?}", text.replace('\\', "/"))));
+            let diagnostic =
+                Diagnostic::at(span, "a source cannot contain \\").expected("expected / between folders");
+            diagnostics.push(diagnostic.help(format!("write {:?}", text.replace('\\', "/"))));
             return None;
         }
         let special = text.find(['*', '?', '[', '{']);
@@ -83,9 +85,11 @@ impl Source {
                 match Pattern::parse(&text[split..]) {
                     Ok(pattern) => (&text[..split], Some(pattern)),
                     Err(error) => {
-                        let fault = Diagnostic::at(span, format!("{text:?} is not a glob: {error}"));
-                        faults.push(
-                            fault.help("a special character stands for itself in brackets: [[] or [*]"),
+                        let diagnostic =
+                            Diagnostic::at(span, format!("{text:?} is not a valid glob: {error}"));
+                        diagnostics.push(
+                            diagnostic
+                                .help("to match a special character itself, put it in brackets: [[] or [*]"),
                         );
                         return None;
                     }
@@ -96,21 +100,26 @@ impl Source {
         let root = base.join(named.clone().collect::<PathBuf>());
         let plain = resolved(&root);
         if out.is_some_and(|out| plain.starts_with(resolved(out))) {
-            let fault = Diagnostic::at(span, format!("{text:?} lies in \"out\", where exports land"));
-            faults.push(fault.help("take the input of the stage that made the file, or move the file"));
+            let diagnostic =
+                Diagnostic::at(span, format!("{text:?} is inside \"out\", the folder for exports"));
+            diagnostics
+                .push(diagnostic.help("connect the stage that makes the file instead, or move the file"));
             return None;
         }
         if glob.is_none() && !matches!(named.next_back(), Some(Component::Normal(_))) {
-            let fault = Diagnostic::at(span, format!("{text:?} has no name that could be its item's"));
-            faults.push(
-                fault.expected("expected a file, a folder or a glob").help("name the folder: \"../faces\""),
+            let diagnostic =
+                Diagnostic::at(span, format!("{text:?} does not end in a name, which its item needs"));
+            diagnostics.push(
+                diagnostic
+                    .expected("expected a file, a folder or a glob")
+                    .help("name the folder: \"../faces\""),
             );
             return None;
         }
         Some(Self { text: text.into(), span, base: base.into(), root, out: out.map(resolved), glob })
     }
 
-    /// The source as the manifest has it.
+    /// The source as it is written in the manifest.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -120,7 +129,7 @@ impl Source {
         &self.root
     }
 
-    /// Whether it is a glob, rather than one file or folder.
+    /// Whether it is a glob rather than a single file or folder.
     pub fn is_glob(&self) -> bool {
         self.glob.is_some()
     }
@@ -130,14 +139,14 @@ impl Source {
         self.glob.as_ref().is_some_and(|glob| glob.depth != Some(0))
     }
 
-    /// Whether a file that appears, changes or goes at this absolute path concerns the source.
+    /// Whether a file that appears, changes or disappears at this absolute path concerns the source.
     pub fn concerns(&self, path: &Path) -> bool {
         let Ok(below) = path.strip_prefix(&self.root) else { return false };
         match &self.glob {
             None => true,
             Some(glob) => {
                 glob.whole.is_match(below)
-                    && !below.components().any(|part| is_passed_over(part.as_os_str()))
+                    && !below.components().any(|part| is_ignored(part.as_os_str()))
                     && !self.out.as_ref().is_some_and(|out| resolved(path).starts_with(out))
             }
         }
@@ -147,24 +156,24 @@ impl Source {
     pub(crate) fn searches(&self, path: &Path) -> bool {
         let (Some(glob), Ok(below)) = (&self.glob, path.strip_prefix(&self.root)) else { return false };
         let mut names = below.components().enumerate();
-        names.all(|(level, part)| {
-            !is_passed_over(part.as_os_str()) && glob.enters(part.as_os_str(), level, false)
-        }) && !self.out.as_ref().is_some_and(|out| resolved(path).starts_with(out))
+        names
+            .all(|(level, part)| !is_ignored(part.as_os_str()) && glob.enters(part.as_os_str(), level, false))
+            && !self.out.as_ref().is_some_and(|out| resolved(path).starts_with(out))
     }
 
-    /// The assets that are there now, sorted by stem.
+    /// The assets that exist now, sorted by stem.
     pub(crate) fn assets(
         &self,
         folders: &dyn Folders,
         spelling: &Spelling,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Vec<Asset>> {
-        let before = faults.len();
+        let before = diagnostics.len();
         let found = match &self.glob {
-            None => self.literal(folders, spelling, faults),
-            Some(glob) => self.search(glob, folders, spelling, faults),
+            None => self.find(folders, spelling, diagnostics),
+            Some(glob) => self.search(glob, folders, spelling, diagnostics),
         };
-        if faults.len() > before {
+        if diagnostics.len() > before {
             return None;
         }
         let mut stems: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
@@ -173,56 +182,58 @@ impl Source {
             match name.and_then(OsStr::to_str) {
                 Some(stem) => stems.entry(stem.into()).or_default().push(path),
                 None => {
-                    let fault = format!("the name of {} is not Unicode", self.shown(&path));
-                    faults.push(Diagnostic::at(self.span.clone(), fault).help("rename the file"));
+                    let message = format!("the name of {} is not Unicode", self.shown(&path));
+                    diagnostics.push(Diagnostic::at(self.span.clone(), message).help("rename the file"));
                 }
             }
         }
         for (stem, paths) in stems.iter().filter(|(_, paths)| paths.len() > 1) {
             let names = paths.iter().map(|path| self.shown(path));
             let message = format!("{} files have the stem {stem:?}: {}", paths.len(), listed(names));
-            let fault =
+            let diagnostic =
                 Diagnostic::at(self.span.clone(), message).expected("expected one file for each stem");
-            faults.push(
-                fault.help("a stem names an item: rename a file, or give each glob a stage of its own"),
+            diagnostics.push(
+                diagnostic.help("the stem is the item's name: rename a file, or use a stage for each glob"),
             );
         }
         let assets = stems.into_iter().flat_map(|(stem, paths)| {
             paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path })
         });
-        (faults.len() == before).then(|| assets.collect())
+        (diagnostics.len() == before).then(|| assets.collect())
     }
 
-    fn literal(
+    /// The file or folder that the source names.
+    fn find(
         &self,
         folders: &dyn Folders,
         spelling: &Spelling,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Vec<(PathBuf, Found)> {
         match folders.find(&self.root) {
             Some(found @ (Found::File | Found::Folder)) => return vec![(self.root.clone(), found)],
             Some(Found::Other) => {
                 let message = format!("{:?} is neither a file nor a folder", self.text);
-                faults.push(Diagnostic::at(self.span.clone(), message));
+                diagnostics.push(Diagnostic::at(self.span.clone(), message));
             }
             None => {
                 let message = format!("there is no file or folder {:?}", self.text);
-                let fault = Diagnostic::at(self.span.clone(), message)
+                let diagnostic = Diagnostic::at(self.span.clone(), message)
                     .expected("expected a file, a folder or a glob");
-                faults.push(self.with_surroundings(fault, folders, spelling));
+                diagnostics.push(self.with_surroundings(diagnostic, folders, spelling));
             }
         }
         Vec::new()
     }
 
+    /// The files that the glob matches.
     fn search(
         &self,
         glob: &Pattern,
         folders: &dyn Folders,
         spelling: &Spelling,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Vec<(PathBuf, Found)> {
-        let before = faults.len();
+        let before = diagnostics.len();
         let mut found = Vec::new();
         let mut searched = 0;
         let mut open = vec![(PathBuf::new(), 0)];
@@ -231,8 +242,9 @@ impl Source {
             searched += 1;
             if searched > MOST_FOLDERS {
                 let message = format!("{:?} searches more than {MOST_FOLDERS} folders", self.text);
-                let fault = Diagnostic::at(self.span.clone(), message).expected("expected a narrower glob");
-                faults.push(fault.help(format!("the search begins in {}", self.shown(&self.root))));
+                let diagnostic =
+                    Diagnostic::at(self.span.clone(), message).expected("expected a narrower glob");
+                diagnostics.push(diagnostic.help(format!("the search begins in {}", self.shown(&self.root))));
                 return Vec::new();
             }
             let names = match folders.list(&folder) {
@@ -240,12 +252,12 @@ impl Source {
                 Err(_) if folders.find(&folder) != Some(Found::Folder) => continue,
                 Err(error) => {
                     let message = format!("cannot read the folder {}: {error}", self.shown(&folder));
-                    faults.push(Diagnostic::at(self.span.clone(), message));
+                    diagnostics.push(Diagnostic::at(self.span.clone(), message));
                     continue;
                 }
             };
             for Name { name, found: kind, link } in names {
-                if is_passed_over(&name) {
+                if is_ignored(&name) {
                     continue;
                 }
                 let path = below.join(&name);
@@ -258,29 +270,35 @@ impl Source {
                 }
             }
         }
-        if found.is_empty() && faults.len() == before {
-            faults.push(self.nothing(folders, spelling));
+        if found.is_empty() && diagnostics.len() == before {
+            diagnostics.push(self.no_match(folders, spelling));
         }
         found.sort_unstable();
         found
     }
 
-    fn nothing(&self, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
-        let fault = Diagnostic::at(self.span.clone(), format!("no file matches {:?}", self.text))
+    fn no_match(&self, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
+        let diagnostic = Diagnostic::at(self.span.clone(), format!("no file matches {:?}", self.text))
             .expected(format!("expected files in {}", self.shown(&self.root)));
         if folders.find(&self.base.join(&self.text)).is_some() {
-            return fault
-                .help("a file has this very name: write its special characters in brackets, [[] for [");
+            return diagnostic.help(
+                "a file has exactly this name: put its special characters in brackets, such as [[] for [",
+            );
         }
-        self.with_surroundings(fault, folders, spelling)
+        self.with_surroundings(diagnostic, folders, spelling)
     }
 
-    /// A fault with what a person needs who looks for a path that leads nowhere.
-    fn with_surroundings(&self, fault: Diagnostic, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
-        if spelling.is_used_up() { fault } else { fault.help(self.surroundings(folders, spelling)) }
+    /// Adds help for somebody who looks for a path that does not exist.
+    fn with_surroundings(
+        &self,
+        diagnostic: Diagnostic,
+        folders: &dyn Folders,
+        spelling: &Spelling,
+    ) -> Diagnostic {
+        if spelling.is_used_up() { diagnostic } else { diagnostic.help(self.surroundings(folders, spelling)) }
     }
 
-    /// What is there instead.
+    /// What exists near the path.
     fn surroundings(&self, folders: &dyn Folders, spelling: &Spelling) -> String {
         let plain = resolved(&self.root);
         let above: Vec<_> = plain.ancestors().collect();
@@ -296,14 +314,14 @@ impl Source {
         };
         spelling.has_listed(names.len());
         names.sort_unstable();
-        // A hidden name is shown only as what a misspelt one may have meant.
-        let shown = names.iter().filter(|name| !is_passed_over(&name.name)).map(|name| {
+        // A hidden name is shown only if it is near to the missing one.
+        let shown = names.iter().filter(|name| !is_ignored(&name.name)).map(|name| {
             format!("{}{}", name.name.to_string_lossy(), if name.found == Found::Folder { "/" } else { "" })
         });
         let shown: Vec<_> = shown.collect();
         let holds = match shown.len() {
             0 => format!("{} is empty", self.shown(folder)),
-            _ => format!("{} holds {}", self.shown(folder), listed(shown)),
+            _ => format!("{} contains {}", self.shown(folder), listed(shown)),
         };
         let Some(missing) = above.iter().take_while(|above| above != &folder).last() else { return holds };
         let wanted = missing.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
@@ -323,7 +341,7 @@ impl Source {
             .is_some_and(|out| out.file_name() == Some(name) && resolved(folder).join(name) == *out)
     }
 
-    /// A path for people: relative to the manifest where it lies below it.
+    /// A path for messages: relative to the manifest's folder if it lies inside it.
     fn shown(&self, path: &Path) -> String {
         let (plain, base) = (resolved(path), resolved(&self.base));
         match plain.strip_prefix(&base) {
@@ -343,7 +361,7 @@ impl Pattern {
         };
         let parts = parts(glob);
         let deep = glob.contains("**");
-        // The last part names files; from the first that may span folders on, names of folders say nothing.
+        // The last part matches files. From the first part that may match several folders on, a level is not known.
         let levels =
             parts[..parts.len() - 1].iter().take_while(|part| !part.contains('/') && !part.contains("**"));
         Ok(Self {
@@ -353,7 +371,7 @@ impl Pattern {
         })
     }
 
-    /// Whether files in the folder of this name, which stands at a level, can match.
+    /// Whether files in a folder of this name, at this level, can match.
     fn enters(&self, name: &OsStr, level: usize, link: bool) -> bool {
         match self.depth {
             Some(depth) if level >= depth => return false,
@@ -364,7 +382,7 @@ impl Pattern {
     }
 }
 
-/// The parts of a glob between `/`, where no braces or brackets are open.
+/// The parts of a glob between the `/` that are not inside braces or brackets.
 fn parts(glob: &str) -> Vec<&str> {
     let (mut depth, mut start, mut parts) = (0_usize, 0, Vec::new());
     for (index, byte) in glob.bytes().enumerate() {
@@ -382,8 +400,8 @@ fn parts(glob: &str) -> Vec<&str> {
     parts
 }
 
-/// Hidden names, and what editors and downloads leave beside a file.
-fn is_passed_over(name: &OsStr) -> bool {
+/// Whether a name is hidden, or that of a file that editors and downloads put beside another.
+fn is_ignored(name: &OsStr) -> bool {
     const ENDINGS: [&str; 8] = ["~", ".swp", ".swo", ".swx", ".bak", ".tmp", ".orig", ".part"];
     let name = name.to_string_lossy();
     let lower = name.to_ascii_lowercase();
@@ -392,7 +410,7 @@ fn is_passed_over(name: &OsStr) -> bool {
         || (name.starts_with('#') && name.ends_with('#'))
 }
 
-/// A path without `.` and, as far as names tell it, without `..`: for comparing and showing, not for opening.
+/// A path without `.` and, as far as possible without the disk, without `..`: to compare and show, not to open.
 pub(crate) fn resolved(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -407,7 +425,7 @@ pub(crate) fn resolved(path: &Path) -> PathBuf {
     plain
 }
 
-/// The first names of a list, and how many more there are.
+/// The first names of a list, and the number of the others.
 pub(crate) fn listed<S: ToString>(names: impl IntoIterator<Item = S, IntoIter: ExactSizeIterator>) -> String {
     const SHOWN: usize = 8;
     let names = names.into_iter();

@@ -1,7 +1,7 @@
-//! Where an item's files land: `path` templates, and the names that every system can hold.
+//! Where an item's files are written: `path` templates, and the names that are valid on every system.
 //!
-//! A template is text with `{source stage}` in it, which stands for the stem of the item's file of that stage. The
-//! kind's endings are put after it. The result is a path below `out` that Linux, macOS and Windows can all hold.
+//! A template is text with placeholders `{source stage}`, which stand for the stem of the item's file of that stage.
+//! The kind's endings are appended. The result is a path below `out` that is valid on Linux, macOS and Windows.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -11,10 +11,10 @@ use super::source::listed;
 use crate::Diagnostic;
 use crate::spelling::Spelling;
 
-/// A `path`, taken apart.
+/// A parsed `path`.
 #[derive(Clone, Debug)]
 pub(crate) struct Template {
-    /// The place of `path`, or of the stage's header for the default.
+    /// The place of `path`, or of the stage's name for the default.
     pub(crate) span: Range<usize>,
     parts: Vec<Part>,
 }
@@ -22,15 +22,15 @@ pub(crate) struct Template {
 #[derive(Clone, Debug)]
 enum Part {
     Text(String),
-    /// The stem of a key, by its place among the stage's keys.
+    /// The stem of a key, by its index among the stage's keys.
     Stem(usize),
 }
 
 impl Template {
     /// The default: the stage's name, then the stems, in the order of their keys.
-    pub(crate) fn of_stage(name: &str, header: Range<usize>, keys: usize) -> Self {
+    pub(crate) fn of_stage(name: &str, span: Range<usize>, keys: usize) -> Self {
         let stems = (0..keys).flat_map(|key| [Part::Text("/".into()), Part::Stem(key)]);
-        Self { span: header, parts: std::iter::once(Part::Text(name.into())).chain(stems).collect() }
+        Self { span, parts: std::iter::once(Part::Text(name.into())).chain(stems).collect() }
     }
 
     /// Parses a `path` of a stage that has these keys.
@@ -39,10 +39,10 @@ impl Template {
         stage: &str,
         keys: &[&str],
         spelling: &Spelling,
-        faults: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
-        let before = faults.len();
-        let places: HashMap<&str, usize> = keys.iter().copied().zip(0..).collect();
+        let before = diagnostics.len();
+        let indices: HashMap<&str, usize> = keys.iter().copied().zip(0..).collect();
         let mut parts = Vec::new();
         let mut rest = written.value.as_str();
         while let Some(brace) = rest.find(['{', '}']) {
@@ -50,30 +50,32 @@ impl Template {
             let end = rest[brace..].find('}').filter(|_| rest.as_bytes()[brace] == b'{');
             let Some(name) = end.map(|end| &rest[brace + 1..brace + end]).filter(|name| !name.contains('{'))
             else {
-                let message = format!("{:?} has a brace without its partner", written.value);
-                faults
+                let message = format!("{:?} has an unmatched brace", written.value);
+                diagnostics
                     .push(Diagnostic::at(written.span.clone(), message).expected("expected {SOURCE STAGE}"));
                 return None;
             };
-            match places.get(name) {
+            match indices.get(name) {
                 Some(key) => parts.push(Part::Stem(*key)),
-                None => faults.push(unknown_placeholder(name, written.span.clone(), stage, keys, spelling)),
+                None => {
+                    diagnostics.push(unknown_placeholder(name, written.span.clone(), stage, keys, spelling))
+                }
             }
             rest = &rest[brace + name.len() + 2..];
         }
         parts.push(Part::Text(rest.into()));
         let template = Self { span: written.span.clone(), parts };
-        if faults.len() == before {
-            // With a plain word for every stem, what is wrong is the template's own fault.
+        if diagnostics.len() == before {
+            // With a plain word for every stem, only the template itself can be wrong.
             if let Err(problem) = check(&template.path(|_| "stem"), "\"out\"") {
                 let message = format!("{:?} {}", written.value, problem.message);
-                faults.push(Diagnostic::at(written.span.clone(), message).expected(problem.expected));
+                diagnostics.push(Diagnostic::at(written.span.clone(), message).expected(problem.expected));
             }
         }
-        (faults.len() == before).then_some(template)
+        (diagnostics.len() == before).then_some(template)
     }
 
-    /// The path of the item with these stems, without an ending.
+    /// The path of the item that has these stems, without an ending.
     pub(crate) fn path<'a>(&self, stem: impl Fn(usize) -> &'a str) -> String {
         let mut path = String::new();
         for part in &self.parts {
@@ -85,7 +87,7 @@ impl Template {
         path
     }
 
-    /// Whether a key is in it.
+    /// Whether the template contains a key.
     pub(crate) fn has(&self, key: usize) -> bool {
         self.parts.iter().any(|part| matches!(part, Part::Stem(own) if *own == key))
     }
@@ -98,30 +100,30 @@ fn unknown_placeholder(
     keys: &[&str],
     spelling: &Spelling,
 ) -> Diagnostic {
-    let fault = Diagnostic::at(span, format!("{{{name}}} names no source stage of this stage's items"));
-    let fault = match keys {
-        [] => fault.expected("expected no {...}: the stage has one item, without a key"),
-        _ => fault
+    let diagnostic = Diagnostic::at(span, format!("{{{name}}} is not a key of this stage's items"));
+    let diagnostic = match keys {
+        [] => diagnostic.expected("expected no {...}: the stage has a single item without a key"),
+        _ => diagnostic
             .expected(format!("expected one of: {}", listed(keys.iter().map(|key| format!("{{{key}}}"))))),
     };
     match spelling.nearest(name, keys.iter().copied()) {
-        Some(near) => fault.help(format!("did you mean {{{near}}}?")),
-        None if name == "stage" => fault.help(format!("write the stage's name itself: {stage}")),
-        None => fault,
+        Some(near) => diagnostic.help(format!("did you mean {{{near}}}?")),
+        None if name == "stage" => diagnostic.help(format!("to use the stage's name, write it: {stage}")),
+        None => diagnostic,
     }
 }
 
 /// What is wrong with a path.
 #[derive(Debug)]
 pub(crate) struct Problem {
-    /// Goes after the path in a sentence.
+    /// The end of a sentence that begins with the path.
     pub(crate) message: String,
     pub(crate) expected: String,
 }
 
-/// Whether a relative path with `/` between folders can be held by every system and stays within a folder.
+/// Whether a relative path with `/` between folders is valid on every system and stays within a folder.
 pub(crate) fn check(path: &str, within: &str) -> Result<(), Problem> {
-    /// A name's length in bytes: the limit of Linux; Windows and macOS allow as many units.
+    /// The length of a name in bytes that Linux allows; Windows and macOS allow as many UTF-16 units.
     const LONGEST: usize = 255;
 
     let problem =
@@ -132,7 +134,7 @@ pub(crate) fn check(path: &str, within: &str) -> Result<(), Problem> {
         return problem("is empty", inside);
     }
     if path.contains('\\') {
-        return problem("has a \\", "expected / between folders");
+        return problem("contains a \\", "expected / between folders");
     }
     if path.starts_with('/') || (bytes[0].is_ascii_alphabetic() && bytes.get(1) == Some(&b':')) {
         return problem(&format!("is absolute and leaves {within}"), inside);
@@ -142,17 +144,17 @@ pub(crate) fn check(path: &str, within: &str) -> Result<(), Problem> {
             return problem(&format!("leaves {within}"), inside);
         }
         if name.is_empty() || name == "." {
-            return problem("has a folder without a name", "expected one / between names");
+            return problem("has an empty folder name", "expected a single / between names");
         }
         if name.starts_with('.') {
             return problem(
-                "has a hidden name; those are kept for what is being written",
-                "expected a name without a dot before it",
+                "has a hidden name, which is reserved for temporary files",
+                "expected a name that does not start with a dot",
             );
         }
         if let Some(bad) = name.chars().find(|c| c.is_control() || "<>:\"|?*".contains(*c)) {
             return problem(
-                &format!("has {bad:?}, which Windows cannot have in a name"),
+                &format!("contains {bad:?}, which Windows does not allow in names"),
                 "expected another character",
             );
         }
@@ -163,10 +165,13 @@ pub(crate) fn check(path: &str, within: &str) -> Result<(), Problem> {
             );
         }
         if is_reserved(name) {
-            return problem(&format!("has {name:?}, which is a device on Windows"), "expected another name");
+            return problem(
+                &format!("contains {name:?}, which is a device on Windows"),
+                "expected another name",
+            );
         }
         if name.len() > LONGEST {
-            return problem(&format!("has a name of more than {LONGEST} bytes"), "expected a shorter name");
+            return problem(&format!("has a name longer than {LONGEST} bytes"), "expected a shorter name");
         }
     }
     Ok(())

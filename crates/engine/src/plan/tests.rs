@@ -1,10 +1,10 @@
-//! Fixtures: a manifest and the files beside it go in; items or faults come out.
+//! Each test gives a manifest and the files beside it, and checks the items or the errors.
 
 mod damage;
-mod faults;
+mod errors;
 mod items;
 mod loading;
-mod many_faults;
+mod many_errors;
 mod paths;
 mod sources;
 
@@ -16,15 +16,16 @@ use expect_test::{Expect, expect};
 use proptest::prelude::*;
 
 use super::*;
+use crate::ItemKey;
 use crate::testkit::{kinds, shown};
 
-/// Folders in memory: absolute paths of files; folders are what stands before them.
+/// Folders in memory, by their absolute paths.
 struct Tree(BTreeMap<PathBuf, BTreeSet<Name>>);
 
 const MANIFEST: &str = "/project/pipeline.toml";
 
 impl Tree {
-    /// Files by their paths from `/project`, between spaces; `name/` is an empty folder.
+    /// Files by their paths relative to `/project`, separated by spaces; `name/` is an empty folder.
     fn new(files: &str) -> Self {
         let mut tree = Self(BTreeMap::from([(PathBuf::from("/project"), BTreeSet::new())]));
         files
@@ -70,14 +71,15 @@ fn load(files: &str, manifest: &str) -> Result<Plan, Diagnostics> {
     Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &Tree::new(files))
 }
 
-/// The faults of a manifest, whose first line (`schema = 1`) is put before the text.
-fn check_faults(files: &str, manifest: &str, expected: Expect) {
-    expected.assert_eq(&load(files, manifest).map_or_else(|faults| shown(&faults), |_| "no fault\n".into()));
+/// The errors of a manifest; `schema = 1` is inserted as its first line.
+fn check_errors(files: &str, manifest: &str, expected: Expect) {
+    let errors = load(files, manifest).map_or_else(|errors| shown(&errors), |_| "no error\n".into());
+    expected.assert_eq(&errors);
 }
 
 /// The items of a manifest: stage, key, what arrives at each port, source, files.
 fn check_items(files: &str, manifest: &str, expected: Expect) {
-    let plan = load(files, manifest).unwrap_or_else(|faults| panic!("{}", shown(&faults)));
+    let plan = load(files, manifest).unwrap_or_else(|diagnostics| panic!("{}", shown(&diagnostics)));
     expected.assert_eq(&drawn(&plan));
 }
 

@@ -101,19 +101,19 @@ impl<'a> Watched<'a> {
     }
 
     fn start(project: &'a Project, options: WatchOptions) -> Self {
-        let attention = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
-        Self::with(project, options, attention)
+        let collector = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
+        Self::with(project, options, collector)
     }
 
-    fn with(project: &'a Project, options: WatchOptions, attention: ChangeCollector) -> Self {
-        Self::trying(project, options, attention, TRIES)
+    fn with(project: &'a Project, options: WatchOptions, collector: ChangeCollector) -> Self {
+        Self::trying(project, options, collector, TRIES)
     }
 
     /// The same, with other pauses before what the system refused is tried again.
     fn trying(
         project: &'a Project,
         options: WatchOptions,
-        attention: ChangeCollector,
+        collector: ChangeCollector,
         [first, longest]: [Duration; 2],
     ) -> Self {
         let (told, cancel) = (Arc::new(Told::default()), Cancel::default());
@@ -124,7 +124,7 @@ impl<'a> Watched<'a> {
                 ears.more.notify_all();
             };
             let kinds = kinds().with(running::Patient).with(retries::Refused).with(writing::Sentence);
-            let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, attention)?;
+            let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, collector)?;
             watcher.retry = Backoff::new(first, longest);
             watcher.run()
         });

@@ -1,8 +1,8 @@
-//! How long to wait before something that failed is tried again.
+//! The pauses before something that failed is tried again.
 
 use std::time::Duration;
 
-/// Pauses that double from try to try, up to a longest one.
+/// Pauses that double from try to try, up to the longest.
 #[derive(Debug)]
 pub(crate) struct Backoff {
     first: Duration,
@@ -22,7 +22,7 @@ impl Backoff {
         pause
     }
 
-    /// The next pause is the first again.
+    /// Begins with the first pause again.
     pub(super) fn reset(&mut self) {
         self.next = self.first;
     }
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_pauses_double_up_to_the_longest_and_begin_anew_after_a_reset() {
+    fn pauses_double_up_to_the_longest_and_a_reset_begins_with_the_first() {
         let mut backoff = Backoff::new(Duration::from_secs(1), Duration::from_secs(60));
         let pauses =
             |backoff: &mut Backoff, count| (0..count).map(|_| backoff.pause().as_secs()).collect::<Vec<_>>();

@@ -1,9 +1,9 @@
-//! Attends to the places of a graph: hears and looks, gathers what came until it is quiet, and knows whether hearing
-//! can be relied on.
+//! Collects changes of the places of a graph: listens or polls, waits until it is quiet, and knows whether events can be
+//! relied on.
 //!
-//! What is heard is gathered here, not by `notify`'s full debouncer, which merges the events of a path and so can
-//! lose a change: of a file that is written beside, renamed over the old one and removed at once it tells nothing at
-//! all. Here nothing is merged. An event is only a hint of where to look: contents decide.
+//! Events are collected here, not by `notify`'s full debouncer, which merges the events of a path and can so lose a
+//! change: it reports nothing for a file that is written, renamed over an old one and removed at once. Here nothing is
+//! merged. An event is only a hint; contents decide what runs.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -11,82 +11,82 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use super::listener::{Heard, Listener, Step};
+use super::listener::{FileEvent, Listener, Message};
 use super::places::Places;
 use super::poller::Poller;
 use super::probe::Probes;
 #[cfg(test)]
 use super::unfinished::WritePauses;
-use super::unfinished::{Awaited, PATIENCE, Unfinished};
+use super::unfinished::{MOST_QUIET_TIMES, UnfinishedFile, UnfinishedFiles};
 use crate::session::PathSet;
 use crate::{Event, platform};
 
-/// How often a waiting watcher asks whether it is to stop.
+/// How often a waiting watcher checks whether it is to stop.
 const PULSE: Duration = Duration::from_millis(100);
 
-/// What came, not yet acted on.
+/// Changes that have not been built yet.
 #[derive(Debug, Default)]
 pub(super) struct Hints {
-    /// The paths that it concerns, as the graph spells them, and whether they led somewhere before.
+    /// The changed paths, as the graph spells them, and whether each led to a file or folder before.
     pub(super) paths: BTreeMap<PathBuf, bool>,
     /// Whether events were lost.
     pub(super) lost: bool,
-    /// Whether something may have changed that cannot be told.
-    perhaps: bool,
-    /// When the first was heard of.
-    heard: Option<Instant>,
-    /// When the first and the last came that could be acted on.
-    times: Option<(Instant, Instant)>,
+    /// Whether something may have changed that is not among the paths.
+    is_uncertain: bool,
+    /// The time of the first change.
+    first: Option<Instant>,
+    /// When the first and the last of the changes could be built.
+    ready: Option<(Instant, Instant)>,
 }
 
 impl Hints {
-    fn came(&mut self) {
+    /// Something changed now, and can be built.
+    fn add_now(&mut self) {
         let now = Instant::now();
-        self.came_at(now, now, now);
+        self.add(now, now, now);
     }
 
-    /// Something was heard of at a time, could be acted on since another, and is to be from now on.
-    fn came_at(&mut self, heard: Instant, since: Instant, now: Instant) {
-        self.heard = Some(self.heard.map_or(heard, |first| first.min(heard)));
-        let times = self.times.unwrap_or((since, now));
-        self.times = Some((times.0.min(since), times.1.max(now)));
+    /// Something changed at a time, could be built since another, and can be built from now on.
+    fn add(&mut self, changed: Instant, since: Instant, now: Instant) {
+        self.first = Some(self.first.map_or(changed, |first| first.min(changed)));
+        let ready = self.ready.unwrap_or((since, now));
+        self.ready = Some((ready.0.min(since), ready.1.max(now)));
     }
 
-    /// Takes a path out. Returns whether it led somewhere before, when it was heard of, and since when it could be acted
-    /// on.
-    fn take(&mut self, path: &Path) -> Option<(bool, Instant, Instant)> {
-        let knew = self.paths.remove(path)?;
-        let taken = (knew, self.heard?, self.times?.0);
-        if self.paths.is_empty() && !self.lost && !self.perhaps {
+    /// Removes a path. Returns whether it existed before, when it changed, and since when it could be built.
+    fn remove(&mut self, path: &Path) -> Option<(bool, Instant, Instant)> {
+        let existed = self.paths.remove(path)?;
+        let removed = (existed, self.first?, self.ready?.0);
+        if self.paths.is_empty() && self.are_all() {
             *self = Self::default();
         }
-        Some(taken)
+        Some(removed)
     }
 
-    /// When they are to be acted on: after a quiet time.
-    fn ripe(&self, quiet: Duration) -> Option<Instant> {
-        self.times.map(|(first, last)| (last + quiet).min(first + quiet * PATIENCE))
+    /// When the changes are to be built: after a quiet time.
+    fn due(&self, quiet: Duration) -> Option<Instant> {
+        self.ready.map(|(first, last)| (last + quiet).min(first + quiet * MOST_QUIET_TIMES))
     }
 
-    /// Whether they name all that can have changed.
+    /// Whether nothing else can have changed.
     pub(super) fn are_all(&self) -> bool {
-        !self.lost && !self.perhaps
+        !self.lost && !self.is_uncertain
     }
 
-    /// The time since the first of them came.
+    /// The time since the first change.
     pub(super) fn age(&self) -> Duration {
-        self.heard.map_or(Duration::ZERO, |first| first.elapsed())
+        self.first.map_or(Duration::ZERO, |first| first.elapsed())
     }
 
     /// Adds others.
     pub(super) fn merge(&mut self, others: Self) {
-        for (path, knew) in others.paths {
-            self.paths.entry(path).or_insert(knew);
+        for (path, existed) in others.paths {
+            self.paths.entry(path).or_insert(existed);
         }
         self.lost |= others.lost;
-        self.perhaps |= others.perhaps;
-        self.heard = self.heard.into_iter().chain(others.heard).min();
-        self.times = match (self.times, others.times) {
+        self.is_uncertain |= others.is_uncertain;
+        self.first = self.first.into_iter().chain(others.first).min();
+        self.ready = match (self.ready, others.ready) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
             (own, others) => own.or(others),
         };
@@ -95,43 +95,44 @@ impl Hints {
 
 /// Why waiting ended.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Woken {
-    /// Hints came, and then it was quiet.
+pub(super) enum Wakeup {
+    /// Changes can be built.
     Hints,
     /// The time is over.
-    Due,
-    /// It was told to stop.
+    Timeout,
+    /// The caller asked to stop.
     Stopped,
 }
 
-/// Ears and eyes.
+/// Collects changes of the places of a graph.
 pub(crate) struct ChangeCollector {
-    heard: Receiver<Heard>,
-    teller: Sender<Heard>,
+    messages: Receiver<Message>,
+    sender: Sender<Message>,
     listener: Option<Listener>,
     poller: Option<Poller>,
-    /// The time between two looks, should looking be necessary.
+    /// The time between two polls, if polling becomes necessary.
     fallback: Duration,
     quiet: Duration,
     places: Places,
     probes: Probes,
-    /// The roots that have been probed, or need not be.
+    /// The roots that have been probed or need no probe.
     probed: BTreeSet<PathBuf>,
+    /// Why it polls.
     because: Option<String>,
     hints: Hints,
-    unfinished: Unfinished,
-    /// The paths of which something was heard that was not acted on yet.
+    unfinished: UnfinishedFiles,
+    /// The changed paths that have not been built yet.
     pending: Arc<PathSet>,
-    /// The way that was told last: whether it polls.
-    told: Option<bool>,
+    /// The mode that was reported last: whether it polls.
+    reported_polling: Option<bool>,
 }
 
 impl ChangeCollector {
-    /// Attends to nothing yet. Looks where `poll` says so, else listens.
+    /// Watches no places yet. Polls if `poll` says how often, otherwise listens.
     pub(crate) fn new(quiet: Duration, poll: Option<Duration>, fallback: Duration) -> Self {
-        let (teller, heard) = channel();
-        let mut attention = Self {
-            heard,
+        let (sender, messages) = channel();
+        let mut collector = Self {
+            messages,
             listener: None,
             poller: poll.map(Poller::new),
             fallback,
@@ -141,64 +142,69 @@ impl ChangeCollector {
             probed: BTreeSet::new(),
             because: None,
             hints: Hints::default(),
-            unfinished: Unfinished::default(),
+            unfinished: UnfinishedFiles::default(),
             pending: Arc::default(),
-            told: None,
-            teller,
+            reported_polling: None,
+            sender,
         };
         if poll.is_none() {
-            match Listener::new(attention.teller.clone()) {
-                Ok(listener) => attention.listener = Some(listener),
-                Err(why) => attention.poll_because(why),
+            match Listener::new(collector.sender.clone()) {
+                Ok(listener) => collector.listener = Some(listener),
+                Err(why) => collector.poll_because(why),
             }
         }
-        attention
+        collector
     }
 
-    /// Hears nothing but what it is told.
+    /// Receives only the messages that a test sends.
     #[cfg(test)]
-    pub(crate) fn deaf(quiet: Duration) -> Self {
-        let mut attention = Self::new(quiet, None, Duration::from_millis(500));
-        attention.listener = None;
-        attention
+    pub(crate) fn without_listener(quiet: Duration) -> Self {
+        let mut collector = Self::new(quiet, None, Duration::from_millis(500));
+        collector.listener = None;
+        collector
     }
 
     /// Listens to folders from which no event arrives.
     #[cfg(test)]
-    pub(crate) fn unanswered(quiet: Duration, fallback: Duration) -> Self {
-        let mut attention = Self::new(quiet, None, fallback);
-        attention.listener = Listener::new(channel().0).ok();
-        attention
+    pub(crate) fn with_silent_listener(quiet: Duration, fallback: Duration) -> Self {
+        let mut collector = Self::new(quiet, None, fallback);
+        collector.listener = Listener::new(channel().0).ok();
+        collector
     }
 
-    /// Waits for files that are being written in other ways than by default.
+    /// Waits for unfinished files with other pauses than the default.
     #[cfg(test)]
     pub(crate) fn with_pauses(mut self, pauses: WritePauses) -> Self {
         self.unfinished.pauses = pauses;
         self
     }
 
-    /// The paths of which something was heard that was not acted on yet, files that are being written among them.
+    /// The changed paths that have not been built yet, including files that are still being written.
     pub(super) fn pending(&self) -> Arc<PathSet> {
         Arc::clone(&self.pending)
     }
 
-    /// What came of acting on changes: the files that items failed on, and whether the build went to its end.
-    pub(super) fn judge(&mut self, changed: &BTreeSet<PathBuf>, failed: &HashSet<PathBuf>, has_ended: bool) {
-        self.unfinished.judge(changed, failed, has_ended, Instant::now());
+    /// Records what a build made of changes: the files on which items failed, and whether the build was completed.
+    pub(super) fn record_outcome(
+        &mut self,
+        changed: &BTreeSet<PathBuf>,
+        failed: &HashSet<PathBuf>,
+        has_ended: bool,
+    ) {
+        self.unfinished.record_outcome(changed, failed, has_ended, Instant::now());
     }
 
-    /// Lets others be heard: an end of waiting, and in tests what the system may tell.
-    pub(crate) fn teller(&self) -> Sender<Heard> {
-        self.teller.clone()
+    /// Sends messages to the collector: to wake it, and in tests what the system may send.
+    pub(crate) fn sender(&self) -> Sender<Message> {
+        self.sender.clone()
     }
 
-    /// Attends to these places from now on. Returns whether that is more than before: what came to the new ones until
-    /// now may have gone unheard, so that everything has to be looked at again.
-    pub(super) fn attend(&mut self, places: Places) -> bool {
-        // What is known to have changed is told by what was there before.
-        self.take_all();
-        self.look();
+    /// Watches these places from now on. Returns whether any is new: changes of new places may have been missed until
+    /// now, so that everything has to be checked again.
+    pub(super) fn watch(&mut self, places: Places) -> bool {
+        // Whether a changed path existed before is known from the old places.
+        self.receive_all();
+        self.poll_now();
         let mut is_more = places.exceed(&self.places);
         self.places = places;
         if let Some(listener) = &mut self.listener {
@@ -209,13 +215,13 @@ impl ChangeCollector {
             }
         }
         if let Some(poller) = &mut self.poller {
-            is_more |= poller.attend(&self.places);
+            is_more |= poller.watch(&self.places);
         }
         self.probe();
         is_more
     }
 
-    /// Asks roots that are new for proof that events arrive from there.
+    /// Tests whether events arrive from the roots that are new.
     fn probe(&mut self) {
         if self.listener.is_none() {
             return;
@@ -228,7 +234,7 @@ impl ChangeCollector {
                 Some(kind) => {
                     let root = root.display();
                     self.poll_because(format!(
-                        "{root} is on {kind}: what other machines change there makes no events"
+                        "{root} is on {kind}: changes that other machines make there send no events"
                     ));
                 }
                 None => self.probes.write(&root),
@@ -240,14 +246,14 @@ impl ChangeCollector {
         if self.poller.is_none() {
             self.poller = Some(Poller::new(self.fallback));
             self.because = Some(why);
-            // What came before the first look has to be found otherwise.
-            self.hints.perhaps = true;
-            self.hints.came();
+            // Polling does not find what changed before the first poll.
+            self.hints.is_uncertain = true;
+            self.hints.add_now();
         }
     }
 
-    /// The way in which files are attended to, where it is certain and was not told yet.
-    pub(super) fn way(&mut self) -> Option<Event> {
+    /// The event that says whether it listens or polls, if that is known and was not reported yet.
+    pub(super) fn mode_event(&mut self) -> Option<Event> {
         if !self.probes.are_settled() {
             return None;
         }
@@ -255,7 +261,7 @@ impl ChangeCollector {
             self.poll_because(why);
         }
         let polls = self.poller.is_some();
-        if self.told.replace(polls) == Some(polls) {
+        if self.reported_polling.replace(polls) == Some(polls) {
             return None;
         }
         Some(Event::Watching {
@@ -265,49 +271,48 @@ impl ChangeCollector {
         })
     }
 
-    /// Waits for hints and then for quiet; until `due` where none came, or until `stop` says so. A file that is being
-    /// written makes no hint before it is finished.
-    pub(super) fn wait(&mut self, due: Option<Instant>, stop: &dyn Fn() -> bool) -> Woken {
+    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so. A file that is
+    /// still being written does not count as a change until it is finished.
+    pub(super) fn wait(&mut self, timeout: Option<Instant>, stop: &dyn Fn() -> bool) -> Wakeup {
         loop {
-            self.take_all();
+            self.receive_all();
             let now = Instant::now();
             if self.poller.as_ref().is_some_and(|poller| poller.next() <= now) {
-                self.look();
+                self.poll_now();
             }
-            for (path, file) in self.unfinished.take_ripe(now) {
-                // At once: it was waited for long enough.
+            for (path, file) in self.unfinished.take_ready(now) {
+                // It was quiet for long enough, so it is built at once.
                 let since = file.first;
                 self.finished(path, &file, since);
             }
-            let ripe = self.hints.ripe(self.quiet);
+            let due = self.hints.due(self.quiet);
             if stop() {
-                return Woken::Stopped;
+                return Wakeup::Stopped;
             }
-            if ripe.is_some_and(|ripe| ripe <= now) {
-                return Woken::Hints;
+            if due.is_some_and(|due| due <= now) {
+                return Wakeup::Hints;
             }
-            if due.is_some_and(|due| due <= now) && ripe.is_none() {
-                return Woken::Due;
+            if timeout.is_some_and(|timeout| timeout <= now) && due.is_none() {
+                return Wakeup::Timeout;
             }
-            let look = self.poller.as_ref().map(Poller::next);
-            let next =
-                [Some(now + PULSE), ripe, due, look, self.unfinished.next()].into_iter().flatten().min();
-            let pause = next.map_or(PULSE, |next| next.saturating_duration_since(now));
-            match self.heard.recv_timeout(pause) {
-                Ok(heard) => self.take(heard),
+            let poll = self.poller.as_ref().map(Poller::next);
+            let next = [due, timeout, poll, self.unfinished.next()].into_iter().flatten().min();
+            let pause = next.map_or(PULSE, |next| next.saturating_duration_since(now).min(PULSE));
+            match self.messages.recv_timeout(pause) {
+                Ok(message) => self.receive(message),
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
             }
         }
     }
 
-    /// What came so far.
-    pub(super) fn hints(&mut self) -> Hints {
+    /// Takes the changes so far.
+    pub(super) fn take(&mut self) -> Hints {
         std::mem::take(&mut self.hints)
     }
 
-    /// What came so far, and is acted on now.
-    pub(super) fn act(&mut self) -> Hints {
-        let hints = self.hints();
+    /// Takes the changes so far for a build, which means that they are not pending any more.
+    pub(super) fn take_for_build(&mut self) -> Hints {
+        let hints = self.take();
         let mut pending = self.pending.lock();
         for path in hints.paths.keys().filter(|path| !self.unfinished.have(path)) {
             pending.remove(path);
@@ -316,99 +321,99 @@ impl ChangeCollector {
         hints
     }
 
-    /// Gives back what is still to be acted on.
-    pub(super) fn give_back(&mut self, hints: Hints) {
+    /// Puts back changes that have not been built.
+    pub(super) fn put_back(&mut self, hints: Hints) {
         self.hints.merge(hints);
     }
 
     /// Whether it is still unknown if events arrive.
-    pub(super) fn is_proving(&self) -> bool {
-        self.told.is_none() || self.probes.are_waiting()
+    pub(super) fn is_probing(&self) -> bool {
+        self.reported_polling.is_none() || self.probes.are_waiting()
     }
 
-    /// The places that are attended to.
+    /// The places that are watched.
     pub(super) fn places(&self) -> &Places {
         &self.places
     }
 
-    fn take_all(&mut self) {
-        while let Ok(heard) = self.heard.try_recv() {
-            self.take(heard);
+    fn receive_all(&mut self) {
+        while let Ok(message) = self.messages.try_recv() {
+            self.receive(message);
         }
     }
 
-    fn take(&mut self, heard: Heard) {
-        match heard {
-            Heard::Nudge => {}
-            Heard::Lost => {
+    fn receive(&mut self, message: Message) {
+        match message {
+            Message::Wake => {}
+            Message::EventsLost => {
                 self.listener.iter_mut().for_each(Listener::forget_all);
                 self.hints.lost = true;
-                self.hints.came();
-                // A close may be among what was lost.
+                self.hints.add_now();
+                // The lost events may include that of a close.
                 for (path, file) in self.unfinished.take_all() {
                     self.finished(path, &file, file.first);
                 }
             }
-            Heard::Event(event) => {
+            Message::Event(event) => {
                 self.listener.iter_mut().for_each(|listener| listener.forget_moved(&event));
                 for path in &event.paths {
-                    self.probes.heard(path);
-                    let step = Step::of(&event.kind, path);
+                    self.probes.arrived(path);
+                    let file_event = FileEvent::of(&event.kind, path);
                     for path in self.places.concerned(path) {
-                        self.hear(path, step);
+                        self.apply(path, file_event);
                     }
                 }
             }
         }
     }
 
-    fn hear(&mut self, path: PathBuf, step: Step) {
-        let (knew, now) = (self.places.knew(&path), Instant::now());
-        if step != Step::Closed {
+    fn apply(&mut self, path: PathBuf, event: FileEvent) {
+        let (existed, now) = (self.places.existed(&path), Instant::now());
+        if event != FileEvent::Closed {
             self.pending.lock().insert(path.clone());
         }
-        match step {
-            Step::Written => {
-                let pending = self.hints.take(&path);
-                self.unfinished.written(path, knew, pending, now);
+        match event {
+            FileEvent::Written => {
+                let pending = self.hints.remove(&path);
+                self.unfinished.written(path, existed, pending, now);
             }
-            Step::Closed => {
+            FileEvent::Closed => {
                 if let Some(file) = self.unfinished.closed(&path, now) {
-                    let since = file.whole.unwrap_or(now);
+                    let since = file.complete_since.unwrap_or(now);
                     self.finished(path, &file, since);
                 }
             }
-            Step::Replaced => match self.unfinished.take(&path) {
-                Some(file) => self.finished(path, &file, file.whole.unwrap_or(now)),
-                None => self.changed(path, knew),
+            FileEvent::Replaced => match self.unfinished.take(&path) {
+                Some(file) => self.finished(path, &file, file.complete_since.unwrap_or(now)),
+                None => self.changed(path, existed),
             },
-            Step::Changed => {
-                if !self.unfinished.changed(&path, knew, now) {
-                    self.changed(path, knew);
+            FileEvent::Changed => {
+                if !self.unfinished.changed(&path, existed, now) {
+                    self.changed(path, existed);
                 }
             }
         }
     }
 
-    /// A file is not waited for any more; it could be acted on since some time.
-    fn finished(&mut self, path: PathBuf, file: &Awaited, since: Instant) {
-        self.hints.paths.entry(path).or_insert(file.knew);
-        self.hints.came_at(file.first, since, Instant::now());
+    /// A file is not waited for any more; it could have been built since some time.
+    fn finished(&mut self, path: PathBuf, file: &UnfinishedFile, since: Instant) {
+        self.hints.paths.entry(path).or_insert(file.existed);
+        self.hints.add(file.first, since, Instant::now());
     }
 
-    fn changed(&mut self, path: PathBuf, knew: bool) {
-        self.hints.paths.entry(path).or_insert(knew);
-        self.hints.came();
+    fn changed(&mut self, path: PathBuf, existed: bool) {
+        self.hints.paths.entry(path).or_insert(existed);
+        self.hints.add_now();
     }
 
-    /// Looks at the files now, where they are looked at.
-    pub(super) fn look(&mut self) {
+    /// Polls now, if polling is necessary.
+    pub(super) fn poll_now(&mut self) {
         let Some(poller) = &mut self.poller else { return };
-        let seen = poller.look(&self.places);
-        seen.changed.into_iter().for_each(|path| self.hear(path, Step::Changed));
-        if seen.perhaps {
-            self.hints.perhaps = true;
-            self.hints.came();
+        let polled = poller.poll(&self.places);
+        polled.changed.into_iter().for_each(|path| self.apply(path, FileEvent::Changed));
+        if polled.is_uncertain {
+            self.hints.is_uncertain = true;
+            self.hints.add_now();
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Which events of a build say something new: a build that nobody asked for is reported only if it does.
+//! Holds back the events of a build that no change triggered, until one of them is news.
 //!
-//! A watcher looks again to make sure that it attends to everything, and tries again what the system refused. If such a
-//! build finds nothing to do, or fails as the one before it did, nobody wants to read of it.
+//! A watcher builds again to make sure that it watches everything, and to retry what the system refused. If such a build
+//! finds nothing to do, or fails in the same way as the one before it, it is not reported.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,18 +19,18 @@ pub(super) struct OutstandingErrors {
 }
 
 impl OutstandingErrors {
-    /// Whether an error of a build as a whole was reported and stands.
+    /// Whether this error of a build as a whole was reported and still stands.
     pub(super) fn has(&self, error: &Error) -> bool {
         self.build.as_ref() == Some(error)
     }
 
-    /// An error of a build as a whole is reported.
-    pub(super) fn hindered(&mut self, error: Error) {
+    /// An error of a build as a whole was reported.
+    pub(super) fn build_failed(&mut self, error: Error) {
         self.build = Some(error);
     }
 
-    /// An event is reported.
-    fn take(&mut self, event: &Event) {
+    /// An event was reported.
+    fn update(&mut self, event: &Event) {
         match event {
             Event::Planned { .. } => self.build = None,
             Event::UpToDate { item } | Event::Finished { item, .. } => _ = self.items.remove(item),
@@ -42,17 +42,17 @@ impl OutstandingErrors {
     }
 }
 
-/// Holds the events of a build back until one of them says something new.
+/// Holds back the events of a build until one of them is news.
 pub(super) struct EventBuffer<'a> {
     events: &'a (dyn Fn(Event) + Sync),
-    /// Whether a change is known that the build is the answer to: then all of it is reported.
-    is_asked_for: bool,
+    /// Whether a change triggered the build: then all of it is reported.
+    is_triggered: bool,
     state: Mutex<State<'a>>,
 }
 
 struct State<'a> {
     outstanding: &'a mut OutstandingErrors,
-    /// What is held back; `None` once there was something new.
+    /// What is held back; `None` after an event was news.
     held: Option<Vec<Event>>,
     /// The items that failed in this build.
     failed: BTreeSet<ItemName>,
@@ -61,22 +61,22 @@ struct State<'a> {
 impl<'a> EventBuffer<'a> {
     pub(super) fn new(
         events: &'a (dyn Fn(Event) + Sync),
-        is_asked_for: bool,
+        is_triggered: bool,
         outstanding: &'a mut OutstandingErrors,
     ) -> Self {
         let state = State { outstanding, held: Some(Vec::new()), failed: BTreeSet::new() };
-        Self { events, is_asked_for, state: Mutex::new(state) }
+        Self { events, is_triggered, state: Mutex::new(state) }
     }
 
-    /// Reports an event and what was held back before it, or holds it back.
-    pub(super) fn tell(&self, event: Event) {
+    /// Reports an event and those that were held back before it, or holds it back.
+    pub(super) fn push(&self, event: Event) {
         let mut state = self.state.lock();
-        // A build that cannot begin has told its plan only.
+        // A build that cannot begin reports nothing but its plan.
         let is_news =
-            if self.is_asked_for { !matches!(event, Event::Planned { .. }) } else { state.is_news(&event) };
+            if self.is_triggered { !matches!(event, Event::Planned { .. }) } else { state.is_news(&event) };
         match &event {
             Event::Failed { item, .. } => _ = state.failed.insert(item.clone()),
-            // The build has spoken of every item that there is.
+            // The build has reported every item.
             Event::Ended(summary) if is_news && !summary.cancelled => {
                 let State { outstanding, failed, .. } = &mut *state;
                 outstanding.items.retain(|item, _| failed.contains(item));
@@ -84,24 +84,24 @@ impl<'a> EventBuffer<'a> {
             _ => {}
         }
         if let (Some(held), false) = (&mut state.held, is_news) {
-            // Of a build that nobody asked for nobody wants to read what did not change, and that may be very much.
-            if self.is_asked_for || !matches!(event, Event::UpToDate { .. }) {
+            // The items that are up to date may be very many.
+            if self.is_triggered || !matches!(event, Event::UpToDate { .. }) {
                 held.push(event);
             }
             return;
         }
         for event in state.held.take().into_iter().flatten().chain([event]) {
-            state.outstanding.take(&event);
+            state.outstanding.update(&event);
             (self.events)(event);
         }
     }
 }
 
 impl State<'_> {
-    /// Whether an event of a build that nobody asked for is worth reporting.
+    /// Whether an event of a build that no change triggered is worth reporting.
     fn is_news(&self, event: &Event) -> bool {
         let OutstandingErrors { build, items } = &*self.outstanding;
-        // Where the last build could not go on, it is known at the end only whether this one gets further.
+        // If the last build failed as a whole, only the end of this one shows whether it gets further.
         let is_known = |item| build.is_some() || items.contains_key(item);
         match event {
             Event::Finished { .. } | Event::Published { .. } | Event::Removed { .. } => true,

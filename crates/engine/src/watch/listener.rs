@@ -1,8 +1,9 @@
 //! Listens to folders through the operating system.
 //!
-//! Folders are watched one by one, never with what is below: the graph says which matter. A watch belongs to a folder,
-//! not to its name, so that each remembers which folder it was set on. One whose folder was moved or removed is
-//! forgotten at the event of that, before its name can come back: the system, or `notify`, has dropped it by then.
+//! Folders are watched one by one, never recursively, because the graph knows which ones matter. A watch belongs to a
+//! folder, not to its name, so each entry remembers the identity of its folder. If a folder is moved or removed, its
+//! watch is forgotten when that event arrives, before another folder can get the name: by then the system, or `notify`,
+//! has dropped the watch.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -16,20 +17,20 @@ use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watche
 use super::places::Places;
 use crate::platform::{self, FolderIdentity};
 
-/// What is heard.
+/// What the collector of changes receives.
 #[derive(Debug)]
-pub(crate) enum Heard {
-    /// Something happened at these paths.
+pub(crate) enum Message {
+    /// An event of the system.
     Event(Event),
     /// Events were lost.
-    Lost,
-    /// Nothing; somebody wants to be heard.
-    Nudge,
+    EventsLost,
+    /// Only ends the waiting.
+    Wake,
 }
 
 /// What an event says of the file at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(super) enum FileEvent {
     /// It was written to; a close follows.
     Written,
     /// It was closed by who could write to it.
@@ -43,14 +44,14 @@ pub(super) enum Step {
 /// Whether the system reports when a file is closed.
 const CLOSES: bool = cfg!(any(target_os = "linux", target_os = "android"));
 
-impl Step {
-    /// What an event of some kind says of a path.
+impl FileEvent {
+    /// What an event of a kind means for a path.
     pub(super) fn of(kind: &EventKind, path: &Path) -> Self {
         match kind {
             EventKind::Access(_) => Self::Closed,
             EventKind::Remove(_) | EventKind::Modify(ModifyKind::Name(_)) => Self::Replaced,
             EventKind::Modify(ModifyKind::Data(_)) if CLOSES => Self::Written,
-            // One that has content was linked, or is told of once more when it was written.
+            // A file with content was linked, or another event follows when it is written.
             EventKind::Create(CreateKind::File) if CLOSES && is_empty_file(path) => Self::Written,
             EventKind::Create(_) if CLOSES => Self::Replaced,
             _ => Self::Changed,
@@ -62,62 +63,62 @@ fn is_empty_file(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| found.is_file() && found.len() == 0)
 }
 
-/// The watches.
+/// The watches of folders.
 pub(super) struct Listener {
     watcher: RecommendedWatcher,
     watched: HashMap<PathBuf, FolderIdentity>,
 }
 
-/// What came of listening to folders.
+/// The result of listening to folders.
 #[derive(Debug, Default)]
 pub(super) struct Listened {
-    /// Whether a watch was set that was not there.
+    /// Whether a new watch was set.
     pub(super) is_more: bool,
-    /// Why a folder that is needed cannot be listened to; the others are.
+    /// Why a needed folder cannot be watched; the others are watched.
     pub(super) failed: Option<String>,
 }
 
 impl Listener {
     /// # Errors
-    /// Where the system does not allow it; what is told says what to do.
-    pub(super) fn new(heard: Sender<Heard>) -> Result<Self, String> {
-        let tell = move |event: notify::Result<Event>| {
-            let heard_of = match event {
-                // Builds open many files; of what is done with open ones only the end of writing matters.
+    /// If the system does not allow it; the message says what to do.
+    pub(super) fn new(sender: Sender<Message>) -> Result<Self, String> {
+        let send = move |event: notify::Result<Event>| {
+            let message = match event {
+                // Builds open many files; of these events only a close after writing matters.
                 Ok(event) if event.kind.is_access() && !is_close(&event.kind) => return,
-                Ok(event) if event.need_rescan() => Heard::Lost,
-                Ok(event) => Heard::Event(event),
-                Err(_) => Heard::Lost,
+                Ok(event) if event.need_rescan() => Message::EventsLost,
+                Ok(event) => Message::Event(event),
+                Err(_) => Message::EventsLost,
             };
-            // Nobody listens any more when the watcher ends.
-            let _ = heard.send(heard_of);
+            // When the watcher ends, there is no receiver any more.
+            let _ = sender.send(message);
         };
-        match RecommendedWatcher::new(tell, Config::default()) {
+        match RecommendedWatcher::new(send, Config::default()) {
             Ok(watcher) => Ok(Self { watcher, watched: HashMap::new() }),
             Err(error) => Err(unable(&error)),
         }
     }
 
-    /// The number of folders that are listened to.
+    /// The number of watched folders.
     pub(super) fn folders(&self) -> usize {
         self.watched.len()
     }
 
     /// Listens to the folders of these places and to no others.
     pub(super) fn listen(&mut self, places: &Places) -> Listened {
-        // First what is no longer right: a folder has one watch, whatever its name.
-        let wrong = self.watched.iter().filter(|(folder, identity)| {
+        // Outdated watches are dropped first, because a folder has only one watch, whatever its name.
+        let outdated = self.watched.iter().filter(|(folder, identity)| {
             !places.folders.contains_key(*folder)
                 || platform::folder_identity(folder).as_ref() != Some(identity)
         });
-        let wrong = wrong.map(|(folder, _)| folder.clone()).collect::<HashSet<_>>();
-        wrong.iter().for_each(|folder| self.drop_watch(folder));
+        let outdated = outdated.map(|(folder, _)| folder.clone()).collect::<HashSet<_>>();
+        outdated.iter().for_each(|folder| self.drop_watch(folder));
         let mut listened = Listened::default();
-        for (folder, interest) in &places.folders {
+        for (folder, wanted) in &places.folders {
             if self.watched.contains_key(folder) {
                 continue;
             }
-            // One that has gone is told by the folder above.
+            // If it has gone, an event of its parent says so.
             let Some(identity) = platform::folder_identity(folder) else { continue };
             match self.watcher.watch(folder, RecursiveMode::NonRecursive) {
                 Ok(()) => {
@@ -126,7 +127,7 @@ impl Listener {
                 }
                 Err(error) if is_gone(&error) => {}
                 Err(error) => {
-                    if interest.is_needed || is_limit(&error) {
+                    if wanted.is_needed || is_limit(&error) {
                         let why = || format!("cannot listen to {}: {}", folder.display(), unable(&error));
                         listened.failed.get_or_insert_with(why);
                     }
@@ -136,7 +137,7 @@ impl Listener {
         listened
     }
 
-    /// Forgets the watches of folders that an event moved or removed.
+    /// Forgets the watches of folders that were moved or removed.
     pub(super) fn forget_moved(&mut self, event: &Event) {
         if !matches!(event.kind, EventKind::Remove(_) | EventKind::Modify(ModifyKind::Name(_))) {
             return;
@@ -149,7 +150,7 @@ impl Listener {
         }
     }
 
-    /// Forgets all watches: events were lost, and with them what became of the folders.
+    /// Forgets all watches, because events were lost that may have moved or removed folders.
     pub(super) fn forget_all(&mut self) {
         self.forget_below(Path::new(""));
     }
@@ -162,7 +163,7 @@ impl Listener {
 
     fn drop_watch(&mut self, folder: &Path) {
         self.watched.remove(folder);
-        // It may have gone with its folder.
+        // The watch may have gone with its folder.
         let _ = self.watcher.unwatch(folder);
     }
 }
@@ -194,11 +195,11 @@ fn is_limit(error: &notify::Error) -> bool {
 fn unable(error: &notify::Error) -> String {
     match &error.kind {
         ErrorKind::MaxFilesWatch => {
-            "the system's limit of watches is reached; raise it: sysctl fs.inotify.max_user_watches=524288"
+            "the system's limit of watches is reached; to raise it: sysctl fs.inotify.max_user_watches=524288"
                 .into()
         }
         ErrorKind::Io(cause) if is_limit(error) => format!(
-            "too many files or watchers are open ({cause}); raise the limit: sysctl fs.inotify.max_user_instances=1024"
+            "too many files or watchers are open ({cause}); to raise the limit: sysctl fs.inotify.max_user_instances=1024"
         ),
         ErrorKind::Io(cause) => cause.to_string(),
         _ => error.to_string(),

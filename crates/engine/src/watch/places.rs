@@ -1,9 +1,9 @@
 //! The places that a graph depends on: names in folders.
 //!
-//! A path is walked from folder to folder as the system walks it, through every link. Each step depends on one name
+//! A path is followed from folder to folder as the system follows it, through every link. Each step depends on one name
 //! in one folder; the places are these pairs. So a link that is replaced anywhere on the way, a folder that is moved
-//! away, and the first missing folder of a path that is not there are all places like any other. Folders are
-//! canonical, because one that is watched under two names tells its events under one.
+//! away, and the first missing folder of a path are all places. Folders are canonical, because the events of a folder
+//! that is watched under two names arrive under only one of them.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ffi::{OsStr, OsString};
@@ -12,21 +12,21 @@ use std::path::{Component, Path, PathBuf};
 
 use super::probe::is_probe;
 use crate::Source;
-use crate::plan::Asked;
+use crate::plan::FolderQueries;
 
-/// As many links follow each other at most, as on Linux.
+/// The most links that may follow each other, as on Linux.
 const MOST_LINKS: usize = 40;
 
-/// What is wanted of a folder.
+/// The names of a folder that matter.
 #[derive(Debug, Default)]
-pub(super) struct Interest {
-    /// Names that matter, each with the paths, as the graph spells them, whose walk steps on it.
+pub(super) struct WatchedFolder {
+    /// Single names, each with the paths, as the graph spells them, that lead through it.
     names: HashMap<OsString, Vec<PathBuf>>,
-    /// The folder as the globs spell it that list it.
+    /// The folder as it is spelled by the globs that search it.
     searched: Vec<PathBuf>,
-    /// The folder as stages spell it that read all its names.
+    /// The folder as it is spelled by the stages that read all its names.
     listed: Vec<PathBuf>,
-    /// Whether a file or a listing of the graph lies here, rather than only the way to one.
+    /// Whether the graph reads a file or the names here; otherwise paths only lead through the folder.
     pub(super) is_needed: bool,
 }
 
@@ -34,22 +34,22 @@ pub(super) struct Interest {
 #[derive(Debug, Default)]
 pub(super) struct Places {
     /// By canonical folder.
-    pub(super) folders: HashMap<PathBuf, Interest>,
-    /// Paths, as the graph spells them, that lead somewhere.
-    known: HashSet<PathBuf>,
+    pub(super) folders: HashMap<PathBuf, WatchedFolder>,
+    /// Paths, as the graph spells them, that exist.
+    existing: HashSet<PathBuf>,
     /// Files and folders that are read or looked for.
     pub(super) files: HashSet<PathBuf>,
     /// Folders that globs search.
     searches: BTreeSet<PathBuf>,
-    /// Folders all of whose names a stage reads.
+    /// Folders of which a stage reads all names.
     listings: BTreeSet<PathBuf>,
     sources: Vec<Source>,
-    /// Where the engine itself writes.
+    /// The paths that the engine itself writes to.
     own: Vec<PathBuf>,
-    /// The manifest's folder and what it is really.
+    /// The manifest's folder, as given and canonical.
     base: (PathBuf, PathBuf),
-    /// Where folders lead that were walked to; `None`: nowhere.
-    walked: HashMap<PathBuf, Option<PathBuf>>,
+    /// The canonical paths of folders; `None` if a folder does not exist.
+    resolved: HashMap<PathBuf, Option<PathBuf>>,
 }
 
 impl Places {
@@ -59,39 +59,39 @@ impl Places {
         let real = fs::canonicalize(base).unwrap_or_else(|_| base.into());
         let mut places = Self { own, base: (base.into(), real.clone()), ..Self::default() };
         if let (Some(above), Some(name)) = (real.parent(), real.file_name()) {
-            places.want(above, name, base);
+            places.add_name(above, name, base);
         }
-        places.file(manifest);
+        places.add_file(manifest);
         places
     }
 
-    /// Adds what an expansion of sources asked for.
-    pub(super) fn add_search(&mut self, asked: &Asked, sources: impl Iterator<Item = Source>) {
+    /// Adds what an expansion of sources asked of the disk.
+    pub(super) fn add_search(&mut self, queries: &FolderQueries, sources: impl Iterator<Item = Source>) {
         self.sources.extend(sources);
-        asked.looked_for.iter().for_each(|path| self.file(path));
-        for (folder, links) in &asked.listed {
-            if let Some(real) = self.walk(folder) {
-                let interest = self.folders.entry(real).or_default();
-                interest.is_needed = true;
-                if !interest.searched.contains(folder) {
-                    interest.searched.push(folder.clone());
+        queries.looked_for.iter().for_each(|path| self.add_file(path));
+        for (folder, links) in &queries.listed {
+            if let Some(real) = self.resolve(folder) {
+                let watched = self.folders.entry(real).or_default();
+                watched.is_needed = true;
+                if !watched.searched.contains(folder) {
+                    watched.searched.push(folder.clone());
                 }
             }
             self.searches.insert(folder.clone());
-            links.iter().for_each(|link| self.file(&folder.join(link)));
+            links.iter().for_each(|link| self.add_file(&folder.join(link)));
         }
     }
 
     /// Adds what items read, and whether each is a listing.
     pub(super) fn add_reads<'a>(&mut self, reads: impl IntoIterator<Item = &'a (PathBuf, bool)>) {
         for (path, listing) in reads {
-            self.file(path);
+            self.add_file(path);
             if *listing {
-                if let Some(real) = self.walk(path) {
-                    let interest = self.folders.entry(real).or_default();
-                    interest.is_needed = true;
-                    if !interest.listed.contains(path) {
-                        interest.listed.push(path.clone());
+                if let Some(real) = self.resolve(path) {
+                    let watched = self.folders.entry(real).or_default();
+                    watched.is_needed = true;
+                    if !watched.listed.contains(path) {
+                        watched.listed.push(path.clone());
                     }
                 }
                 self.listings.insert(path.clone());
@@ -99,18 +99,18 @@ impl Places {
         }
     }
 
-    /// Whether a file, or listing, is among these.
+    /// Whether a file, or a listing of a folder, is among the places.
     pub(super) fn have(&self, (path, listing): &(PathBuf, bool)) -> bool {
         if *listing { self.listings.contains(path) } else { self.files.contains(path) }
     }
 
-    /// Whether there is a place here that is not in another.
-    pub(super) fn exceed(&self, other: &Self) -> bool {
-        self.folders.iter().any(|(folder, interest)| {
-            other.folders.get(folder).is_none_or(|before| {
-                interest.names.keys().any(|name| !before.names.contains_key(name))
-                    || interest.searched.iter().any(|folder| !before.searched.contains(folder))
-                    || interest.listed.iter().any(|folder| !before.listed.contains(folder))
+    /// Whether there is a place that others do not have.
+    pub(super) fn exceed(&self, others: &Self) -> bool {
+        self.folders.iter().any(|(folder, watched)| {
+            others.folders.get(folder).is_none_or(|before| {
+                watched.names.keys().any(|name| !before.names.contains_key(name))
+                    || watched.searched.iter().any(|folder| !before.searched.contains(folder))
+                    || watched.listed.iter().any(|folder| !before.listed.contains(folder))
             })
         })
     }
@@ -119,31 +119,31 @@ impl Places {
     pub(super) fn concerned(&self, path: &Path) -> Vec<PathBuf> {
         let mut concerned = Vec::new();
         if let (Some(folder), Some(name)) = (path.parent(), path.file_name())
-            && let Some(interest) = self.folders.get(folder)
+            && let Some(watched) = self.folders.get(folder)
         {
-            concerned.extend(interest.names.get(name).into_iter().flatten().cloned());
-            for folder in &interest.searched {
+            concerned.extend(watched.names.get(name).into_iter().flatten().cloned());
+            for folder in &watched.searched {
                 let path = folder.join(name);
                 if self.is_searched_for(&path) {
                     concerned.push(path);
                 }
             }
             if !self.own.iter().any(|own| own == path) && !is_probe(name) {
-                concerned.extend(interest.listed.iter().cloned());
+                concerned.extend(watched.listed.iter().cloned());
             }
         }
-        if let Some(interest) = self.folders.get(path) {
-            concerned.extend(interest.searched.iter().chain(&interest.listed).cloned());
+        if let Some(watched) = self.folders.get(path) {
+            concerned.extend(watched.searched.iter().chain(&watched.listed).cloned());
         }
         concerned
     }
 
-    /// The folders whose names matter, as the graph spells them.
+    /// The folders whose names are searched or listed, as the graph spells them.
     pub(super) fn named_folders(&self) -> impl Iterator<Item = &Path> {
         self.searches.union(&self.listings).map(PathBuf::as_path)
     }
 
-    /// The names in a folder that matter now.
+    /// The names in such a folder that matter now.
     pub(super) fn names_in(&self, folder: &Path) -> BTreeSet<OsString> {
         let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
         let is_listed = self.listings.contains(folder);
@@ -161,12 +161,12 @@ impl Places {
         self.sources.iter().any(|source| source.concerns(path) || (source.searches(path) && is_folder()))
     }
 
-    /// Whether a path led somewhere when the places were gathered.
-    pub(super) fn knew(&self, path: &Path) -> bool {
-        self.known.contains(path)
+    /// Whether a path existed when the places were recorded.
+    pub(super) fn existed(&self, path: &Path) -> bool {
+        self.existing.contains(path)
     }
 
-    /// The folders that sources and the manifest lie in: those where events are proved to arrive.
+    /// The folders of the sources and of the manifest: those that are probed.
     pub(super) fn roots(&self) -> BTreeSet<PathBuf> {
         let roots = self.sources.iter().filter_map(|source| {
             let root = if source.is_glob() { Some(source.root()) } else { source.root().parent() };
@@ -175,51 +175,51 @@ impl Places {
         roots.chain([self.base.1.clone()]).filter(|root| self.folders.contains_key(root)).collect()
     }
 
-    fn file(&mut self, path: &Path) {
+    fn add_file(&mut self, path: &Path) {
         if !self.files.insert(path.into()) {
             return;
         }
-        let real = self.step_to(path);
-        let folder = path.parent().and_then(|folder| self.walked.get(folder).cloned().flatten());
+        let real = self.resolve_uncached(path);
+        let folder = path.parent().and_then(|folder| self.resolved.get(folder).cloned().flatten());
         for folder in folder.iter().map(PathBuf::as_path).chain(real.as_deref().and_then(Path::parent)) {
-            if let Some(interest) = self.folders.get_mut(folder) {
-                interest.is_needed = true;
+            if let Some(watched) = self.folders.get_mut(folder) {
+                watched.is_needed = true;
             }
         }
     }
 
-    /// Walks to a folder, once.
-    fn walk(&mut self, folder: &Path) -> Option<PathBuf> {
+    /// The canonical path of a folder. Adds the names on the way to it.
+    fn resolve(&mut self, folder: &Path) -> Option<PathBuf> {
         if folder == self.base.0 {
             return Some(self.base.1.clone());
         }
-        if let Some(known) = self.walked.get(folder) {
+        if let Some(known) = self.resolved.get(folder) {
             return known.clone();
         }
-        let real = self.step_to(folder);
-        self.walked.insert(folder.into(), real.clone());
+        let real = self.resolve_uncached(folder);
+        self.resolved.insert(folder.into(), real.clone());
         real
     }
 
-    /// The last step to a path, after those to its folder.
-    fn step_to(&mut self, path: &Path) -> Option<PathBuf> {
+    fn resolve_uncached(&mut self, path: &Path) -> Option<PathBuf> {
         match path.components().next_back()? {
             Component::Normal(name) => {
-                let folder = self.walk(path.parent()?)?;
-                self.step(&folder, name, path, 0)
+                let folder = self.resolve(path.parent()?)?;
+                self.follow(&folder, name, path, 0)
             }
-            Component::ParentDir => Some(self.walk(path.parent()?)?.parent()?.into()),
-            Component::CurDir => self.walk(path.parent()?),
+            Component::ParentDir => Some(self.resolve(path.parent()?)?.parent()?.into()),
+            Component::CurDir => self.resolve(path.parent()?),
             Component::RootDir | Component::Prefix(_) => Some(path.into()),
         }
     }
 
-    fn step(&mut self, folder: &Path, name: &OsStr, spelled: &Path, links: usize) -> Option<PathBuf> {
-        self.want(folder, name, spelled);
+    /// Where a name in a folder leads, links followed. `path` is the path that leads through it.
+    fn follow(&mut self, folder: &Path, name: &OsStr, path: &Path, links: usize) -> Option<PathBuf> {
+        self.add_name(folder, name, path);
         let at = folder.join(name);
         let found = fs::symlink_metadata(&at).ok()?;
         if !found.is_symlink() {
-            self.known.insert(spelled.into());
+            self.existing.insert(path.into());
             return Some(at);
         }
         if links == MOST_LINKS {
@@ -229,7 +229,7 @@ impl Places {
         let mut here = folder.to_path_buf();
         for part in target.components() {
             match part {
-                Component::Normal(name) => here = self.step(&here, name, spelled, links + 1)?,
+                Component::Normal(name) => here = self.follow(&here, name, path, links + 1)?,
                 Component::ParentDir => _ = here.pop(),
                 Component::CurDir => {}
                 Component::RootDir | Component::Prefix(_) => here.push(part),
@@ -238,11 +238,11 @@ impl Places {
         Some(here)
     }
 
-    fn want(&mut self, folder: &Path, name: &OsStr, spelled: &Path) {
-        let interest = self.folders.entry(folder.into()).or_default();
-        let paths = interest.names.entry(name.into()).or_default();
-        if !paths.iter().any(|path| path == spelled) {
-            paths.push(spelled.into());
+    fn add_name(&mut self, folder: &Path, name: &OsStr, path: &Path) {
+        let watched = self.folders.entry(folder.into()).or_default();
+        let paths = watched.names.entry(name.into()).or_default();
+        if !paths.iter().any(|known| known == path) {
+            paths.push(path.into());
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Looks at the places of a graph again and again, where events cannot be relied on.
+//! Polls the places of a graph, if events cannot be relied on.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
@@ -9,34 +9,34 @@ use std::time::{Duration, Instant};
 use super::places::Places;
 use crate::platform::{FolderIdentity, Stamp, folder_identity};
 
-/// A change within the coarsest time of change of a file system leaves a stamp as it was. So when that time is over,
-/// the contents are asked once more.
+/// Two changes within a file system's time resolution, at most so long, have the same stamp. So the contents are checked
+/// once more when this time is over.
 const SETTLES: Duration = Duration::from_millis(2500);
 
-/// What is to be seen of a path without reading it.
+/// The state of a path as far as it can be seen without reading it.
 #[derive(Debug, PartialEq)]
-enum Look {
+enum PathState {
     File(Stamp),
     Folder(Option<FolderIdentity>),
-    Nothing,
+    Missing,
 }
 
-/// What was seen last, and when to look again.
+/// The states of the last poll, and when to poll again.
 pub(super) struct Poller {
     every: Duration,
     next: Instant,
-    paths: HashMap<PathBuf, Look>,
+    paths: HashMap<PathBuf, PathState>,
     names: HashMap<PathBuf, BTreeSet<OsString>>,
     settles: Option<Instant>,
 }
 
-/// What looking again showed.
+/// The result of a poll.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Seen {
-    /// The paths that look otherwise.
+pub(super) struct Polled {
+    /// The paths whose state changed.
     pub(super) changed: BTreeSet<PathBuf>,
-    /// Whether contents may have changed that stamps do not show.
-    pub(super) perhaps: bool,
+    /// Whether contents may have changed without a change of the stamp.
+    pub(super) is_uncertain: bool,
 }
 
 impl Poller {
@@ -45,32 +45,32 @@ impl Poller {
         Self { every, next, paths: HashMap::new(), names: HashMap::new(), settles: None }
     }
 
-    /// The time between two looks.
+    /// The time between two polls.
     pub(super) fn every(&self) -> Duration {
         self.every
     }
 
-    /// When to look next.
+    /// When to poll next.
     pub(super) fn next(&self) -> Instant {
         self.next
     }
 
-    /// Looks at places that are new, and forgets those that are no longer there. The others keep what was seen last,
-    /// so that a change that came meanwhile is told. Returns whether any is new.
-    pub(super) fn attend(&mut self, places: &Places) -> bool {
+    /// Reads the state of new places, and forgets those that are not needed any more. The others keep their last state,
+    /// so that the next poll finds what changed meanwhile. Returns whether any place is new.
+    pub(super) fn watch(&mut self, places: &Places) -> bool {
         let mut is_new = false;
         let mut before = std::mem::take(&mut self.paths);
         for path in &places.files {
-            let seen = before.remove_entry(path);
-            is_new |= seen.is_none();
-            let (path, seen) = seen.unwrap_or_else(|| (path.clone(), look(path)));
-            self.paths.insert(path, seen);
+            let known = before.remove_entry(path);
+            is_new |= known.is_none();
+            let (path, state) = known.unwrap_or_else(|| (path.clone(), state(path)));
+            self.paths.insert(path, state);
         }
         let mut before = std::mem::take(&mut self.names);
         for folder in places.named_folders() {
-            let seen = before.remove(folder);
-            is_new |= seen.is_none();
-            self.names.insert(folder.into(), seen.unwrap_or_else(|| places.names_in(folder)));
+            let known = before.remove(folder);
+            is_new |= known.is_none();
+            self.names.insert(folder.into(), known.unwrap_or_else(|| places.names_in(folder)));
         }
         if is_new {
             self.settles = Some(Instant::now() + SETTLES);
@@ -78,38 +78,38 @@ impl Poller {
         is_new
     }
 
-    /// Looks at everything.
-    pub(super) fn look(&mut self, places: &Places) -> Seen {
-        let mut seen = Seen::default();
+    /// Reads the state of all places.
+    pub(super) fn poll(&mut self, places: &Places) -> Polled {
+        let mut polled = Polled::default();
         for (path, before) in &mut self.paths {
-            let now = look(path);
+            let now = state(path);
             if now != *before {
                 *before = now;
-                seen.changed.insert(path.clone());
+                polled.changed.insert(path.clone());
             }
         }
         for (folder, before) in &mut self.names {
             let now = places.names_in(folder);
-            seen.changed.extend(now.symmetric_difference(before).map(|name| folder.join(name)));
+            polled.changed.extend(now.symmetric_difference(before).map(|name| folder.join(name)));
             *before = now;
         }
         let now = Instant::now();
-        if !seen.changed.is_empty() {
+        if !polled.changed.is_empty() {
             self.settles = Some(now + SETTLES);
         } else if self.settles.is_some_and(|settles| settles <= now) {
             self.settles = None;
-            seen.perhaps = true;
+            polled.is_uncertain = true;
         }
-        // The pause counts from the end, so that looking at a slow disk is not all that is done.
+        // The pause counts from the end, so that polling a slow disk does not take all the time.
         self.next = now + self.every;
-        seen
+        polled
     }
 }
 
-fn look(path: &Path) -> Look {
+fn state(path: &Path) -> PathState {
     match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => Look::Folder(folder_identity(path)),
-        Ok(metadata) => Look::File(Stamp::of(&metadata)),
-        Err(_) => Look::Nothing,
+        Ok(metadata) if metadata.is_dir() => PathState::Folder(folder_identity(path)),
+        Ok(metadata) => PathState::File(Stamp::of(&metadata)),
+        Err(_) => PathState::Missing,
     }
 }

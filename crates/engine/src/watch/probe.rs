@@ -1,27 +1,27 @@
-//! Proof that events arrive: a hidden file that is written into a watched folder, to hear of it.
+//! Tests whether events arrive: writes a hidden file into a watched folder and waits for its event.
 //!
-//! A network mount takes watches and then stays silent. What a folder does not answer for is looked at instead.
+//! Some network mounts accept watches but never send events. Such folders are polled instead.
 
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How the names of probes begin. They are hidden, so that no glob matches them.
+/// The prefix of the names of probe files. They are hidden, so that no glob matches them.
 const PREFIX: &str = ".specula-probe-";
-/// How long an event may take.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// The time within which a probe's event must arrive.
+const TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Whether a name is a probe's, of this watcher or of another.
+/// Whether a name is that of a probe file, of this watcher or of another.
 pub(crate) fn is_probe(name: &OsStr) -> bool {
     name.to_str().is_some_and(|name| name.starts_with(PREFIX))
 }
 
-/// The folders that are being proved.
+/// The folders that are being probed.
 #[derive(Default)]
 pub(super) struct Probes {
     waiting: Vec<Probe>,
-    /// Why events cannot be relied on, of the first folder where that is so.
+    /// Why events cannot be relied on: the reason of the first folder that failed.
     failed: Option<String>,
 }
 
@@ -32,49 +32,46 @@ struct Probe {
 }
 
 impl Probes {
-    /// Writes a probe into a folder that is listened to, and removes what killed watchers left there.
+    /// Writes a probe file into a watched folder, and removes those that killed watchers left there.
     pub(super) fn write(&mut self, folder: &Path) {
         sweep(folder);
         let file = folder.join(format!("{PREFIX}{}", std::process::id()));
-        // It waits before it is written: the event may come first.
+        // The probe is registered before the file is written, because the event may come first.
         self.waiting.push(Probe { folder: folder.into(), file: file.clone(), since: Instant::now() });
         if let Err(error) = fs::write(&file, "") {
             self.waiting.pop();
             self.failed.get_or_insert_with(|| {
-                format!(
-                    "no probe can be written to {} to see whether events arrive: {error}",
-                    folder.display()
-                )
+                let folder = folder.display();
+                format!("cannot write a file to {folder} to test whether events arrive: {error}")
             });
         }
     }
 
     /// An event of this path arrived.
-    pub(super) fn heard(&mut self, path: &Path) {
+    pub(super) fn arrived(&mut self, path: &Path) {
         self.waiting.retain(|probe| {
-            let proved = probe.file == path;
-            if proved {
+            let is_this = probe.file == path;
+            if is_this {
                 let _ = fs::remove_file(&probe.file);
             }
-            !proved
+            !is_this
         });
     }
 
-    /// Whether a folder has not answered yet.
+    /// Whether an event is still missing.
     pub(super) fn are_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// Whether every folder has answered, or its time is over.
+    /// Whether the event of every probe arrived or timed out.
     pub(super) fn are_settled(&mut self) -> bool {
-        let (over, waiting): (Vec<_>, Vec<_>) = std::mem::take(&mut self.waiting)
-            .into_iter()
-            .partition(|probe| probe.since.elapsed() >= PATIENCE);
+        let (late, waiting): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.waiting).into_iter().partition(|probe| probe.since.elapsed() >= TIMEOUT);
         self.waiting = waiting;
-        for probe in over {
+        for probe in late {
             let _ = fs::remove_file(&probe.file);
             self.failed.get_or_insert_with(|| {
-                let (folder, seconds) = (probe.folder.display(), PATIENCE.as_secs());
+                let (folder, seconds) = (probe.folder.display(), TIMEOUT.as_secs());
                 format!("no event of a file that was written to {folder} arrived within {seconds} s")
             });
         }

@@ -1,10 +1,10 @@
-//! Files that are still being written, as far as that can be told: what changed there is not acted on yet.
+//! Files that are still being written, as far as that can be known: they are not built yet.
 //!
-//! Linux reports when a file is closed that was open for writing. So one that was written to is waited for until then,
-//! or until it has been quiet for a while, since a program may keep a file open. Where pieces come with a close after
-//! each, or no close is reported, only what comes of the file can tell: one that an item failed on, and that changes
-//! again soon, has to be quiet for longer, and longer still with each failure; unless a close shows that it did not
-//! grow, for then it was written anew rather than continued.
+//! Linux reports when a file that was open for writing is closed. So after a write the watcher waits until then, or until
+//! the file has been quiet for a while, since a program may keep a file open. If a program closes the file after each
+//! piece, or if the system does not report a close, only a failure shows that the file was not complete: if an item
+//! failed on a file that soon changes again, the file has to be quiet for longer, and longer still after each further
+//! failure. An exception is a file that did not grow when it was closed: it was written anew rather than continued.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs;
@@ -12,21 +12,20 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::backoff::Backoff;
+/// However busy files are, they are built after so many times the quiet time.
+pub(super) const MOST_QUIET_TIMES: u32 = 10;
 
-/// However busy a file is, what was heard is told after so many times the quiet time.
-pub(super) const PATIENCE: u32 = 10;
-
-/// How long files are waited for.
+/// How long to wait for files.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WritePauses {
     /// The quiet time of a file that is open for writing.
     pub(crate) open: Duration,
-    /// After so long it is acted on, however busy it is.
+    /// The longest wait for such a file, however busy it is.
     pub(crate) longest: Duration,
-    /// The quiet time of a file that an item failed on once, and the longest.
+    /// The quiet time of a file after the first failure of an item on it, and the longest.
     pub(crate) failed: [Duration; 2],
-    /// After so long without a change or a failure it is a file like any other.
-    pub(crate) calm: Duration,
+    /// The time without a change or a failure after which a file counts as stable again.
+    pub(crate) stable: Duration,
 }
 
 impl Default for WritePauses {
@@ -35,58 +34,58 @@ impl Default for WritePauses {
             open: Duration::from_millis(500),
             longest: Duration::from_secs(30),
             failed: [Duration::from_millis(500), Duration::from_secs(4)],
-            calm: Duration::from_secs(5),
+            stable: Duration::from_secs(5),
         }
     }
 }
 
-/// A file that is waited for.
+/// A file that the watcher waits for.
 #[derive(Debug, PartialEq)]
-pub(super) struct Awaited {
-    /// Whether its path led somewhere before.
-    pub(super) knew: bool,
-    /// When the first change of it was heard of.
+pub(super) struct UnfinishedFile {
+    /// Whether its path led to a file or folder before.
+    pub(super) existed: bool,
+    /// The time of its first change.
     pub(super) first: Instant,
-    /// When the last was.
+    /// The time of its last change.
     last: Instant,
     /// Whether it was written to and not closed since.
     is_open: bool,
-    /// When it was last known to be whole without that having been acted on.
-    pub(super) whole: Option<Instant>,
+    /// If it was complete at some time and has not been built since: that time.
+    pub(super) complete_since: Option<Instant>,
 }
 
 /// A file that an item failed on.
 #[derive(Debug)]
-struct Restless {
+struct UnstableFile {
     backoff: Backoff,
     /// How long it has to be quiet.
     quiet: Duration,
-    /// When it last changed, or an item failed on it.
+    /// The time of its last change or failure.
     last: Instant,
-    /// Its size when it was last closed, or an item failed on it.
+    /// Its size at the last close or failure.
     size: u64,
 }
 
-/// The files that are waited for, and those that have to be quiet for longer than others.
+/// The files that the watcher waits for, and those that have to be quiet for longer than others.
 #[derive(Default)]
-pub(super) struct Unfinished {
+pub(super) struct UnfinishedFiles {
     pub(super) pauses: WritePauses,
-    files: HashMap<PathBuf, Awaited>,
-    restless: HashMap<PathBuf, Restless>,
+    files: HashMap<PathBuf, UnfinishedFile>,
+    unstable: HashMap<PathBuf, UnstableFile>,
 }
 
-impl Unfinished {
-    /// Whether a file is waited for.
+impl UnfinishedFiles {
+    /// Whether the watcher waits for a file.
     pub(super) fn have(&self, path: &Path) -> bool {
         self.files.contains_key(path)
     }
 
-    /// A file was written to; it will be closed. `pending` says what was to be acted on: whether its path led somewhere
-    /// before, when that was heard of, and since when it was whole.
+    /// A file was written to; it will be closed. `pending` describes an earlier change that has not been built: whether
+    /// the path existed before, when it changed, and since when it was complete.
     pub(super) fn written(
         &mut self,
         path: PathBuf,
-        knew: bool,
+        existed: bool,
         pending: Option<(bool, Instant, Instant)>,
         now: Instant,
     ) {
@@ -95,33 +94,34 @@ impl Unfinished {
             (file.last, file.is_open) = (now, true);
             return;
         }
-        let (knew, first, whole) = match pending {
-            Some((knew, first, whole)) => (knew, first, Some(whole)),
-            None => (knew, now, None),
+        let (existed, first, complete_since) = match pending {
+            Some((existed, first, complete)) => (existed, first, Some(complete)),
+            None => (existed, now, None),
         };
-        self.files.insert(path, Awaited { knew, first, last: now, is_open: true, whole });
+        self.files.insert(path, UnfinishedFile { existed, first, last: now, is_open: true, complete_since });
     }
 
-    /// A file was closed. Returns it, if it has been written to and may be acted on.
-    pub(super) fn closed(&mut self, path: &Path, now: Instant) -> Option<Awaited> {
+    /// A file was closed. Returns it if it had been written to and can be built.
+    pub(super) fn closed(&mut self, path: &Path, now: Instant) -> Option<UnfinishedFile> {
         let file = self.files.get_mut(path).filter(|file| file.is_open)?;
         (file.is_open, file.last) = (false, now);
-        if let Some(restless) = self.restless.get_mut(path) {
-            let before = std::mem::replace(&mut restless.size, size(path));
-            if restless.size > before {
+        if let Some(unstable) = self.unstable.get_mut(path) {
+            let before = std::mem::replace(&mut unstable.size, size(path));
+            if unstable.size > before {
                 return None;
             }
         }
         self.take(path)
     }
 
-    /// A file changed in a way that does not say whether it is whole. Returns whether it is waited for.
-    pub(super) fn changed(&mut self, path: &Path, knew: bool, now: Instant) -> bool {
-        let is_restless = self.touch(path, now);
+    /// A file changed, and it is not known whether it is complete. Returns whether the watcher waits for it.
+    pub(super) fn changed(&mut self, path: &Path, existed: bool, now: Instant) -> bool {
+        let is_unstable = self.touch(path, now);
         if let Some(file) = self.files.get_mut(path) {
             file.last = now;
-        } else if is_restless {
-            let file = Awaited { knew, first: now, last: now, is_open: false, whole: None };
+        } else if is_unstable {
+            let file =
+                UnfinishedFile { existed, first: now, last: now, is_open: false, complete_since: None };
             self.files.insert(path.into(), file);
         } else {
             return false;
@@ -129,33 +129,33 @@ impl Unfinished {
         true
     }
 
-    /// No longer waits for a file.
-    pub(super) fn take(&mut self, path: &Path) -> Option<Awaited> {
+    /// Stops waiting for a file.
+    pub(super) fn take(&mut self, path: &Path) -> Option<UnfinishedFile> {
         self.files.remove(path)
     }
 
-    /// No longer waits for files that have been quiet for long enough, or busy for too long.
-    pub(super) fn take_ripe(&mut self, now: Instant) -> Vec<(PathBuf, Awaited)> {
+    /// Stops waiting for the files that have been quiet for long enough, or busy for too long.
+    pub(super) fn take_ready(&mut self, now: Instant) -> Vec<(PathBuf, UnfinishedFile)> {
         if self.files.is_empty() {
             return Vec::new();
         }
-        let ripe = self.files.iter().filter(|(path, file)| self.ripe(path, file) <= now);
-        let ripe = ripe.map(|(path, _)| path.clone()).collect::<Vec<_>>();
-        ripe.into_iter().filter_map(|path| self.take(&path).map(|file| (path, file))).collect()
+        let ready = self.files.iter().filter(|(path, file)| self.ready_at(path, file) <= now);
+        let ready = ready.map(|(path, _)| path.clone()).collect::<Vec<_>>();
+        ready.into_iter().filter_map(|path| self.take(&path).map(|file| (path, file))).collect()
     }
 
-    /// No longer waits for any file.
-    pub(super) fn take_all(&mut self) -> Vec<(PathBuf, Awaited)> {
+    /// Stops waiting for all files.
+    pub(super) fn take_all(&mut self) -> Vec<(PathBuf, UnfinishedFile)> {
         self.files.drain().collect()
     }
 
-    /// When the first of the files is to be acted on.
+    /// When the first of the files is to be built.
     pub(super) fn next(&self) -> Option<Instant> {
-        self.files.iter().map(|(path, file)| self.ripe(path, file)).min()
+        self.files.iter().map(|(path, file)| self.ready_at(path, file)).min()
     }
 
-    /// What came of acting on changes: the files that items failed on, and whether the build went to its end.
-    pub(super) fn judge(
+    /// Records what a build made of changes: the files on which items failed, and whether the build was completed.
+    pub(super) fn record_outcome(
         &mut self,
         changed: &BTreeSet<PathBuf>,
         failed: &HashSet<PathBuf>,
@@ -163,39 +163,39 @@ impl Unfinished {
         now: Instant,
     ) {
         let [first, longest] = self.pauses.failed;
-        let calm = self.pauses.calm;
-        self.restless.retain(|_, restless| now.saturating_duration_since(restless.last) <= calm);
+        let stable = self.pauses.stable;
+        self.unstable.retain(|_, unstable| now.saturating_duration_since(unstable.last) <= stable);
         for path in changed {
             if failed.contains(path) {
                 let backoff = Backoff::new(first, longest);
-                let restless = Restless { backoff, quiet: first, last: now, size: 0 };
-                let restless = self.restless.entry(path.clone()).or_insert(restless);
-                (restless.quiet, restless.last) = (restless.backoff.pause(), now);
-                restless.size = size(path);
+                let unstable = UnstableFile { backoff, quiet: first, last: now, size: 0 };
+                let unstable = self.unstable.entry(path.clone()).or_insert(unstable);
+                (unstable.quiet, unstable.last) = (unstable.backoff.pause(), now);
+                unstable.size = size(path);
             } else if has_ended {
-                self.restless.remove(path);
+                self.unstable.remove(path);
             }
         }
     }
 
-    /// Notes that a file changes. Returns whether it is restless.
+    /// Records that a file changed. Returns whether it is unstable.
     fn touch(&mut self, path: &Path, now: Instant) -> bool {
-        let Some(restless) = self.restless.get_mut(path) else { return false };
-        let is_calm = now.saturating_duration_since(restless.last) > self.pauses.calm;
-        restless.last = now;
-        if is_calm {
-            self.restless.remove(path);
+        let Some(unstable) = self.unstable.get_mut(path) else { return false };
+        let is_stable = now.saturating_duration_since(unstable.last) > self.pauses.stable;
+        unstable.last = now;
+        if is_stable {
+            self.unstable.remove(path);
         }
-        !is_calm
+        !is_stable
     }
 
-    /// When a file is to be acted on, should nothing more come.
-    fn ripe(&self, path: &Path, file: &Awaited) -> Instant {
-        let restless = self.restless.get(path).map_or(Duration::ZERO, |restless| restless.quiet);
+    /// When a file is to be built if it does not change any more.
+    fn ready_at(&self, path: &Path, file: &UnfinishedFile) -> Instant {
+        let unstable = self.unstable.get(path).map_or(Duration::ZERO, |unstable| unstable.quiet);
         let (quiet, longest) = if file.is_open {
-            (self.pauses.open.max(restless), self.pauses.longest.max(restless * PATIENCE))
+            (self.pauses.open.max(unstable), self.pauses.longest.max(unstable * MOST_QUIET_TIMES))
         } else {
-            (restless, restless * PATIENCE)
+            (unstable, unstable * MOST_QUIET_TIMES)
         };
         (file.last + quiet).min(file.first + longest)
     }
@@ -211,17 +211,17 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// A file, the times of whose changes and failures a test chooses.
-    struct Clocked {
+    /// A file whose changes and failures have the times that a test chooses.
+    struct TimedFile {
         folder: tempfile::TempDir,
-        unfinished: Unfinished,
+        unfinished: UnfinishedFiles,
         start: Instant,
     }
 
-    impl Clocked {
+    impl TimedFile {
         fn new() -> Self {
             let folder = tempfile::tempdir().unwrap();
-            Self { folder, unfinished: Unfinished::default(), start: Instant::now() }
+            Self { folder, unfinished: UnfinishedFiles::default(), start: Instant::now() }
         }
 
         fn path(&self) -> PathBuf {
@@ -244,26 +244,26 @@ mod tests {
             self.unfinished.closed(&self.path(), self.at(time)).is_some()
         }
 
-        /// A change that does not say whether the file is whole; whether it is waited for.
+        /// A change that does not show whether the file is complete; returns whether the watcher waits for it.
         fn changed(&mut self, time: u32) -> bool {
             self.unfinished.changed(&self.path(), true, self.at(time))
         }
 
-        /// When the file is acted on, in milliseconds.
+        /// When the file is built, in milliseconds.
         fn next(&self) -> Option<u128> {
             self.unfinished.next().map(|next| next.saturating_duration_since(self.start).as_millis())
         }
 
-        fn judge(&mut self, failed: bool, time: u32) {
+        fn record_outcome(&mut self, failed: bool, time: u32) {
             self.unfinished.take_all();
             let failed = failed.then(|| self.path()).into_iter().collect();
-            self.unfinished.judge(&[self.path()].into(), &failed, true, self.at(time));
+            self.unfinished.record_outcome(&[self.path()].into(), &failed, true, self.at(time));
         }
     }
 
     #[test]
-    fn a_file_that_is_open_is_waited_for_until_it_is_closed_or_quiet_and_not_for_ever() {
-        let mut file = Clocked::new();
+    fn an_open_file_is_built_when_it_is_closed_or_quiet_or_has_been_busy_for_too_long() {
+        let mut file = TimedFile::new();
         assert!(!file.closed(0), "nothing was written");
         for time in (0..29_800).step_by(400) {
             file.written(time);
@@ -276,11 +276,11 @@ mod tests {
 
     #[test]
     fn the_quiet_time_grows_with_each_failure() {
-        let mut file = Clocked::new();
+        let mut file = TimedFile::new();
         assert!(!file.changed(0));
         let mut time = 20;
         for quiet in [500, 1000, 2000, 4000, 4000] {
-            file.judge(true, time);
+            file.record_outcome(true, time);
             time += 900;
             assert!(file.changed(time));
             assert_eq!(file.next(), Some(u128::from(time + quiet)));
@@ -289,18 +289,18 @@ mod tests {
     }
 
     #[test]
-    fn a_restless_file_is_acted_on_at_last_however_busy_it_is() {
-        let mut file = Clocked::new();
-        file.judge(true, 0);
+    fn an_unstable_file_is_built_in_the_end_however_busy_it_is() {
+        let mut file = TimedFile::new();
+        file.record_outcome(true, 0);
         (100..=4900).step_by(100).for_each(|time| assert!(file.changed(time)));
         assert_eq!(file.next(), Some(5100));
     }
 
     #[test]
-    fn a_close_ends_the_wait_for_a_restless_file_only_if_it_did_not_grow() {
-        let mut file = Clocked::new();
+    fn a_close_ends_the_wait_for_an_unstable_file_only_if_it_did_not_grow() {
+        let mut file = TimedFile::new();
         file.resize(10);
-        file.judge(true, 0);
+        file.record_outcome(true, 0);
         file.resize(20);
         file.written(100);
         assert!(!file.closed(200));
@@ -313,15 +313,15 @@ mod tests {
     }
 
     #[test]
-    fn a_success_or_some_seconds_of_calm_make_it_a_file_like_any_other() {
-        let mut file = Clocked::new();
-        file.judge(true, 0);
-        file.judge(false, 10);
+    fn a_success_or_some_quiet_seconds_make_a_file_stable() {
+        let mut file = TimedFile::new();
+        file.record_outcome(true, 0);
+        file.record_outcome(false, 10);
         assert!(!file.changed(20));
-        file.judge(true, 30);
+        file.record_outcome(true, 30);
         assert!(!file.changed(5100));
-        file.judge(true, 5200);
+        file.record_outcome(true, 5200);
         assert!(file.changed(5300));
-        assert_eq!(file.next(), Some(5800), "the pauses begin anew");
+        assert_eq!(file.next(), Some(5800), "the pauses begin with the first again");
     }
 }

@@ -1,4 +1,4 @@
-//! Damaged manifests give faults that lie in the text, never a panic.
+//! Damaged manifests give errors that lie within the text, never a panic.
 
 use super::*;
 
@@ -32,37 +32,37 @@ fn load(bytes: &[u8]) -> Result<Plan, Diagnostics> {
 }
 
 #[test]
-fn the_whole_manifest_is_sound() {
+fn the_whole_manifest_is_valid() {
     assert_eq!(load(&whole()).unwrap().items.len(), 2 + 2 + 4 + 4 + 2 + 2);
 }
 
 #[test]
-fn every_truncated_length_gives_a_plan_or_faults_in_the_text() {
+fn every_truncated_length_gives_a_plan_or_errors_in_the_text() {
     let whole = whole();
-    let mut faulty = 0;
+    let mut invalid = 0;
     for length in 0..whole.len() {
-        if let Err(faults) = load(&whole[..length]) {
-            faulty += 1;
-            assert_placed(&faults);
+        if let Err(diagnostics) = load(&whole[..length]) {
+            invalid += 1;
+            assert_placed(&diagnostics);
         }
     }
-    assert!(faulty > whole.len() / 2, "{faulty} of {}", whole.len());
+    assert!(invalid > whole.len() / 2, "{invalid} of {}", whole.len());
 }
 
-fn assert_placed(faults: &Diagnostics) {
-    assert!(!faults.faults.is_empty());
-    for fault in &faults.faults {
-        let span = fault.span.clone().unwrap_or(0..0);
-        assert!(faults.text.get(span.clone()).is_some(), "{span:?} is not in the text: {fault:?}");
+fn assert_placed(diagnostics: &Diagnostics) {
+    assert!(!diagnostics.errors.is_empty());
+    for error in &diagnostics.errors {
+        let span = error.span.clone().unwrap_or(0..0);
+        assert!(diagnostics.text.get(span.clone()).is_some(), "{span:?} is not in the text: {error:?}");
     }
-    let _ = faults.to_string();
+    let _ = diagnostics.to_string();
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn flipped_bytes_give_a_plan_or_faults_in_the_text(
+    fn flipped_bytes_give_a_plan_or_errors_in_the_text(
         flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
         let mut bytes = whole();
@@ -70,13 +70,13 @@ proptest! {
             let place = place.index(bytes.len());
             bytes[place] = byte;
         }
-        if let Err(faults) = load(&bytes) {
-            assert_placed(&faults);
+        if let Err(diagnostics) = load(&bytes) {
+            assert_placed(&diagnostics);
         }
     }
 
     #[test]
-    fn exchanged_lines_give_a_plan_or_faults_in_the_text(
+    fn exchanged_lines_give_a_plan_or_errors_in_the_text(
         swaps in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>()), 1..8),
     ) {
         let bytes = whole();
@@ -86,8 +86,8 @@ proptest! {
             let (from, to) = (from.index(lines.len()), to.index(lines.len()));
             lines[to] = lines[from];
         }
-        if let Err(faults) = load(lines.join("\n").as_bytes()) {
-            assert_placed(&faults);
+        if let Err(diagnostics) = load(lines.join("\n").as_bytes()) {
+            assert_placed(&diagnostics);
         }
     }
 }

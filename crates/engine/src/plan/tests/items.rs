@@ -1,4 +1,4 @@
-//! What items there are, how they are keyed, what arrives where.
+//! The items of stages, their keys and their inputs.
 
 use super::*;
 
@@ -109,7 +109,7 @@ inputs = { texts = "paint", title = "sky" }
 }
 
 #[test]
-fn stages_may_stand_in_any_order() {
+fn stages_may_be_in_any_order() {
     check_items(
         "a.txt",
         r#"

@@ -1,20 +1,20 @@
-//! Reading from the disk, expanding again, and how long it takes.
+//! Loads manifests from the disk, expands them again, and measures how long it takes.
 
 use super::*;
 
 #[test]
-fn a_manifest_that_is_not_there() {
+fn a_missing_manifest_is_an_error_with_help() {
     let folder = tempfile::tempdir().unwrap();
-    let fault = |name: &str| {
-        let fault = Plan::load(&folder.path().join(name), &kinds()).map(|plan| drawn(&plan)).unwrap_err();
-        let fault = fault.faults[0].clone();
-        format!("{} | {}", fault.message, fault.help.or(fault.expected).unwrap_or_default())
+    let error = |name: &str| {
+        let errors = Plan::load(&folder.path().join(name), &kinds()).map(|plan| drawn(&plan)).unwrap_err();
+        let error = errors.errors[0].clone();
+        format!("{} | {}", error.message, error.help.or(error.expected).unwrap_or_default())
     };
-    assert!(fault("pipeline.toml").ends_with("there is no .toml file in that folder"));
+    assert!(error("pipeline.toml").ends_with("there is no .toml file in that folder"));
     std::fs::write(folder.path().join("pipline.toml"), "").unwrap();
-    assert!(fault("pipeline.toml").ends_with("did you mean \"pipline.toml\"?"));
-    assert!(fault("no/pipeline.toml").ends_with("that folder does not exist"));
-    assert_eq!(fault("."), "the manifest is a folder | expected a file, pipeline.toml");
+    assert!(error("pipeline.toml").ends_with("did you mean \"pipline.toml\"?"));
+    assert!(error("no/pipeline.toml").ends_with("that folder does not exist"));
+    assert_eq!(error("."), "the manifest is a folder | expected a file, pipeline.toml");
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn items_are_expanded_again_without_the_manifest() {
     assert_eq!(plan.items.len(), 3);
     assert_eq!(plan.out, path("out"));
     std::fs::remove_file(path("skies/dawn.txt")).unwrap();
-    assert_eq!(graph.expand(&DiskFolders).map(|plan| drawn(&plan)).unwrap_err().faults.len(), 1);
+    assert_eq!(graph.expand(&DiskFolders).map(|plan| drawn(&plan)).unwrap_err().errors.len(), 1);
 
     let (name, sky) = graph.sources().next().unwrap();
     assert_eq!((name, sky.text(), sky.root()), ("sky", "skies/*.txt", path("skies/").as_path()));
@@ -46,7 +46,7 @@ fn items_are_expanded_again_without_the_manifest() {
 }
 
 #[test]
-fn ten_thousand_items_are_planned_in_a_moment() {
+fn ten_thousand_items_are_planned_quickly() {
     let names =
         |folder: &str, count: usize| (0..count).map(|i| format!("{folder}/{i}.txt ")).collect::<String>();
     let tree = Tree::new(&(names("skies", 70) + &names("paints", 70)));
@@ -61,13 +61,12 @@ fn ten_thousand_items_are_planned_in_a_moment() {
         assert_eq!(plan.items.len(), 70 + 70 + 4900 + 4900 + 1);
         assert_eq!(plan.items.last().unwrap().inputs[0].len(), 4900);
     }
-    eprintln!("9941 items in {least:?}");
-    // 20 ms on an idle core of 2025; the bound only tells a join that compares all pairs, on a busy machine.
+    // It takes 20 ms on an idle core of 2025; the bound only excludes a join that compares all pairs, on a busy machine.
     assert!(least < std::time::Duration::from_secs(2), "{least:?}");
 }
 
 #[test]
-fn thousands_of_stages_in_a_row_or_in_a_circle_need_no_stack() {
+fn thousands_of_stages_in_a_row_or_in_a_cycle_do_not_overflow_the_stack() {
     let count = 5000;
     let chain = |first: &str| {
         let stages = (1..count).map(|i| format!("[stage.s{i}]\nkind = \"upper\"\ninput = \"s{}\"\n", i - 1));
@@ -75,15 +74,15 @@ fn thousands_of_stages_in_a_row_or_in_a_circle_need_no_stack() {
     };
     let plan = load("a.txt", &chain("kind = \"text-source\"\nsource = \"a.txt\"")).unwrap();
     assert_eq!(plan.items.len(), count);
-    let circle = load("", &chain(&format!("kind = \"upper\"\ninput = \"s{}\"", count - 1)));
+    let cycle = load("", &chain(&format!("kind = \"upper\"\ninput = \"s{}\"", count - 1)));
     expect![[r#"
-        4:9 stages need each other in a circle: s0 needs s4999, needs s4998, needs s4997, needs s4996, needs s4995, needs s4994, needs s4993, needs s4992 and 4992 more | expected a stage that does not need this one
-    "#]].assert_eq(&shown(&circle.map(|plan| drawn(&plan)).unwrap_err()));
+        4:9 stages need each other in a cycle: s0 needs s4999, needs s4998, needs s4997, needs s4996, needs s4995, needs s4994, needs s4993, needs s4992 and 4992 more | expected a stage that does not need this one
+    "#]].assert_eq(&shown(&cycle.map(|plan| drawn(&plan)).unwrap_err()));
 }
 
 #[cfg(unix)]
 #[test]
-fn links_in_a_circle_end_and_only_files_are_items() {
+fn cyclic_links_are_not_followed_and_only_files_are_items() {
     use std::os::unix::fs::symlink;
     use std::os::unix::net::UnixListener;
 

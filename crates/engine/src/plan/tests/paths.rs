@@ -1,4 +1,4 @@
-//! Where files land, and where they may not.
+//! The paths of exported files, and paths that are errors.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn check(path: &str, expected: Expect) {
     );
     let text = match load(FILES, &format!("{SOURCES}{stage}")) {
         Ok(plan) => plan.items.iter().flat_map(|item| &item.files).map(|file| format!("{file}\n")).collect(),
-        Err(faults) => shown(&faults),
+        Err(diagnostics) => shown(&diagnostics),
     };
     expected.assert_eq(&text);
 }
@@ -53,7 +53,7 @@ fn the_default_is_the_stage_and_its_keys() {
 }
 
 #[test]
-fn a_path_that_some_system_cannot_hold_is_refused() {
+fn a_path_that_is_not_valid_on_every_system_is_an_error() {
     for path in [
         "../{sky}/{paint}",
         "a/../../{sky}/{paint}",
@@ -73,14 +73,14 @@ fn a_path_that_some_system_cannot_hold_is_refused() {
         "{sky}/a:b{paint}",
         "{sky}/{paint}\u{7f}",
     ] {
-        let faults = load(
+        let diagnostics = load(
             FILES,
             &format!(
                 "{SOURCES}[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = {}\n",
                 serde_json::json!(path)
             ),
         );
-        assert_eq!(faults.map(|plan| drawn(&plan)).unwrap_err().faults.len(), 1, "{path}");
+        assert_eq!(diagnostics.map(|plan| drawn(&plan)).unwrap_err().errors.len(), 1, "{path}");
     }
     check(
         "../{sky}/{paint}",
@@ -97,14 +97,14 @@ fn a_path_that_some_system_cannot_hold_is_refused() {
     check(
         r"{sky}\{paint}",
         expect![[r#"
-        15:8 "{sky}\\{paint}" has a \ | expected / between folders
-    "#]],
+            15:8 "{sky}\\{paint}" contains a \ | expected / between folders
+        "#]],
     );
     check(
         "nul/{sky}{paint}",
         expect![[r#"
-        15:8 "nul/{sky}{paint}" has "nul", which is a device on Windows | expected another name
-    "#]],
+            15:8 "nul/{sky}{paint}" contains "nul", which is a device on Windows | expected another name
+        "#]],
     );
     check(
         "{sky}/{paint}.",
@@ -121,59 +121,59 @@ fn a_path_that_some_system_cannot_hold_is_refused() {
 }
 
 #[test]
-fn a_stem_that_some_system_cannot_hold_is_refused() {
-    check_faults(
+fn a_stem_that_is_not_valid_on_every_system_is_an_error() {
+    check_errors(
         "a/con.txt a/b:c.txt",
         "[stage.s]\nkind = \"text-source\"\nsource = \"a/*\"\n[stage.w]\nkind = \"write\"\ninput = \"s\"\n",
         expect![[r#"
-            5:8 the file "w/b:c.txt" of item [b:c] has ':', which Windows cannot have in a name | expected another character
+            5:8 the file "w/b:c.txt" of item [b:c] contains ':', which Windows does not allow in names | expected another character
         "#]],
     );
 }
 
 #[test]
-fn placeholders_that_are_wrong() {
+fn wrong_placeholders_are_errors() {
     check(
         "{skie}/{paint}",
         expect![[r#"
-        15:8 {skie} names no source stage of this stage's items | expected one of: {paint}, {sky} | did you mean {sky}?
-    "#]],
+            15:8 {skie} is not a key of this stage's items | expected one of: {paint}, {sky} | did you mean {sky}?
+        "#]],
     );
     check(
         "{stage}/{mixed}",
         expect![[r#"
-        15:8 {stage} names no source stage of this stage's items | expected one of: {paint}, {sky} | write the stage's name itself: export
-        15:8 {mixed} names no source stage of this stage's items | expected one of: {paint}, {sky}
-    "#]],
+            15:8 {stage} is not a key of this stage's items | expected one of: {paint}, {sky} | to use the stage's name, write it: export
+            15:8 {mixed} is not a key of this stage's items | expected one of: {paint}, {sky}
+        "#]],
     );
     check(
         "{sky}/{paint",
         expect![[r#"
-        15:8 "{sky}/{paint" has a brace without its partner | expected {SOURCE STAGE}
-    "#]],
+            15:8 "{sky}/{paint" has an unmatched brace | expected {SOURCE STAGE}
+        "#]],
     );
     check(
         "{sky}}/{paint}",
         expect![[r#"
-        15:8 "{sky}}/{paint}" has a brace without its partner | expected {SOURCE STAGE}
-    "#]],
+            15:8 "{sky}}/{paint}" has an unmatched brace | expected {SOURCE STAGE}
+        "#]],
     );
     check(
         "{sky}/x",
         expect![[r#"
-        15:8 the path does not tell the items of "export" apart | expected {paint} in it
-    "#]],
+            15:8 the path is the same for several items of "export" | expected {paint} in the path
+        "#]],
     );
     check(
         "x",
         expect![[r#"
-        15:8 the path does not tell the items of "export" apart | expected {paint} and {sky} in it
-    "#]],
+            15:8 the path is the same for several items of "export" | expected {paint} and {sky} in the path
+        "#]],
     );
 }
 
 #[test]
-fn two_writers_of_one_file_are_told() {
+fn two_items_that_write_the_same_file_are_an_error() {
     let stages = r#"
 [stage.a]
 kind = "write"
@@ -192,30 +192,30 @@ kind = "write-pair"
 input = "paint"
 path = "{paint}.txt"
 "#;
-    check_faults(
+    check_errors(
         FILES,
         &format!("{SOURCES}{stages}"),
         expect![[r#"
-        17:8 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are one file where case does not count | expected a path of its own | give one of them another path
-        25:8 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path of its own | give one of them another path
-    "#]],
+            17:8 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are the same file if case is ignored | expected a path that no other item has | give one of the stages another path
+            25:8 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | give one of the stages another path
+        "#]],
     );
-    check_faults(
+    check_errors(
         "s/a.txt s/ab.txt p/bc.txt p/c.txt",
         "[stage.s]\nkind = \"text-source\"\nsource = \"s/*\"\n[stage.p]\nkind = \"text-source\"\nsource = \"p/*\"\n[stage.m]\nkind = \"concat\"\ninputs = { left = \"s\", right = \"p\" }\n[stage.w]\nkind = \"write\"\ninput = \"m\"\npath = \"{s}{p}\"\n",
         expect![[r#"
-            14:8 w [bc, a] and w [c, ab] both write "abc.txt" | expected a path of its own | set the placeholders apart, by a / or another character
+            14:8 w [bc, a] and w [c, ab] both write "abc.txt" | expected a path that no other item has | separate the placeholders with a / or another character
         "#]],
     );
 }
 
 #[test]
-fn files_that_differ_in_case_only_are_one_export() {
-    check_faults(
+fn files_that_differ_only_in_case_are_the_same_export() {
+    check_errors(
         "a/Sky.txt a/sky.txt",
         "[stage.s]\nkind = \"text-source\"\nsource = \"a/*\"\n[stage.w]\nkind = \"write\"\ninput = \"s\"\n",
         expect![[r#"
-            5:8 w [Sky] and w [sky] write "w/Sky.txt" and "w/sky.txt", which are one file where case does not count | expected a path of its own | set the placeholders apart, by a / or another character
+            5:8 w [Sky] and w [sky] write "w/Sky.txt" and "w/sky.txt", which are the same file if case is ignored | expected a path that no other item has | separate the placeholders with a / or another character
         "#]],
     );
 }

@@ -1,4 +1,4 @@
-//! What a source finds, and what is said where it finds nothing.
+//! The files that a source matches, and the errors if it matches none.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn check(files: &str, source: &str, expected: Expect) {
         Ok(plan) => {
             plan.items.iter().map(|item| format!("{}\n", item.source.as_ref().unwrap().display())).collect()
         }
-        Err(faults) => shown(&faults),
+        Err(diagnostics) => shown(&diagnostics),
     };
     expected.assert_eq(&text);
 }
@@ -72,7 +72,7 @@ fn alternatives_and_depth() {
 }
 
 #[test]
-fn exports_hidden_folders_and_links_below_two_stars_are_not_searched() {
+fn exports_hidden_folders_and_links_below_a_double_star_are_not_searched() {
     check(
         "out/x.exr .specula/y.exr a/z.exr",
         "**/*.exr",
@@ -93,13 +93,13 @@ fn exports_hidden_folders_and_links_below_two_stars_are_not_searched() {
 }
 
 #[test]
-fn a_glob_that_matches_nothing_says_what_is_there() {
+fn a_glob_that_matches_nothing_shows_what_exists() {
     check(
         "a/x.png a/sub/y.exr",
         "a/*.exr",
         expect![[r#"
-        4:10 no file matches "a/*.exr" | expected files in a | a holds sub/, x.png
-    "#]],
+            4:10 no file matches "a/*.exr" | expected files in a | a contains sub/, x.png
+        "#]],
     );
     check(
         "a/sub/",
@@ -112,66 +112,66 @@ fn a_glob_that_matches_nothing_says_what_is_there() {
         "assets/environments/x.exr",
         "assets/enviroments/*.exr",
         expect![[r#"
-        4:10 no file matches "assets/enviroments/*.exr" | expected files in assets/enviroments | the folder assets/enviroments does not exist; assets holds environments/; did you mean "environments"?
-    "#]],
+            4:10 no file matches "assets/enviroments/*.exr" | expected files in assets/enviroments | the folder assets/enviroments does not exist; assets contains environments/; did you mean "environments"?
+        "#]],
     );
     check(
         "a/b.txt",
         "x/y/z/*.exr",
         expect![[r#"
-        4:10 no file matches "x/y/z/*.exr" | expected files in x/y/z | the folder x does not exist; /project holds a/
-    "#]],
+            4:10 no file matches "x/y/z/*.exr" | expected files in x/y/z | the folder x does not exist; /project contains a/
+        "#]],
     );
     check(
         "../assets/x.png",
         "../assets/*.exr",
         expect![[r#"
-        4:10 no file matches "../assets/*.exr" | expected files in /assets | /assets holds x.png
-    "#]],
+            4:10 no file matches "../assets/*.exr" | expected files in /assets | /assets contains x.png
+        "#]],
     );
     check(
         "a/[x].exr",
         "a/[x].exr",
         expect![[r#"
-        4:10 no file matches "a/[x].exr" | expected files in a | a file has this very name: write its special characters in brackets, [[] for [
-    "#]],
+            4:10 no file matches "a/[x].exr" | expected files in a | a file has exactly this name: put its special characters in brackets, such as [[] for [
+        "#]],
     );
     check(
         "a/1 a/2 a/3 a/4 a/5 a/6 a/7 a/8 a/9 a/10 a/11",
         "a/*.exr",
         expect![[r#"
-        4:10 no file matches "a/*.exr" | expected files in a | a holds 1, 10, 11, 2, 3, 4, 5, 6 and 3 more
-    "#]],
+            4:10 no file matches "a/*.exr" | expected files in a | a contains 1, 10, 11, 2, 3, 4, 5, 6 and 3 more
+        "#]],
     );
 }
 
 #[test]
-fn a_file_that_is_not_there_is_looked_for() {
+fn a_missing_file_is_reported_with_the_nearest_name() {
     check(
         "a/sky.exr",
         "a/sky.hdr",
         expect![[r#"
-        4:10 there is no file or folder "a/sky.hdr" | expected a file, a folder or a glob | a holds sky.exr; did you mean "sky.exr"?
-    "#]],
+            4:10 there is no file or folder "a/sky.hdr" | expected a file, a folder or a glob | a contains sky.exr; did you mean "sky.exr"?
+        "#]],
     );
     check(
         "a/sky.exr",
         "b/sky.exr",
         expect![[r#"
-        4:10 there is no file or folder "b/sky.exr" | expected a file, a folder or a glob | the folder b does not exist; /project holds a/
-    "#]],
+            4:10 there is no file or folder "b/sky.exr" | expected a file, a folder or a glob | the folder b does not exist; /project contains a/
+        "#]],
     );
     check(
         "a/sky.exr",
         "a/b/c.exr",
         expect![[r#"
-        4:10 there is no file or folder "a/b/c.exr" | expected a file, a folder or a glob | the folder a/b does not exist; a holds sky.exr
-    "#]],
+            4:10 there is no file or folder "a/b/c.exr" | expected a file, a folder or a glob | the folder a/b does not exist; a contains sky.exr
+        "#]],
     );
 }
 
 #[test]
-fn sources_that_cannot_be() {
+fn invalid_sources_are_errors() {
     check(
         "",
         "",
@@ -183,57 +183,57 @@ fn sources_that_cannot_be() {
         "",
         "a\\\\*.exr",
         expect![[r#"
-        4:10 a source has no \ | expected / between folders | write "a/*.exr"
-    "#]],
+            4:10 a source cannot contain \ | expected / between folders | write "a/*.exr"
+        "#]],
     );
     check(
         "",
         "a/{b",
         expect![[r#"
-        4:10 "a/{b" is not a glob: unclosed alternate group; missing '}' (maybe escape '{' with '[{]'?) | a special character stands for itself in brackets: [[] or [*]
-    "#]],
+            4:10 "a/{b" is not a valid glob: unclosed alternate group; missing '}' (maybe escape '{' with '[{]'?) | to match a special character itself, put it in brackets: [[] or [*]
+        "#]],
     );
     check(
         "",
         "a/[b",
         expect![[r#"
-        4:10 "a/[b" is not a glob: unclosed character class; missing ']' | a special character stands for itself in brackets: [[] or [*]
-    "#]],
+            4:10 "a/[b" is not a valid glob: unclosed character class; missing ']' | to match a special character itself, put it in brackets: [[] or [*]
+        "#]],
     );
     check(
         "",
         "..",
         expect![[r#"
-        4:10 ".." has no name that could be its item's | expected a file, a folder or a glob | name the folder: "../faces"
-    "#]],
+            4:10 ".." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
+        "#]],
     );
     check(
         "",
         ".",
         expect![[r#"
-        4:10 "." has no name that could be its item's | expected a file, a folder or a glob | name the folder: "../faces"
-    "#]],
+            4:10 "." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
+        "#]],
     );
     check(
         "out/x.exr",
         "out/*.exr",
         expect![[r#"
-        4:10 "out/*.exr" lies in "out", where exports land | take the input of the stage that made the file, or move the file
-    "#]],
+            4:10 "out/*.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
+        "#]],
     );
     check(
         "out/x.exr",
         "a/../out/x.exr",
         expect![[r#"
-        4:10 "a/../out/x.exr" lies in "out", where exports land | take the input of the stage that made the file, or move the file
-    "#]],
+            4:10 "a/../out/x.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
+        "#]],
     );
     check(
         "a/x.exr a/x.hdr a/y.exr a/y.hdr",
         "a/*",
         expect![[r#"
-        4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | a stem names an item: rename a file, or give each glob a stage of its own
-        4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | a stem names an item: rename a file, or give each glob a stage of its own
-    "#]],
+            4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | the stem is the item's name: rename a file, or use a stage for each glob
+            4:10 2 files have the stem "y": a/y.exr, a/y.hdr | expected one file for each stem | the stem is the item's name: rename a file, or use a stage for each glob
+        "#]],
     );
 }

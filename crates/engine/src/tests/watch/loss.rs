@@ -1,7 +1,7 @@
 //! Events that are lost, or do not come at all.
 
 use super::*;
-use crate::watch::Heard;
+use crate::watch::Message;
 
 /// `notify`'s full debouncer tells nothing of this, which is why it is not used.
 #[test]
@@ -27,14 +27,14 @@ fn a_file_renamed_and_removed_at_once() {
 fn a_queue_that_overflowed_leads_to_a_look_at_everything() {
     let project = capitals();
     let options = Way::Listening.options();
-    let attention = ChangeCollector::deaf(options.debounce);
-    let system = attention.teller();
-    let watched = Watched::with(&project, options, attention);
+    let collector = ChangeCollector::without_listener(options.debounce);
+    let system = collector.sender();
+    let watched = Watched::with(&project, options, collector);
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
     watched.until("it rests", |events| summaries(events).next().is_some());
     project.write("in/sky.txt", "grey");
     project.write("in/rain.txt", "wet");
-    system.send(Heard::Lost).unwrap();
+    system.send(Message::EventsLost).unwrap();
     watched.until_out(&[("gold.txt", "WARM"), ("rain.txt", "WET"), ("sky.txt", "GREY")]);
     assert_eq!(watched.noticed(), [(".".into(), Changed::Unknown)]);
 }
@@ -43,12 +43,12 @@ fn a_queue_that_overflowed_leads_to_a_look_at_everything() {
 fn after_an_overflow_folders_that_were_replaced_unheard_are_listened_to() {
     let project = capitals();
     let options = Way::Listening.options();
-    let attention = ChangeCollector::new(options.debounce, None, Duration::from_secs(3600));
-    let system = attention.teller();
-    let watched = Watched::with(&project, options, attention);
+    let collector = ChangeCollector::new(options.debounce, None, Duration::from_secs(3600));
+    let system = collector.sender();
+    let watched = Watched::with(&project, options, collector);
     watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
     for text in ["one", "two"] {
-        system.send(Heard::Lost).unwrap();
+        system.send(Message::EventsLost).unwrap();
         project.remove("in");
         project.write("in/sky.txt", text);
         watched.until_out(&[("sky.txt", &text.to_uppercase())]);
@@ -59,8 +59,8 @@ fn after_an_overflow_folders_that_were_replaced_unheard_are_listened_to() {
 fn where_no_event_arrives_polling_takes_over() {
     let project = capitals();
     let options = Way::Listening.options();
-    let attention = ChangeCollector::unanswered(options.debounce, Duration::from_millis(25));
-    let watched = Watched::with(&project, options, attention);
+    let collector = ChangeCollector::with_silent_listener(options.debounce, Duration::from_millis(25));
+    let watched = Watched::with(&project, options, collector);
     let way = |events: &[Event]| {
         events.iter().find_map(|event| match event {
             Event::Watching { poll_milliseconds, because, .. } => Some((*poll_milliseconds, because.clone())),

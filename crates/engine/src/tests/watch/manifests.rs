@@ -30,14 +30,14 @@ each_way! {
         let project = capitals();
         let watched = Watched::new(&project, way);
         project.edit("kind = \"upper\"", "kind = \"uper\"");
-        watched.until("the fault", |events| !rejected(events).is_empty());
+        watched.until("the rejection", |events| !rejected(events).is_empty());
         let told = rejected(&watched.events()).remove(0);
         assert!(told.contains("pipeline.toml:7:8: there is no kind \"uper\""), "{told}");
         project.write("in/sky.txt", "grey");
         project.write("in/rain.txt", "wet");
         let after = [("gold.txt", "WARM"), ("rain.txt", "WET"), ("sky.txt", "GREY")];
         watched.until_out(&after);
-        assert_eq!(rejected(&watched.events()).len(), 1, "once for the same faults");
+        assert_eq!(rejected(&watched.events()).len(), 1, "the same errors are reported once");
         project.edit("kind = \"uper\"", "kind = \"upper\"");
         watched.until("it is mended", |events| events.contains(&Event::Accepted));
         project.write("in/sky.txt", "red");
@@ -48,7 +48,7 @@ each_way! {
         let project = capitals();
         project.edit("schema = 1", "schema = ");
         let watched = Watched::start(&project, way.options());
-        watched.until("the fault", |events| !rejected(events).is_empty());
+        watched.until("the rejection", |events| !rejected(events).is_empty());
         project.edit("schema = ", "schema = 1");
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
     }
@@ -57,7 +57,7 @@ each_way! {
         let project = capitals();
         project.remove("pipeline.toml");
         let watched = Watched::start(&project, way.options());
-        watched.until("the fault", |events| !rejected(events).is_empty());
+        watched.until("the rejection", |events| !rejected(events).is_empty());
         project.write("pipeline.toml", CAPITALS);
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
     }
@@ -67,7 +67,7 @@ each_way! {
         project.write("in/sky.txt", "blue");
         let watched = Watched::new(&project, way);
         project.write("in/sky.md", "grey");
-        watched.until("the fault", |events| !rejected(events).is_empty());
+        watched.until("the rejection", |events| !rejected(events).is_empty());
         assert!(rejected(&watched.events())[0].contains("have the stem \"sky\""));
         project.remove("in/sky.txt");
         watched.until_out(&[("sky.txt", "GREY")]);

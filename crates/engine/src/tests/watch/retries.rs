@@ -121,8 +121,8 @@ each_way! {
         let project = capitals();
         lead_out_nowhere(&project);
         let options = way.options();
-        let attention = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
-        let watched = Watched::trying(&project, options, attention, [FOR_EVER, FOR_EVER]);
+        let collector = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
+        let watched = Watched::trying(&project, options, collector, [FOR_EVER, FOR_EVER]);
         watched.until("the refusal", |events| failures(events).len() == 2);
         watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
         save(&project, "in/sky.txt", "grey");

@@ -63,15 +63,15 @@ fn pauses() -> WritePauses {
         open: FOR_EVER,
         longest: FOR_EVER,
         failed: [Duration::from_secs(2), Duration::from_secs(8)],
-        calm: FOR_EVER,
+        stable: FOR_EVER,
     }
 }
 
 /// Watches until all is built and settled.
 fn watched(project: &Project, way: Way, pauses: WritePauses) -> Watched<'_> {
     let options = way.options();
-    let attention = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
-    let watched = Watched::with(project, options, attention.with_pauses(pauses));
+    let collector = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
+    let watched = Watched::with(project, options, collector.with_pauses(pauses));
     watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
     watched.until_out(&BEFORE);
     watched
@@ -197,14 +197,14 @@ fn a_file_that_is_right_after_a_failure_is_a_file_like_any_other() {
 fn a_close_that_was_lost_is_not_waited_for() {
     let project = sentences();
     let options = Way::Listening.options();
-    let attention =
+    let collector =
         ChangeCollector::new(options.debounce, None, Duration::from_secs(3600)).with_pauses(pauses());
-    let system = attention.teller();
-    let watched = Watched::with(&project, options, attention);
+    let system = collector.sender();
+    let watched = Watched::with(&project, options, collector);
     watched.until_out(&BEFORE);
     let mut file = File::create(project.path("in/sky.txt")).unwrap();
     write!(file, "grey.").unwrap();
-    system.send(crate::watch::Heard::Lost).unwrap();
+    system.send(crate::watch::Message::EventsLost).unwrap();
     watched.until_out(&[BEFORE[0], ("sky.txt", "GREY")]);
 }
 

@@ -1,11 +1,11 @@
-//! A manifest with thousands of faults, as a program that writes manifests may leave one, is refused in a moment: each fault
-//! is found and counted, and what takes long to find is found for those that are shown.
+//! A manifest with thousands of errors, as a program may generate one, is refused quickly: every error is found and
+//! counted, and help that takes long to find is added only to those that are shown.
 
 use std::cell::Cell;
 
 use super::*;
 
-/// So many would take minutes if each fault looked at all the others.
+/// With so many errors it would take minutes to compare each with all the others.
 const MANY: usize = 5000;
 
 /// Stages `s0`, `s1`, ... with a body each.
@@ -13,17 +13,22 @@ fn stages(body: impl Fn(usize) -> String) -> String {
     (0..MANY).map(|n| format!("[stage.s{n}]\n{}\n", body(n))).collect()
 }
 
-/// The faults of a manifest, of which there are so many; each that is shown has this help, or this in its message.
-fn check_many(manifest: &str, count: usize, told: &str) {
+/// Checks that a manifest has `count` errors, and that each of those that are shown contains some words.
+fn check_many(manifest: &str, count: usize, words: &str) {
     let sources = "[stage.text]\nkind = \"text-source\"\nsource = \"*.txt\"\n";
-    let Err(faults) = load("a.txt", &format!("{sources}{manifest}")) else { panic!("no fault: {told}") };
-    assert_eq!(faults.faults.len(), count, "{told}");
-    assert_eq!((faults.shown().len(), faults.more()), (Diagnostics::SHOWN, count - Diagnostics::SHOWN));
-    for fault in faults.shown() {
-        let text = format!("{} {}", fault.message, fault.help.as_deref().unwrap_or_default());
-        assert!(text.contains(told), "no {told:?} in {text:?}");
+    let Err(diagnostics) = load("a.txt", &format!("{sources}{manifest}")) else {
+        panic!("no error: {words}")
+    };
+    assert_eq!(diagnostics.errors.len(), count, "{words}");
+    assert_eq!(
+        (diagnostics.shown().len(), diagnostics.more()),
+        (Diagnostics::SHOWN, count - Diagnostics::SHOWN)
+    );
+    for error in diagnostics.shown() {
+        let text = format!("{} {}", error.message, error.help.as_deref().unwrap_or_default());
+        assert!(text.contains(words), "no {words:?} in {text:?}");
     }
-    assert_eq!(faults.to_string().lines().count(), Diagnostics::SHOWN + 1);
+    assert_eq!(diagnostics.to_string().lines().count(), Diagnostics::SHOWN + 1);
 }
 
 #[test]
@@ -52,19 +57,19 @@ fn connections_that_do_not_fit() {
 #[test]
 fn paths_that_clash() {
     let same = stages(|_| "kind = \"write\"\ninput = \"text\"\npath = \"x\"".into());
-    check_many(&same, MANY - 1, "give one of them another path");
+    check_many(&same, MANY - 1, "give one of the stages another path");
     let below = stages(|n| format!("kind = \"write\"\ninput = \"text\"\npath = \"x.txt/{n}\""));
     let above = "[stage.file]\nkind = \"write\"\ninput = \"text\"\npath = \"x\"";
     check_many(&format!("{below}{above}"), MANY, "needs a folder of that name");
 }
 
 #[test]
-fn errors_of_syntax() {
+fn syntax_errors() {
     check_many(&stages(|_| "kind = ".into()), MANY, "a value is missing");
     let twice = (0..2 * MANY).map(|n| format!("[stage.s{}]\n", n / 2)).collect::<String>();
-    check_many(&twice, MANY, "the first is in line ");
+    check_many(&twice, MANY, "the first is on line ");
     let keys = (0..2 * MANY).map(|n| format!("k{} = 1\n", n / 2)).collect::<String>();
-    check_many(&format!("[stage.s]\n{keys}"), MANY, "the first is in line ");
+    check_many(&format!("[stage.s]\n{keys}"), MANY, "the first is on line ");
 }
 
 /// Folders that count how often they are listed.
@@ -82,19 +87,17 @@ impl Folders for Counting {
 }
 
 #[test]
-fn sources_that_are_not_there() {
+fn sources_that_do_not_exist() {
     let files = (0..500).map(|n| format!("f{n}.txt ")).collect::<String>();
     let folders = Counting(Tree::new(&files), Cell::new(0));
     let text =
         format!("schema = 1\n{}", stages(|n| format!("kind = \"text-source\"\nsource = \"g{n}.txt\"")));
     let found = Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &folders);
-    let faults = found.map(|_| ()).unwrap_err();
-    assert_eq!(faults.faults.len(), MANY);
-    for fault in faults.shown() {
-        assert!(
-            fault.help.as_ref().is_some_and(|help| help.contains("and 492 more; did you mean")),
-            "{fault:?}"
-        );
+    let diagnostics = found.map(|_| ()).unwrap_err();
+    assert_eq!(diagnostics.errors.len(), MANY);
+    for error in diagnostics.shown() {
+        let help = error.help.as_deref().unwrap_or_default();
+        assert!(help.contains("and 492 more; did you mean"), "{error:?}");
     }
     assert!(folders.1.get() < 500, "the folder was listed {} times", folders.1.get());
 }

@@ -1,4 +1,4 @@
-//! A manifest with many faults: all are told at once, each with its place.
+//! A manifest with many errors: all are reported at once, each with its place.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -7,7 +7,7 @@ mod support;
 use support::Project;
 
 #[test]
-fn all_faults_are_told_at_once_with_place_expectation_and_nearest_spelling() {
+fn all_errors_are_reported_at_once_with_place_expectation_and_nearest_spelling() {
     let project = Project::new(
         r#"
 schema = 1
@@ -53,12 +53,12 @@ path = "../elsewhere"
 }
 
 #[test]
-fn a_missing_manifest_is_told_with_what_to_do() {
+fn a_missing_manifest_is_an_error_with_a_hint() {
     let project = Project::new("");
     let run = project.specula(&["build", "--manifest", "nowhere.toml"]);
     assert_eq!(run.code, Some(3), "{run:?}");
     assert!(
-        run.stderr.contains("nowhere.toml") && run.stderr.contains("has pipeline.toml"),
+        run.stderr.contains("nowhere.toml") && run.stderr.contains("contains pipeline.toml"),
         "{}",
         run.stderr
     );
@@ -70,7 +70,7 @@ fn a_missing_manifest_is_told_with_what_to_do() {
 }
 
 #[test]
-fn an_empty_manifest_is_told_what_belongs_there() {
+fn an_empty_manifest_is_an_error_that_names_the_first_line() {
     let run = Project::new("").specula(&["build"]);
     assert_eq!(run.code, Some(3), "{run:?}");
     assert!(run.stderr.contains("expected schema = 1"), "{}", run.stderr);
@@ -85,12 +85,12 @@ fn an_unknown_stage_is_a_usage_error_with_the_nearest_name() {
 }
 
 #[test]
-fn of_thousands_of_faults_the_first_are_drawn_and_the_others_counted() {
+fn of_thousands_of_errors_the_first_are_drawn_and_the_others_counted() {
     let stages = (0..5000).map(|n| format!("[stage.s{n}]\nkind = \"project-hs\"\ninput = \"t{n}\"\n"));
     let project = Project::new(&format!("schema = 1\n{}", stages.collect::<String>()));
     let run = project.specula(&["check"]);
     assert_eq!(run.code, Some(3), "{}", run.stderr);
-    assert!(run.stderr.ends_with("\n... and 9950 more faults\npipeline.toml: 10000 faults; nothing ran.\n"));
+    assert!(run.stderr.ends_with("\n... and 9950 more errors\npipeline.toml: 10000 errors; nothing ran.\n"));
     assert_eq!(run.stderr.matches("pipeline.toml:").count(), 51, "50 places and the count:\n{}", run.stderr);
     assert_eq!(run.stderr.matches("did you mean \"project-sh\"?").count(), 25, "in order of their place");
     assert!(run.stderr.len() < 40_000, "{} bytes", run.stderr.len());
