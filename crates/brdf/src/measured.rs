@@ -20,7 +20,7 @@ use glam::DVec3;
 use sphere::Direction;
 
 use crate::Centre;
-use crate::models::{ParameterError, Value, Values, colour};
+use crate::models::{Lobe, ParameterError, Value, Values, colour};
 
 /// The most entries of a table: 16 million, 192 MB. MERL's have 1.5 million.
 const MOST_ENTRIES: usize = 1 << 24;
@@ -176,6 +176,24 @@ impl Measured {
             return [0.0; 3];
         }
         self.brdf(incident, outgoing).map(|value| value * cosine)
+    }
+
+    /// n_h, n_d, n_phi, scale (3), the table.
+    pub(crate) fn constants(&self) -> Vec<f32> {
+        let (shape, scale) = (self.shape.map(|n| n as f32), self.scale.map(|scale| scale as f32));
+        [&shape, &scale, self.values.as_flattened()].concat()
+    }
+
+    /// A cosine, and facets that have fallen to a half where the table, seen along the normal, has fallen half way from
+    /// its peak to what it is at 60 degrees: GGX's D is a half at tan^2(theta_h) = a^2 (sqrt(2) - 1).
+    pub(crate) fn lobes(&self) -> Vec<Lobe> {
+        let [n_h, n_d, n_phi] = self.shape;
+        let grey = |h: usize| self.values[h * n_d * n_phi].iter().map(|value| f64::from(*value)).sum::<f64>();
+        let theta = |h: usize| Self::node(self.shape, [h, 0, 0])[0];
+        let base = (0..n_h).take_while(|h| theta(*h) < 60f64.to_radians()).last().map_or(0.0, grey);
+        let half = 0.5 * (grey(0) + base);
+        let tangent = (0..n_h).find(|h| grey(*h) < half).map_or(1.0, |h| theta(h).tan());
+        vec![Lobe::facets([tangent / (2f64.sqrt() - 1.0).sqrt(); 2]), Lobe::Cosine]
     }
 }
 

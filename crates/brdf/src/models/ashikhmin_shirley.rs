@@ -18,9 +18,9 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::parameter::{POWER, Parameter, ParameterError, Range, Value, Values, WEIGHT};
+use super::{Lobe, Model};
 
 const EXPONENT: Parameter = Parameter::number(
     "exponent",
@@ -115,6 +115,18 @@ impl Model for AshikhminShirley {
             let (diffuse, specular) = (self.diffuse[channel], self.specular[channel]);
             lobe * (specular + (1.0 - specular) * grazing) + base * diffuse * (1.0 - specular)
         })
+    }
+
+    /// e_x / 2, e_y / 2, the factor of rho_s, specular (3), the factor of rho_d (3).
+    fn constants(&self) -> Vec<f64> {
+        let [x, y] = self.exponent;
+        let base = |channel: usize| self.diffuse[channel] * (1.0 - self.specular[channel]);
+        let base = [0, 1, 2].map(|channel| base(channel) * 28.0 / (23.0 * PI));
+        [&[0.5 * x, 0.5 * y, ((x + 1.0) * (y + 1.0)).sqrt() / (8.0 * PI)][..], &self.specular, &base].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets_of_powers(self.exponent), Lobe::Cosine]
     }
 
     fn is_isotropic(&self) -> bool {

@@ -14,9 +14,9 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 
 const EXPONENT: Parameter = Parameter::number(
     "exponent",
@@ -64,5 +64,14 @@ impl Model for BlinnPhong {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
         let value = self.factor * half.light * half.cos2().min(1.0).powf(0.5 * self.exponent);
         self.specular.map(|specular| specular * value)
+    }
+
+    /// s / 2, specular c(s) (3).
+    fn constants(&self) -> Vec<f64> {
+        [&[0.5 * self.exponent][..], &self.specular.map(|specular| specular * self.factor)].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets_of_powers([self.exponent; 2])]
     }
 }

@@ -69,6 +69,14 @@ impl Fresnel {
         }
     }
 
+    /// 0, the index of refraction three times, 0 three times; or 1, n (3), k (3).
+    pub(crate) fn constants(&self) -> Vec<f64> {
+        match self {
+            Self::Dielectric(ior) => vec![0.0, *ior, *ior, *ior, 0.0, 0.0, 0.0],
+            Self::Conductor { n, k } => [&[1.0][..], n, k].concat(),
+        }
+    }
+
     /// The share of the light that is reflected where it falls at an angle of this cosine, above 0, RGB.
     pub(crate) fn at(&self, cosine: f64) -> [f64; 3] {
         match self {

@@ -15,10 +15,10 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::fresnel::{Fresnel, IOR, K, N};
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 
 const ROUGH: Parameter =
     Parameter::number("roughness", "the width of the highlight: alpha is its square", ROUGHNESS);
@@ -73,6 +73,17 @@ impl Model for Ggx {
         let value = d * 0.5 * light / (light * masked(view) + view * masked(light));
         let fresnel = self.fresnel.at(half.facet());
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
+    }
+
+    /// alpha^2, specular alpha^2 / (2 pi) (3), Fresnel (7).
+    fn constants(&self) -> Vec<f64> {
+        let alpha2 = self.roughness.powi(4);
+        let peak = self.specular.map(|specular| specular * 0.5 * alpha2 / PI);
+        [&[alpha2][..], &peak, &self.fresnel.constants()].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets([self.roughness.powi(2); 2])]
     }
 }
 

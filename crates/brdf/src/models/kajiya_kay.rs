@@ -8,8 +8,8 @@
 
 use sphere::Direction;
 
-use super::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 use crate::Centre;
 
 const EXPONENT: Parameter =
@@ -58,6 +58,15 @@ impl Model for KajiyaKay {
         let cosine = light.x * view.x + sines.sqrt();
         let value = if cosine > 0.0 { cosine.min(1.0).powf(self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
+    }
+
+    /// s, specular (3).
+    fn constants(&self) -> Vec<f64> {
+        [&[self.exponent][..], &self.specular].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::band((self.exponent + 1.0).powf(-0.5))]
     }
 
     fn is_isotropic(&self) -> bool {

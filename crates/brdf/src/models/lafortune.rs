@@ -11,15 +11,15 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
-use super::parameter::{Parameter, ParameterError, Range, Shape, Value, Values, WEIGHT};
+use super::parameter::{Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
+use super::{Lobe, Model};
 
 const DIFFUSE: Parameter =
     Parameter::colour("diffuse", "the share of light that the matte part reflects", WEIGHT).or(0.0);
 const LOBES: Parameter = Parameter {
     name: "lobes",
     meaning: "the lobes",
-    shape: Shape::Records(&[CX, CZ, N, LOBE_WEIGHT]),
+    value_type: ValueType::Records(&[CX, CZ, N, LOBE_WEIGHT]),
     absent: super::Absent::Required,
 };
 const AXIS: Range = Range { least: -10.0, most: 10.0, words: "a number from -10 to 10" };
@@ -122,5 +122,22 @@ impl Model for Lafortune {
             }
         }
         brdf.map(|brdf| brdf * light.z)
+    }
+
+    /// diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3).
+    fn constants(&self) -> Vec<f64> {
+        let mut constants = self.diffuse.map(|diffuse| diffuse / PI).to_vec();
+        constants.push(self.lobes.len() as f64);
+        for lobe in &self.lobes {
+            constants.extend([lobe.cx, lobe.cz, lobe.n]);
+            constants.extend(lobe.weight);
+        }
+        constants
+    }
+
+    /// A lobe of the model is a power about its axis; the matte part is a cosine.
+    fn lobes(&self) -> Vec<Lobe> {
+        let powers = self.lobes.iter().map(|lobe| Lobe::power(lobe.cx, lobe.cz, lobe.n));
+        std::iter::once(Lobe::Cosine).chain(powers).collect()
     }
 }

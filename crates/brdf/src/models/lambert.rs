@@ -56,6 +56,11 @@ impl Model for Lambert {
         self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
     }
 
+    /// albedo / pi (3).
+    fn constants(&self) -> Vec<f64> {
+        self.albedo.map(|albedo| albedo / PI).to_vec()
+    }
+
     fn radial(&self) -> Option<ClampedCosine> {
         Some(ClampedCosine { peak: self.albedo.map(|albedo| albedo / PI), exponent: 1.0 })
     }

@@ -7,7 +7,7 @@
 
 use sphere::Direction;
 
-use super::Material;
+use super::{Lobe, Material};
 use crate::Centre;
 
 /// Why materials are no layers of one.
@@ -45,6 +45,25 @@ impl Material {
             _ => Ok(Self::Layers(layers)),
         }
     }
+
+    /// The layers in order, including those of layers; a material that is no sum is the only one.
+    pub fn leaves(&self) -> Vec<&Self> {
+        match self {
+            Self::Layers(layers) => layers.iter().flat_map(Self::leaves).collect(),
+            leaf => vec![leaf],
+        }
+    }
+}
+
+/// The lobes of all layers, each once.
+pub(super) fn lobes(layers: &[Material]) -> Vec<Lobe> {
+    let mut lobes = Vec::new();
+    for lobe in layers.iter().flat_map(Material::lobes) {
+        if !lobes.contains(&lobe) {
+            lobes.push(lobe);
+        }
+    }
+    lobes
 }
 
 /// The common centre; the reflection vector where there is none.

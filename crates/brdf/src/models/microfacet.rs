@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::parameter::{Parameter, ParameterError, Range, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 
 const SIGMA: Parameter = Parameter::number(
     "sigma",
@@ -75,5 +75,15 @@ impl Model for Microfacet {
         let share = theta_h / self.sigma;
         let value = (-share * share).exp() / (4.0 * PI * self.sigma * self.sigma);
         self.specular.map(|specular| specular * value)
+    }
+
+    /// sigma, specular / (4 pi sigma^2) (3).
+    fn constants(&self) -> Vec<f64> {
+        let scale = 0.25 / (PI * self.sigma * self.sigma);
+        [&[self.sigma][..], &self.specular.map(|specular| specular * scale)].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets([self.sigma; 2])]
     }
 }

@@ -75,4 +75,9 @@ impl Model for OrenNayar {
         let value = light.z * (self.factors[0] + self.factors[1] * across / light.z.max(view.z.abs()));
         self.albedo.map(|albedo| albedo * value)
     }
+
+    /// albedo A / pi (3), albedo B / pi (3).
+    fn constants(&self) -> Vec<f64> {
+        self.factors.iter().flat_map(|factor| self.albedo.map(|albedo| albedo * factor)).collect()
+    }
 }

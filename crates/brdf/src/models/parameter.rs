@@ -14,14 +14,14 @@ pub struct Parameter {
     /// What it means, for the manual.
     pub meaning: &'static str,
     /// What its value looks like.
-    pub shape: Shape,
+    pub value_type: ValueType,
     /// What holds where a file leaves it out.
     pub absent: Absent,
 }
 
 /// What a value looks like.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum ValueType {
     /// A number.
     Number(Range),
     /// RGB, each channel in the range; one number means grey.
@@ -66,12 +66,12 @@ pub(crate) const SPECULAR: Parameter =
 impl Parameter {
     /// A number that must be given.
     pub(crate) const fn number(name: &'static str, meaning: &'static str, range: Range) -> Self {
-        Self { name, meaning, shape: Shape::Number(range), absent: Absent::Required }
+        Self { name, meaning, value_type: ValueType::Number(range), absent: Absent::Required }
     }
 
     /// A colour that must be given.
     pub(crate) const fn colour(name: &'static str, meaning: &'static str, range: Range) -> Self {
-        Self { name, meaning, shape: Shape::Colour(range), absent: Absent::Required }
+        Self { name, meaning, value_type: ValueType::Colour(range), absent: Absent::Required }
     }
 
     /// The same, with a value that holds where it is left out.
@@ -86,8 +86,10 @@ impl Parameter {
 
     /// The number, where it is in the range.
     pub(crate) fn checked(&self, value: f64) -> Result<f64, ParameterError> {
-        match self.shape {
-            Shape::Number(range) | Shape::Colour(range) if !(range.least..=range.most).contains(&value) => {
+        match self.value_type {
+            ValueType::Number(range) | ValueType::Colour(range)
+                if !(range.least..=range.most).contains(&value) =>
+            {
                 Err(ParameterError::value(self.name, value, range.words))
             }
             _ => Ok(value),
@@ -102,8 +104,8 @@ impl Parameter {
 
     /// What holds where it is left out, where something does.
     pub fn default(&self) -> Option<Value> {
-        match (self.absent, self.shape) {
-            (Absent::Is(value), Shape::Colour(_)) => Some(Value::Colour([value; 3])),
+        match (self.absent, self.value_type) {
+            (Absent::Is(value), ValueType::Colour(_)) => Some(Value::Colour([value; 3])),
             (Absent::Is(value), _) => Some(Value::Number(value)),
             _ => None,
         }

@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 
 use sphere::Direction;
 
-use super::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 use crate::clamped_cosine::ClampedCosine;
 
 const EXPONENT: Parameter =
@@ -64,6 +64,16 @@ impl Model for Phong {
         let cosine = light.z * view.z - light.x * view.x - light.y * view.y;
         let value = if cosine > 0.0 { (self.exponent + 1.0) / TAU * cosine.powf(self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
+    }
+
+    /// s, specular (s + 1) / (2 pi) (3).
+    fn constants(&self) -> Vec<f64> {
+        let scale = (self.exponent + 1.0) / TAU;
+        [&[self.exponent][..], &self.specular.map(|specular| specular * scale)].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::power(-1.0, 1.0, self.exponent)]
     }
 
     fn radial(&self) -> Option<ClampedCosine> {

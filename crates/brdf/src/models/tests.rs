@@ -99,21 +99,21 @@ fn a_value_out_of_range_is_an_error_that_names_its_parameter() {
         let make = |values: Values| Material::analytic(text.name, &values).unwrap().err();
         for parameter in text.parameters {
             let with = |value: Value| material.values().with(parameter.name, value);
-            match (parameter.shape, material.values().get(parameter.name)) {
+            match (parameter.value_type, material.values().get(parameter.name)) {
                 // Of what may be left out, what the example has.
                 (_, None) if parameter.absent == Absent::Optional => continue,
-                (Shape::Number(range), _) => fault_of(&range, |value| make(with(Value::Number(value)))),
-                (Shape::Colour(range), _) => {
+                (ValueType::Number(range), _) => fault_of(&range, |value| make(with(Value::Number(value)))),
+                (ValueType::Colour(range), _) => {
                     fault_of(&range, |value| make(with(Value::Colour([range.least, value, range.least]))))
                 }
-                (Shape::Records(inner), Some(Value::Records(records))) => {
+                (ValueType::Records(inner), Some(Value::Records(records))) => {
                     for inner in inner {
-                        let (Shape::Number(range) | Shape::Colour(range)) = inner.shape else {
+                        let (ValueType::Number(range) | ValueType::Colour(range)) = inner.value_type else {
                             panic!("nested")
                         };
                         fault_of(&range, |value| {
-                            let value = match inner.shape {
-                                Shape::Colour(_) => Value::Colour([value; 3]),
+                            let value = match inner.value_type {
+                                ValueType::Colour(_) => Value::Colour([value; 3]),
                                 _ => Value::Number(value),
                             };
                             let mut records = records.clone();

@@ -17,10 +17,10 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::fresnel::{Fresnel, IOR, K, N};
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 
 const ROUGH: Parameter = Parameter::number(
     "roughness",
@@ -93,5 +93,16 @@ impl Model for TorranceSparrow {
         let value = d * light / (4.0 * masked);
         let fresnel = self.fresnel.at(half.facet());
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
+    }
+
+    /// m, specular / (4 pi m^2) (3), Fresnel (7).
+    fn constants(&self) -> Vec<f64> {
+        let m = self.roughness;
+        let peak = self.specular.map(|specular| specular * 0.25 / (PI * m * m));
+        [&[m][..], &peak, &self.fresnel.constants()].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets([self.roughness; 2])]
     }
 }

@@ -14,9 +14,9 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
+use super::{Lobe, Model};
 
 const ROUGH: Parameter = Parameter::number(
     "roughness",
@@ -92,6 +92,16 @@ impl Model for Ward {
             * (half.length_squared / (z * z))
             * (half.light / z / z.max(LEAST));
         self.specular.map(|specular| specular * value)
+    }
+
+    /// a_x, a_y, specular / (pi a_x a_y) (3).
+    fn constants(&self) -> Vec<f64> {
+        let [x, y] = self.roughness;
+        [&[x, y][..], &self.specular.map(|specular| specular / (PI * x * y))].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets(self.roughness)]
     }
 
     fn is_isotropic(&self) -> bool {

@@ -9,6 +9,7 @@ mod kajiya_kay;
 mod lafortune;
 mod lambert;
 mod layers;
+mod lobe;
 mod microfacet;
 mod oren_nayar;
 mod parameter;
@@ -20,24 +21,38 @@ mod ward;
 
 use sphere::Direction;
 
-pub use ashikhmin_shirley::AshikhminShirley;
-pub use blinn_phong::BlinnPhong;
 pub use fresnel::Fresnel;
-pub use ggx::Ggx;
-pub use kajiya_kay::KajiyaKay;
-pub use lafortune::{Lafortune, LafortuneLobe};
-pub use lambert::Lambert;
+pub use lafortune::LafortuneLobe;
 pub use layers::LayersError;
-pub use microfacet::Microfacet;
-pub use oren_nayar::OrenNayar;
+pub use lobe::Lobe;
 pub(crate) use parameter::colour;
-pub use parameter::{Absent, Parameter, ParameterError, Range, Shape, Value, Values, WEIGHT};
-pub use phong::Phong;
-pub use torrance_sparrow::TorranceSparrow;
-pub use ward::Ward;
+pub use parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
 
 use crate::clamped_cosine::ClampedCosine;
 use crate::{Centre, Measured};
+
+/// Calls a macro with the list of the analytic models, each as `its_module::ItsType`.
+///
+/// This is the one list of them. What needs an entry for every model makes it from here: [`Material`], [`MODELS`], and
+/// the formulas of a renderer.
+#[macro_export]
+macro_rules! for_each_model {
+    ($callback:ident) => {
+        $callback! {
+            lambert::Lambert,
+            oren_nayar::OrenNayar,
+            phong::Phong,
+            blinn_phong::BlinnPhong,
+            microfacet::Microfacet,
+            torrance_sparrow::TorranceSparrow,
+            ggx::Ggx,
+            ward::Ward,
+            ashikhmin_shirley::AshikhminShirley,
+            lafortune::Lafortune,
+            kajiya_kay::KajiyaKay,
+        }
+    };
+}
 
 /// A reflection model: what its file says about it.
 pub trait Model: Clone + std::fmt::Debug + PartialEq {
@@ -74,15 +89,25 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
         true
     }
 
-    /// Where rho_hat depends on the angle between incident and central direction alone: its closed form.
+    /// The constants of rho_hat's formula, for renderers: they depend on the parameters alone.
+    fn constants(&self) -> Vec<f64>;
+
+    /// The lobes that a renderer samples in place of rho_hat: one or more.
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::Cosine]
+    }
+
+    /// The closed form of a radially symmetric model, whose rho_hat depends on the angle between the incident and the
+    /// central direction alone.
     fn radial(&self) -> Option<ClampedCosine> {
         None
     }
 }
 
-/// Makes the enum of all models out of their list.
 macro_rules! models {
-    ($($model:ident),* $(,)?) => {
+    ($($module:ident::$model:ident),* $(,)?) => {
+        $(pub use $module::$model;)*
+
         /// A material: one of the reflection models, with its parameters, a table, or a sum of materials.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Material {
@@ -155,6 +180,25 @@ macro_rules! models {
                 }
             }
 
+            /// The constants of rho_hat's formula, for renderers: see each model's file. Those of a measured table are
+            /// its shape, its scale and its values; those of layers follow each other.
+            pub fn constants(&self) -> Vec<f32> {
+                match self {
+                    $(Self::$model(model) => model.constants().into_iter().map(|value| value as f32).collect(),)*
+                    Self::Measured(measured) => measured.constants(),
+                    Self::Layers(layers) => layers.iter().flat_map(Self::constants).collect(),
+                }
+            }
+
+            /// The lobes that a renderer samples in place of rho_hat, each once.
+            pub fn lobes(&self) -> Vec<Lobe> {
+                match self {
+                    $(Self::$model(model) => model.lobes(),)*
+                    Self::Measured(measured) => measured.lobes(),
+                    Self::Layers(layers) => layers::lobes(layers),
+                }
+            }
+
             /// The closed form of a radially symmetric model.
             pub(crate) fn radial(&self) -> Option<ClampedCosine> {
                 match self {
@@ -170,19 +214,7 @@ macro_rules! models {
     };
 }
 
-models!(
-    Lambert,
-    OrenNayar,
-    Phong,
-    BlinnPhong,
-    Microfacet,
-    TorranceSparrow,
-    Ggx,
-    Ward,
-    AshikhminShirley,
-    Lafortune,
-    KajiyaKay,
-);
+for_each_model!(models);
 
 /// What the manual says about a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
