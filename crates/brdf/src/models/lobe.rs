@@ -1,7 +1,7 @@
-//! The directions that a model reflects from, as a choice of simple distributions to sample.
+//! Simple distributions of the directions that a model reflects from, for a renderer to sample.
 
-/// A distribution of incident directions. A renderer samples it in place of rho_hat, which it need not follow closely:
-/// it must only be dense where rho_hat is large.
+/// A distribution of incident directions, which a renderer samples in place of rho_hat. It need not follow
+/// rho_hat closely; it must only be dense where rho_hat is large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe {
     /// The cosine of the angle from the normal.
@@ -43,7 +43,8 @@ impl Lobe {
         Self::Facets { x, y }
     }
 
-    /// Facets as wide as those with (N.h)^s: both fall as 1 - (s / 2 + 1) theta^2, seen in the light's directions.
+    /// Facets as wide as those with (N.h)^s: both fall as 1 - (s / 2 + 1) theta^2, seen in the light's
+    /// directions.
     pub(crate) fn facets_of_powers(powers: [f64; 2]) -> Self {
         Self::facets(powers.map(|s| (2.0 / (s + 2.0)).sqrt()))
     }

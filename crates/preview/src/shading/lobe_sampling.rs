@@ -1,8 +1,8 @@
 //! Samples of the directions that a material reflects from, and their density.
 //!
-//! The samples need not follow rho_hat; they must only be dense where it is large. A poor choice costs samples, it does
-//! not change the result. Each layer of a material has one or two lobes (`brdf::Material::lobes`), and all lobes have
-//! equal shares of the samples:
+//! The samples need not follow rho_hat; they must only be dense where it is large. A poor choice costs
+//! samples, it does not change the result. Each layer of a material has one or two lobes
+//! (`brdf::Material::lobes`), and all lobes have equal shares of the samples:
 //!
 //! | lobe | density over incident directions | for |
 //! | --- | --- | --- |
@@ -11,12 +11,13 @@
 //! | facets | D(h) / (2 (N.V + sqrt(a_x^2 V_x^2 + a_y^2 V_y^2 + (N.V)^2))) | all models of small facets, measured tables |
 //! | band | Cauchy's in theta_i - theta_o, angles from the tangent, over 2 pi sin(theta_i) | kajiya-kay |
 //!
-//! D is GGX of the widths (a_x, a_y). The facets are sampled as the viewer sees them (Heitz 2018, "Sampling the GGX
-//! Distribution of Visible Normals") with Dupuy and Benyoub's cap of the sphere ("Sampling Visible GGX Normals with
-//! Spherical Caps", 2023). GGX has the longest tails, so no model is ever much denser than its lobe.
+//! D is GGX of the widths (a_x, a_y). The facets are sampled as the viewer sees them (Heitz 2018, "Sampling
+//! the GGX Distribution of Visible Normals") with Dupuy and Benyoub's cap of the sphere ("Sampling Visible
+//! GGX Normals with Spherical Caps", 2023). GGX has the longest tails, so no model is ever much denser than
+//! its lobe.
 //!
-//! Words: the share of light samples (an f32), the number of lobes; per lobe its number, its share of the rest (an f32),
-//! and three f32 parameters (unused ones are 0).
+//! Words: the share of light samples (an f32), the number of lobes; per lobe its number, its share of the
+//! rest (an f32), and three f32 parameters (unused ones are 0).
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -59,8 +60,8 @@ impl LobeSampling {
         self.light
     }
 
-    /// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the horizon.
-    /// The first coordinate chooses the lobe.
+    /// The incident direction for a point of the unit square, in the frame of the surface; it may lie below
+    /// the horizon. The first coordinate chooses the lobe.
     pub fn sample(&self, point: [f32; 2], view: Vec3) -> Vec3 {
         let [mut left, along] = point;
         for (lobe, share) in &self.shares {
@@ -95,7 +96,8 @@ impl LobeSampling {
     }
 }
 
-/// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the horizon.
+/// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the
+/// horizon.
 fn sample(lobe: Lobe, point: [f32; 2], view: Vec3) -> Vec3 {
     let turn = circle(point[0]);
     match lobe {
@@ -166,8 +168,8 @@ fn axis(cx: f32, cz: f32, view: Vec3) -> Vec3 {
     unit_or(Vec3::new(cx * view.x, cx * view.y, cz * view.z), Vec3::Z)
 }
 
-/// Two directions at right angles to another and to each other (Duff et al., "Building an Orthonormal Basis, Revisited",
-/// 2017).
+/// Two directions at right angles to another and to each other (Duff et al., "Building an Orthonormal Basis,
+/// Revisited", 2017).
 fn beside(axis: Vec3) -> [Vec3; 2] {
     let sign = if axis.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (sign + axis.z);

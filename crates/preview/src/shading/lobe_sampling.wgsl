@@ -1,8 +1,9 @@
-// Samples of the directions that a material reflects from, and their density. The twin of lobe_sampling.rs, which cites
-// the sources and puts the lobes' numbers before this text. It needs angles.wgsl, surface.wgsl and material.wgsl.
+// Samples of the directions that a material reflects from, and their density. The twin of lobe_sampling.rs,
+// which cites the sources and puts the lobes' numbers before this text. It needs angles.wgsl, surface.wgsl
+// and material.wgsl.
 
-// `LobeSampling::words`: the share of light samples, the number of lobes; per lobe its number, its share, three
-// parameters.
+// `LobeSampling::words`: the share of light samples, the number of lobes; per lobe its number, its share,
+// three parameters.
 @group(3) @binding(2) var<storage, read> lobe_sampling: array<u32>;
 
 const LOBE_SAMPLING_TAU = 6.28318531;
@@ -24,7 +25,8 @@ fn lobe_sampling_light() -> f32 {
     return bitcast<f32>(lobe_sampling[0]);
 }
 
-// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the horizon.
+// The incident direction for a point of the unit square, in the frame of the surface; it may lie below the
+// horizon.
 fn lobe_sampling_draw(point: vec2f, view: vec3f) -> vec3f {
     var left = point.x;
     let count = lobe_sampling[1];

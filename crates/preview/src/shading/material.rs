@@ -1,7 +1,8 @@
 //! rho_hat of every reflection model, in f32, from a material packed into words as the shader reads it.
 //!
-//! rho_hat is the BRDF times the incident cosine, in 1/sr, RGB, in the frame of the surface: +Z the normal, +X the
-//! tangent (`brdf::Model::rho_hat`, whose module texts have the formulas and papers). The words are u32:
+//! rho_hat is the BRDF times the incident cosine, in 1/sr, RGB, in the frame of the surface: +Z the normal,
+//! +X the tangent (`brdf::Model::rho_hat`, whose module texts have the formulas and papers). The words are
+//! u32:
 //!
 //! | words | what |
 //! | --- | --- |
@@ -10,12 +11,13 @@
 //! | 1 | the number of words that follow |
 //! | | the constants of its formula (`brdf::Material::constants`), each as the bits of its f32 |
 //!
-//! Each model has one formula here, a method of `Layer` named after the model's module, and the same formula in
-//! material.wgsl, `material_` and that name. The choice between them is made from the list, in both languages.
+//! Each model has one formula here, a method of `Layer` named after the model's module, and the same formula
+//! in material.wgsl, `material_` and that name. The choice between them is made from the list, in both
+//! languages.
 //!
-//! The formulas are written for f32: they take the power of a cosine near 1 from the square of its sine and an angle
-//! from an arc tangent, and they decide before a division what would be 0 / 0 or out of range. No value is infinite or
-//! NaN, for any two unit vectors.
+//! The formulas are written for f32: they take the power of a cosine near 1 from the square of its sine and
+//! an angle from an arc tangent, and they decide before a division what would be 0 / 0 or out of range. No
+//! value is infinite or NaN, for any two unit vectors.
 
 #[cfg(test)]
 mod tests;
@@ -28,7 +30,8 @@ use glam::Vec3;
 use super::angles::angle;
 use crate::RenderError;
 
-/// Makes constants for Rust, and `WGSL_CONSTANTS`, their declarations for the shader with a prefix to each name.
+/// Makes constants for Rust, and `WGSL_CONSTANTS`, their declarations for the shader with a prefix to each
+/// name.
 macro_rules! shader_constants {
     ($prefix:literal: $($(#[$doc:meta])* $name:ident: $type:ty = $value:expr;)*) => {
         $($(#[$doc])* const $name: $type = $value;)*
@@ -41,11 +44,13 @@ macro_rules! shader_constants {
 pub(super) use shader_constants;
 
 shader_constants!("MATERIAL_":
-    /// A Gaussian of a squared slope over a squared roughness is 0 in f32 from here on, with room for its factors.
+    /// A Gaussian of a squared slope over a squared roughness is 0 in f32 from here on, with room for its
+    /// factors.
     STEEP: f32 = 80.0;
     /// The least cosine in factors that have no bound at grazing: see ashikhmin-shirley and ward.
     LEAST: f32 = 1e-3;
-    /// Light nearer to the horizon than this counts as below it: products of two such cosines are still normal numbers.
+    /// Light nearer to the horizon than this counts as below it: products of two such cosines are still
+    /// normal numbers.
     HORIZON: f32 = 1e-12;
     /// The square of a sum of light and view below which they count as opposite.
     OPPOSITE: f32 = 1e-20;
@@ -122,7 +127,8 @@ impl PackedMaterial {
         &self.words
     }
 
-    /// rho_hat(incident, outgoing), RGB, in 1/sr: both unit vectors in the frame of the surface, away from it.
+    /// rho_hat(incident, outgoing), RGB, in 1/sr: both unit vectors in the frame of the surface, away from
+    /// it.
     pub fn evaluate(&self, incident: Vec3, outgoing: Vec3) -> Vec3 {
         let (count, mut rest) = (self.words[0], &self.words[1..]);
         let mut sum = Vec3::ZERO;
@@ -423,7 +429,8 @@ fn half_difference(light: Vec3, view: Vec3) -> [f32; 3] {
     [angle(across, sum.z), angle(difference.length(), length), phi_d]
 }
 
-/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to the next, 0 to 1.
+/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to
+/// the next, 0 to 1.
 fn place(share: f32, n: usize) -> (usize, f32) {
     let at = (share * n as f32).min((n - 1) as f32);
     let node = at as usize;

@@ -1,6 +1,7 @@
-// rho_hat of every reflection model, in the frame of the surface: +Z the normal, +X the tangent. The twin of material.rs,
-// which has the layout of the words, and which puts before this text the constants and `material_layer`: the choice of a
-// model's formula, material_ and the name of its module. It needs angles.wgsl.
+// rho_hat of every reflection model, in the frame of the surface: +Z the normal, +X the tangent. The twin of
+// material.rs, which has the layout of the words, and which puts before this text the constants and
+// `material_layer`: the choice of a model's formula, material_ and the name of its module. It needs
+// angles.wgsl.
 
 // `PackedMaterial::words`: the number of layers; per layer its model, the number of its constants, and these.
 @group(3) @binding(1) var<storage, read> material: array<u32>;

@@ -1,4 +1,4 @@
-//! The packed form against the models themselves, in f64.
+//! The packed form against the models in f64.
 
 use brdf::{
     AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, MODELS,
@@ -10,7 +10,8 @@ use sphere::Direction;
 use super::*;
 use crate::shading::on_device;
 
-/// Materials of every model, of a table and of layers, each with its sharpness s: its highlight is about 1 / sqrt(s) wide.
+/// Materials of every model, a table and layers, each with its sharpness s: its highlight is about 1 /
+/// sqrt(s) wide.
 pub(crate) fn materials() -> Vec<(Material, f64)> {
     let glass = Fresnel::Dielectric(1.5);
     let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
@@ -85,8 +86,8 @@ fn chalk() -> Material {
     Material::Measured(Measured::new(shape, values).unwrap().scaled([1.0, 0.8, 0.5]).unwrap())
 }
 
-/// Directions over the whole sphere for light, the upper half for views: scattered ones, those near the horizon, the
-/// normal, and light near the mirror direction of each view, where highlights are.
+/// Directions over the whole sphere for light and over the upper half for views: scattered ones, some near
+/// the horizon, the normal, and light near the mirror direction of each view, where highlights are.
 pub(crate) fn pairs() -> Vec<[Vec3; 2]> {
     let scattered = |i: u32, seed: f64, reach: f64| {
         let i = f64::from(i) + seed;
@@ -120,13 +121,14 @@ pub(crate) fn pairs() -> Vec<[Vec3; 2]> {
     pairs
 }
 
-/// What f32 leaves of rho_hat. A unit vector in f32 is 6e-8 long or short and as much aside, which moves the angle theta from
-/// the peak of a lobe e^(-s theta^2 / 2) by d = 2e-7 and its value by s theta d, at most sqrt(s) d of the peak and
-/// sqrt(2 s ln(peak / value)) d of itself; the roundings of a dozen operations add 1e-6, and a logarithm times s, where the
-/// cosine is not near 1, as much times ln(peak / value) < 80. The base of a lobe of lafortune is no cosine: its power n is as
-/// uncertain as s = n^2.
+/// The error of rho_hat in f32. A unit vector in f32 is 6e-8 too long or too short, and off by as much to the
+/// side, which moves the angle theta from the peak of a lobe e^(-s theta^2 / 2) by d = 2e-7 and its value by
+/// s theta d, at most sqrt(s) d of the peak and sqrt(2 s ln(peak / value)) d of itself; the roundings of a
+/// dozen operations add 1e-6, and a logarithm times s, if the cosine is not near 1, as much times ln(peak /
+/// value) < 80. The base of a lobe of lafortune is not a cosine: its power n is as uncertain as s = n^2.
 ///
-/// Of light and view nearly opposite the half vector is as many times less certain as their sum is shorter than 2.
+/// If light and view are nearly opposite, the error of the half vector grows by the factor by which their sum
+/// is shorter than 2.
 pub(crate) fn allowed(value: f64, s: f64, [light, view]: [Vec3; 2]) -> f64 {
     let facet = (0.5 * (light + view).length()).max(1e-9);
     let of_itself = 2e-5 + 2e-7 / f64::from(facet) * (2.0 * s * 40.0).sqrt();
@@ -140,8 +142,8 @@ fn packed_materials_are_the_models() {
     }
 }
 
-/// Garnet red as it was measured; a highlight so sharp that its table has it in the first few nodes, where the square root of
-/// theta_h is as uncertain as a power of 1e6 makes the cosine.
+/// Garnet red as it was measured. Its highlight is so sharp that it lies in the first few nodes of the table,
+/// where the square root of theta_h is as uncertain as the cosine with a power of 1e6.
 #[test]
 fn a_measured_material_of_the_corpus_is_what_its_table_says() {
     let Some(corpus) = test_data::folder("a_measured_material_of_the_corpus", "SPECULA_CORPUS") else {
@@ -165,7 +167,7 @@ fn fits_of_the_corpus_are_what_the_models_say() {
             .filter_map(|word| word.parse().ok())
             .collect();
         let [.., r, g, b, r_s, g_s, b_s, roughness] = numbers[..] else { panic!("{line}") };
-        // Ours begin at 0.01.
+        // Ours begins at 0.01.
         let roughness = roughness.clamp(0.01, 1.0);
         let matte = Material::Lambert(Lambert::new([r, g, b]).unwrap());
         let highlight = Material::Ward(Ward::new([roughness; 2], [r_s, g_s, b_s]).unwrap());
@@ -212,7 +214,7 @@ fn the_shader_numbers_models_as_its_twin() {
     }
 }
 
-/// Vectors at the very ends: axes, nearly opposite ones, some with the smallest numbers that there are.
+/// Extreme vectors: axes, nearly opposite ones, and some with the smallest numbers.
 #[test]
 fn no_value_is_infinite_or_nan() {
     let mut vectors = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
@@ -236,8 +238,8 @@ fn no_value_is_infinite_or_nan() {
     }
 }
 
-/// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm (WGSL allows
-/// 2^-21 of the latter, times s as in [`allowed`]).
+/// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm
+/// (WGSL allows 2^-21 of the latter, times s as in [`allowed`]).
 #[test]
 fn the_shader_is_its_twin() {
     let Some(device) = on_device::device("the_shader_is_its_twin") else { return };
