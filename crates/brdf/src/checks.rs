@@ -250,7 +250,7 @@ fn to_square(w: DVec3) -> DVec2 {
 /// from the normal: some anywhere, some near each other's mirror image, at many distances.
 fn reciprocity(material: &Material) -> f64 {
     const PAIRS: usize = 4000;
-    // Differences of values this far below the greatest one are no fault that anyone sees.
+    // Differences of values this far below the greatest one are invisible.
     const NEGLIGIBLE: f64 = 1e-6;
 
     let pairs: Vec<[[f64; 3]; 2]> = (0..PAIRS)

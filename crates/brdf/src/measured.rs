@@ -39,7 +39,7 @@ pub struct Measured {
 /// Why a table cannot be that of a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MeasuredError {
-    /// A shape with no entries, or with too many.
+    /// The shape has no entries, or too many.
     #[error(
         "a table of {} x {} x {} entries is not possible; expected 1 to {MOST_ENTRIES} in all",
         shape[0], shape[1], shape[2]

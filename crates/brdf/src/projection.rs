@@ -40,8 +40,9 @@ pub use error::{MOST_COEFFICIENTS, ProjectionError};
 pub enum Choice {
     /// The least degrees that lose at most this share of the energy: first P is lowered as far as that
     /// allows, then F (paper 1, Appendix C). If that needs degrees that make no usable map (P above 32, or
-    /// more than 131072 coefficients), the highest degrees tried take the place of the material, provided
-    /// that they hold half of its energy: [`Projection::captured`] reports the share.
+    /// more than 131072 coefficients), they are the least degrees that lose at most this share of what the
+    /// highest ones tried hold, provided that these hold half of the energy: [`Projection::captured`] reports
+    /// what they hold.
     Tolerance(Tolerance),
     /// The given degrees, whatever they lose.
     Degree {

@@ -325,18 +325,18 @@ mod tests {
 
     #[test]
     fn errors_are_reported_before_anything_is_computed() {
-        let faulty = |change: fn(&mut Parts)| {
+        let error = |change: fn(&mut Parts)| {
             let mut parts = square(|x| x);
             change(&mut parts);
             parts.complete().unwrap_err().to_string()
         };
-        assert_eq!(faulty(|parts| parts.coordinates = Some(vec![])), "0 coordinates for 4 positions");
+        assert_eq!(error(|parts| parts.coordinates = Some(vec![])), "0 coordinates for 4 positions");
         assert_eq!(
-            faulty(|parts| parts.triangles[1][2] = 4),
+            error(|parts| parts.triangles[1][2] = 4),
             "triangle 1 has corners [0, 2, 4], and there are 4 vertices"
         );
         assert_eq!(
-            faulty(|parts| parts.normals.as_mut().unwrap()[3][1] = f32::NAN),
+            error(|parts| parts.normals.as_mut().unwrap()[3][1] = f32::NAN),
             "the normals of vertex 3 hold a number that is not finite"
         );
     }

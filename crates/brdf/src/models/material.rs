@@ -164,7 +164,7 @@ impl Material {
         }
     }
 
-    /// The layers in order, including those of layers; a material that is no sum is the only one.
+    /// The layers in order, with those of nested layers; a material that is not a sum is its own only layer.
     pub fn leaves(&self) -> Vec<&Self> {
         match self {
             Self::Layers(layers) => layers.iter().flat_map(Self::leaves).collect(),

@@ -8,8 +8,8 @@ pub const MOST_COEFFICIENTS: usize = 1 << 22;
 /// Why a material could not be projected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProjectionError {
-    /// A highlight, a rise toward grazing views or a cut at the horizon so sharp that no degrees worth
-    /// keeping meet the tolerance: those up to (F+1)(P+1)^2 = 131072 are tried.
+    /// A highlight, a rise toward grazing views or a cut at the horizon is so sharp that no usable degrees
+    /// meet the tolerance: those up to (F+1)(P+1)^2 = 131072 are tried.
     #[error(
         "degrees [{f}, {p}] capture {captured:.4} of the energy, and no usable higher ones meet the tolerance \
          {tolerance}: the material is too sharp; give the degrees or a larger tolerance"
@@ -24,7 +24,7 @@ pub enum ProjectionError {
         /// The tolerance that was asked for.
         tolerance: f64,
     },
-    /// Degrees that have more than [`MOST_COEFFICIENTS`] coefficients.
+    /// The degrees have more than [`MOST_COEFFICIENTS`] coefficients.
     #[error("degrees [{f}, {p}] make more than {MOST_COEFFICIENTS} coefficients")]
     TooMany {
         /// F.

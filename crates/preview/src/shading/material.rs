@@ -7,7 +7,7 @@
 //! | words | what |
 //! | --- | --- |
 //! | 1 | the number of layers; a material that is not a sum is one layer |
-//! | per layer 1 | its model: the place in the list of `brdf::for_each_model`, from 0 on, and after them measured tables |
+//! | per layer 1 | its model: its place in `brdf::for_each_model`, from 0 on; measured tables come last |
 //! | 1 | the number of words that follow |
 //! | | the constants of its formula (`brdf::Material::constants`), each as the bits of its f32 |
 //!
