@@ -105,7 +105,7 @@ pub fn interpolate(samples: &[Sample], shape: [usize; 3]) -> Result<Interpolated
     }
     let stride = samples.len().div_ceil(MOST_SITES);
     let samples: Vec<Sample> = samples.iter().step_by(stride).copied().collect();
-    let fit = Fit::new(&samples);
+    let fit = SampleFit::new(&samples);
     let measured = fit.table(shape)?;
     Ok(Interpolated { measured, held_out: fit.held_out })
 }
@@ -120,7 +120,7 @@ fn typical(samples: &[Sample]) -> f64 {
     if middle > 0.0 { middle } else { 0.01 * greatest }
 }
 
-struct Fit {
+struct SampleFit {
     /// The greatest angle of a sample from the normal.
     reach: f64,
     floor: f64,
@@ -129,7 +129,7 @@ struct Fit {
     held_out: f64,
 }
 
-impl Fit {
+impl SampleFit {
     fn new(samples: &[Sample]) -> Self {
         let floor = 0.02 * typical(samples);
         let base = Base::fit(samples, floor);

@@ -426,7 +426,7 @@ mod tests {
             let absent = match parameter.absent {
                 Absent::Required => "must be given".to_owned(),
                 Absent::Optional => "may be left out".to_owned(),
-                Absent::Is(value) => format!("default {value}"),
+                Absent::Default(value) => format!("default {value}"),
             };
             let (name, meaning) = (parameter.name, parameter.meaning);
             let mut rows = vec![format!("//! | `{within}{name}` | {looks_like}; {absent} | {meaning} |")];

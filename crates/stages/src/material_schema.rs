@@ -59,7 +59,7 @@ fn of_parameter(parameter: &Parameter) -> Value {
         ValueType::Records(_) => String::new(),
     };
     schema["description"] = format!("{}{looks_like}.", capital(parameter.meaning)).into();
-    if let Absent::Is(value) = parameter.absent {
+    if let Absent::Default(value) = parameter.absent {
         schema["default"] = value.into();
     }
     schema

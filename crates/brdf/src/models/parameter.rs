@@ -50,7 +50,7 @@ pub enum Absent {
     /// It is optional, and has no default.
     Optional,
     /// It is optional, and this number, or this grey, is the default.
-    Is(f64),
+    Default(f64),
 }
 
 /// The range of weights. A weight above 1 makes light; the caller decides what to do about that.
@@ -77,7 +77,7 @@ impl Parameter {
 
     /// The same with a default.
     pub(crate) const fn or(self, value: f64) -> Self {
-        Self { absent: Absent::Is(value), ..self }
+        Self { absent: Absent::Default(value), ..self }
     }
 
     /// The same, but optional.
@@ -106,8 +106,8 @@ impl Parameter {
     /// The default, if it has one.
     pub fn default(&self) -> Option<Value> {
         match (self.absent, self.value_type) {
-            (Absent::Is(value), ValueType::Colour(_)) => Some(Value::Colour([value; 3])),
-            (Absent::Is(value), _) => Some(Value::Number(value)),
+            (Absent::Default(value), ValueType::Colour(_)) => Some(Value::Colour([value; 3])),
+            (Absent::Default(value), _) => Some(Value::Number(value)),
             _ => None,
         }
     }

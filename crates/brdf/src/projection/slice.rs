@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use sphere::Direction;
 
-use super::incident::{Part, Piece, pieces};
+use super::incident::{CirclePart, Piece, pieces};
 use super::legendre::{LANES, Lanes, Legendre};
 use super::quadrature::{NODES, Panel, RULE};
 use crate::Centre;
@@ -155,7 +155,9 @@ pub(super) fn slice(
             let high = panel.radius() * 2.0 * piece.stretch() * f as f64 > PHASE;
             let refine = columns.error > fineness.error
                 || high && columns.energy > fineness.negligible
-                || panel.from == 0.0 && piece.part == Part::Circle && hidden(&columns, top) > fineness.error;
+                || panel.from == 0.0
+                    && piece.part == CirclePart::Whole
+                    && hidden(&columns, top) > fineness.error;
             if refine && panel.depth < DEEPEST[0] && slice.evaluations < MOST_EVALUATIONS {
                 waiting.extend(panel.halves().into_iter().rev());
                 continue;
@@ -199,7 +201,7 @@ impl Columns {
             let (sine, cosine) = theta.sin_cos();
             (self.sine[lane], self.cosine[lane]) = (sine, cosine);
             let area = panel.radius() * slope * sine;
-            let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == Part::Circle };
+            let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == CirclePart::Whole };
             let allowed = fineness.error / (2.0 * area);
             // Small circles have no high orders: f_lq is negligible for q above l sin(theta_i).
             let order = (1.2 * f as f64 * sine + 8.0).min(p as f64).max(1.0);

@@ -126,7 +126,7 @@ fn pass(
             .collect::<Result<_, _>>()?;
         for (panel, slices) in panels.into_iter().zip(slices.chunks_exact(NODES)) {
             table.evaluations += slices.iter().map(|slice| slice.evaluations).sum::<usize>();
-            let part = Part::new(panel, slices, &outgoing, f, incident.orders());
+            let part = PanelSum::new(panel, slices, &outgoing, f, incident.orders());
             if !part.is_within(accuracy * scale) && panel.depth < DEEPEST {
                 waiting.extend(panel.halves());
                 continue;
@@ -155,7 +155,7 @@ fn pass(
 }
 
 /// A panel's part of all coefficients.
-struct Part {
+struct PanelSum {
     /// By both rules, shape [q, p - q, F+1 - q]; the second is their difference.
     rho: Vec<[[f64; 3]; 2]>,
     energy: f64,
@@ -165,7 +165,7 @@ struct Part {
     norm: f64,
 }
 
-impl Part {
+impl PanelSum {
     fn new(panel: Panel, slices: &[Slice], outgoing: &Legendre, f: usize, orders: usize) -> Self {
         let (mut cosine, mut sine, mut area) = ([1.0; LANES], [0.0; LANES], [0.0; NODES]);
         for (i, node) in RULE.into_iter().enumerate() {
