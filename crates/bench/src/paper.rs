@@ -188,7 +188,7 @@ fn material(name: &str, parameter: &'static str, value: f64) -> Material {
     let model = MODELS.iter().find(|model| model.name == name).expect("a model of this name");
     let mut values = Values::default();
     for parameter in model.parameters {
-        if let Absent::Is(value) = parameter.absent {
+        if let Absent::Default(value) = parameter.absent {
             values.set(parameter.name, Value::Number(value));
         }
     }

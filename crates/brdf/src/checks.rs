@@ -1,14 +1,16 @@
-//! What a user should know of a material before it is lit: albedo by angle, energy, reciprocity.
+//! Checks of a material before it is lit: albedo by angle, energy, reciprocity.
 //!
-//! The albedo toward a view w_o is the integral of rho_hat(w_i, w_o) over all w_i: what the view sees of a constant sky of
-//! radiance 1. Above 1 the material makes light. It is integrated over the square that Shirley and Chiu's map ("A Low
-//! Distortion Map Between Disk and Square", 1997) takes to the hemisphere with equal areas: the horizon is its edge, and
-//! panels are divided where two Gauss rules differ. Panels at the mirror direction, the view and the normal are divided
-//! whatever the rules say, so that no highlight falls between nodes, until a highlight as high as rho_hat is there and
-//! as wide as the panel is of no account, or the panel is 1e-5 of the square. The sphere's lower half counts too, for
-//! the models that reach there.
+//! The albedo toward a view w_o is the integral of rho_hat(w_i, w_o) over all w_i: the radiance that the view
+//! sees under a constant sky of radiance 1. Above 1 the material makes light. The integral is taken over the
+//! square that Shirley and Chiu's map ("A Low Distortion Map Between Disk and Square", 1997) maps to the
+//! hemisphere with equal areas: the horizon is the edge of the square, and a panel is divided if two Gauss
+//! rules differ on it. Panels at the mirror direction, the view and the normal are always divided, so that no
+//! highlight falls between nodes, until a highlight as high as rho_hat there and as wide as the panel would
+//! be negligible, or the panel is 1e-5 of the square. The lower half of the sphere counts too, for the models
+//! that reflect light from there.
 //!
-//! Reciprocity is judged from the BRDF, rho_hat / cos(theta_i), at pairs of directions and with both exchanged.
+//! Reciprocity is measured on the BRDF, rho_hat / cos(theta_i), at pairs of directions and at the same pairs
+//! exchanged.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -18,13 +20,13 @@ use sphere::Direction;
 
 use crate::Material;
 
-/// What [`checks`] found of a material.
+/// The result of [`checks`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checks {
-    /// The greatest difference of BRDF(L, V) and BRDF(V, L), relative to the greater of them: rounding of a reciprocal
-    /// model, near 1 of another.
+    /// The greatest difference of BRDF(L, V) and BRDF(V, L), relative to the greater of them: no more than
+    /// rounding for a reciprocal model, near 1 for another.
     pub reciprocity: f64,
-    /// The albedo by view. Isotropic materials have views in one plane only.
+    /// The albedo by view. For isotropic materials all views are in one plane.
     pub albedo: Vec<Albedo>,
     /// Whether a turn about the normal changes nothing.
     pub isotropic: bool,
@@ -37,7 +39,7 @@ pub struct Albedo {
     pub theta: f64,
     /// The view's angle from the tangent about the normal, in degrees.
     pub phi: f64,
-    /// What it sees of a constant sky of radiance 1, RGB.
+    /// The radiance that it sees under a constant sky of radiance 1, RGB.
     pub rgb: [f64; 3],
 }
 
@@ -49,7 +51,8 @@ impl Albedo {
 }
 
 impl Checks {
-    /// The greatest albedo, and where: of several within the accuracy, the nearest to the normal.
+    /// The greatest albedo and its view; if several are equal within the accuracy, the one nearest to the
+    /// normal.
     pub fn greatest(&self) -> Albedo {
         let none = Albedo { theta: 0.0, phi: 0.0, rgb: [0.0; 3] };
         self.albedo.iter().fold(none, |most, albedo| {
@@ -58,18 +61,19 @@ impl Checks {
         })
     }
 
-    /// Whether some view sees more light than falls on the surface, by more than the accuracy of the integrals.
+    /// Whether some view sees more light than falls on the surface, by more than the accuracy of the
+    /// integrals.
     pub fn makes_light(&self) -> bool {
         self.greatest().greatest() > 1.0 + ACCURACY
     }
 
-    /// Whether light and view may change places.
+    /// Whether the BRDF is reciprocal.
     pub fn is_reciprocal(&self) -> bool {
         self.reciprocity < 1e-6
     }
 }
 
-/// The accuracy of an albedo near 1; of other ones relative to them.
+/// The accuracy of an albedo: absolute up to 1, relative above.
 pub(crate) const ACCURACY: f64 = 1e-3;
 
 /// Angles of the views from the normal.
@@ -77,9 +81,10 @@ const THETA: [f64; 11] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 8
 /// Azimuths of the views of an anisotropic material.
 const PHI: [f64; 4] = [0.0, 45.0, 90.0, 135.0];
 
-/// Albedo by view, reciprocity and isotropy of a material. Albedos are accurate to 1e-3 of themselves or of 1.
+/// The albedo by view, reciprocity and isotropy of a material. Albedos are accurate to 1e-3 of themselves or
+/// of 1, whichever is greater.
 ///
-/// # Example: chalk reflects its albedo toward every view, and may change places with the light
+/// # Example: chalk reflects its albedo toward every view, and is reciprocal
 /// ```
 /// let chalk = brdf::Material::Lambert(brdf::Lambert::new([0.8, 0.8, 0.4])?);
 /// let checks = brdf::checks(&chalk);
@@ -132,7 +137,7 @@ struct Integral<'a> {
     view: Direction,
     /// 1 above the horizon, -1 below.
     side: f64,
-    /// Where panels are divided whatever the rules say, and how high the function is there.
+    /// The points whose panels are always divided, and the height of the function there.
     peaks: [(DVec2, f64); 3],
 }
 
@@ -153,9 +158,9 @@ const SIX: [(f64, f64); 6] = [
 ];
 
 impl Integral<'_> {
-    /// Panels at a peak are divided down to this size,
+    /// Panels at a peak are divided down to this size ...
     const FINEST: f64 = 1.0 / 131_072.0;
-    /// or to where they can hold no more than this.
+    /// ... or until they cannot hold more than this.
     const NEGLIGIBLE: f64 = 0.1 * ACCURACY;
     /// No panel is smaller than this.
     const LEAST: f64 = 1.0 / 1_048_576.0;
@@ -169,7 +174,8 @@ impl Integral<'_> {
         let [error, size] = [0, 1, 2].iter().fold([0.0f64; 2], |[error, size], &channel| {
             [error.max((fine[channel] - coarse[channel]).abs()), size.max(fine[channel].abs())]
         });
-        // The kink of a map's diagonal and a model's steps leave errors of panels along a line: hundreds at most.
+        // The kink along the diagonal of the mapping and the steps of a model leave errors in panels along a
+        // line: in hundreds at most.
         let good = error <= 1e-4 * size + 1e-6 * (1.0 + sum[0].max(sum[1]).max(sum[2]));
         if good || panel.size <= Self::LEAST {
             (0..3).for_each(|channel| sum[channel] += fine[channel]);
@@ -240,16 +246,17 @@ fn to_square(w: DVec3) -> DVec2 {
     DVec2::new(0.5 * (a + 1.0), 0.5 * (b + 1.0))
 }
 
-/// The greatest relative difference of the BRDF with light and view exchanged, over pairs up to 85 degrees from the normal:
-/// some anywhere, some near each other's mirror image, at many distances.
+/// The greatest relative difference of the BRDF with light and view exchanged, over pairs up to 85 degrees
+/// from the normal: some anywhere, some near each other's mirror image, at many distances.
 fn reciprocity(material: &Material) -> f64 {
     const PAIRS: usize = 4000;
-    // Differences of values this far below the greatest one are no fault that anyone sees.
+    // Differences of values this far below the greatest one are invisible.
     const NEGLIGIBLE: f64 = 1e-6;
 
     let pairs: Vec<[[f64; 3]; 2]> = (0..PAIRS)
         .map(|index| {
-            // Multiples of the powers of x, x^-6 = 1 / x + 1, spread evenly over five dimensions (Roberts, 2018).
+            // Multiples of the powers of x, x^-6 = 1 / x + 1, spread evenly over five dimensions (Roberts,
+            // 2018).
             let at = |k: i32| (index as f64 * 0.881_271_461_633_569_6f64.powi(k) + 0.5).fract();
             let above = |u: f64, v: f64| {
                 Direction::from_angles((1.0 - u * (1.0 - 85f64.to_radians().cos())).acos(), TAU * v)
@@ -269,13 +276,14 @@ fn reciprocity(material: &Material) -> f64 {
         })
         .collect();
     let most = pairs.iter().flatten().flatten().fold(0.0, |most: f64, value| most.max(*value));
-    let fault = |one: f64, other: f64| {
+    let difference = |one: f64, other: f64| {
         let size = one.max(other);
         if size > NEGLIGIBLE * most { (one - other).abs() / size } else { 0.0 }
     };
-    let faults =
-        pairs.iter().flat_map(|[one, other]| [0, 1, 2].map(|channel| fault(one[channel], other[channel])));
-    faults.fold(0.0, f64::max)
+    let differences = pairs
+        .iter()
+        .flat_map(|[one, other]| [0, 1, 2].map(|channel| difference(one[channel], other[channel])));
+    differences.fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -286,7 +294,7 @@ mod tests {
     use crate::{KajiyaKay, Lambert, Microfacet, Phong};
 
     #[test]
-    fn the_square_is_the_hemisphere_there_and_back() {
+    fn the_square_and_the_hemisphere_round_trip() {
         for i in 0..20 {
             for j in 0..20 {
                 let point = DVec2::new((f64::from(i) + 0.3) / 20.0, (f64::from(j) + 0.6) / 20.0);
@@ -315,9 +323,9 @@ mod tests {
         }
     }
 
-    /// Head on theta_h = theta_i / 2; with h = theta_h and dw_i = 4 cos(h) dw_h the albedo is 8 pi times the integral
-    /// of cos(h) sin(h) e^(-(h / sigma)^2) / (4 pi sigma^2) over [0, pi/4]: here by the midpoint rule, which is
-    /// accurate to 1e-8.
+    /// Head on theta_h = theta_i / 2; with h = theta_h and dw_i = 4 cos(h) dw_h the albedo is 8 pi times the
+    /// integral of cos(h) sin(h) e^(-(h / sigma)^2) / (4 pi sigma^2) over [0, pi/4]: here by the midpoint
+    /// rule, which is accurate to 1e-8.
     #[test]
     fn equation_11_head_on() {
         for sigma in [0.001, 0.1, 0.4] {
@@ -335,8 +343,8 @@ mod tests {
         }
     }
 
-    /// Across the fibre cos(theta_i - pi/2) = sin(theta_i), and the integral of sin^s over the sphere is known for
-    /// s = 2: 8 pi / 3.
+    /// Across the fibre cos(theta_i - pi/2) = sin(theta_i), and the integral of sin^s over the sphere is
+    /// known for s = 2: 8 pi / 3.
     #[test]
     fn a_fibre_makes_light_and_is_anisotropic() {
         let found = checks(&Material::KajiyaKay(KajiyaKay::new(2.0, [1.0; 3]).unwrap()));
@@ -345,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn light_is_made_where_the_albedo_says_so() {
+    fn an_albedo_above_1_makes_light() {
         let lambert = |albedo: f64| checks(&Material::Lambert(Lambert::new([0.2, albedo, 0.2]).unwrap()));
         assert!(!lambert(1.0).makes_light());
         let bright = lambert(1.5);
@@ -354,11 +362,11 @@ mod tests {
     }
 
     #[test]
-    fn the_greatest_fault_of_reciprocity_is_told() {
-        let fault = |material: Material| checks(&material).reciprocity;
-        assert!(fault(Material::Lambert(Lambert::new([0.5; 3]).unwrap())) < 1e-13);
-        assert_eq!(fault(Material::Lambert(Lambert::new([0.0; 3]).unwrap())), 0.0);
-        let phong = fault(Material::Phong(Phong::new(8.0, [0.5; 3]).unwrap()));
+    fn the_greatest_difference_from_reciprocity_is_found() {
+        let difference = |material: Material| checks(&material).reciprocity;
+        assert!(difference(Material::Lambert(Lambert::new([0.5; 3]).unwrap())) < 1e-13);
+        assert_eq!(difference(Material::Lambert(Lambert::new([0.0; 3]).unwrap())), 0.0);
+        let phong = difference(Material::Phong(Phong::new(8.0, [0.5; 3]).unwrap()));
         assert!((0.5..=1.0).contains(&phong), "{phong}");
     }
 }

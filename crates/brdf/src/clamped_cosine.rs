@@ -1,13 +1,15 @@
 //! The lobe u(x) = peak * max(0, x)^s, x the cosine of the angle to the centre, and its zonal coefficients.
 //!
-//! Lambert is s = 1 about the normal, Phong any s about the reflection vector. The kink at the horizon makes the
-//! coefficients fall off slowly and quadrature across it inaccurate, but they have a closed form. With
+//! Lambert is s = 1 about the normal, Phong any s about the reflection vector. The kink at the horizon makes
+//! the coefficients fall off slowly, and makes quadrature across it inaccurate, but the coefficients have a
+//! closed form. With
 //!
 //! I_l = integral over [0, 1] of x^s P_l(x) dx: I_0 = 1 / (s+1), I_1 = 1 / (s+2),
 //! I_l = I_l-2 (s - l + 2) / (s + l + 1)
 //!
 //! (Gradshteyn and Ryzhik 7.126.1, as a ratio). Products of a few factors each carry one rounding error, so
-//! every I_l is accurate to l units of rounding, and for a whole s those with l > s and l - s even are exactly 0.
+//! every I_l is accurate to l units of rounding, and for a whole s those with l > s and l - s even are
+//! exactly 0.
 
 use std::f64::consts::PI;
 
@@ -50,8 +52,9 @@ impl ClampedCosine {
 mod tests {
     use super::*;
 
-    /// The oracle: Gauss-Legendre over the upper hemisphere alone, where x^s P_l(x) is a polynomial for whole s, and
-    /// after x = y^8 smooth enough for the others (x^s has its singularity at 0, y^(8 s + 7) a far weaker one).
+    /// The oracle: Gauss-Legendre over the upper hemisphere alone, where x^s P_l(x) is a polynomial for whole
+    /// s, and after x = y^8 smooth enough for the others (x^s has its singularity at 0, y^(8 s + 7) a far
+    /// weaker one).
     fn by_quadrature(lobe: &ClampedCosine, degree: usize) -> Vec<f64> {
         let (nodes, weights) = sh::quadrature::gauss_legendre(1200);
         let mut sums = vec![0.0; degree + 1];
@@ -72,8 +75,8 @@ mod tests {
         for exponent in [0.0, 0.3, 1.0, 1.5, 2.0, 7.7, 32.0, 512.0, 1e4] {
             let lobe = ClampedCosine { peak: [1.0, 2.0, 0.0], exponent };
             let found = lobe.coefficients(60);
-            // Both sides sum terms as large as rho_000 times sqrt(2l+1), with rounding errors of 1e-16 each; the
-            // oracle's x has a few, which the power s multiplies.
+            // Both sides sum terms as large as rho_000 times sqrt(2l+1), with rounding errors of 1e-16 each;
+            // the oracle's x has a few, which the power s multiplies.
             let allowed = 1e-13 + 1e-15 * exponent;
             let size = found[0][0] * 11.0;
             for (l, (found, expected)) in found.iter().zip(by_quadrature(&lobe, 60)).enumerate() {

@@ -1,4 +1,4 @@
-//! The transfer function of a material in spherical harmonics.
+//! The coefficients of rho_hat in spherical harmonics, and the direction that they are taken about.
 
 use glam::DVec3;
 use sh::Degree;
@@ -16,8 +16,8 @@ pub enum Centre {
 }
 
 impl Centre {
-    /// The central direction of a surface seen from `view`, all in the world's frame: the reflection of the view about
-    /// the normal, 2 (N.V) N - V; the normal; or the tangent.
+    /// The central direction of a surface seen from `view`, all in the world's frame: the reflection of the
+    /// view about the normal, 2 (N.V) N - V; the normal; or the tangent.
     pub fn central(self, normal: Direction, tangent: Direction, view: Direction) -> Direction {
         match self {
             Self::Reflection => {
@@ -28,11 +28,12 @@ impl Centre {
         }
     }
 
-    /// Incident and outgoing direction in the frame of the surface (+Z the normal, +X the tangent), from the local
-    /// frame whose +Z is the central direction.
+    /// Incident and outgoing direction in the frame of the surface (+Z the normal, +X the tangent), from the
+    /// local frame whose +Z is the central direction.
     ///
-    /// About R the normal lies half way from +Z to `outgoing` (paper 1, section 3.1), and the surface's +X in the
-    /// plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the local +X.
+    /// About R the normal lies half way from +Z to `outgoing` (paper 1, section 3.1), and the surface's +X in
+    /// the plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the
+    /// local +X.
     pub fn surface(self, incident: Direction, outgoing: Direction) -> [Direction; 2] {
         let frame = match self {
             Self::Normal => return [incident, outgoing],
@@ -66,7 +67,7 @@ pub struct BrdfCoefficients {
 }
 
 impl BrdfCoefficients {
-    /// Coefficients from their tensor; `None` where its length is not (F+1)(P+1)(P+1).
+    /// Coefficients from their tensor; `None` if its length is not (F+1)(P+1)(P+1).
     pub fn new(centre: Centre, f: Degree, p: Degree, rho: Vec<[f64; 3]>) -> Option<Self> {
         (rho.len() == (f.get() + 1) * (p.get() + 1) * (p.get() + 1)).then_some(Self { centre, f, p, rho })
     }
@@ -97,7 +98,7 @@ impl BrdfCoefficients {
         self.rho[(l * side + p) * side + q]
     }
 
-    /// The highest p and q with a coefficient that is not zero.
+    /// The highest p and the highest q with a coefficient that is not zero.
     pub fn highest(&self) -> (usize, usize) {
         let side = self.p.get() + 1;
         let used = self.rho.iter().enumerate().filter(|(_, rgb)| **rgb != [0.0; 3]);
@@ -109,7 +110,7 @@ impl BrdfCoefficients {
         self.highest().1 == 0
     }
 
-    /// The same coefficients cut to a lower degree in the incident direction; unchanged where `f` is not lower.
+    /// The same coefficients cut to a lower degree in the incident direction; unchanged if `f` is not lower.
     pub fn cut(&self, f: Degree) -> Self {
         let f = f.min(self.f);
         let side = self.p.get() + 1;
@@ -122,7 +123,8 @@ impl BrdfCoefficients {
 mod tests {
     use super::*;
 
-    /// The local frame of [`Centre::surface`] turned to the central direction holds the normal half way to the view.
+    /// The local frame of [`Centre::surface`] turned to the central direction holds the normal half way to
+    /// the view.
     #[test]
     fn the_view_is_reflected_about_the_normal() {
         let (normal, tangent) = (Direction::Z, Direction::X);

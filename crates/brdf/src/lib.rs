@@ -13,9 +13,5 @@ pub use checks::{Albedo, Checks, checks};
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
-pub use models::{
-    Absent, AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert,
-    LayersError, MODELS, Material, Microfacet, Model, ModelText, OrenNayar, Parameter, ParameterError, Phong,
-    Range, Shape, TorranceSparrow, Value, Values, WEIGHT, Ward,
-};
+pub use models::*;
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};

@@ -1,16 +1,17 @@
-//! `measured`: a table of an isotropic BRDF over half and difference angles, whatever file it came from.
+//! `measured`: a table of an isotropic BRDF over half and difference angles, independent of the format of its
+//! file.
 //!
-//! With h the direction half way between light and view, theta_h is its angle from the normal, and (theta_d, phi_d)
-//! are the angles of the incident direction in the frame whose +Z is h and whose +X leads away from the normal
-//! (Rusinkiewicz, "A New Change of Variables for Efficient BRDF Representation", 1998). Isotropy leaves out phi_h.
-//! Light and view change places by phi_d -> phi_d + pi, so that a table over half a turn is reciprocal; a mirror image
-//! is phi_d -> -phi_d.
+//! With h the direction half way between light and view, theta_h is its angle from the normal, and (theta_d,
+//! phi_d) are the angles of the incident direction in the frame whose +Z is h and whose +X leads away from
+//! the normal (Rusinkiewicz, "A New Change of Variables for Efficient BRDF Representation", 1998). An
+//! isotropic BRDF does not depend on phi_h. Exchanging light and view adds pi to phi_d, so that a table over
+//! half a turn is reciprocal; a mirror image negates phi_d.
 //!
-//! The nodes lie where the MERL database has them: entry (i, j, k) of n_h x n_d x n_phi at
-//! theta_h = (i / n_h)^2 pi/2, dense where highlights are, theta_d = j / n_d pi/2 and phi_d = k / n_phi pi. Between
-//! nodes the value is linear in (sqrt(theta_h), theta_d, phi_d); past the last node it stays. At theta_h = 0 an isotropic
-//! BRDF cannot depend on phi_d, and at theta_d = 0 there is no phi_d: there the mean over it stands, so that the
-//! lookup is continuous everywhere.
+//! The nodes are those of the MERL database: entry (i, j, k) of n_h x n_d x n_phi at theta_h = (i / n_h)^2
+//! pi/2, dense where highlights are, theta_d = j / n_d pi/2 and phi_d = k / n_phi pi. Between nodes the value
+//! is linear in (sqrt(theta_h), theta_d, phi_d); past the last node it stays constant. At theta_h = 0 an
+//! isotropic BRDF cannot depend on phi_d, and at theta_d = 0 there is no phi_d: the table holds the mean over
+//! phi_d there, so that the lookup is continuous everywhere.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
@@ -20,9 +21,9 @@ use glam::DVec3;
 use sphere::Direction;
 
 use crate::Centre;
-use crate::models::{ParameterError, Value, Values, colour};
+use crate::models::{Lobe, ParameterError, Value, Values, colour};
 
-/// The most entries of a table: 16 million, 192 MB. MERL's have 1.5 million.
+/// The most entries of a table: 16 million, 192 MB. A table of MERL has 1.5 million.
 const MOST_ENTRIES: usize = 1 << 24;
 
 /// A measured isotropic BRDF: a table over half and difference angles (see the text of the module).
@@ -35,24 +36,27 @@ pub struct Measured {
     scale: [f64; 3],
 }
 
-/// Why a table is none of a BRDF.
+/// Why a table cannot be that of a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MeasuredError {
-    /// A shape with no entries, or with too many.
-    #[error("a table of {} x {} x {} entries cannot be; expected 1 to {MOST_ENTRIES} in all", shape[0], shape[1], shape[2])]
+    /// The shape has no entries, or too many.
+    #[error(
+        "a table of {} x {} x {} entries is not possible; expected 1 to {MOST_ENTRIES} in all",
+        shape[0], shape[1], shape[2]
+    )]
     Shape {
         /// n_h, n_d, n_phi.
         shape: [usize; 3],
     },
-    /// More or fewer values than the shape asks for.
+    /// The number of values is not that of the shape.
     #[error("{found} values for a table of {expected} entries")]
     Length {
         /// The product of the shape.
         expected: usize,
-        /// How many there are.
+        /// The number of values.
         found: usize,
     },
-    /// A value that no BRDF has.
+    /// A value that a BRDF cannot have.
     #[error("entry {entry} has a value of {value}; expected a finite number, 0 or more")]
     Value {
         /// Its place in the table.
@@ -63,11 +67,12 @@ pub enum MeasuredError {
 }
 
 impl Measured {
-    /// A BRDF from its table: `values` of shape [n_h, n_d, n_phi], theta_h slowest, RGB, in 1/sr and without the cosine.
+    /// A BRDF from its table: `values` of shape [n_h, n_d, n_phi], theta_h slowest, RGB, in 1/sr and without
+    /// the cosine.
     ///
     /// # Errors
-    /// Where the length does not fit the shape, a value is negative or not finite, or the table has no entry or more
-    /// than 2^24.
+    /// If the length does not fit the shape, a value is negative or not finite, or the table is empty or has
+    /// more than 2^24 entries.
     ///
     /// # Example: a constant table is a matte surface
     /// ```
@@ -99,16 +104,16 @@ impl Measured {
         Ok(Self { shape, values: values.into(), scale: [1.0; 3] })
     }
 
-    /// How many entries a table of this shape has.
+    /// The number of entries of a table of this shape.
     pub(crate) fn entries(shape: [usize; 3]) -> Result<usize, MeasuredError> {
         let entries = shape.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
         entries.filter(|n| (1..=MOST_ENTRIES).contains(n)).ok_or(MeasuredError::Shape { shape })
     }
 
-    /// The same BRDF times a colour, in place of an earlier one.
+    /// The same BRDF times a colour, which replaces an earlier one.
     ///
     /// # Errors
-    /// Where a channel is not a number from 0 to 1e6.
+    /// If a channel is not a number from 0 to 1e6.
     pub fn scaled(self, scale: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self { scale: colour("scale", scale)?, ..self })
     }
@@ -136,7 +141,7 @@ impl Measured {
 
     /// The BRDF in 1/sr, without the cosine. Both directions point away from the surface, whose normal is +Z.
     ///
-    /// The same, bit for bit, where light and view change places.
+    /// Reciprocal, bit for bit.
     pub fn brdf(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let [theta_h, theta_d, phi_d] = half_difference(incident, outgoing);
         let [n_h, n_d, n_phi] = self.shape;
@@ -169,13 +174,32 @@ impl Measured {
         Centre::Reflection
     }
 
-    /// See [`crate::Model::rho_hat`]; nothing below the horizon.
+    /// See [`crate::Model::rho_hat`]; 0 for light below the horizon.
     pub(crate) fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let cosine = incident.vector().z;
         if cosine <= 0.0 {
             return [0.0; 3];
         }
         self.brdf(incident, outgoing).map(|value| value * cosine)
+    }
+
+    /// n_h, n_d, n_phi, scale (3), the table.
+    pub(crate) fn constants(&self) -> Vec<f32> {
+        let (shape, scale) = (self.shape.map(|n| n as f32), self.scale.map(|scale| scale as f32));
+        [&shape, &scale, self.values.as_flattened()].concat()
+    }
+
+    /// A cosine, and facets that fall to a half at the angle at which the table, seen along the normal, falls
+    /// half way from its peak to its value at 60 degrees. D of GGX is a half at tan^2(theta_h) = a^2 (sqrt(2)
+    /// - 1).
+    pub(crate) fn lobes(&self) -> Vec<Lobe> {
+        let [n_h, n_d, n_phi] = self.shape;
+        let grey = |h: usize| self.values[h * n_d * n_phi].iter().map(|value| f64::from(*value)).sum::<f64>();
+        let theta = |h: usize| Self::node(self.shape, [h, 0, 0])[0];
+        let base = (0..n_h).take_while(|h| theta(*h) < 60f64.to_radians()).last().map_or(0.0, grey);
+        let half = 0.5 * (grey(0) + base);
+        let tangent = (0..n_h).find(|h| grey(*h) < half).map_or(1.0, |h| theta(h).tan());
+        vec![Lobe::facets([tangent / (2f64.sqrt() - 1.0).sqrt(); 2]), Lobe::Cosine]
     }
 }
 
@@ -188,10 +212,11 @@ impl fmt::Debug for Measured {
     }
 }
 
-/// theta_h, theta_d and phi_d of two directions over a surface with normal +Z; phi_d in [0, pi), reciprocity used.
+/// theta_h, theta_d and phi_d of two directions over a surface with normal +Z; phi_d in [0, pi), by
+/// reciprocity.
 ///
-/// Where the half vector is the normal, phi_d is the azimuth of a direction, as for an isotropic BRDF it may be anything;
-/// where both directions are one, it is 0.
+/// If the half vector is the normal, phi_d is the azimuth of a direction (an isotropic BRDF does not depend
+/// on it); if both directions are the same, it is 0.
 pub fn half_difference(incident: Direction, outgoing: Direction) -> [f64; 3] {
     let sum = incident.vector() + outgoing.vector();
     let difference = incident.vector() - outgoing.vector();
@@ -202,13 +227,14 @@ pub fn half_difference(incident: Direction, outgoing: Direction) -> [f64; 3] {
     let (sin_theta, cos_theta) = theta_h.sin_cos();
     let x = (difference.x * cos_phi + difference.y * sin_phi) * cos_theta - difference.z * sin_theta;
     let y = difference.y * cos_phi - difference.x * sin_phi;
-    // The sign of the difference is who is light and who is view.
+    // Exchanging light and view changes the sign of the difference.
     let (x, y) = if y < 0.0 || (y == 0.0 && x < 0.0) { (-x, -y) } else { (x, y) };
     let phi_d = if x == 0.0 && y == 0.0 { 0.0 } else { y.atan2(x) };
     [theta_h, theta_d, if phi_d < PI { phi_d } else { 0.0 }]
 }
 
-/// The incident and the outgoing direction at theta_h, theta_d and phi_d, half vector in the plane of +X and +Z.
+/// The incident and the outgoing direction at theta_h, theta_d and phi_d, half vector in the plane of +X and
+/// +Z.
 ///
 /// Either may lie below the horizon.
 pub fn from_half_difference([theta_h, theta_d, phi_d]: [f64; 3]) -> [Direction; 2] {
@@ -219,7 +245,8 @@ pub fn from_half_difference([theta_h, theta_d, phi_d]: [f64; 3]) -> [Direction; 
     [1.0, -1.0].map(|side| Direction::from_unit(half * cos_d + away * (side * sin_d)))
 }
 
-/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far it is to the next, 0 to 1.
+/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to
+/// the next, 0 to 1.
 fn place(share: f64, n: usize) -> (usize, f64) {
     let at = (share * n as f64).min((n - 1) as f64);
     let node = at as usize;
@@ -255,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_there_and_back() {
+    fn angles_round_trip() {
         for [incident, outgoing] in pairs() {
             let angles = half_difference(incident, outgoing);
             let [light, view] = from_half_difference(angles);
@@ -263,7 +290,7 @@ mod tests {
             for axis in 0..3 {
                 assert!((angles[axis] - back[axis]).abs() < 1e-12, "{angles:?} {back:?}");
             }
-            // The pair is the same up to a turn and who is who.
+            // The pair is the same, up to a turn and an exchange of both.
             assert!((light.dot(view) - incident.dot(outgoing)).abs() < 1e-12);
             let mut heights = [light.vector().z, view.vector().z, incident.vector().z, outgoing.vector().z];
             heights[..2].sort_by(f64::total_cmp);
@@ -273,15 +300,16 @@ mod tests {
     }
 
     #[test]
-    fn light_and_view_change_places_bit_for_bit() {
+    fn the_brdf_is_reciprocal_bit_for_bit() {
         let measured = table([7, 5, 9], |[h, d, phi]| 1.0 + (3.0 * h + d).sin() * (2.0 * phi + 0.4).cos());
         for [incident, outgoing] in pairs() {
             assert_eq!(measured.brdf(incident, outgoing), measured.brdf(outgoing, incident));
         }
     }
 
-    /// The interpolation error of a function with second derivatives below 4 in (sqrt-theta_h, theta_d, phi_d) shares
-    /// is 1/8 of that times the step squared in each axis: 3 * 4 / 8 / 60^2 * (pi/2)^2 < 2e-3, less near the poles.
+    /// The interpolation error of a function with second derivatives below 4 in (sqrt-theta_h, theta_d,
+    /// phi_d) shares is 1/8 of that times the step squared in each axis: 3 * 4 / 8 / 60^2 * (pi/2)^2 < 2e-3,
+    /// less near the poles.
     #[test]
     fn the_lookup_follows_a_smooth_function() {
         let f = |[h, d, phi]: [f64; 3]| {

@@ -1,15 +1,17 @@
-//! A smooth BRDF as products of Zernike polynomials (Koenderink and van Doorn, "Phenomenological description of
-//! bidirectional surface reflection", 1998), for coarse measurements of rough surfaces.
+//! A smooth BRDF as products of Zernike polynomials (Koenderink and van Doorn, "Phenomenological description
+//! of bidirectional surface reflection", 1998), for coarse measurements of rough surfaces.
 //!
-//! rho = sqrt(2) sin(theta / 2) maps the hemisphere onto the unit disc and keeps areas, so that
-//! K_n^m(theta, phi) = sqrt((n + 1) / 2 pi) R_n^m(rho) e^(i m phi), with Zernike's radial polynomials R, are orthogonal
-//! on it. Of their products, these alone are isotropic, symmetric and reciprocal:
+//! rho = sqrt(2) sin(theta / 2) maps the hemisphere onto the unit disc and preserves areas, so that
+//! K_n^m(theta, phi) = sqrt((n + 1) / 2 pi) R_n^m(rho) e^(i m phi), with Zernike's radial polynomials R, are
+//! orthogonal on it. Of their products, only these are isotropic, symmetric and reciprocal:
 //!
-//! (K_n^m(theta_i) K_n'^m(theta_o) + K_n'^m(theta_i) K_n^m(theta_o)) cos(m (phi_i - phi_o)),  m <= n <= n', n and n' even with m.
+//! (K_n^m(theta_i) K_n'^m(theta_o) + K_n'^m(theta_i) K_n^m(theta_o)) cos(m (phi_i - phi_o)), m <= n <= n', n
+//! and n' even with m.
 //!
-//! There are 5 up to order 2 and 55 up to order 8. Their factors are least squares with a small penalty on fine
-//! terms, a thousandth of the mean square of a term times ((n^2 + n'^2) / 2 N^2)^2: with 205 samples for 55 factors,
-//! nothing else holds the fit in the gaps and toward grazing. What falls below 0 is cut.
+//! There are 5 up to order 2 and 55 up to order 8. Their factors are least squares with a small penalty on
+//! fine terms, a thousandth of the mean square of a term times ((n^2 + n'^2) / 2 N^2)^2: with 205 samples for
+//! 55 factors, the samples alone do not determine the fit in gaps and toward grazing. Negative values are set
+//! to 0.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -36,10 +38,10 @@ struct Term {
     m: usize,
 }
 
-/// The least-squares factors of all terms up to `order` (at most [`MOST_ORDER`]; above, that).
+/// The least-squares factors of all terms up to `order` (limited to [`MOST_ORDER`]).
 ///
 /// # Errors
-/// Where there are fewer samples than terms, or one of them cannot be.
+/// If there are fewer samples than terms, or a sample is impossible.
 pub fn fit(samples: &[Sample], order: usize) -> Result<Fit, ScatteredError> {
     let order = order.min(MOST_ORDER);
     let terms = terms(order);
@@ -85,7 +87,7 @@ pub fn fit(samples: &[Sample], order: usize) -> Result<Fit, ScatteredError> {
 }
 
 impl Fit {
-    /// The BRDF in 1/sr, 0 or more; below the horizon as on it.
+    /// The BRDF in 1/sr, 0 or more; below the horizon it is the value at the horizon.
     pub fn value(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let mut row = vec![0.0; self.terms.len()];
         evaluate(&self.terms, incident, outgoing, &mut row);
@@ -94,7 +96,7 @@ impl Fit {
         [0, 1, 2].map(|channel| f64::max(0.0, sum(channel)))
     }
 
-    /// The RMS of what the fit misses the samples by, as a share of their RMS.
+    /// The RMS of the fit's error at the samples, as a share of their RMS.
     pub fn miss(&self) -> f64 {
         self.miss
     }
@@ -102,7 +104,7 @@ impl Fit {
     /// The fit as a table.
     ///
     /// # Errors
-    /// Where the shape cannot be.
+    /// If the shape is impossible.
     pub fn table(&self, shape: [usize; 3]) -> Result<Measured, MeasuredError> {
         let [_, n_d, n_phi] = shape;
         let mut values = vec![[0.0; 3]; Measured::entries(shape)?];
@@ -203,7 +205,8 @@ mod tests {
         assert_eq!([2, 8].map(|order| terms(order).len()), [5, 55]);
     }
 
-    /// Gauss' rule would be exact; 4000 midpoints in theta leave an error of about (100 / 4000)^2 / 24 < 1e-4.
+    /// Gauss' rule would be exact; 4000 midpoints in theta leave an error of about (100 / 4000)^2 / 24 <
+    /// 1e-4.
     #[test]
     fn the_functions_are_orthonormal_on_the_hemisphere() {
         let count = 4000;

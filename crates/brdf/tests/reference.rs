@@ -1,7 +1,7 @@
-//! The models against radiances that were integrated without this project's code.
+//! The models against radiances that were integrated without the code of this project.
 //!
-//! `lighting.json` gives the light in closed form; each file gives, for some central directions and views, the
-//! integral of light times rho_hat over the sphere.
+//! `lighting.json` gives the light in closed form; each file gives, for some central directions and views,
+//! the integral of light times rho_hat over the sphere.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -64,14 +64,14 @@ fn material(model: &str, parameters: &Value) -> Material {
     }
 }
 
-/// Axes whose third is `z`, turned about it by some angle, which must not matter.
+/// Axes whose third is `z`; the others are turned about it by an arbitrary angle, which must not matter.
 fn axes(z: DVec3) -> DMat3 {
     let x = z.any_orthonormal_vector();
     DMat3::from_cols(x, z.cross(x), z)
 }
 
-/// Gauss-Legendre nodes in cos(theta) on each side of the equator, where the horizon's kink may lie, and equal steps in
-/// phi: the directions and their weights.
+/// Gauss-Legendre nodes in cos(theta) on each side of the equator, where the horizon may have a kink, and
+/// equal steps in phi: the directions and their weights.
 fn nodes(pole: DVec3, rows: usize) -> Vec<(DVec3, f64)> {
     let (nodes, weights) = sh::quadrature::gauss_legendre(rows);
     let (columns, axes) = (2 * rows, axes(pole));
@@ -90,9 +90,9 @@ fn nodes(pole: DVec3, rows: usize) -> Vec<(DVec3, f64)> {
     all
 }
 
-/// 160 rows a hemisphere resolve the sharpest lobe here, e^-(theta_h / 0.2)^2 or cos^32, to rounding, with kinks of
-/// the horizon between rows. Phong's and Kajiya and Kay's kink (at a cosine of 0, to the power 32) is smooth for every
-/// practical purpose. Other errors are below 1e-9; the files state at most 2e-9 of their own.
+/// 160 rows per hemisphere resolve the sharpest lobe here, e^-(theta_h / 0.2)^2 or cos^32, up to rounding;
+/// kinks of the horizon lie between rows. The kink of Phong and of Kajiya and Kay (at a cosine of 0, to the
+/// power 32) is negligible. Other errors are below 1e-9; the files state their own as at most 2e-9.
 #[test]
 fn models_are_those_of_the_reference_values() {
     const TEST: &str = "models_are_those_of_the_reference_values";
@@ -109,7 +109,7 @@ fn models_are_those_of_the_reference_values() {
             let (central, view) = (vector(&row["central"]), vector(&row["view"]));
             let to_local = axes(central).transpose();
             let outgoing = Direction::normalised(to_local * view);
-            // The pole of the nodes is the normal where there is a horizon, else the centre.
+            // The pole of the nodes is the normal if there is a horizon, and otherwise the centre.
             let pole = match material.centre() {
                 brdf::Centre::Reflection if file != "phong-1" => (central + view).normalize(),
                 _ => central,

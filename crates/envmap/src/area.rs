@@ -1,8 +1,8 @@
 //! Means of a lat-long image over the texels of a coarser one, exactly.
 //!
-//! Solid angle on a lat-long grid is a product, dw = dphi d(cos theta), so that the texels of one grid overlap
-//! those of another in rectangles: each new value is the mean of the old ones weighted by the overlaps, and
-//! the integral over the sphere is kept to rounding.
+//! Solid angle on a lat-long grid is a product, dw = dphi d(cos theta), so that the texels of one grid
+//! overlap those of another in rectangles: each new value is the mean of the old ones weighted by the
+//! overlaps, and the integral over the sphere is preserved up to rounding.
 
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -12,12 +12,13 @@ use sphere::LatLong;
 /// For each new cell, the old cells that it overlaps and the part of the new cell that each covers.
 type Overlaps = Vec<Vec<(usize, f64)>>;
 
-/// The overlaps of `new` cells with `old` ones; `edge` is the coordinate of a cell's edge, given as a part of all.
+/// The overlaps of `new` cells with `old` ones; `edge` is the coordinate of a cell's edge, as a fraction of
+/// the whole.
 fn overlaps(old: usize, new: usize, edge: impl Fn(f64) -> f64) -> Overlaps {
     (0..new)
         .map(|cell| {
             let (first, last) = (cell * old / new, ((cell + 1) * old).div_ceil(new));
-            // Compared as whole numbers, edges that coincide do so exactly.
+            // Edges are compared as whole numbers, so that equal ones coincide exactly.
             let whole: f64 = edge((cell + 1) as f64 / new as f64) - edge(cell as f64 / new as f64);
             (first..last)
                 .map(|k| {

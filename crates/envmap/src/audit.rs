@@ -1,10 +1,9 @@
-//! What is wrong with the pixels of a decoded image, and what to do about it before anything is resampled.
+//! Bad values among the pixels of a decoded image, and their repair before the image is resampled.
 
-use std::fmt;
-
-use sphere::{Direction, Face};
-
-use crate::{Error, Image, Layout};
+use crate::error::Error;
+use crate::image::Image;
+use crate::layout::Layout;
+use crate::pixel_audit::{Finding, PixelAudit, Place};
 
 /// What to do with NaN, infinite and negative values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -14,8 +13,8 @@ pub enum BadPixels {
     Error,
     /// Set each bad value to 0.
     Zero,
-    /// NaN becomes 0, a negative value (-infinity too) becomes 0, +infinity becomes the largest finite value that the
-    /// layout uses in the image, of any channel.
+    /// NaN and negative values (including -infinity) become 0, and +infinity becomes the largest finite value
+    /// of any channel among the pixels that the layout uses.
     Clamp,
 }
 
@@ -32,94 +31,21 @@ impl BadPixels {
         }
     }
 
-    /// The policy of a name in a manifest.
+    /// The policy with a name in a manifest.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|policy| policy.name() == name)
     }
 }
 
-/// The pixel of a value, and where it looks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// The face of a cube that holds the pixel, where the layout has the faces of [`sphere::Cube`].
-    pub face: Option<Face>,
-    /// Row of the image, from the top; with [`Layout::Cube`], of that face's own image.
-    pub row: usize,
-    /// Column of the image, from the left.
-    pub column: usize,
-    /// 0 red, 1 green, 2 blue.
-    pub channel: usize,
-    /// Where the pixel looks.
-    pub direction: Direction,
-}
-
-/// How many values are bad in one way, and the first of them in the order of rows, columns, channels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Finding {
-    /// The number of values (of channels, not of pixels).
-    pub count: usize,
-    /// The first of them.
-    pub first: Place,
-}
-
-/// The bad values of an image, among the pixels that its layout uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PixelAudit {
-    /// Values that are not a number.
-    pub nan: Option<Finding>,
-    /// Values that are +infinity or -infinity.
-    pub infinite: Option<Finding>,
-    /// Finite values below 0.
-    pub negative: Option<Finding>,
-}
-
-impl PixelAudit {
-    /// Whether no value is bad.
-    pub fn is_clean(&self) -> bool {
-        self.nan.is_none() && self.infinite.is_none() && self.negative.is_none()
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let channel = ["red", "green", "blue"][self.channel.min(2)];
-        let (theta, phi) = (self.direction.theta().to_degrees(), self.direction.phi().to_degrees());
-        if let Some(face) = self.face {
-            write!(f, "face {}, ", face.name())?;
-        }
-        write!(
-            f,
-            "row {}, column {}, {channel} (theta {theta:.1}, phi {phi:.1} degrees)",
-            self.row, self.column
-        )
-    }
-}
-
-impl fmt::Display for PixelAudit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.is_clean() {
-            return write!(f, "none");
-        }
-        let mut separator = "";
-        for (finding, name) in [(self.nan, "NaN"), (self.infinite, "infinite"), (self.negative, "negative")] {
-            if let Some(Finding { count, first }) = finding {
-                write!(f, "{separator}{count} {name}, the first at {first}")?;
-                separator = "; ";
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Counts the bad values of an image; pixels that the layout does not use do not count.
+/// Counts the bad values of an image, ignoring pixels that the layout does not use.
 ///
 /// # Errors
-/// [`Error::Shape`] where the image does not have the shape of the layout.
+/// [`Error::Shape`] if the image does not have the shape of the layout.
 pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
     layout.check(image.width(), image.height())?;
     let mut audit = PixelAudit::default();
     for (index, pixel) in image.pixels().iter().enumerate() {
-        // What is neither NaN, infinite nor negative passes in one comparison a channel.
+        // A good value needs only this comparison.
         if pixel.iter().all(|value| (0.0..=f32::MAX).contains(value)) {
             continue;
         }
@@ -146,11 +72,12 @@ pub fn audit(image: &Image, layout: Layout) -> Result<PixelAudit, Error> {
 
 /// Audits an image, and applies the policy to its bad values.
 ///
-/// The audit is that of the image before. Pixels that the layout does not use are repaired too, but not counted.
+/// The audit describes the image before the repair. Pixels that the layout does not use are repaired too, but
+/// not counted.
 ///
 /// # Errors
-/// [`Error::Shape`] where the image does not have the shape of the layout; [`Error::BadPixels`] where a value
-/// is bad and the policy is [`BadPixels::Error`].
+/// [`Error::Shape`] if the image does not have the shape of the layout; [`Error::BadPixels`] if a value is
+/// bad and the policy is [`BadPixels::Error`].
 pub fn repair(mut image: Image, layout: Layout, policy: BadPixels) -> Result<(Image, PixelAudit), Error> {
     let found = audit(&image, layout)?;
     if policy == BadPixels::Error && !found.is_clean() {

@@ -1,8 +1,11 @@
-//! The grids that pictures are resampled to: where their texels lie, and points spread over each.
+//! The grids that pictures are resampled to: the places of their texels, and the sample points of each.
 
 use std::f64::consts::{PI, TAU};
 
 use sphere::{Cube, Direction, Face, LatLong};
+
+/// The most texels of an environment: 2^28, which take 3 GiB.
+pub(crate) const MOST_TEXELS: usize = 1 << 28;
 
 /// The most points along one side of a texel.
 pub(crate) const MOST_POINTS: usize = 16;
@@ -44,7 +47,7 @@ pub(crate) struct LatLongCanvas {
     theta: Vec<(f64, f64)>,
     /// sin, cos of phi, by column.
     phi: Vec<(f64, f64)>,
-    /// sin, cos of the points' offsets from the centre of a texel, by their number less 1.
+    /// sin, cos of the offsets of the points from the centre of a texel, by the number of points minus 1.
     down: Vec<Vec<(f64, f64)>>,
     across: Vec<Vec<(f64, f64)>>,
 }
@@ -86,7 +89,7 @@ impl Canvas for LatLongCanvas {
         let ((sine, cosine), (sin_phi, cos_phi)) = (self.theta[row], self.phi[column]);
         let centre = Direction::from_unit([sine * cos_phi, sine * sin_phi, cosine].into());
         let down = PI / self.grid.height as f64;
-        // A texel is widest on its side toward the equator.
+        // A texel is widest at its side toward the equator.
         let widest = (sine + cosine.abs() * down / 2.0).min(1.0);
         (centre, widest * TAU / self.grid.width as f64, down)
     }

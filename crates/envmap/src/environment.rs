@@ -4,16 +4,17 @@ use std::f64::consts::TAU;
 
 use sphere::{AngularProbe, Cube, Direction, LatLong, MirrorBall, OpenExrCube, OpenExrLatLong, Rotation};
 
-use crate::canvas::LatLongCanvas;
-use crate::faces::Arrangement;
+use crate::area;
+use crate::audit::audit;
+use crate::canvas::{CubeCanvas, LatLongCanvas, MOST_TEXELS};
+use crate::cube_map::CubeMap;
+use crate::error::Error;
+use crate::image::Image;
+use crate::layout::Layout;
 use crate::resample::resample;
 use crate::texels::{Texels, Turned};
-use crate::{CubeMap, Error, Image, Layout, area, audit};
 
-/// The most texels of an environment: 2^28, which take 3 GiB.
-pub(crate) const MOST_TEXELS: usize = 1 << 28;
-
-/// Distant light: linear Rec. 709 radiance on a lat-long grid of Specula's frame.
+/// Distant light: linear Rec. 709 radiance on a lat-long grid in Specula's frame.
 ///
 /// `pixels` has `grid.height` rows of `grid.width` texels, row 0 toward +Z; all values are finite.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,30 +24,30 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// An environment; `None` where the number of pixels is not that of the grid, or a value is not finite.
+    /// An environment; `None` if the number of pixels is not that of the grid, or a value is not finite.
     pub fn new(grid: LatLong, pixels: Vec<[f32; 3]>) -> Option<Self> {
         let fits = grid.width.checked_mul(grid.height) == Some(pixels.len()) && !pixels.is_empty();
         (fits && pixels.as_flattened().iter().all(|value| value.is_finite())).then_some(Self { grid, pixels })
     }
 
-    /// The environment that a picture shows, on a lat-long grid of the size asked for or of
+    /// The environment that a picture shows, on the lat-long grid `grid`, by default
     /// [`Layout::default_grid`].
     ///
-    /// A lat-long image that keeps its size is taken as it is; one that shrinks by whole factors is averaged by
-    /// exact areas ([`Environment::downsampled`]). Everything else is interpolated bilinearly, over poles, seams and the
-    /// edges of cubes, at nine points or more on each of the picture's texels, and averaged over each new
-    /// texel. A constant stays constant to rounding. Lights of a texel or two keep their energy to f32
-    /// rounding; smooth pictures of texel size h are blurred by h^2 / 12 + g^2 / 24 times their Laplacian, g the
-    /// new texels' size (`tests/conversion.rs` measures both for every layout).
+    /// A lat-long image that keeps its size is not resampled; one that shrinks by whole factors is averaged
+    /// by exact areas ([`Environment::downsampled`]). Every other picture is interpolated bilinearly, across
+    /// poles, seams and the edges of cubes, at nine points or more on each of its texels, and averaged over
+    /// each new texel. A constant stays constant up to rounding. Lights of a texel or two keep their energy
+    /// up to f32 rounding; smooth pictures of texel size h are blurred by h^2 / 12 + g^2 / 24 times their
+    /// Laplacian, g the size of the new texels (`tests/conversion.rs` measures both for every layout).
     ///
     /// Pixels that the layout does not use (the corners of a disk, blank cells) are never read.
     ///
     /// # Errors
-    /// [`Error::Shape`] where the picture does not have the shape of the layout, [`Error::BadPixels`] where a
-    /// value that is used is NaN or infinite, [`Error::Resolution`] where the grid is empty or larger than 2^28
+    /// [`Error::Shape`] if the picture does not have the shape of the layout, [`Error::BadPixels`] if a value
+    /// that is used is NaN or infinite, [`Error::Resolution`] if the grid is empty or larger than 2^28
     /// texels.
     ///
-    /// # A constant probe makes a constant sky
+    /// # Example: a constant probe makes a constant sky
     ///
     /// ```
     /// use envmap::{Environment, Image, Layout};
@@ -78,8 +79,7 @@ impl Environment {
             Layout::Probe => resample(AngularProbe { edge: width }, width, pixels, &canvas),
             Layout::MirrorBall => resample(MirrorBall { edge: width }, width, pixels, &canvas),
             Layout::Cube | Layout::CubeCross | Layout::CubeStrip => {
-                let faces =
-                    Arrangement::of(layout, width, height).ok_or(Error::Shape { layout, width, height })?;
+                let faces = layout.faces(width, height).ok_or_else(|| layout.misfit(width, height))?;
                 let cube = Cube { edge: faces.edge() };
                 resample(cube, cube.edge, &faces.gather(pixels), &canvas)
             }
@@ -90,11 +90,23 @@ impl Environment {
     /// The environment of a cube map, resampled as by [`Environment::from_image`].
     ///
     /// # Errors
-    /// [`Error::Resolution`] where the grid is empty or larger than 2^28 texels.
+    /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
     pub fn from_cube_map(map: &CubeMap, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
         let pixels = resample(map.cube(), map.cube().edge, map.pixels(), &LatLongCanvas::new(grid));
         Ok(Self { grid, pixels })
+    }
+
+    /// The environment on a cube of any size: the mean over each texel of the bilinearly interpolated image, as by
+    /// [`Environment::from_image`].
+    ///
+    /// # Errors
+    /// [`Error::Resolution`] if the cube is empty or larger than 2^28 texels.
+    pub fn cube_map(&self, cube: Cube) -> Result<CubeMap, Error> {
+        let edge = cube.edge;
+        checked(LatLong { width: edge, height: edge.saturating_mul(6) })?;
+        let pixels = resample(self.grid, self.grid.width, &self.pixels, &CubeCanvas(cube));
+        Ok(CubeMap::from_complete(cube, pixels))
     }
 
     /// The grid of the texels.
@@ -107,8 +119,8 @@ impl Environment {
         &self.pixels
     }
 
-    /// Radiance in a direction, interpolated bilinearly between the four nearest texels, over the seam and over
-    /// the poles.
+    /// Radiance in a direction, interpolated bilinearly between the four nearest texels, also across the seam
+    /// and the poles.
     pub fn radiance(&self, direction: Direction) -> [f64; 3] {
         self.grid.taps(direction).blend(&self.pixels)
     }
@@ -130,7 +142,7 @@ impl Environment {
         sum
     }
 
-    /// Radiance times 2^stops; `None` where a value becomes infinite.
+    /// Radiance times 2^stops; `None` if a value becomes infinite.
     pub fn exposed(&self, stops: f64) -> Option<Self> {
         let scale = stops.exp2();
         let pixels =
@@ -138,13 +150,14 @@ impl Environment {
         Self::new(self.grid, pixels)
     }
 
-    /// The light turned by an active rotation R: the result at w is this environment at R^-1 w. The grid stays.
+    /// The light turned by an active rotation R: the result at w is this environment at R^-1 w, on the same
+    /// grid.
     ///
-    /// A yaw by whole columns moves them, exactly. Otherwise the image is interpolated bilinearly and averaged
+    /// A yaw by whole columns moves them exactly. Otherwise the image is interpolated bilinearly and averaged
     /// over the new texels, as by [`Environment::from_image`]: with square texels of size h = pi / height, a
-    /// harmonic of degree l comes back smaller by l (l + 1) h^2 / 8 at most (0.4 percent at degree 30 of 1024 x 512),
-    /// less toward the poles, never negative, and lights of one texel keep their energy. To turn light without
-    /// that loss, turn its harmonics.
+    /// harmonic of degree l comes back smaller by l (l + 1) h^2 / 8 at most (0.4 percent at degree 30 of 1024
+    /// x 512), less toward the poles, never negative, and lights of one texel keep their energy. Turning its
+    /// harmonics instead has no such loss.
     pub fn rotated(&self, rotation: Rotation) -> Self {
         let grid = self.grid;
         if let Some(shift) = whole_columns(rotation, grid.width) {
@@ -159,22 +172,22 @@ impl Environment {
     }
 
     /// The means over the texels of a coarser grid, by exact solid angles: the integral over the sphere is
-    /// kept to f32 rounding of the values.
+    /// preserved up to f32 rounding of the values.
     ///
     /// A finer grid gets blocks of equal values; [`Environment::resized`] interpolates instead.
     ///
     /// # Errors
-    /// [`Error::Resolution`] where the grid is empty or larger than 2^28 texels.
+    /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
     pub fn downsampled(&self, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
         Ok(Self { grid, pixels: area::means(self.grid, &self.pixels, grid) })
     }
 
-    /// The same light on another grid: by [`Environment::downsampled`] where each new texel is made of whole
-    /// ones, otherwise interpolated and averaged as by [`Environment::from_image`].
+    /// The same light on another grid: by [`Environment::downsampled`] if each new texel consists of whole
+    /// old ones, otherwise interpolated and averaged as by [`Environment::from_image`].
     ///
     /// # Errors
-    /// [`Error::Resolution`] where the grid is empty or larger than 2^28 texels.
+    /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
     pub fn resized(&self, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
         if self.grid.width.is_multiple_of(grid.width) && self.grid.height.is_multiple_of(grid.height) {
@@ -185,7 +198,7 @@ impl Environment {
     }
 }
 
-/// A grid that can be allocated.
+/// The grid, if it can be allocated.
 fn checked(grid: LatLong) -> Result<LatLong, Error> {
     match grid.width.checked_mul(grid.height) {
         Some(1..=MOST_TEXELS) => Ok(grid),
@@ -193,7 +206,8 @@ fn checked(grid: LatLong) -> Result<LatLong, Error> {
     }
 }
 
-/// The number of columns that a rotation turns an image to the left, where it is a pure yaw by a whole number.
+/// The number of columns by which a rotation moves an image to the left, if it is a pure yaw by whole
+/// columns.
 fn whole_columns(rotation: Rotation, width: usize) -> Option<usize> {
     let matrix = rotation.matrix();
     // A column of the largest image is 2^28 of a turn; rounding is far below a thousandth of that.

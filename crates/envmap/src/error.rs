@@ -1,30 +1,34 @@
-//! What can be wrong with a picture of an environment.
+//! The errors in a picture of an environment.
 
 use sphere::Face;
 
-use crate::{Layout, PixelAudit};
+use crate::canvas::MOST_TEXELS;
+use crate::pixel_audit::PixelAudit;
 
 /// Why a picture cannot become an environment.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The picture has not the shape that its layout asks for.
-    #[error("{rule}; this one is {width} x {height}{hint}", rule = .layout.rule(), hint = hint(.layout, *.width, *.height))]
+    /// The picture does not have the shape of its layout.
+    #[error("{rule}; this one is {width} x {height}{}", question(*.fitting))]
     Shape {
-        /// The layout that was asked for.
-        layout: Layout,
+        /// The shape that the layout needs, as a sentence.
+        rule: &'static str,
         /// Columns of the picture.
         width: usize,
         /// Rows of the picture.
         height: usize,
+        /// Another layout that has this shape.
+        fitting: Option<&'static str>,
     },
     /// One of six faces is not square, or not as large as the first.
     #[error(
-        "the six faces of a cube are square and equally large; face {} is {width} x {height}, face px has {edge} columns",
+        "the six faces of a cube are square and equally large; face {} is {width} x {height}, face px has {edge} \
+         columns",
         .face.name()
     )]
     FaceSize {
-        /// The face that does not fit.
+        /// The face that differs.
         face: Face,
         /// Its columns.
         width: usize,
@@ -37,10 +41,7 @@ pub enum Error {
     #[error("the image holds bad pixels: {0}")]
     BadPixels(Box<PixelAudit>),
     /// The resolution that was asked for is empty or too large to allocate.
-    #[error(
-        "a resolution of {width} x {height} is not between 1 and {} texels",
-        crate::environment::MOST_TEXELS
-    )]
+    #[error("a resolution of {width} x {height} is not between 1 and {MOST_TEXELS} texels")]
     Resolution {
         /// Columns that were asked for.
         width: usize,
@@ -50,9 +51,6 @@ pub enum Error {
 }
 
 /// A question that names the layout whose shape the picture has.
-fn hint(layout: &Layout, width: usize, height: usize) -> String {
-    Layout::ALL
-        .into_iter()
-        .find(|other| other != layout && other.check(width, height).is_ok())
-        .map_or_else(String::new, |other| format!(": is it layout = \"{}\"?", other.name()))
+fn question(fitting: Option<&str>) -> String {
+    fitting.map_or_else(String::new, |layout| format!(": is it layout = \"{layout}\"?"))
 }

@@ -2,12 +2,13 @@
 
 use sphere::Face;
 
-use crate::{Error, Image, Layout};
+use crate::error::Error;
+use crate::image::Image;
 
-/// Six pictures in file order (+X -X +Y -Y +Z -Z) as one of [`Layout::Cube`], stacked from the top.
+/// Six pictures in file order (+X -X +Y -Y +Z -Z) as one of [`crate::Layout::Cube`], stacked from the top.
 ///
 /// # Errors
-/// [`Error::FaceSize`] where a face is not square or not as large as the first.
+/// [`Error::FaceSize`] if a face is not square or not as large as the first.
 pub fn stack_faces(faces: [Image; 6]) -> Result<Image, Error> {
     let edge = faces[0].width();
     for (face, image) in Face::ALL.into_iter().zip(&faces) {
@@ -23,7 +24,7 @@ pub fn stack_faces(faces: [Image; 6]) -> Result<Image, Error> {
     Image::new(edge, 6 * edge, pixels).ok_or(Error::Resolution { width: edge, height: 6 * edge })
 }
 
-/// Where the faces lie in a picture of square cells.
+/// The places of the faces in a picture of square cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrangement {
     /// Texels along an edge of a cell.
@@ -58,16 +59,18 @@ const VERTICAL: &[Option<Face>] = &[
     None,                  Some(Face::NegativeZ), None,
 ];
 
+/// Cells across and down, and the face of each cell.
+type Cells = (usize, usize, &'static [Option<Face>]);
+
+/// The arrangements of stacked faces, of a strip and of a cross.
+pub(crate) const STACKS: &[Cells] = &[(1, 6, STACK)];
+pub(crate) const STRIPS: &[Cells] = &[(6, 1, STACK), (1, 6, STACK)];
+pub(crate) const CROSSES: &[Cells] = &[(4, 3, HORIZONTAL), (3, 4, VERTICAL)];
+
 impl Arrangement {
-    /// The arrangement of a layout of faces; `None` where the layout is another or the shape is wrong.
-    pub(crate) fn of(layout: Layout, width: usize, height: usize) -> Option<Self> {
-        let shapes: &[(usize, usize, &[Option<Face>])] = match layout {
-            Layout::Cube => &[(1, 6, STACK)],
-            Layout::CubeStrip => &[(6, 1, STACK), (1, 6, STACK)],
-            Layout::CubeCross => &[(4, 3, HORIZONTAL), (3, 4, VERTICAL)],
-            _ => &[],
-        };
-        shapes.iter().find_map(|&(across, down, cells)| {
+    /// The first of some arrangements that fits the shape of a picture.
+    pub(crate) fn fitting(arrangements: &[Cells], width: usize, height: usize) -> Option<Self> {
+        arrangements.iter().find_map(|&(across, down, cells)| {
             let edge = width / across;
             (edge > 0 && edge.checked_mul(across) == Some(width) && edge.checked_mul(down) == Some(height))
                 .then_some(Self { edge, across, cells })
@@ -119,6 +122,7 @@ impl Arrangement {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Layout;
     use sphere::Cube;
 
     #[test]
@@ -171,7 +175,7 @@ mod tests {
             (Layout::CubeCross, 9, 12),
         ] {
             let pixels: Vec<_> = (0..width * height).map(|k| [k as f32, 0.0, 0.0]).collect();
-            let arrangement = Arrangement::of(layout, width, height).unwrap();
+            let arrangement = layout.faces(width, height).unwrap();
             let faces = arrangement.gather(&pixels);
             assert_eq!(faces.len(), 54);
             let mut seen = 0;

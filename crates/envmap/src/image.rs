@@ -1,4 +1,4 @@
-//! A flat picture, before anything is known of its layout.
+//! A flat picture, without a layout.
 
 /// A picture: RGB values, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,7 +9,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A picture; `None` where it is empty or the number of pixels is not width x height.
+    /// A picture; `None` if it is empty or the number of pixels is not width x height.
     pub fn new(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Option<Self> {
         let fits = width.checked_mul(height) == Some(pixels.len());
         (width > 0 && height > 0 && fits).then_some(Self { width, height, pixels })

@@ -1,27 +1,28 @@
-//! Texels that are far brighter than what surrounds them, and the energy that they must keep.
+//! Texels that are far brighter than their surroundings, and how resampling preserves their energy.
 //!
 //! Resampling blends texels at points of the new grid. Over a smooth picture the small errors of that
-//! quadrature cancel; a sun of one texel has nothing to cancel against. So the resampling measures, for each such
-//! *lamp*, the solid angle c that its weights were given in all, and scales its radiance by w / c, w its own
-//! solid angle: its energy is then kept exactly, and values stay non-negative.
+//! quadrature cancel, but those of a sun of one texel do not. So resampling sums, for each such *lamp*, the
+//! solid angles of its weights to c, and scales its radiance by w / c, with w its own solid angle: its energy
+//! is then preserved exactly, and values stay non-negative.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::texels::Texels;
 
-/// A lamp exceeds the mean of the 5 x 5 pixels around it, of those that the layout uses, by this factor.
+/// A lamp is this many times brighter than the mean of the 5 x 5 pixels around it that the layout uses.
 const BRIGHTER: f32 = 2.0;
 
-/// Solid angles are summed as whole numbers of 2^-58 sr, so that no order of threads matters; 4 pi fits 64 bits.
+/// Solid angles are summed as whole numbers of 2^-58 sr, so that the order of threads does not matter; 4 pi
+/// fits into 64 bits.
 const UNIT: f64 = (1u64 << 58) as f64;
 
 /// The lamps of a picture.
 pub(crate) struct Lamps {
-    /// Whether each texel is a lamp; empty where none is.
+    /// Whether each texel is a lamp; empty if none is.
     is_lamp: Vec<bool>,
     /// The lamps' texels, ascending.
     texels: Vec<usize>,
-    /// The solid angle that each lamp was given.
+    /// The solid angle that each lamp received.
     given: Vec<AtomicU64>,
 }
 
@@ -29,7 +30,7 @@ impl Lamps {
     /// Finds the lamps of a picture of `width` columns; all layouts are searched as flat pictures.
     pub(crate) fn find<T: Texels>(picture: T, width: usize, pixels: &[[f32; 3]]) -> Self {
         let height = pixels.len() / width;
-        // Brightness, and 1 for a pixel that counts.
+        // The brightness, and 1 for a pixel that the layout uses.
         let weighed: Vec<[f32; 2]> = (pixels.iter().enumerate())
             .map(|(texel, &[r, g, b])| match picture.uses(texel) {
                 true => [r.abs() + g.abs() + b.abs(), 1.0],
@@ -51,7 +52,7 @@ impl Lamps {
                 let [light, count] =
                     near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
                 let texel = row * width + column;
-                // light / count is the mean; unused pixels are 0 and never brighter.
+                // light / count is the mean; unused pixels are 0, so that they are never brighter.
                 if weighed[texel][0] * count > BRIGHTER * light {
                     is_lamp[texel] = true;
                     texels.push(texel);
@@ -65,12 +66,12 @@ impl Lamps {
         Self { is_lamp, texels, given }
     }
 
-    /// Whether the picture has no lamp.
+    /// Whether the picture has no lamps.
     pub(crate) fn is_empty(&self) -> bool {
         self.texels.is_empty()
     }
 
-    /// Notes that a texel was given a solid angle; whether it is a lamp.
+    /// Adds to the solid angle that a texel received; returns whether the texel is a lamp.
     pub(crate) fn give(&self, texel: usize, solid_angle: f64) -> bool {
         if !self.is_lamp[texel] {
             return false;
@@ -81,8 +82,8 @@ impl Lamps {
         true
     }
 
-    /// Scales the lamps among `pixels` so that they keep their energy, and returns those that no point of the
-    /// new grid has seen, with their solid angles.
+    /// Scales the lamps among `pixels` so that they keep their energy, and returns the lamps that no point of
+    /// the new grid has sampled, with their solid angles.
     pub(crate) fn balance<T: Texels>(&self, picture: T, pixels: &mut [[f32; 3]]) -> Vec<(usize, f64)> {
         let mut unseen = Vec::new();
         for (&texel, given) in self.texels.iter().zip(&self.given) {

@@ -1,20 +1,20 @@
-//! How a picture holds the sphere.
+//! The layouts of the sphere in a picture.
 
 use std::f64::consts::FRAC_PI_4;
 
 use sphere::{AngularProbe, Cube, Direction, Face, LatLong, MirrorBall, OpenExrCube, OpenExrLatLong};
 
-use crate::Error;
-use crate::faces::Arrangement;
+use crate::error::Error;
+use crate::faces::{Arrangement, CROSSES, STACKS, STRIPS};
 
-/// How a picture holds the sphere; `sphere` defines where each one looks.
+/// The layout of the sphere in a picture; the crate `sphere` defines the directions of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Layout {
     /// Equirectangular, twice as wide as high, pixel centres at half texels ([`sphere::LatLong`]).
     LatLong,
-    /// An angular map in a square ([`sphere::AngularProbe`]); what lies outside the disk is ignored.
+    /// An angular map in a square ([`sphere::AngularProbe`]); pixels outside the disk are ignored.
     Probe,
-    /// A mirror ball that fills a square ([`sphere::MirrorBall`]); what lies outside the disk is ignored.
+    /// A mirror ball that fills a square ([`sphere::MirrorBall`]); pixels outside the disk are ignored.
     MirrorBall,
     /// A cube unfolded around +Z: 4 x 3 cells (horizontal) or 3 x 4 (vertical); the blank cells are ignored.
     ///
@@ -25,8 +25,8 @@ pub enum Layout {
     ///                              -Z
     /// ```
     ///
-    /// In the vertical cross -Z hangs below -Y and is turned by half a turn, so that the picture
-    /// continues over that fold. All other faces stand as in a cube map of six images.
+    /// In the vertical cross -Z hangs below -Y and is turned by half a turn, so that the picture continues
+    /// over that fold. All other faces are oriented as in a cube map of six images.
     CubeCross,
     /// Six faces +X -X +Y -Y +Z -Z side by side (6 x 1) or stacked (1 x 6), none of them turned.
     CubeStrip,
@@ -67,13 +67,13 @@ impl Layout {
         }
     }
 
-    /// The layout of a name in a manifest.
+    /// The layout with a name in a manifest.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|layout| layout.name() == name)
     }
 
-    /// What shape a picture must have, as the beginning of a message.
-    pub(crate) const fn rule(self) -> &'static str {
+    /// The shape that a picture must have, as the beginning of a message.
+    const fn rule(self) -> &'static str {
         match self {
             Self::LatLong => "a lat-long image is twice as wide as high",
             Self::Probe => "an angular probe is square",
@@ -96,34 +96,40 @@ impl Layout {
     /// Checks the shape of a picture.
     ///
     /// # Errors
-    /// [`Error::Shape`], which says what was expected and which layout would fit.
+    /// [`Error::Shape`], which names the expected shape and a layout that would fit.
     pub fn check(self, width: usize, height: usize) -> Result<(), Error> {
+        if self.fits(width, height) { Ok(()) } else { Err(self.misfit(width, height)) }
+    }
+
+    /// The error for a picture without the shape of the layout.
+    pub(crate) fn misfit(self, width: usize, height: usize) -> Error {
+        let fitting = Self::ALL.into_iter().find(|layout| *layout != self && layout.fits(width, height));
+        Error::Shape { rule: self.rule(), width, height, fitting: fitting.map(Self::name) }
+    }
+
+    fn fits(self, width: usize, height: usize) -> bool {
         let fits = match self {
             Self::LatLong => Some(width) == height.checked_mul(2),
             Self::Probe | Self::MirrorBall => width == height,
-            Self::CubeCross | Self::CubeStrip => Arrangement::of(self, width, height).is_some(),
+            Self::CubeCross | Self::CubeStrip => self.faces(width, height).is_some(),
             Self::Cube => Some(height) == width.checked_mul(6),
             Self::OpenExrLatLong => height >= 2 && height.saturating_mul(2).abs_diff(width) <= 1,
             Self::OpenExrCube => width >= 2 && Some(height) == width.checked_mul(6),
         };
-        if fits && width > 0 && height > 0 {
-            Ok(())
-        } else {
-            Err(Error::Shape { layout: self, width, height })
-        }
+        fits && width > 0 && height > 0
     }
 
-    /// The lat-long grid that a picture is resampled to where none is asked for.
+    /// The default grid of the environment that a picture is resampled to.
     ///
     /// A lat-long image keeps its size. Otherwise a texel at the equator is as large as, or smaller than, the
     /// picture's texels in the middle (of a cube: in the middle of a face), and there are twice as many
-    /// columns as rows: an angular map of N x N has N columns (it spends 2 pi / N per texel along any
-    /// line through its centre), a mirror ball pi N / 2 (its middle is denser: 4 / N), a cube four times
-    /// the edge of a face (2 / edge in the middle of a face, 1 / edge at its rim), OpenEXR's
-    /// lat-long as many rows as it has.
+    /// columns as rows: an angular map of N x N has N columns (it spends 2 pi / N per texel along any line
+    /// through its centre), a mirror ball pi N / 2 (its middle is denser: 4 / N), a cube four times the edge
+    /// of a face (2 / edge in the middle of a face, 1 / edge at its rim), and OpenEXR's lat-long as many rows
+    /// as it has.
     ///
     /// # Errors
-    /// [`Error::Shape`] where the picture does not have the shape of the layout.
+    /// [`Error::Shape`] if the picture does not have the shape of the layout.
     pub fn default_grid(self, width: usize, height: usize) -> Result<LatLong, Error> {
         self.check(width, height)?;
         Ok(match self {
@@ -132,14 +138,15 @@ impl Layout {
             Self::Probe => LatLong::with_rows(width.div_ceil(2)),
             Self::MirrorBall => LatLong::with_rows((FRAC_PI_4 * width as f64).ceil() as usize),
             Self::CubeCross | Self::CubeStrip => {
-                LatLong::with_rows(2 * Arrangement::of(self, width, height).map_or(1, |a| a.edge()))
+                LatLong::with_rows(2 * self.faces(width, height).map_or(1, |a| a.edge()))
             }
             Self::Cube | Self::OpenExrCube => LatLong::with_rows(2 * width),
         })
     }
 
-    /// Where a pixel of a picture of this shape looks; `None` where the layout does not use it (corners
-    /// around a disk, blank cells of a cross), where it is not in the picture, and where the shape is wrong.
+    /// The direction of a pixel of a picture of this shape; `None` if the layout does not use the pixel
+    /// (corners around a disk, blank cells of a cross), the pixel is not in the picture, or the shape is
+    /// wrong.
     pub fn direction(self, width: usize, height: usize, row: usize, column: usize) -> Option<Direction> {
         self.check(width, height).ok()?;
         if row >= height || column >= width {
@@ -152,7 +159,7 @@ impl Layout {
             Self::MirrorBall => MirrorBall { edge: width }.direction(row, column),
             Self::OpenExrCube => Some(OpenExrCube { edge: width }.direction(row, column)),
             Self::Cube | Self::CubeCross | Self::CubeStrip => {
-                let arrangement = Arrangement::of(self, width, height)?;
+                let arrangement = self.faces(width, height)?;
                 let (face, row, column) = arrangement.texel(row, column)?;
                 Some(Cube { edge: arrangement.edge() }.direction(face, row, column))
             }
@@ -161,9 +168,20 @@ impl Layout {
 }
 
 impl Layout {
-    /// The face that holds a pixel, where the layout has the faces of [`Cube`] and uses the pixel.
+    /// The places of the faces; `None` if the layout has no faces or the shape is wrong.
+    pub(crate) fn faces(self, width: usize, height: usize) -> Option<Arrangement> {
+        let arrangements = match self {
+            Self::Cube => STACKS,
+            Self::CubeStrip => STRIPS,
+            Self::CubeCross => CROSSES,
+            _ => &[],
+        };
+        Arrangement::fitting(arrangements, width, height)
+    }
+
+    /// The face that holds a pixel, if the layout has the faces of [`Cube`] and uses the pixel.
     pub(crate) fn face(self, width: usize, height: usize, row: usize, column: usize) -> Option<Face> {
-        Some(Arrangement::of(self, width, height)?.texel(row, column)?.0)
+        Some(self.faces(width, height)?.texel(row, column)?.0)
     }
 }
 
@@ -172,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_return() {
+    fn names_round_trip() {
         for layout in Layout::ALL {
             assert_eq!(Layout::from_name(layout.name()), Some(layout));
         }

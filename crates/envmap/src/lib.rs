@@ -1,8 +1,8 @@
-//! The environment value, and its resampling between layouts.
+//! The environment, and its resampling between layouts.
 //!
-//! A decoded [`Image`] and its [`Layout`] make an [`Environment`]: linear radiance on a lat-long grid of
-//! Specula's frame. [`repair`] comes before, so that no NaN, infinity or negative value is spread by resampling.
-//! All results are bit-identical for any number of threads.
+//! A decoded [`Image`] and its [`Layout`] make an [`Environment`]: linear radiance on a lat-long grid in
+//! Specula's frame. [`repair`] comes first, so that resampling does not spread NaN, infinity or negative
+//! values. All results are bit-identical for any number of threads.
 
 mod area;
 mod audit;
@@ -14,16 +14,18 @@ mod faces;
 mod image;
 mod lamps;
 mod layout;
+mod pixel_audit;
 mod resample;
 mod texels;
 mod tone;
 
-pub use audit::{BadPixels, Finding, PixelAudit, Place, audit, repair};
+pub use audit::{BadPixels, audit, repair};
 pub use cube_map::CubeMap;
 pub use environment::Environment;
 pub use error::Error;
 pub use faces::stack_faces;
 pub use image::Image;
 pub use layout::Layout;
+pub use pixel_audit::{Finding, PixelAudit, Place};
 pub use texels::{Taps, Texels};
 pub use tone::{ToneMap, middle_grey_exposure, srgb_decode, srgb_encode, to_srgb8};

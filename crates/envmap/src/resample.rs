@@ -1,13 +1,14 @@
 //! Resampling from any layout to any grid, antialiased.
 //!
 //! The value of a new texel is the mean over its area of the bilinearly interpolated picture, taken at points
-//! so dense that [`PER_TEXEL`]^2 of them or more fall on each of the picture's texels (where those are so
-//! large that one point of each new texel makes as many, one is enough). Weights of a new texel sum to 1, so that a
-//! constant picture stays constant to rounding. [`Lamps`] keeps the energy of small bright lights.
+//! so dense that at least [`PER_TEXEL`]^2 of them fall on each of the picture's texels (if those are so large
+//! that one point per new texel suffices for this, one is taken). The weights of a new texel sum to 1, so
+//! that a constant picture stays constant up to rounding. [`Lamps`] preserves the energy of small bright
+//! lights.
 //!
-//! Where f is smooth, interpolation over texels of size h adds h^2 / 12 of the Laplacian of f and the mean over
-//! new texels of size g adds g^2 / 24: both are second order. Interpolation at one point is off by no more than
-//! h^2 / 8 of the larger second derivative in each of two directions.
+//! If f is smooth, interpolation over texels of size h adds h^2 / 12 of the Laplacian of f and the mean over
+//! new texels of size g adds g^2 / 24: both are second order. Interpolation at one point is off by no more
+//! than h^2 / 8 of the larger second derivative in each of two directions.
 
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +17,7 @@ use crate::canvas::{Canvas, MOST_POINTS};
 use crate::lamps::Lamps;
 use crate::texels::Texels;
 
-/// Points along the side of a picture's texel, were it square.
+/// The number of points along the side of a square texel of the picture.
 const PER_TEXEL: f64 = 3.0;
 
 /// The picture `pixels`, of `width` columns, on another grid, row by row. All values must be finite.
@@ -70,7 +71,8 @@ pub(crate) fn resample<T: Texels, C: Canvas>(
     out
 }
 
-/// The mean of the picture over one texel of the canvas; `give` learns the solid angle that each tap received.
+/// The mean of the picture over one texel of the canvas; `give` is called with the solid angle that each tap
+/// received.
 fn mean<T: Texels, C: Canvas>(
     picture: T,
     pixels: &[[f32; 3]],
@@ -81,7 +83,7 @@ fn mean<T: Texels, C: Canvas>(
 ) -> [f32; 3] {
     let (centre, across, down) = canvas.extent(row, column);
     let side = picture.side(centre, across.hypot(down) / 2.0);
-    // Where both grids are alike, rounding must not add a point.
+    // If both grids are equal, rounding must not add a point.
     let points =
         |extent: f64| (PER_TEXEL * extent / side - 0.01).ceil().clamp(1.0, MOST_POINTS as f64) as usize;
     let mut sum = [0.0; 3];

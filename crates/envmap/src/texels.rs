@@ -1,7 +1,8 @@
-//! Bilinear interpolation on every layout: which texels make the radiance of a direction, and with what weights.
+//! Bilinear interpolation on every layout: the texels that make up the radiance of a direction, and their
+//! weights.
 //!
-//! Interpolation never stops at a border of the picture: it wraps over the seam, passes over the poles
-//! to the opposite meridian, continues on the neighbouring face of a cube, and over the rim of a disk.
+//! Interpolation continues past every border of the picture: over the seam, over the poles to the opposite
+//! meridian, on the neighbouring face of a cube, and over the rim of a disk.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
@@ -12,9 +13,9 @@ use sphere::{
 /// Four texels and their weights, which sum to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Taps {
-    /// Which texels, counted along rows, rows along faces.
+    /// The indices of the texels, along rows, rows along faces.
     pub index: [usize; 4],
-    /// The share of each.
+    /// The weight of each.
     pub weight: [f64; 4],
 }
 
@@ -32,13 +33,13 @@ impl Taps {
     }
 }
 
-/// A picture's texels on the sphere.
+/// The texels of a picture on the sphere.
 pub trait Texels: Copy + Sync {
-    /// The texels that make the radiance of a direction.
+    /// The texels that make up the radiance of a direction.
     fn taps(self, direction: Direction) -> Taps;
 
-    /// The side, in radians, of a square as large as the smallest texel within `radius` of a direction; may
-    /// be 0 at a point where texels degenerate.
+    /// The side, in radians, of a square as large as the smallest texel within `radius` of a direction; it
+    /// may be 0 where texels degenerate.
     fn side(self, direction: Direction, radius: f64) -> f64;
 
     /// The solid angle of a texel, in steradians.
@@ -49,7 +50,7 @@ pub trait Texels: Copy + Sync {
         true
     }
 
-    /// Where a texel looks; `None` where the layout does not use it.
+    /// The direction of a texel; `None` if the layout does not use it.
     fn direction(self, texel: usize) -> Option<Direction>;
 }
 
@@ -189,7 +190,7 @@ impl Texels for Cube {
 
 /// The texel of a cube at a row and column that may lie one step outside of a face.
 trait Continued {
-    /// The texel, on the neighbouring face where needed; `None` past a corner.
+    /// The texel, on the neighbouring face if it lies there; `None` past a corner.
     fn continued(self, face: Face, row: isize, column: isize) -> Option<usize>;
 }
 
@@ -203,7 +204,8 @@ impl Continued for Cube {
         if !inside(row) && !inside(column) {
             return None;
         }
-        // Coordinates along an edge are the same on both faces: step over it by next to nothing.
+        // Coordinates along an edge are the same on both faces, so a tiny step past the edge finds the
+        // neighbour.
         let beside = |k: isize| {
             if k < 0 {
                 -1e-9
@@ -297,7 +299,7 @@ impl Texels for MirrorBall {
     }
 }
 
-/// Taps in a disk; (column, row) lies in it.
+/// The taps in a disk; (column, row) lies inside.
 fn disk_taps(edge: usize, (x, y): (f64, f64)) -> Taps {
     let (left, top) = (below(x), below(y));
     let weight = bilinear(x - left as f64, y - top as f64);
@@ -306,14 +308,15 @@ fn disk_taps(edge: usize, (x, y): (f64, f64)) -> Taps {
     Taps { index, weight }
 }
 
-/// Whether the centre of a texel lies in the disk; in half texels from its centre, so that the test is exact.
+/// Whether the centre of a texel lies in the disk; measured in half texels from its centre, so that the test
+/// is exact.
 fn is_in_disk(edge: usize, row: usize, column: usize) -> bool {
     let from_centre = |k: usize| (2 * k as i64 + 1 - edge as i64).pow(2);
     from_centre(row) + from_centre(column) <= (edge as i64).pow(2)
 }
 
-/// The texel at a row and column, or, where its centre is outside the disk, the one that the picture
-/// continues with over the rim: from radius 1 + x to radius 1 - x on the other side of the centre.
+/// The texel at a row and column, or, if its centre is outside the disk, the one that continues the picture
+/// over the rim: from radius 1 + x to radius 1 - x on the other side of the centre.
 fn disk_texel(edge: usize, row: isize, column: isize) -> usize {
     let size = edge as isize;
     let (a, b) = (2 * column + 1 - size, 2 * row + 1 - size);
@@ -323,7 +326,7 @@ fn disk_texel(edge: usize, row: isize, column: isize) -> usize {
     }
     let (a, b, rim) = (a as f64, b as f64, size as f64);
     let radius = a.hypot(b);
-    // The nearest centre is no farther than half the diagonal of a texel: it must still be in the disk.
+    // The nearest centre is at most half the diagonal of a texel away, but it must be in the disk too.
     let inward = (2.0 * rim - radius).min(rim - 2.0 * FRAC_1_SQRT_2 - 0.01).max(0.0) / radius;
     let nearest = |k: f64| (((rim - 1.0 - k * inward) / 2.0).round().max(0.0) as usize).min(edge - 1);
     nearest(b) * edge + nearest(a)
@@ -419,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn a_texel_looks_like_itself() {
+    fn the_radiance_at_a_texel_is_its_value() {
         fn check<T: Texels>(texels: T, count: usize) {
             let pixels: Vec<_> = (0..count).map(|texel| [noise(texel); 3]).collect();
             for texel in 0..count {

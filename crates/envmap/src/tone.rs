@@ -1,9 +1,9 @@
-//! Linear radiance to what a screen shows: exposure, a tone curve, the sRGB transfer function, 8 bits.
+//! From linear radiance to 8-bit display values: exposure, a tone curve and the sRGB transfer function.
 //!
-//! The filmic curve is Stephen Hill's fit of the ACES RRT and sRGB ODT (`ACES.hlsl` in MJP's BakingLab):
-//! v = A L, then (v (v + 0.0245786) - 0.000090537) / (v (0.983729 v + 0.4329510) + 0.238081) in each
-//! channel, then a second matrix. The fit takes middle grey to 0.105; here L is scaled first so that 0.18
-//! stays 0.18 and the two curves show a scene equally bright.
+//! The filmic curve is Stephen Hill's fit of the ACES RRT and sRGB ODT (`ACES.hlsl` in MJP's BakingLab): v =
+//! A L, then (v (v + 0.0245786) - 0.000090537) / (v (0.983729 v + 0.4329510) + 0.238081) in each channel,
+//! then a second matrix. The fit maps middle grey to 0.105; here L is scaled first, so that 0.18 stays 0.18
+//! and both curves show a scene equally bright.
 
 use std::sync::LazyLock;
 
@@ -14,7 +14,7 @@ use crate::Environment;
 /// The curve from exposed radiance to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ToneMap {
-    /// Values above 1 are cut off: true colours, clipped highlights.
+    /// Values above 1 are clipped: colours are accurate, highlights are lost.
     Plain,
     /// A film-like shoulder and toe: highlights keep their shape and lose their colour.
     #[default]
@@ -24,7 +24,7 @@ pub enum ToneMap {
 impl ToneMap {
     /// The linear display value of an exposed linear value, each channel in [0, 1].
     ///
-    /// Not a number and negative values become 0, infinity is shown as the brightest value.
+    /// NaN and negative values become 0, and infinity becomes the brightest value.
     pub fn apply(self, rgb: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Plain => rgb.map(unit),
@@ -35,9 +35,8 @@ impl ToneMap {
 
 /// The 8-bit sRGB colours of linear Rec. 709 radiance, after an exposure in stops (+1 doubles).
 ///
-/// Each code is the nearest to the sRGB value of the tone-mapped radiance. NaN is shown black.
-///
-/// One stop more shows half the radiance alike:
+/// Each code is the nearest to the sRGB value of the tone-mapped radiance. NaN becomes black.
+/// # Example: one more stop shows half the radiance as the same code
 /// ```
 /// use envmap::{ToneMap, to_srgb8};
 /// assert_eq!(to_srgb8(&[[0.25; 3]], 1.0, ToneMap::Plain), to_srgb8(&[[0.5; 3]], 0.0, ToneMap::Plain));
@@ -57,8 +56,8 @@ pub fn to_srgb8(pixels: &[[f32; 3]], exposure: f64, tone: ToneMap) -> Vec<[u8; 3
 /// The exposure, in stops, that shows an environment's log-average luminance as middle grey, 0.18.
 ///
 /// The log-average (Reinhard et al. 2002, equation 1) is weighted by solid angle. Unlike theirs it has no
-/// offset: luminance is kept above 1e-4 of its mean instead, so that a scaled environment is exposed to the
-/// same picture and black pixels do not decide. 0 for a black environment.
+/// offset: instead, luminance is clamped to at least 1e-4 of its mean, so that a scaled environment is
+/// exposed to the same picture and black pixels do not dominate. A black environment gives 0.
 pub fn middle_grey_exposure(environment: &Environment) -> f64 {
     let grid = environment.grid();
     let luminance = |pixel: &[f32; 3]| {
@@ -92,7 +91,7 @@ pub fn srgb_decode(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// In [0, 1]; NaN becomes 0.
+/// The value clamped to [0, 1]; NaN becomes 0.
 fn unit(value: f32) -> f32 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
@@ -105,11 +104,11 @@ const INTO_ACES: [[f32; 3]; 3] =
 const FROM_ACES: [[f32; 3]; 3] =
     [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
 
-/// The fit takes 0.18 times this to 0.18: the positive root of its quadratic, over 0.18.
+/// The fit maps 0.18 times this to 0.18: the positive root of its quadratic, over 0.18.
 const MIDDLE_GREY: f32 = 1.461_93;
 
 fn filmic(rgb: [f32; 3]) -> [f32; 3] {
-    // The curve is flat to 8 bits long before 1e6, and the squares stay finite.
+    // The curve is flat to 8 bits far below 1e6, and the squares stay finite.
     let exposed = rgb.map(|value| if value > 0.0 { (value * MIDDLE_GREY).min(1e6) } else { 0.0 });
     let v = product(&INTO_ACES, exposed)
         .map(|v| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081));
@@ -128,7 +127,8 @@ static THRESHOLDS: LazyLock<[f32; 255]> = LazyLock::new(|| {
     })
 });
 
-/// The parts that [0, 1] is divided into to find codes: narrower than the 3e-4 and more between two thresholds.
+/// The number of parts that [0, 1] is divided into to find codes. Each is narrower than the distance of two
+/// thresholds, 3e-4 or more.
 const PARTS: f32 = 4096.0;
 
 /// The code of the least linear value of each part.
@@ -162,7 +162,7 @@ mod tests {
             // Half a code, plus the rounding of powf in f32 (a few 1e-7 of 255).
             assert!((exact - f32::from(srgb_code(linear))).abs() <= 0.5 + 2e-4, "{linear}");
         }
-        // Codes as published with the standard's formula: 0.18 is 117.6, 0.5 is 187.5.
+        // By the standard's formula 0.18 is 117.6 and 0.5 is 187.5.
         assert_eq!((shown(0.18, ToneMap::Plain), shown(0.5, ToneMap::Plain)), (118, 188));
     }
 

@@ -96,8 +96,8 @@ fn smooth_light_survives_every_layout() {
         let (mut worst, mut squares, mut expected_squares): (f64, f64, f64) = (0.0, 0.0, 0.0);
         let mut worst_on_rim: f64 = 0.0;
         for row in 0..grid.height {
-            // Bilinear interpolation is off by h^2 / 8 of the second derivative along each side of a texel, and
-            // the mean over a new texel by g^2 / 24. A side that is no great circle adds the first
+            // Bilinear interpolation is off by h^2 / 8 of the second derivative along each side of a texel,
+            // and the mean over a new texel by g^2 / 24. A side that is not a great circle adds the first
             // derivative times its bend, no more than 1 here. Near a pole the mean is that of a triangle,
             // whose centre of mass is g^2 / (12 tan theta) from the centre of the texel.
             let shift = g * g / (12.0 * grid.theta(row).tan().abs());
@@ -107,9 +107,9 @@ fn smooth_light_survives_every_layout() {
                 assert_eq!(pixel[1], 1.0, "a constant stays constant");
                 assert_eq!(pixel[2], -pixel[0], "channels do not mix");
                 let error = (f64::from(pixel[0]) - light(w)).abs();
-                // On a mirror ball texels grow along the radius to h / c, c = cos(t / 2), and bend by 1 / (2 c).
-                // In the last two texels, where c < sqrt(8 / edge), a picture changes by more than it shows: there
-                // the error is no more than the first derivative times twice that cap.
+                // On a mirror ball texels grow along the radius to h / c, c = cos(t / 2), and bend by 1 / (2
+                // c). In the last two texels, where c < sqrt(8 / edge), a picture varies faster than its
+                // texels: there the error is at most the first derivative times twice that cap.
                 let c = match layout {
                     Layout::MirrorBall => ((1.0 + w.vector().x) / 2.0).sqrt() - g / 2.0,
                     _ => 1.0,
@@ -141,7 +141,7 @@ fn smooth_light_survives_every_layout() {
         );
         assert!(worst < 1.0 && worst_on_rim < 1.0 && rms < expected, "{}", layout.name());
         // Sums over a smooth periodic function converge faster than h^2: the first order of the blur, a
-        // Laplacian, integrates to 0. What is left is the rim of the ball and the edges of cubes.
+        // Laplacian, integrates to 0. The rim of the ball and the edges of cubes remain.
         assert!(kept.abs() < 1e-3, "{}: {kept:e}", layout.name());
     }
 }
@@ -149,7 +149,7 @@ fn smooth_light_survives_every_layout() {
 #[test]
 fn a_single_bright_pixel_keeps_its_energy() {
     for (layout, width, height, h) in SIZES {
-        // Corners, the middle, a pole, the rim and the seam, and pixels without a plan.
+        // Corners, the middle, a pole, the rim and the seam, and arbitrary pixels.
         let mut texels = vec![0, width - 1, width / 2, width * height - 1, width * height / 2];
         texels.extend([width * (height / 2), width * (height / 2) + width / 2, width * 63 + 63]);
         texels.extend((1..14).map(|k| k * 7919 * 31 % (width * height)));
@@ -168,7 +168,7 @@ fn a_single_bright_pixel_keeps_its_energy() {
             for (kept, radiance) in kept.into_iter().zip([1e6, 1.0, 0.25]) {
                 assert!((kept / radiance - 1.0).abs() < 2e-7, "{} {row} {column}: {kept}", layout.name());
             }
-            // And it stays where it was: within two texels of each picture, with the ball's 1 / cos(t / 2).
+            // It also stays at its place: within two texels of each picture, with the ball's 1 / cos(t / 2).
             let stretch = match layout {
                 Layout::MirrorBall => (width as f64 / 2.0).sqrt(),
                 _ => 1.5,
@@ -199,7 +199,7 @@ fn noise_of_six_decades_keeps_its_energy() {
         let pixels = (0..width * height)
             .map(|texel| {
                 let (row, column) = (texel / width, texel % width);
-                // Columns and edges that OpenEXR repeats need not agree for this.
+                // Columns and edges that OpenEXR repeats need not agree here.
                 if layout.direction(width, height, row, column).is_some() {
                     energy += f64::from(noise(texel)) * solid_angle(layout, width, height, row, column);
                 }
@@ -210,9 +210,9 @@ fn noise_of_six_decades_keeps_its_energy() {
         let environment = Environment::from_image(image, layout, Some(LatLong::with_rows(100))).unwrap();
         let kept = environment.integral()[0] / energy - 1.0;
         eprintln!("{}: energy of noise off by {kept:.1e}", layout.name());
-        // Most of the energy is in lamps and exact. A texel that is none may be off by 2 percent where the
-        // points fall badly, to either side; over 10^4 texels that averages out. A disk also loses the parts of
-        // its rim's texels whose centres lie outside: 0.1 percent.
+        // Most of the energy is in lamps and exact. A texel that is not a lamp may be off by 2 percent either
+        // way if the points fall badly; over 10^4 texels that averages out. A disk also loses the texels on
+        // its rim whose centres lie outside: 0.1 percent.
         assert!(kept.abs() < 3e-3, "{}: {kept:e}", layout.name());
     }
 }
@@ -233,7 +233,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn a_lat_long_image_is_taken_as_it_is() {
+fn a_lat_long_image_is_not_resampled() {
     let image = picture(Layout::LatLong, 64, 32, light);
     let environment = Environment::from_image(image.clone(), Layout::LatLong, None).unwrap();
     assert_eq!(environment.grid(), LatLong::with_rows(32));

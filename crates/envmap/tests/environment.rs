@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use envmap::{CubeMap, Environment, Error};
+use envmap::{Environment, Error};
 use proptest::prelude::*;
 use sphere::{Cube, DVec3, Direction, Face, LatLong, Rotation};
 
@@ -88,7 +88,7 @@ fn the_centre_of_the_image_turns_left_with_a_positive_yaw() {
     let quarter = environment.rotated(Rotation::from_yaw_pitch_roll(FRAC_PI_2, 0.0, 0.0));
     for row in 0..8 {
         for column in 0..16 {
-            // What was at +X is at +Y now, four columns to the left: exactly.
+            // The pixels at +X are exactly at +Y now, four columns to the left.
             let moved = quarter.pixels()[row * 16 + (column + 12) % 16];
             assert_eq!(moved, environment.pixels()[row * 16 + column]);
         }
@@ -116,8 +116,8 @@ fn rotation_dims_degree_l_by_no_more_than_stated() {
             let (found, w) = (turned.pixels()[texel], grid.direction(row, column));
             assert_eq!(found[1], 1.0);
             let expected = legendre(l, w.dot(there));
-            // Polar texels are triangles: their mean belongs to a point g^2 / (12 tan theta) away. The gradient
-            // of P_l is l (l + 1) / 2 at most.
+            // Polar texels are triangles: their mean belongs to a point g^2 / (12 tan theta) away. The
+            // gradient of P_l is l (l + 1) / 2 at most.
             let shift = (h * h / (12.0 * grid.theta(row).tan().abs())) * (l * (l + 1)) as f64 / 2.0;
             worst = worst.max((f64::from(found[0]) - expected).abs() / (2.0 * bound + shift));
             product += f64::from(found[0]) * expected * grid.solid_angle(row);
@@ -223,7 +223,7 @@ fn exposure_is_a_power_of_two() {
 fn a_cube_map_shows_the_environment() {
     let environment = sampled(LatLong::with_rows(128), |w| legendre(3, w.dot(axis())));
     for edge in [1, 5, 32, 100] {
-        let map = CubeMap::from_environment(&environment, Cube { edge }).unwrap();
+        let map = environment.cube_map(Cube { edge }).unwrap();
         let (h, g) = (PI / 128.0, 2.0 / edge as f64);
         // P_3 has derivatives of 6 at most; texels of the coarsest cubes are no longer small.
         let bound = ((h * h + g * g / 3.0) / 4.0 * 12.0).max(1e-6);
@@ -242,9 +242,9 @@ fn a_cube_map_shows_the_environment() {
         // P_3 integrates to 0 over the sphere.
         assert!(sum.abs() < 1e-3, "{edge}: {sum}");
     }
-    assert!(CubeMap::from_environment(&environment, Cube { edge: 0 }).is_err());
-    assert!(CubeMap::from_environment(&environment, Cube { edge: usize::MAX }).is_err());
-    let back = CubeMap::from_environment(&environment, Cube { edge: 64 }).unwrap();
+    assert!(environment.cube_map(Cube { edge: 0 }).is_err());
+    assert!(environment.cube_map(Cube { edge: usize::MAX }).is_err());
+    let back = environment.cube_map(Cube { edge: 64 }).unwrap();
     let back = Environment::from_cube_map(&back, environment.grid()).unwrap();
     for (a, b) in back.pixels().iter().zip(environment.pixels()) {
         // Two blurs of texels of 2 / 64 at most.

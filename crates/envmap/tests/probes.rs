@@ -135,8 +135,8 @@ fn probes_meet_the_published_tables() {
                 grid.width, grid.height
             );
             assert!(after < tolerance("centred_tolerance"), "{name}: {after}");
-            // What is not a lamp blends into its neighbours with weights that are off by a percent or so
-            // here and there; a thousandth in all is a tenth of the tolerance above.
+            // Texels that are not lamps blend into their neighbours with weights that may be off by a
+            // percent; a total of a thousandth is a tenth of the tolerance above.
             assert!(kept.iter().all(|kept| kept.abs() < 1e-3), "{name}: {kept:?}");
         }
     }

@@ -1,4 +1,4 @@
-//! Meshes: their values, the shapes that Specula has by itself, and what a file may leave out (normals, tangents).
+//! Meshes, the built-in shapes, and the parts that a file may omit (normals, tangents).
 
 mod mesh;
 mod normals;

@@ -1,13 +1,9 @@
 //! A triangle mesh in the world's frame (right-handed, +Z up).
 
-use glam::DAffine3;
-
-use crate::Parts;
-
 /// A triangle mesh with a normal and a tangent at every vertex.
 ///
-/// Triangles are counter-clockwise as seen from outside. All vectors have as many entries as there are vertices; every
-/// index is below that, every number is finite. It may have no triangle at all.
+/// Triangles are counter-clockwise as seen from outside. All vectors have as many entries as there are
+/// vertices; every index is below that number, and every value is finite. A mesh may have no triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     positions: Vec<[f32; 3]>,
@@ -17,7 +13,7 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
 }
 
-/// So many numbers for each vertex.
+/// A list of `width` numbers for each vertex.
 pub(crate) struct List<'a> {
     name: &'static str,
     width: usize,
@@ -30,7 +26,8 @@ impl<'a> List<'a> {
     }
 }
 
-/// Whether every list has an entry for each of `count` vertices and finite numbers, and every corner is a vertex.
+/// Checks that every list has an entry for each of `count` vertices and finite numbers, and that every corner
+/// is a vertex.
 pub(crate) fn check(count: usize, lists: &[List<'_>], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
     for &List { name, width, numbers } in lists {
         let length = numbers.len() / width;
@@ -53,17 +50,18 @@ pub(crate) fn check(count: usize, lists: &[List<'_>], triangles: &[[u32; 3]]) ->
     }
 }
 
-/// Why numbers are no mesh.
+/// Why data is not a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct MeshError(pub String);
 
 impl Mesh {
-    /// A mesh of complete parts: normals and tangents of length 1; a tangent's fourth number is the sign of the
-    /// bitangent, w (N x T).
+    /// A mesh of complete parts: normals and tangents of length 1; a tangent's fourth number is the sign of
+    /// the bitangent, w (N x T).
     ///
     /// # Errors
-    /// Where numbers of entries differ, an index has no vertex, or a number is not finite; the message names the first.
+    /// If the numbers of entries differ, an index has no vertex, or a number is not finite; the message names
+    /// the first error.
     pub fn new(
         positions: Vec<[f32; 3]>,
         normals: Vec<[f32; 3]>,
@@ -81,7 +79,7 @@ impl Mesh {
         Ok(Self { positions, normals, tangents, coordinates, triangles })
     }
 
-    /// A mesh of parts that are known to be what [`Mesh::new`] asks for.
+    /// A mesh of parts that are known to satisfy [`Mesh::new`].
     pub(crate) fn from_complete(
         positions: Vec<[f32; 3]>,
         normals: Vec<[f32; 3]>,
@@ -92,7 +90,7 @@ impl Mesh {
         Self { positions, normals, tangents, coordinates, triangles }
     }
 
-    /// Where the vertices are.
+    /// The positions of the vertices.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
     }
@@ -102,12 +100,13 @@ impl Mesh {
         &self.normals
     }
 
-    /// The tangent at each vertex, of length 1 and at a right angle to the normal, and the sign of the bitangent.
+    /// The tangent at each vertex, of length 1 and at a right angle to the normal, and the sign of the
+    /// bitangent.
     pub fn tangents(&self) -> &[[f32; 4]] {
         &self.tangents
     }
 
-    /// Texture coordinates, where there are any.
+    /// Texture coordinates, if there are any.
     pub fn coordinates(&self) -> Option<&[[f32; 2]]> {
         self.coordinates.as_deref()
     }
@@ -117,32 +116,14 @@ impl Mesh {
         &self.triangles
     }
 
-    /// The mesh elsewhere: positions by the map, normals at right angles to the surface, tangents along it.
-    ///
-    /// A map that mirrors turns triangles and the signs of bitangents around, so that outside stays outside. One that
-    /// flattens leaves what normals and tangents it can.
+    /// All meshes as one, in their order. It has coordinates if every mesh has them.
     ///
     /// # Errors
-    /// Where a position becomes too large.
-    pub fn transformed(&self, place: &DAffine3) -> Result<Self, MeshError> {
-        let parts = Parts {
-            positions: self.positions.clone(),
-            normals: Some(self.normals.clone()),
-            tangents: Some(self.tangents.clone()),
-            coordinates: self.coordinates.clone(),
-            triangles: self.triangles.clone(),
-        };
-        parts.posed(|_| *place).complete()
-    }
-
-    /// All meshes as one, in their order. Coordinates stay where every mesh has them.
-    ///
-    /// # Errors
-    /// Where there are more vertices than 32 bits count.
+    /// If there are more vertices than 32 bits can count.
     pub fn joined(meshes: &[Self]) -> Result<Self, MeshError> {
         let count: usize = meshes.iter().map(|mesh| mesh.positions.len()).sum();
         if u32::try_from(count).is_err() {
-            return Err(MeshError(format!("{count} vertices are more than 32 bits count")));
+            return Err(MeshError(format!("{count} vertices are more than 32 bits can count")));
         }
         let mut first = 0;
         let mut triangles = Vec::new();
@@ -160,8 +141,8 @@ impl Mesh {
         })
     }
 
-    /// A ball around all vertices that triangles use: its centre, the middle of the box around them, and its radius. A
-    /// mesh without triangles has radius 0.
+    /// A ball around all vertices that triangles use: its centre, which is the middle of their bounding box,
+    /// and its radius, which is 0 for a mesh without triangles.
     pub fn bounds(&self) -> ([f64; 3], f64) {
         let used =
             || self.triangles.iter().flatten().map(|&vertex| self.positions[vertex as usize].map(f64::from));

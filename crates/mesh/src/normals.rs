@@ -1,4 +1,4 @@
-//! Normals that a file leaves out, or leaves without a length.
+//! Normals that are missing in a file, or have length 0.
 
 use glam::{DVec3, Vec3};
 
@@ -6,9 +6,9 @@ pub(crate) fn double(v: [f32; 3]) -> DVec3 {
     Vec3::from(v).as_dvec3()
 }
 
-/// The vector of length 1 in this direction; `None` where it has no length.
+/// The vector of length 1 in this direction; `None` if its length is 0.
 pub(crate) fn unit(v: DVec3) -> Option<[f32; 3]> {
-    // In doubles no length of floats is lost or infinite.
+    // In f64 the length of a vector of f32 neither underflows nor overflows.
     v.try_normalize().map(|unit| unit.as_vec3().to_array())
 }
 
@@ -18,13 +18,13 @@ fn area(positions: &[[f32; 3]], corners: [u32; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// The normal of each triangle, for each of its three corners; +Z where it has no area.
+/// The normal of each triangle, for each of its three corners; +Z if it has no area.
 pub(crate) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let of = |&corners: &[u32; 3]| unit(area(positions, corners)).unwrap_or([0.0, 0.0, 1.0]);
     triangles.iter().flat_map(|corners| [of(corners); 3]).collect()
 }
 
-/// Makes all normals of length 1. One without a length becomes the mean of the triangles around its vertex, weighted by
+/// Normalises all normals. One of length 0 becomes the mean of the triangles around its vertex, weighted by
 /// area, or +Z.
 pub(crate) fn unit_normals(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
     let lost: Vec<bool> = normals.iter().map(|&normal| unit(double(normal)).is_none()).collect();

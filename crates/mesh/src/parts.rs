@@ -1,16 +1,15 @@
-//! A mesh as a file has it, and its completion.
+//! The parts of a mesh in a file, and their completion to a mesh.
 
 use glam::{DAffine3, DMat3};
 
-use crate::mesh::{List, check};
+use crate::mesh::{List, Mesh, MeshError, check};
 use crate::normals::{double, flat_normals, unit_normals};
 use crate::tangents::{by_coordinates, unit_tangents, without_coordinates};
-use crate::{Mesh, MeshError};
 
-/// What a file holds of a mesh: each list that is there has one entry for every vertex.
+/// The parts of a mesh in a file: each list that is given has one entry for every vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
-    /// Where the vertices are.
+    /// The positions of the vertices.
     pub positions: Vec<[f32; 3]>,
     /// Normals, of any length.
     pub normals: Option<Vec<[f32; 3]>>,
@@ -18,20 +17,22 @@ pub struct Parts {
     pub tangents: Option<Vec<[f32; 4]>>,
     /// Texture coordinates, v downward.
     pub coordinates: Option<Vec<[f32; 2]>>,
-    /// The vertices of each triangle, counter-clockwise from outside.
+    /// The vertices of each triangle, counter-clockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Parts {
-    /// The whole mesh, as the glTF 2.0 specification (section 3.7.2.1) wants it.
+    /// The complete mesh, by the rules of the glTF 2.0 specification (section 3.7.2.1).
     ///
-    /// - Without normals every triangle is flat: it gets three vertices of its own, and tangents of the file are
-    ///   ignored. A normal of no length is the mean of the triangles around its vertex, by area.
-    /// - Without tangents, MikkTSpace makes them of the coordinates; where a vertex has several, it becomes several.
-    ///   Without coordinates, or where they say nothing, the tangent is Z x N, toward the east; X at a pole. Tangents
-    ///   of a file are put at right angles to the normals.
+    /// - Without normals every triangle is flat: it gets three vertices of its own, and the tangents of the
+    ///   file are ignored. A normal of length 0 becomes the mean of the triangles around its vertex, weighted
+    ///   by area.
+    /// - Without tangents, MikkTSpace computes them from the coordinates; a vertex with several tangents
+    ///   becomes several vertices. Without coordinates, or if they are degenerate, the tangent is Z x N,
+    ///   toward the east, or X at a pole. Tangents of a file are made orthogonal to the normals.
     ///
-    /// Triangles keep their number and order; those without area are kept, and give nothing to their neighbours.
+    /// Triangles keep their number and order; those without area are kept too, and do not contribute to their
+    /// neighbours.
     ///
     /// # Errors
     /// As [`Mesh::new`].
@@ -71,11 +72,12 @@ impl Parts {
         Ok(Mesh::from_complete(positions, normals, tangents, coordinates, triangles))
     }
 
-    /// The same parts with each vertex elsewhere, by a map of its own: positions by the map, normals at right angles to
-    /// the surface, tangents along it.
+    /// The same parts with each vertex transformed by a map of its own: normals stay orthogonal to the
+    /// surface, tangents stay along it.
     ///
-    /// A map that mirrors turns signs of bitangents and the triangles that begin with the vertex around, so that outside
-    /// stays outside. One that flattens leaves what normals and tangents it can.
+    /// A map that mirrors inverts the signs of bitangents and the orientation of the triangles that begin
+    /// with the vertex, so that the outside stays outside. A map that flattens may leave normals and tangents
+    /// of length 0.
     #[must_use]
     pub fn posed(mut self, map: impl Fn(usize) -> DAffine3) -> Self {
         let mut mirrored = Vec::with_capacity(self.positions.len());
@@ -85,7 +87,8 @@ impl Parts {
             let mirrors = linear.determinant() < 0.0;
             *position = map.transform_point3(double(*position)).as_vec3().to_array();
             if let Some(normal) = self.normals.as_mut().and_then(|normals| normals.get_mut(vertex)) {
-                // The cofactors are the inverse transpose times the determinant, and exist without an inverse.
+                // The cofactors are the inverse transpose times the determinant; they exist without an
+                // inverse.
                 let DMat3 { x_axis, y_axis, z_axis } = linear;
                 let cofactors =
                     DMat3::from_cols(y_axis.cross(z_axis), z_axis.cross(x_axis), x_axis.cross(y_axis));
@@ -108,16 +111,37 @@ impl Parts {
     }
 
     fn check(&self) -> Result<(), MeshError> {
-        // At most every corner becomes a vertex of its own beside those that are there.
+        // In the worst case every corner becomes an additional vertex.
         let most = self.triangles.len().saturating_mul(3).saturating_add(self.positions.len());
         if u32::try_from(most).is_err() {
-            return Err(MeshError(format!("{most} vertices are more than 32 bits count")));
+            return Err(MeshError(format!("{most} vertices are more than 32 bits can count")));
         }
         let mut lists = vec![List::of("positions", &self.positions)];
         lists.extend(self.normals.as_deref().map(|normals| List::of("normals", normals)));
         lists.extend(self.tangents.as_deref().map(|tangents| List::of("tangents", tangents)));
         lists.extend(self.coordinates.as_deref().map(|pairs| List::of("coordinates", pairs)));
         check(self.positions.len(), &lists, &self.triangles)
+    }
+}
+
+impl Mesh {
+    /// The mesh transformed by an affine map: normals stay orthogonal to the surface, tangents stay along it.
+    ///
+    /// A map that mirrors inverts the orientation of triangles and the signs of bitangents, so that the
+    /// outside stays outside. After a map that flattens, normals and tangents of length 0 are replaced as by
+    /// [`Parts::complete`].
+    ///
+    /// # Errors
+    /// If a position becomes too large.
+    pub fn transformed(&self, place: &DAffine3) -> Result<Self, MeshError> {
+        let parts = Parts {
+            positions: self.positions().to_vec(),
+            normals: Some(self.normals().to_vec()),
+            tangents: Some(self.tangents().to_vec()),
+            coordinates: self.coordinates().map(<[_]>::to_vec),
+            triangles: self.triangles().to_vec(),
+        };
+        parts.posed(|_| *place).complete()
     }
 }
 
@@ -129,7 +153,8 @@ mod tests {
     use super::*;
     use crate::{SHAPES, shape};
 
-    /// Two triangles of a square in the plane z = 0, seen from above, and what stands on it at (x, y).
+    /// Two triangles of a square in the plane z = 0, seen from above, with the coordinate u(x) at its
+    /// vertices.
     fn square(u: impl Fn(f32) -> f32) -> Parts {
         let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
         Parts {
@@ -149,9 +174,9 @@ mod tests {
         }
     }
 
-    /// MikkTSpace knows nothing of the formulas that made these shapes. Facets turn their derivatives by half an angle
-    /// of the grid at most; a pole's vertices see one triangle each. The knot's tangents lead along the tube, while
-    /// its coordinates wind around it, most where it bends inward.
+    /// MikkTSpace does not know the formulas of these shapes. Facets turn their derivatives by at most half
+    /// an angle of the grid; each vertex at a pole belongs to one triangle. The knot's tangents lead along
+    /// the tube, while its coordinates wind around it, most where it bends inward.
     #[test]
     fn tangents_made_of_coordinates_are_those_of_the_formulas() {
         for name in SHAPES {
@@ -268,7 +293,8 @@ mod tests {
         assert_eq!(mesh.tangents(), [[0.0, 1.0, 0.0, -1.0], east, east, east]);
     }
 
-    /// MikkTSpace's time is quadratic in the triangles around one vertex, and its recursion as deep.
+    /// MikkTSpace's time is quadratic in the number of triangles around one vertex, and its recursion is as
+    /// deep as that number.
     #[test]
     fn a_fan_of_many_triangles_is_done_without_mikktspace() {
         let rim = 200_000_u32;
@@ -298,19 +324,19 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_before_anything_is_computed() {
-        let faulty = |change: fn(&mut Parts)| {
+    fn errors_are_reported_before_anything_is_computed() {
+        let error = |change: fn(&mut Parts)| {
             let mut parts = square(|x| x);
             change(&mut parts);
             parts.complete().unwrap_err().to_string()
         };
-        assert_eq!(faulty(|parts| parts.coordinates = Some(vec![])), "0 coordinates for 4 positions");
+        assert_eq!(error(|parts| parts.coordinates = Some(vec![])), "0 coordinates for 4 positions");
         assert_eq!(
-            faulty(|parts| parts.triangles[1][2] = 4),
+            error(|parts| parts.triangles[1][2] = 4),
             "triangle 1 has corners [0, 2, 4], and there are 4 vertices"
         );
         assert_eq!(
-            faulty(|parts| parts.normals.as_mut().unwrap()[3][1] = f32::NAN),
+            error(|parts| parts.normals.as_mut().unwrap()[3][1] = f32::NAN),
             "the normals of vertex 3 hold a number that is not finite"
         );
     }
@@ -326,7 +352,7 @@ mod tests {
             let gradient = (Vec3::from(*position).as_dvec3() / (scales * scales)).normalize().as_vec3();
             assert!((gradient - Vec3::from(*normal)).length() < 1e-5, "{gradient} {normal:?}");
         }
-        // Mirrored: outside stays outside, and so do pictures on it turn their side.
+        // Mirrored: the outside stays outside, and pictures on the surface are mirrored.
         for &[a, b, c] in mesh.triangles() {
             let [at, right, up] = [a, b, c].map(|k| Vec3::from(mesh.positions()[k as usize]));
             assert!((right - at).cross(up - at).dot(Vec3::from(mesh.normals()[a as usize])) > 0.0);

@@ -1,9 +1,9 @@
-//! The shapes that Specula has by itself, with analytic normals and tangents.
+//! The built-in shapes, with analytic normals and tangents.
 //!
-//! Each is a grid of vertices over texture coordinates: u runs along the columns to the right, v along the rows downward
-//! as seen from outside, as glTF has them, so that a picture on the surface is not mirrored and the bitangent N x T
-//! points up the picture: the fourth number of each tangent is +1. Where a surface closes, the last column repeats the
-//! first with the same positions and another u, so that nothing shows through.
+//! Each is a grid of vertices over texture coordinates: u runs along the columns to the right, v along the
+//! rows downward as seen from outside, as in glTF, so that a picture on the surface is not mirrored and the
+//! bitangent N x T points up the picture: the fourth number of each tangent is +1. If a surface is closed,
+//! the last column repeats the first with the same positions and another u, so that there is no gap.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,12 +14,13 @@ use crate::Mesh;
 /// The names of the shapes that [`shape`] makes.
 pub const SHAPES: [&str; 3] = ["sphere", "torus-knot", "plane"];
 
-/// The shape of a name in [`SHAPES`].
+/// The shape with a name in [`SHAPES`].
 ///
-/// - `sphere`: radius 1 about the origin, poles on Z, tangents toward growing phi (east). At 1080 rows its outline is
-///   nowhere farther than a tenth of a pixel from the circle.
-/// - `torus-knot`: a trefoil in the ball of radius 1 about the origin: a tube of radius 0.16 that winds thrice around a
-///   torus of radii 0.58 and 0.26 while it goes twice around its axis, X. Tangents run along the tube.
+/// - `sphere`: radius 1 about the origin, poles on Z, tangents toward growing phi (east). In a picture of
+///   1080 rows its outline is everywhere within a tenth of a pixel of the circle.
+/// - `torus-knot`: a trefoil in the ball of radius 1 about the origin: a tube of radius 0.16 that winds three
+///   times around a torus of radii 0.58 and 0.26 while it goes twice around its axis, X. Tangents run along
+///   the tube.
 /// - `plane`: the square of side 2 about the origin at z = 0, seen from above; its tangents are +X.
 pub fn shape(name: &str) -> Option<Mesh> {
     match name {
@@ -45,8 +46,8 @@ fn sphere(columns: usize, rows: usize) -> Mesh {
     })
 }
 
-/// The tube's frame is that of the torus which the knot lies on: its normal is everywhere at a right angle to the knot,
-/// and comes back to itself where the knot closes.
+/// The tube's frame is that of the torus which the knot lies on: its normal is orthogonal to the knot
+/// everywhere, and is continuous where the knot closes.
 fn torus_knot(columns: usize, rows: usize) -> Mesh {
     let (about, around, tube) = (0.58, 0.26, 0.16);
     let (turns, windings) = (2.0, 3.0);
@@ -84,7 +85,7 @@ struct Point {
     tangent: DVec3,
 }
 
-/// Squares of two triangles each.
+/// A grid of squares of two triangles each.
 struct Grid {
     columns: usize,
     rows: usize,
@@ -151,7 +152,8 @@ mod tests {
         assert_eq!(shape("teapot"), None);
     }
 
-    /// Each edge of a closed surface is passed once in either direction, whatever vertex stands for a position.
+    /// Each edge of a closed surface occurs once in either direction, if vertices at the same position count
+    /// as one.
     #[test]
     fn sphere_and_knot_are_watertight() {
         for (name, mesh) in all().filter(|(name, _)| *name != "plane") {
@@ -209,7 +211,8 @@ mod tests {
         }
     }
 
-    /// The middle of an edge lies nearer to the centre by 1 - cos(half its angle); 540 pixels are the radius at 1080 rows.
+    /// The middle of an edge lies nearer to the centre by 1 - cos(half its angle); 540 pixels are the radius
+    /// at 1080 rows.
     #[test]
     fn the_spheres_outline_is_round_to_a_tenth_of_a_pixel() {
         let mesh = shape("sphere").unwrap();

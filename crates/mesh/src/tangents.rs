@@ -1,8 +1,9 @@
-//! Tangents that a file leaves out: MikkTSpace where there are coordinates.
+//! Tangents that are missing in a file: by MikkTSpace if there are coordinates.
 //!
-//! Morten Mikkelsen, *Simulation of Wrinkled Surfaces Revisited* (2008), which glTF asks for: each triangle's derivative of
-//! position by u, summed over the triangles around a vertex that are on one side of the picture, weighted by angle. Coordinates
-//! run downward in v, as in glTF files; the bitangent N x T times the sign points up the picture.
+//! Morten Mikkelsen, *Simulation of Wrinkled Surfaces Revisited* (2008), which glTF requires: the derivative
+//! of position by u of each triangle, summed over the triangles around a vertex that show the picture with
+//! the same orientation, weighted by angle. Coordinates run downward in v, as in glTF files; the bitangent N
+//! x T times the sign points up the picture.
 
 use std::collections::HashMap;
 
@@ -11,11 +12,11 @@ use glam::DVec3;
 
 use crate::normals::{double, unit};
 
-/// The most triangles around a vertex for which MikkTSpace is asked: its time grows with the square of it, and its
-/// stack with it. A mesh that has more gets tangents as one without coordinates.
+/// The most triangles around a vertex for which MikkTSpace is used: its time is quadratic in their number,
+/// and its stack linear. A mesh with more gets tangents as if it had no coordinates.
 const MOST_AROUND: u32 = 1024;
 
-/// The tangent where nothing gives one: Z x N, toward the east; X at a pole.
+/// The default tangent: Z x N, toward the east, or X at a pole.
 fn east(normal: [f32; 3]) -> [f32; 4] {
     let toward = DVec3::Z.cross(double(normal));
     let found = unit(toward).filter(|_| toward.length_squared() > 1e-14);
@@ -23,18 +24,18 @@ fn east(normal: [f32; 3]) -> [f32; 4] {
     [x, y, z, 1.0]
 }
 
-/// A tangent of length 1 at a right angle to the normal.
+/// The tangent of length 1, orthogonal to the normal.
 fn beside(normal: [f32; 3], [x, y, z, sign]: [f32; 4]) -> [f32; 4] {
     let (up, tangent) = (double(normal), double([x, y, z]));
     let level = tangent - up * (up.dot(tangent) / up.length_squared());
-    // What is left of a tangent along the normal is rounding.
+    // If the tangent lies along the normal, the rest is rounding.
     match unit(level).filter(|_| level.length() > 1e-4 * tangent.length()) {
         Some([x, y, z]) => [x, y, z, if sign < 0.0 { -1.0 } else { 1.0 }],
         None => east(normal),
     }
 }
 
-/// Tangents of a file, made of length 1 and at right angles to the normals.
+/// The tangents of a file, normalised and orthogonal to the normals.
 pub(crate) fn unit_tangents(tangents: &[[f32; 4]], normals: &[[f32; 3]]) -> Vec<[f32; 4]> {
     tangents.iter().zip(normals).map(|(&tangent, &normal)| beside(normal, tangent)).collect()
 }
@@ -44,11 +45,11 @@ pub(crate) fn without_coordinates(normals: &[[f32; 3]]) -> Vec<[f32; 4]> {
     normals.iter().map(|&normal| east(normal)).collect()
 }
 
-/// Tangents by coordinates, and the vertices that they need.
+/// Tangents from coordinates, and the additional vertices that they need.
 pub(crate) struct Made {
-    /// For each vertex, those of `copied` after the others.
+    /// One for each vertex; those of `copied` follow the others.
     pub(crate) tangents: Vec<[f32; 4]>,
-    /// The vertices of which there must be another.
+    /// The vertices that must be duplicated.
     pub(crate) copied: Vec<u32>,
     /// The triangles over all vertices.
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -61,7 +62,7 @@ pub(crate) fn by_coordinates(
     coordinates: &[[f32; 2]],
     triangles: &[[u32; 3]],
 ) -> Made {
-    // A triangle without extent has no derivative, and costs MikkTSpace a search through all others.
+    // A degenerate triangle has no derivative, and makes MikkTSpace search all other triangles.
     let extended = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|vertex| positions[vertex as usize]);
         a != b && b != c && c != a
@@ -105,7 +106,7 @@ pub(crate) fn by_coordinates(
     }
 }
 
-/// What MikkTSpace asks about.
+/// The geometry for MikkTSpace.
 struct Surface<'a> {
     positions: &'a [[f32; 3]],
     normals: &'a [[f32; 3]],
@@ -122,7 +123,7 @@ impl Surface<'_> {
         self.triangles[self.faces[face]][corner] as usize
     }
 
-    /// The most corners at vertices that MikkTSpace takes for one: those of the same numbers.
+    /// The most corners at a vertex, if vertices with equal values count as one, as in MikkTSpace.
     fn most_around(&self) -> u32 {
         let mut corners = HashMap::new();
         for &vertex in self.faces.iter().flat_map(|&face| &self.triangles[face]) {
@@ -153,7 +154,7 @@ impl Geometry for Surface<'_> {
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        // MikkTSpace has v upward.
+        // In MikkTSpace v points upward.
         let [u, v] = self.coordinates[self.vertex(face, corner)];
         [u, -v]
     }

@@ -2,8 +2,8 @@
 //!
 //! As seen from inside: the image centre looks along +Z_file, up is +Y_file, image right is -X_file (see
 //! [`crate::to_file`]). In coordinates (a, b) of the unit disk, a to the right and b up, a direction at the
-//! angle t from +Z_file has radius r = t / pi. From dw = sin(t) dt dpsi and dA = r dr dpsi,
-//! dw = pi sin(pi r) / r dA. The rim is one direction, -Z_file.
+//! angle t from +Z_file has radius r = t / pi. From dw = sin(t) dt dpsi and dA = r dr dpsi, dw = pi sin(pi r)
+//! / r dA. The whole rim is one direction, -Z_file.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,8 @@ use glam::DVec3;
 
 use crate::{Direction, from_file, to_file};
 
-/// An angular map of `edge` x `edge` texels; only texels whose centre is in the inscribed disk have a direction.
+/// An angular map of `edge` x `edge` texels; only texels whose centre is in the inscribed disk have a
+/// direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AngularProbe {
     /// Texels along an edge of the square image.
@@ -56,10 +57,11 @@ impl AngularProbe {
         ((a + 1.0) * half - 0.5, (1.0 - b) * half - 0.5)
     }
 
-    /// The solid angle of the part of a texel that lies in the disk, in steradians; together they make 4 pi.
+    /// The solid angle of the part of a texel that lies in the disk, in steradians. The sum over all texels
+    /// is 4 pi.
     ///
-    /// Inside, four Gauss points, whose error falls as edge^-4. On the rim, where the density of solid angle
-    /// goes to 0, midpoints of a 16 x 16 grid.
+    /// Texels inside the disk are integrated with four Gauss points, whose error falls as edge^-4; texels on
+    /// the rim, where the density of solid angle goes to 0, with the midpoints of a 16 x 16 grid.
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let half = self.edge as f64 / 2.0;
         let (a, b) = ((column as f64 + 0.5) / half - 1.0, (row as f64 + 0.5) / half - 1.0);
@@ -103,8 +105,8 @@ mod tests {
         for edge in [1, 2, 7, 64, 301] {
             let probe = AngularProbe { edge };
             let sum: f64 = (0..edge * edge).map(|texel| probe.solid_angle(texel / edge, texel % edge)).sum();
-            // The rim's midpoints see it to 1/16 of a texel, where the density has fallen to about
-            // pi^2 x 2 / edge: the error is far below 2 pi pi^2 (2 / edge)^2 / 16.
+            // The midpoints resolve the rim to 1/16 of a texel, where the density has fallen to about pi^2 x
+            // 2 / edge: the error is far below 2 pi pi^2 (2 / edge)^2 / 16.
             let bound = 2.0 * PI * PI * PI * (2.0 / edge as f64).powi(2) / 16.0;
             assert!((sum - 4.0 * PI).abs() < bound.min(0.2), "{edge}: {sum}");
         }

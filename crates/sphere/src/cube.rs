@@ -1,7 +1,7 @@
 //! The cube map: six faces in the order and orientation of KTX2, Vulkan, GL and D3D.
 //!
-//! Cube coordinates c come from [`crate::to_cube`]. A face's image has row 0 at the top (t = 0) and
-//! looks unmirrored from inside the cube.
+//! Cube coordinates c come from [`crate::to_cube`]. A face's image has row 0 at the top (t = 0) and is
+//! unmirrored from inside the cube.
 
 use glam::DVec3;
 
@@ -61,7 +61,7 @@ impl Cube {
         6 * self.edge * self.edge
     }
 
-    /// Whether the cube has no texel.
+    /// Whether the cube has no texels.
     pub const fn is_empty(self) -> bool {
         self.edge == 0
     }
@@ -102,7 +102,7 @@ impl Cube {
         (face, (sc / ma + 1.0) / 2.0, (tc / ma + 1.0) / 2.0)
     }
 
-    /// The solid angle of a texel of any face, in steradians; all texels together make 4 pi.
+    /// The solid angle of a texel of any face, in steradians. The sum over all texels is 4 pi.
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let edge = self.edge as f64;
         let corner = |x: f64, y: f64| (x * y).atan2((x * x + y * y + 1.0).sqrt());

@@ -16,7 +16,7 @@ impl Direction {
     /// +Z: up, the polar axis.
     pub const Z: Self = Self(DVec3::Z);
 
-    /// The direction of `v`, or `None` where `v` is zero or not finite.
+    /// The direction of `v`, or `None` if `v` is zero or not finite.
     pub fn new(v: DVec3) -> Option<Self> {
         v.try_normalize().map(Self)
     }
@@ -24,15 +24,15 @@ impl Direction {
     /// The direction of a vector that is known to be neither zero nor infinite.
     ///
     /// # Panics
-    /// In debug builds, where `v` cannot be normalised.
+    /// In debug builds, if `v` cannot be normalised.
     pub fn normalised(v: DVec3) -> Self {
         Self(v.normalize())
     }
 
-    /// The direction of a vector that has length 1 to rounding, taken as it is.
+    /// The direction of a vector whose length is 1 up to rounding, without normalising it.
     ///
     /// # Panics
-    /// In debug builds, where the length is not 1 within 1e-6.
+    /// In debug builds, if the length is not 1 within 1e-6.
     pub fn from_unit(v: DVec3) -> Self {
         debug_assert!((v.length_squared() - 1.0).abs() < 2e-6, "not a unit vector: {v}");
         Self(v)

@@ -27,7 +27,7 @@ impl LatLong {
         self.width * self.height
     }
 
-    /// Whether the grid has no texel.
+    /// Whether the grid has no texels.
     pub const fn is_empty(self) -> bool {
         self.len() == 0
     }
@@ -62,7 +62,7 @@ impl LatLong {
         (u * self.width as f64 - 0.5, v * self.height as f64 - 0.5)
     }
 
-    /// The solid angle of one texel of a row, in steradians; all texels together make 4 pi.
+    /// The solid angle of one texel of a row, in steradians. The sum over all texels is 4 pi.
     pub fn solid_angle(self, row: usize) -> f64 {
         let top = PI * row as f64 / self.height as f64;
         let bottom = PI * (row + 1) as f64 / self.height as f64;

@@ -1,7 +1,7 @@
 //! Directions, frames and the mappings between a sphere and an image.
 //!
-//! This crate is the one owner of every convention in `CONVENTIONS.md`: no other crate flips an axis or
-//! decides where a pixel centre lies.
+//! This crate alone defines the conventions in `CONVENTIONS.md`: no other crate flips an axis or decides
+//! where a pixel centre lies.
 
 mod angular_probe;
 mod cube;

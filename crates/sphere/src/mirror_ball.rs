@@ -1,16 +1,16 @@
 //! The mirror ball: a distant photograph of a reflecting sphere.
 //!
-//! The image centre shows +Z_file (the camera's side), up is +Y_file, image right is +X_file: a reflection
-//! is mirrored. In coordinates (a, b) of the unit disk, a to the right and b up, a direction at the angle t
-//! from +Z_file has radius r = sin(t / 2). From dr = cos(t / 2) / 2 dt and sin(t) = 2 r cos(t / 2),
-//! dw = sin(t) dt dpsi = 4 r dr dpsi: the map keeps areas. The rim is one direction, -Z_file.
+//! The image centre shows +Z_file (the camera's side), up is +Y_file, image right is +X_file: a reflection is
+//! mirrored. In coordinates (a, b) of the unit disk, a to the right and b up, a direction at the angle t from
+//! +Z_file has radius r = sin(t / 2). From dr = cos(t / 2) / 2 dt and sin(t) = 2 r cos(t / 2), dw = sin(t) dt
+//! dpsi = 4 r dr dpsi: the map preserves areas. The whole rim is one direction, -Z_file.
 
 use glam::DVec3;
 
 use crate::{Direction, from_file, to_file};
 
-/// A mirror ball that fills an image of `edge` x `edge` texels; only texels whose centre is in the
-/// inscribed disk have a direction.
+/// A mirror ball that fills an image of `edge` x `edge` texels; only texels whose centre is in the inscribed
+/// disk have a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MirrorBall {
     /// Texels along an edge of the square image.
@@ -58,7 +58,7 @@ impl MirrorBall {
     }
 
     /// The solid angle of the part of a texel that lies in the disk, in steradians: four times its area in
-    /// the unit disk, exactly; together they make 4 pi.
+    /// the unit disk, exactly. The sum over all texels is 4 pi.
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let at = |k: usize| 2.0 * k as f64 / self.edge as f64 - 1.0;
         let (x0, x1, y0, y1) = (at(column), at(column + 1), at(row), at(row + 1));
@@ -67,7 +67,8 @@ impl MirrorBall {
     }
 }
 
-/// The area that the unit disk shares with the rectangle from the centre to (x, y), |x| and |y| <= 1; odd in both.
+/// The area that the unit disk shares with the rectangle from the centre to (x, y), |x| and |y| <= 1; odd in
+/// both.
 fn corner(x: f64, y: f64) -> f64 {
     let (width, height) = (x.abs().min(1.0), y.abs().min(1.0));
     let area = if width * width + height * height <= 1.0 {
@@ -116,7 +117,8 @@ mod tests {
             let direction = Direction::from_angles(theta, phi);
             let (x, y) = ball.position(direction);
             if let Some(back) = ball.direction_at(x, y) {
-                // Near -Z_file r = 1 - s^2 / 8, so that s is known to the square root of rounding there.
+                // Near -Z_file r = 1 - s^2 / 8, so that s is accurate only to the square root of the rounding
+                // there.
                 let tolerance = if direction.vector().x < -0.999 { 1e-7 } else { 1e-12 };
                 prop_assert!((back.vector() - direction.vector()).length() < tolerance);
             }

@@ -3,7 +3,7 @@
 //! Faces are cut along the file's axes (+X -X +Y -Y +Z -Z of [`crate::to_file`], from the top), and texels
 //! are nodes: the outer ones lie on the edges of the cube, so that neighbouring faces repeat them.
 //! Definition: `CubeMap::direction`, `pixelPosition` and `faceAndPixelPosition` in `ImfEnvmap.cpp` of
-//! OpenEXR. Written out for (a, b) in [-1, 1], a to the right and b down in the image, they say
+//! OpenEXR. Written out for (a, b) in [-1, 1], a to the right and b down in the image, they are:
 //!
 //! | face | file direction | seen from inside |
 //! | --- | --- | --- |
@@ -14,8 +14,8 @@
 //! | +Z | (-a, -b, 1) | up is +Y, right is -X |
 //! | -Z | (a, -b, -1) | up is +Y, right is +X |
 //!
-//! Each is unmirrored from inside. Against [`crate::Cube`] the axes differ (its cube X is -X_file), so that
-//! its +X face is here the -X face, and both polar faces are turned by half a turn.
+//! Each face is unmirrored from inside. The axes differ from those of [`crate::Cube`] (its cube X is
+//! -X_file), so that its +X face is the -X face here, and both polar faces are turned by half a turn.
 
 use glam::DVec3;
 
@@ -68,7 +68,8 @@ impl OpenExrCube {
         (face, (a + 1.0) / 2.0 * last, (b + 1.0) / 2.0 * last)
     }
 
-    /// The solid angle of the part of its face that is nearest to a texel, in steradians; all together make 4 pi.
+    /// The solid angle of the part of its face that is nearest to a texel, in steradians. The sum over all
+    /// texels is 4 pi.
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let last = (self.edge - 1) as f64;
         let cut = |k: f64| (2.0 * k / last - 1.0).clamp(-1.0, 1.0);

@@ -1,9 +1,9 @@
 //! The lat-long map of OpenEXR's `envmap` attribute.
 //!
-//! It looks where [`crate::LatLong`] looks (image centre +Z_file = +X, left quarter +X_file = +Y), but its
-//! texels are nodes, not cells: the first and last rows lie on the poles, and the last column repeats the
-//! first. Definition: `LatLongMap::direction` and `pixelPosition` in `ImfEnvmap.cpp` of OpenEXR:
-//! latitude = pi (0.5 - row / (height - 1)), longitude = 2 pi (0.5 - column / (width - 1)).
+//! It has the orientation of [`crate::LatLong`] (image centre +Z_file = +X, left quarter +X_file = +Y), but
+//! its texels are nodes, not cells: the first and last rows lie on the poles, and the last column repeats the
+//! first. Definition: `LatLongMap::direction` and `pixelPosition` in `ImfEnvmap.cpp` of OpenEXR: latitude =
+//! pi (0.5 - row / (height - 1)), longitude = 2 pi (0.5 - column / (width - 1)).
 
 use std::f64::consts::{PI, TAU};
 
@@ -41,8 +41,8 @@ impl OpenExrLatLong {
         (u * (self.width - 1) as f64, v * (self.height - 1) as f64)
     }
 
-    /// The solid angle of the cell around a texel, cut at the poles and the seam, in steradians; all cells
-    /// together make 4 pi.
+    /// The solid angle of the cell around a texel, cut at the poles and the seam, in steradians. The sum over
+    /// all cells is 4 pi.
     pub fn solid_angle(self, row: usize, column: usize) -> f64 {
         let step = PI / (self.height - 1) as f64;
         let top = step * (row as f64 - 0.5).max(0.0);

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat};
 
 use crate::Direction;
 
-/// An active, right-handed rotation: it takes a direction w to R w, and a function f to f(R^-1 w).
+/// An active, right-handed rotation: it maps a direction w to R w, and a function f(w) to f(R^-1 w).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation(DQuat);
 
@@ -20,7 +20,7 @@ pub struct Zyz {
 }
 
 impl Rotation {
-    /// The rotation that moves nothing.
+    /// The identity.
     pub const IDENTITY: Self = Self(DQuat::IDENTITY);
 
     /// R = R_z(yaw) R_y(pitch) R_x(roll), in radians. A positive pitch lowers +X.
@@ -28,7 +28,7 @@ impl Rotation {
         Self(DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll))
     }
 
-    /// The rotation of a quaternion (x, y, z, w), normalised; `None` where it is zero or not finite.
+    /// The rotation of a quaternion (x, y, z, w), normalised; `None` if it is zero or not finite.
     pub fn from_quaternion(x: f64, y: f64, z: f64, w: f64) -> Option<Self> {
         let length = DQuat::from_xyzw(x, y, z, w).length();
         (length.is_finite() && length > 0.0)
@@ -44,7 +44,7 @@ impl Rotation {
         )
     }
 
-    /// The ZYZ angles of this rotation; gamma is 0 where beta is 0 or pi.
+    /// The ZYZ angles of this rotation; gamma is 0 if beta is 0 or pi.
     pub fn zyz(self) -> Zyz {
         // q = (sin(b/2) sin((g-a)/2), sin(b/2) cos((g-a)/2), cos(b/2) sin((a+g)/2), cos(b/2) cos((a+g)/2))
         let q = self.0;
@@ -66,7 +66,7 @@ impl Rotation {
         Direction::normalised(self.0 * direction.vector())
     }
 
-    /// The rotation that undoes this one.
+    /// The inverse rotation.
     pub fn inverse(self) -> Self {
         Self(self.0.conjugate())
     }

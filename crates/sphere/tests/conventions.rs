@@ -1,4 +1,4 @@
-//! One test per line of `CONVENTIONS.md` that belongs to this crate. The names are cited there.
+//! The tests of this crate that `CONVENTIONS.md` names.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_4, PI, TAU};
 
@@ -14,7 +14,7 @@ fn file(x: f64, y: f64, z: f64) -> Direction {
 
 #[track_caller]
 fn assert_looks(found: Direction, expected: Direction) {
-    // All vectors here are made of a few exact or correctly rounded operations.
+    // All vectors here come from a few exact or correctly rounded operations.
     assert!((found.vector() - expected.vector()).length() < 1e-14, "{found:?} is not {expected:?}");
 }
 
@@ -171,7 +171,7 @@ fn mirror_ball_is_mirrored() {
     assert_looks(ball.direction_at(3.5, 3.5 - quarter).unwrap(), file(0.0, 1.0, 0.0));
     assert_looks(ball.direction_at(3.5, 3.5 - 2.0).unwrap(), file(0.0, FRAC_PI_3.sin(), FRAC_PI_3.cos()));
     assert_looks(ball.direction_at(7.5, 3.5).unwrap(), file(0.0, 0.0, -1.0));
-    // It keeps areas: every texel inside has 4 (2 / edge)^2.
+    // It preserves areas: every texel inside has 4 (2 / edge)^2.
     assert!((ball.solid_angle(3, 4) - 0.25).abs() < 1e-15);
 }
 
@@ -230,7 +230,7 @@ fn cube_faces_look_unmirrored_from_inside() {
         let (right, up) = (at(1.0, 0.5) - at(0.0, 0.5), at(0.5, 0.0) - at(0.5, 1.0));
         assert!((forward.cross(up).normalize() - right.normalize()).length() < 1e-15, "{face:?}");
     }
-    // And a lat-long image is unmirrored too: forward X, up Z, right -Y = X x Z.
+    // A lat-long image is unmirrored too: forward X, up Z, right -Y = X x Z.
     assert_eq!(DVec3::X.cross(DVec3::Z), -DVec3::Y);
 }
 

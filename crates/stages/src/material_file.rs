@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Shape, Value, Values};
+use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
 use containers::measured::{Format, read_with_notes};
 use engine::{
     Diagnostic, Diagnostics, Document, Entry, Failure, Parameter as _, Table, Value as Toml, ValueKind,
@@ -89,14 +89,14 @@ fn names() -> impl Iterator<Item = &'static str> {
     MODELS.iter().map(|model| model.name).chain([MEASURED, LAYERS])
 }
 
-/// What a value of this shape looks like, for messages and the manual.
-fn looks_like(shape: &Shape) -> String {
-    match shape {
-        Shape::Number(range) => range.words.to_owned(),
-        Shape::Colour(range) => {
+/// What a value of this type looks like, for messages and the manual.
+fn looks_like(value_type: &ValueType) -> String {
+    match value_type {
+        ValueType::Number(range) => range.words.to_owned(),
+        ValueType::Colour(range) => {
             format!("a colour: [red, green, blue] or one number for a grey, each {}", range.words)
         }
-        Shape::Records(parameters) => {
+        ValueType::Records(parameters) => {
             let names: Vec<_> = parameters.iter().map(|parameter| parameter.name).collect();
             format!("an array of tables {{ {} }}", names.join(", "))
         }
@@ -181,13 +181,14 @@ impl Reader<'_> {
         for parameter in parameters {
             let name = format!("{within}{}", parameter.name);
             let value = match table.get(parameter.name) {
-                Some(entry) => self.value(&parameter.shape, &entry.value, &name),
+                Some(entry) => self.value(&parameter.value_type, &entry.value, &name),
                 None => parameter.default(),
             };
             match value {
                 Some(value) => values.set(parameter.name, value),
                 None if parameter.absent == Absent::Required && table.get(parameter.name).is_none() => {
-                    let expected = format!("expected {} = {}", parameter.name, looks_like(&parameter.shape));
+                    let expected =
+                        format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
                     let fault = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
                     self.faults.push(fault.expected(expected));
                 }
@@ -198,13 +199,13 @@ impl Reader<'_> {
     }
 
     /// A value; `None` where that left a fault.
-    fn value(&mut self, shape: &Shape, value: &Toml, name: &str) -> Option<Value> {
-        match shape {
-            Shape::Number(range) => self.number(range, value, name).map(Value::Number),
-            Shape::Colour(range) => self.colour(range, value, name).map(Value::Colour),
-            Shape::Records(parameters) => {
+    fn value(&mut self, value_type: &ValueType, value: &Toml, name: &str) -> Option<Value> {
+        match value_type {
+            ValueType::Number(range) => self.number(range, value, name).map(Value::Number),
+            ValueType::Colour(range) => self.colour(range, value, name).map(Value::Colour),
+            ValueType::Records(parameters) => {
                 let ValueKind::Array(records) = &value.kind else {
-                    return self.refuse(is_not(value, &looks_like(shape)), name);
+                    return self.refuse(is_not(value, &looks_like(value_type)), name);
                 };
                 let mut all = Vec::new();
                 for (index, record) in records.iter().enumerate() {
@@ -233,7 +234,7 @@ impl Reader<'_> {
     }
 
     fn colour(&mut self, range: &brdf::Range, value: &Toml, name: &str) -> Option<[f64; 3]> {
-        let looks_like = || looks_like(&Shape::Colour(*range));
+        let looks_like = || looks_like(&ValueType::Colour(*range));
         match &value.kind {
             ValueKind::Array(channels) => match channels.as_slice() {
                 [red, green, blue] => {
@@ -417,19 +418,19 @@ mod tests {
 
     fn rows(parameters: &[Parameter], within: &str) -> Vec<String> {
         let row = |parameter: &Parameter| {
-            let looks_like = match parameter.shape {
-                Shape::Number(range) => range.words.to_owned(),
-                Shape::Colour(range) => format!("a colour, each {}", range.words),
-                Shape::Records(_) => looks_like(&parameter.shape),
+            let looks_like = match parameter.value_type {
+                ValueType::Number(range) => range.words.to_owned(),
+                ValueType::Colour(range) => format!("a colour, each {}", range.words),
+                ValueType::Records(_) => looks_like(&parameter.value_type),
             };
             let absent = match parameter.absent {
                 Absent::Required => "must be given".to_owned(),
                 Absent::Optional => "may be left out".to_owned(),
-                Absent::Is(value) => format!("default {value}"),
+                Absent::Default(value) => format!("default {value}"),
             };
             let (name, meaning) = (parameter.name, parameter.meaning);
             let mut rows = vec![format!("//! | `{within}{name}` | {looks_like}; {absent} | {meaning} |")];
-            if let Shape::Records(inner) = parameter.shape {
+            if let ValueType::Records(inner) = parameter.value_type {
                 rows.extend(self::rows(inner, &format!("{within}{name}.")));
             }
             rows

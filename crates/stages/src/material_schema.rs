@@ -2,7 +2,7 @@
 //!
 //! As the manifest's, it is never stricter than the parser, and says only what draft 7 says too.
 
-use brdf::{Absent, MODELS, ModelText, Parameter, Range, Shape};
+use brdf::{Absent, MODELS, ModelText, Parameter, Range, ValueType};
 use containers::measured::Format;
 use serde_json::{Map, Value, json};
 
@@ -45,21 +45,21 @@ fn of_parameters(parameters: &[Parameter]) -> (Map<String, Value>, Vec<&'static 
 }
 
 fn of_parameter(parameter: &Parameter) -> Value {
-    let mut schema = match parameter.shape {
-        Shape::Number(range) => number(&range),
-        Shape::Colour(range) => colour(&range),
-        Shape::Records(inner) => {
+    let mut schema = match parameter.value_type {
+        ValueType::Number(range) => number(&range),
+        ValueType::Colour(range) => colour(&range),
+        ValueType::Records(inner) => {
             let (properties, required) = of_parameters(inner);
             json!({ "type": "array", "items": object(parameter.meaning, properties, &required) })
         }
     };
-    let looks_like = match parameter.shape {
-        Shape::Number(range) => format!(": {}", range.words),
-        Shape::Colour(range) => format!(": a colour, each {}", range.words),
-        Shape::Records(_) => String::new(),
+    let looks_like = match parameter.value_type {
+        ValueType::Number(range) => format!(": {}", range.words),
+        ValueType::Colour(range) => format!(": a colour, each {}", range.words),
+        ValueType::Records(_) => String::new(),
     };
     schema["description"] = format!("{}{looks_like}.", capital(parameter.meaning)).into();
-    if let Absent::Is(value) = parameter.absent {
+    if let Absent::Default(value) = parameter.absent {
         schema["default"] = value.into();
     }
     schema

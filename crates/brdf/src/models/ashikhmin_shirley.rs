@@ -1,25 +1,29 @@
-//! `ashikhmin-shirley`: a highlight with Fresnel over a matte base that gets what the highlight leaves.
+//! `ashikhmin-shirley`: a highlight with Fresnel over a matte base, which reflects the light that the
+//! highlight does not.
 //!
-//! BRDF = rho_s + rho_d (Ashikhmin and Shirley, "An Anisotropic Phong BRDF Model", 2000, equations 2 to 5) with
+//! BRDF = rho_s + rho_d (Ashikhmin and Shirley, "An Anisotropic Phong BRDF Model", 2000, equations 2 to 5)
+//! with
 //!
-//! - rho_s = sqrt((e_x + 1) (e_y + 1)) / (8 pi) * (N.h)^((e_x h_x^2 + e_y h_y^2) / (1 - (N.h)^2)) / (L.h max(N.L, N.V)) * F,
-//! - F = specular + (1 - specular) (1 - L.h)^5, Schlick's share,
+//! - rho_s = sqrt((e_x + 1) (e_y + 1)) / (8 pi) * (N.h)^((e_x h_x^2 + e_y h_y^2) / (1 - (N.h)^2)) / (L.h
+//!   max(N.L, N.V)) * F,
+//! - F = specular + (1 - specular) (1 - L.h)^5, Schlick's approximation,
 //! - rho_d = 28 diffuse / (23 pi) * (1 - specular) (1 - (1 - N.L / 2)^5) (1 - (1 - N.V / 2)^5),
 //!
-//! and rho_hat = BRDF * max(0, cos(theta_i)). `specular` is the share at normal incidence; e_x is the exponent along the
-//! tangent (the surface's +X), e_y across it.
+//! and rho_hat = BRDF * max(0, cos(theta_i)). `specular` is the reflectance at normal incidence; e_x is the
+//! exponent along the tangent (the surface's +X), e_y across it.
 //!
-//! Where light and view are opposite, both at the horizon, the value has no bound; L.h is taken no less than 1e-3 there, which matters
-//! within 0.06 degrees of grazing.
+//! If light and view are opposite, both at the horizon, the value has no bound. L.h is limited to 1e-3 or
+//! more, which matters within 0.06 degrees of grazing.
 //!
-//! Reciprocal. With weights of 1 and less no view sees more light than falls on the surface.
+//! The model is reciprocal. With weights of 1 and less no view sees more light than falls on the surface.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
+use super::lobe::Lobe;
+use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, Range, Value, Values, WEIGHT};
 
 const EXPONENT: Parameter = Parameter::number(
@@ -27,21 +31,13 @@ const EXPONENT: Parameter = Parameter::number(
     "the sharpness of the highlight: the power of the half vector's cosine",
     POWER,
 );
-const EXPONENT_X: Parameter = Parameter::number(
-    "exponent_x",
-    "the sharpness along the tangent; `exponent` where it is left out",
-    POWER,
-)
-.optional();
-const EXPONENT_Y: Parameter = Parameter::number(
-    "exponent_y",
-    "the sharpness across the tangent; `exponent` where it is left out",
-    POWER,
-)
-.optional();
+const EXPONENT_X: Parameter =
+    Parameter::number("exponent_x", "the sharpness along the tangent; default `exponent`", POWER).optional();
+const EXPONENT_Y: Parameter =
+    Parameter::number("exponent_y", "the sharpness across the tangent; default `exponent`", POWER).optional();
 const DIFFUSE: Parameter =
     Parameter::colour("diffuse", "the share of the remaining light that the base reflects", WEIGHT).or(0.0);
-/// Past 1 Schlick's share would fall toward grazing and the base's would be negative.
+/// Above 1 the highlight would darken toward grazing, and the base would be negative.
 const SHARE: Parameter = Parameter::colour(
     "specular",
     "the share of light that the highlight reflects at normal incidence",
@@ -63,8 +59,8 @@ impl AshikhminShirley {
     /// A highlight of these exponents along and across the tangent, over a matte base; colours are RGB.
     ///
     /// # Errors
-    /// Where an exponent is not a number from 0 to 1e9, a channel of `diffuse` not one from 0 to 1e6, or one of `specular` not
-    /// one from 0 to 1.
+    /// If an exponent is not a number from 0 to 1e9, a channel of `diffuse` not one from 0 to 1e6, or one of
+    /// `specular` not one from 0 to 1.
     pub fn new(exponent: [f64; 2], diffuse: [f64; 3], specular: [f64; 3]) -> Result<Self, ParameterError> {
         if exponent[0] == exponent[1] {
             EXPONENT.checked(exponent[0])?;
@@ -104,7 +100,8 @@ impl Model for AshikhminShirley {
         let (light, view, facet) = (half.light, half.view, half.facet());
         let sum = half.sum;
         let across = sum.x * sum.x + sum.y * sum.y;
-        // h_x^2 / (1 - (N.h)^2) is the square of the azimuth's cosine; at the pole the power of 1 is 1.
+        // h_x^2 / (1 - (N.h)^2) is the square of the azimuth's cosine; at the pole every power of the cosine
+        // is 1.
         let power = if across > 0.0 { (e_x * sum.x * sum.x + e_y * sum.y * sum.y) / across } else { 0.0 };
         let lobe = ((e_x + 1.0) * (e_y + 1.0)).sqrt() / (8.0 * PI) * half.cos2().min(1.0).powf(0.5 * power);
         let lobe = lobe / facet.max(LEAST) * (light / light.max(view));
@@ -115,6 +112,18 @@ impl Model for AshikhminShirley {
             let (diffuse, specular) = (self.diffuse[channel], self.specular[channel]);
             lobe * (specular + (1.0 - specular) * grazing) + base * diffuse * (1.0 - specular)
         })
+    }
+
+    /// e_x / 2, e_y / 2, the factor of rho_s, specular (3), the factor of rho_d (3).
+    fn constants(&self) -> Vec<f64> {
+        let [x, y] = self.exponent;
+        let base = |channel: usize| self.diffuse[channel] * (1.0 - self.specular[channel]);
+        let base = [0, 1, 2].map(|channel| base(channel) * 28.0 / (23.0 * PI));
+        [&[0.5 * x, 0.5 * y, ((x + 1.0) * (y + 1.0)).sqrt() / (8.0 * PI)][..], &self.specular, &base].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets_of_powers(self.exponent), Lobe::Cosine]
     }
 
     fn is_isotropic(&self) -> bool {

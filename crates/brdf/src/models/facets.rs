@@ -1,9 +1,10 @@
-//! The half vector of light and view, as the models of small facets want it.
+//! The half vector of light and view, for the models of small facets.
 
 use glam::DVec3;
 use sphere::Direction;
 
-/// The half vector h = (L + V) / |L + V| over a surface with normal +Z, and what facets that face it see.
+/// The half vector h = (L + V) / |L + V| over a surface with normal +Z, and the cosines that facets which
+/// face it see.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Half {
     /// The sum L + V.
@@ -17,7 +18,7 @@ pub(crate) struct Half {
 }
 
 impl Half {
-    /// Of light above the horizon; `None` of light below it and where light and view are opposite.
+    /// The half vector; `None` if the light is below the horizon, or light and view are opposite.
     pub(crate) fn new(incident: Direction, outgoing: Direction) -> Option<Self> {
         let (light, view) = (incident.vector(), outgoing.vector());
         let sum = light + view;
@@ -46,7 +47,7 @@ impl Half {
         0.5 * self.length_squared.sqrt()
     }
 
-    /// tan^2(theta_h) weighted by 1 / `x`^2 along +X and 1 / `y`^2 along +Y; infinite where h is on the horizon.
+    /// tan^2(theta_h) weighted by 1 / `x`^2 along +X and 1 / `y`^2 along +Y; infinite if h is on the horizon.
     pub(crate) fn tan2(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (self.sum.x / x, self.sum.y / y);
         (x * x + y * y) / (self.sum.z * self.sum.z)

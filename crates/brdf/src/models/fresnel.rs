@@ -1,4 +1,4 @@
-//! Fresnel's equations for unpolarised light: the share that a smooth facet reflects.
+//! Fresnel's equations for unpolarised light: the reflectance of a smooth facet.
 
 use super::parameter::{Parameter, ParameterError, Range, Value, Values};
 
@@ -21,7 +21,7 @@ pub(crate) const K: Parameter = Parameter::colour(
 )
 .optional();
 
-/// What a facet is made of.
+/// The material of a facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fresnel {
     /// A dielectric of this index of refraction, 1 to 10; 1 reflects nothing.
@@ -52,10 +52,10 @@ impl Fresnel {
             (Some(ior), None, None) => Ok(Self::Dielectric(ior)),
             (None, Some(n), Some(k)) => Ok(Self::Conductor { n, k }),
             (None, None, None) => Err(ParameterError::whole("ior", "is missing; give ior, or n and k")),
-            (None, Some(_), None) => Err(ParameterError::whole("n", "is of no use without k; give both")),
-            (None, None, Some(_)) => Err(ParameterError::whole("k", "is of no use without n; give both")),
+            (None, Some(_), None) => Err(ParameterError::whole("n", "has no effect without k; give both")),
+            (None, None, Some(_)) => Err(ParameterError::whole("k", "has no effect without n; give both")),
             (Some(_), _, _) => {
-                Err(ParameterError::whole("ior", "stands beside n or k; give ior, or n and k"))
+                Err(ParameterError::whole("ior", "conflicts with n or k; give ior, or n and k"))
             }
         }
     }
@@ -69,7 +69,15 @@ impl Fresnel {
         }
     }
 
-    /// The share of the light that is reflected where it falls at an angle of this cosine, above 0, RGB.
+    /// 0, the index of refraction three times, 0 three times; or 1, n (3), k (3).
+    pub(crate) fn constants(&self) -> Vec<f64> {
+        match self {
+            Self::Dielectric(ior) => vec![0.0, *ior, *ior, *ior, 0.0, 0.0, 0.0],
+            Self::Conductor { n, k } => [&[1.0][..], n, k].concat(),
+        }
+    }
+
+    /// The reflectance, RGB, for light at an angle of this cosine, above 0.
     pub(crate) fn at(&self, cosine: f64) -> [f64; 3] {
         match self {
             Self::Dielectric(ior) => [dielectric(*ior, cosine); 3],
@@ -101,7 +109,7 @@ fn conductor(n: f64, k: f64, c: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// At normal incidence the share is |(m - 1) / (m + 1)|^2 with m = n + i k.
+    /// At normal incidence the reflectance is |(m - 1) / (m + 1)|^2 with m = n + i k.
     #[test]
     fn closed_forms_at_normal_incidence() {
         let glass = Fresnel::Dielectric(1.5).at(1.0)[0];
@@ -113,7 +121,8 @@ mod tests {
         }
     }
 
-    /// Fresnel's amplitudes by Snell's law: the oracle for dielectrics, and for conductors without extinction.
+    /// Fresnel's amplitudes with Snell's law: the oracle for dielectrics, and for conductors without
+    /// extinction.
     #[test]
     fn both_forms_are_fresnels() {
         for ior in [1.1, 1.5, 4.0] {

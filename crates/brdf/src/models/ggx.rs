@@ -2,22 +2,24 @@
 //!
 //! rho_hat = specular * D(h) F(L.h) G(L, V) / (4 N.V) with alpha = roughness^2 and
 //!
-//! - D = alpha^2 / (pi ((N.h)^2 (alpha^2 - 1) + 1)^2) (Trowbridge and Reitz 1975; Walter, Marschner, Li and Torrance,
-//!   "Microfacet Models for Refraction through Rough Surfaces", 2007, equation 33),
-//! - G = 2 N.L N.V / (N.L sqrt(alpha^2 + (1 - alpha^2) (N.V)^2) + N.V sqrt(alpha^2 + (1 - alpha^2) (N.L)^2)): Smith's
-//!   masking and shadowing, correlated by height (Heitz, "Understanding the Masking-Shadowing Function", 2014, equation 99),
-//! - F Fresnel's exact share, of a dielectric (`ior`) or a conductor (`n`, `k`).
+//! - D = alpha^2 / (pi ((N.h)^2 (alpha^2 - 1) + 1)^2) (Trowbridge and Reitz 1975; Walter, Marschner, Li and
+//!   Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007, equation 33),
+//! - G = 2 N.L N.V / (N.L sqrt(alpha^2 + (1 - alpha^2) (N.V)^2) + N.V sqrt(alpha^2 + (1 - alpha^2) (N.L)^2)):
+//!   Smith's masking and shadowing, correlated by height (Heitz, "Understanding the Masking-Shadowing
+//!   Function", 2014, equation 99),
+//! - F is Fresnel's exact reflectance, of a dielectric (`ior`) or a conductor (`n`, `k`).
 //!
-//! Reciprocal. D is normalised, so that with `specular` 1 no view sees more light than falls on the surface; light
-//! that is reflected twice is lost, which darkens rough metals.
+//! The model is reciprocal. D is normalised, so that with `specular` 1 no view sees more light than falls on
+//! the surface; light that is reflected twice is lost, which darkens rough metals.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::fresnel::{Fresnel, IOR, K, N};
+use super::lobe::Lobe;
+use super::model::Model;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
 
 const ROUGH: Parameter =
@@ -35,8 +37,8 @@ impl Ggx {
     /// A surface of this roughness and material, its highlight times `specular`, RGB.
     ///
     /// # Errors
-    /// Where `roughness` is not a number from 0.01 to 1, the material is none that [`Fresnel`] allows, or a channel of
-    /// `specular` not a number from 0 to 1e6.
+    /// If `roughness` is not a number from 0.01 to 1, a constant of the material is out of the range that
+    /// [`Fresnel`] states, or a channel of `specular` not a number from 0 to 1e6.
     pub fn new(roughness: f64, fresnel: Fresnel, specular: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self {
             roughness: ROUGH.checked(roughness)?,
@@ -73,6 +75,17 @@ impl Model for Ggx {
         let value = d * 0.5 * light / (light * masked(view) + view * masked(light));
         let fresnel = self.fresnel.at(half.facet());
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
+    }
+
+    /// alpha^2, specular alpha^2 / (2 pi) (3), Fresnel (7).
+    fn constants(&self) -> Vec<f64> {
+        let alpha2 = self.roughness.powi(4);
+        let peak = self.specular.map(|specular| specular * 0.5 * alpha2 / PI);
+        [&[alpha2][..], &peak, &self.fresnel.constants()].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets([self.roughness.powi(2); 2])]
     }
 }
 

@@ -1,16 +1,19 @@
 //! `kajiya-kay`: a highlight along a fibre, such as hair and brushed metal.
 //!
-//! rho_hat = specular * max(0, cos(theta_i - theta_o))^s, both angles from the tangent T, s the `exponent` (Kajiya and
-//! Kay, "Rendering Fur with Three Dimensional Textures", 1989, in the form of paper 1, section 7.1). The tangent is the
-//! surface's +X; no direction about it is special, so that neither the normal nor a horizon enters.
+//! rho_hat = specular * max(0, cos(theta_i - theta_o))^s, both angles from the tangent T, s the `exponent`
+//! (Kajiya and Kay, "Rendering Fur with Three Dimensional Textures", 1989, in the form of paper 1, section
+//! 7.1). The tangent is the surface's +X; no direction about it is special, so that rho_hat depends on
+//! neither the normal nor a horizon.
 //!
-//! Not normalised: `specular` is the greatest value, in 1/sr. rho_hat itself is symmetric in light and view.
+//! The model is not normalised: `specular` is its greatest value, in 1/sr. rho_hat itself, rather than the
+//! BRDF, is symmetric in light and view.
 
 use sphere::Direction;
 
-use super::Model;
+use super::lobe::Lobe;
+use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
-use crate::Centre;
+use crate::coefficients::Centre;
 
 const EXPONENT: Parameter =
     Parameter::number("exponent", "the sharpness of the highlight: the power of the cosine", POWER);
@@ -26,7 +29,7 @@ impl KajiyaKay {
     /// A highlight cos^`exponent` of greatest value `specular`, RGB, in 1/sr.
     ///
     /// # Errors
-    /// Where `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6.
+    /// If `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6.
     pub fn new(exponent: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self { exponent: EXPONENT.checked(exponent)?, specular: SPECULAR.checked_colour(specular)? })
     }
@@ -58,6 +61,15 @@ impl Model for KajiyaKay {
         let cosine = light.x * view.x + sines.sqrt();
         let value = if cosine > 0.0 { cosine.min(1.0).powf(self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
+    }
+
+    /// s, specular (3).
+    fn constants(&self) -> Vec<f64> {
+        [&[self.exponent][..], &self.specular].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::band((self.exponent + 1.0).powf(-0.5))]
     }
 
     fn is_isotropic(&self) -> bool {

@@ -1,26 +1,28 @@
-//! `lafortune`: a matte part and generalised cosine lobes, as they are fitted to measurements.
+//! `lafortune`: a matte part and generalised cosine lobes, usually fitted to measurements.
 //!
-//! BRDF = diffuse / pi + sum over lobes of weight * max(0, cx (L_x V_x + L_y V_y) + cz L_z V_z)^n, in the frame of the
-//! surface (Lafortune, Foo, Torrance and Greenberg, "Non-Linear Approximation of Reflectance Functions", 1997, equation
-//! 9 with C_x = C_y); rho_hat = BRDF * max(0, cos(theta_i)). cx = -1, cz = 1 is Phong's lobe, cz above -cx leans it away from
-//! the mirror direction and cx of the same sign as cz sends light back.
+//! BRDF = diffuse / pi + sum over lobes of weight * max(0, cx (L_x V_x + L_y V_y) + cz L_z V_z)^n, in the
+//! frame of the surface (Lafortune, Foo, Torrance and Greenberg, "Non-Linear Approximation of Reflectance
+//! Functions", 1997, equation 9 with C_x = C_y); rho_hat = BRDF * max(0, cos(theta_i)). cx = -1, cz = 1 is
+//! Phong's lobe, cz above -cx tilts it away from the mirror direction, and cx with the sign of cz reflects
+//! light back to where it comes from.
 //!
-//! Reciprocal. Not normalised: n, cx and cz are what a fit gave, and may make light.
+//! The model is reciprocal, but not normalised: the n, cx and cz of a fit may make light.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
-use super::parameter::{Parameter, ParameterError, Range, Shape, Value, Values, WEIGHT};
+use super::lobe::Lobe;
+use super::model::Model;
+use super::parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
 
 const DIFFUSE: Parameter =
     Parameter::colour("diffuse", "the share of light that the matte part reflects", WEIGHT).or(0.0);
 const LOBES: Parameter = Parameter {
     name: "lobes",
     meaning: "the lobes",
-    shape: Shape::Records(&[CX, CZ, N, LOBE_WEIGHT]),
-    absent: super::Absent::Required,
+    value_type: ValueType::Records(&[CX, CZ, N, LOBE_WEIGHT]),
+    absent: Absent::Required,
 };
 const AXIS: Range = Range { least: -10.0, most: 10.0, words: "a number from -10 to 10" };
 const CX: Parameter = Parameter::number("cx", "the factor of L_x V_x + L_y V_y; -1 for Phong's lobe", AXIS);
@@ -56,8 +58,8 @@ impl Lafortune {
     /// A surface of these lobes whose matte part reflects the share `diffuse`, RGB.
     ///
     /// # Errors
-    /// Where a channel of `diffuse` or a weight is not a number from 0 to 1e6, cx or cz not one from -10 to 10, n not one from 0 to
-    /// 1e6, or max(|cx|, |cz|)^n is more than 1e9.
+    /// If a channel of `diffuse` or a weight is not a number from 0 to 1e6, cx or cz not one from -10 to 10,
+    /// n not one from 0 to 1e6, or max(|cx|, |cz|)^n is more than 1e9.
     pub fn new(diffuse: [f64; 3], lobes: Vec<LafortuneLobe>) -> Result<Self, ParameterError> {
         for (index, lobe) in lobes.iter().enumerate() {
             let checked = || {
@@ -122,5 +124,22 @@ impl Model for Lafortune {
             }
         }
         brdf.map(|brdf| brdf * light.z)
+    }
+
+    /// diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3).
+    fn constants(&self) -> Vec<f64> {
+        let mut constants = self.diffuse.map(|diffuse| diffuse / PI).to_vec();
+        constants.push(self.lobes.len() as f64);
+        for lobe in &self.lobes {
+            constants.extend([lobe.cx, lobe.cz, lobe.n]);
+            constants.extend(lobe.weight);
+        }
+        constants
+    }
+
+    /// A lobe of the model is a power about its axis; the matte part is a cosine.
+    fn lobes(&self) -> Vec<Lobe> {
+        let powers = self.lobes.iter().map(|lobe| Lobe::power(lobe.cx, lobe.cz, lobe.n));
+        std::iter::once(Lobe::Cosine).chain(powers).collect()
     }
 }

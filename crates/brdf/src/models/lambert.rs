@@ -1,4 +1,4 @@
-//! `lambert`: matte, the same from every view.
+//! `lambert`: a matte surface, the same from every view.
 //!
 //! The BRDF is albedo / pi; taken about the normal and times the incident cosine,
 //! rho_hat = albedo / pi * max(0, cos(theta_i)). A constant sky of radiance 1 is reflected as `albedo`.
@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
+use super::model::Model;
 use super::parameter::{Parameter, ParameterError, Value, Values, WEIGHT};
-use crate::Centre;
 use crate::clamped_cosine::ClampedCosine;
+use crate::coefficients::Centre;
 
 const ALBEDO: Parameter = Parameter::colour("albedo", "the share of light that is reflected, 0 to 1", WEIGHT);
 
@@ -24,7 +24,7 @@ impl Lambert {
     /// A matte surface that reflects the share `albedo` of the light, RGB.
     ///
     /// # Errors
-    /// Where a channel is not a number from 0 to 1e6. A share above 1 makes light, but is no error.
+    /// If a channel is not a number from 0 to 1e6. A share above 1 makes light, but is not an error.
     pub fn new(albedo: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self { albedo: ALBEDO.checked_colour(albedo)? })
     }
@@ -54,6 +54,11 @@ impl Model for Lambert {
 
     fn rho_hat(&self, incident: Direction, _: Direction) -> [f64; 3] {
         self.albedo.map(|albedo| albedo / PI * incident.vector().z.max(0.0))
+    }
+
+    /// albedo / pi (3).
+    fn constants(&self) -> Vec<f64> {
+        self.albedo.map(|albedo| albedo / PI).to_vec()
     }
 
     fn radial(&self) -> Option<ClampedCosine> {

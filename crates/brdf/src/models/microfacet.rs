@@ -1,18 +1,20 @@
 //! `microfacet`: the paper's simplified rough surface, a Gaussian of the half vector's angle.
 //!
-//! rho_hat = specular / (4 pi sigma^2) * e^(-(theta_h / sigma)^2), theta_h the angle between the normal and the
-//! vector half way between light and view; 0 where the light is below the horizon (paper 1, equation 11: Torrance and
-//! Sparrow's model without masking, Fresnel and cosines).
+//! rho_hat = specular / (4 pi sigma^2) * e^(-(theta_h / sigma)^2), theta_h the angle between the normal and
+//! the vector half way between light and view; 0 if the light is below the horizon (paper 1, equation 11:
+//! Torrance and Sparrow's model without masking, Fresnel and cosines).
 //!
-//! Equation 11 is taken as rho_hat: no cosine is multiplied. So the BRDF itself, rho_hat / cos(theta_i), is not
-//! reciprocal. Toward a view along the normal the integral over all light is specular * (1 - O(sigma^2)), because the
-//! half vector's solid angle is a quarter of the light's; toward grazing it falls, as the horizon cuts the lobe.
+//! Equation 11 is taken as rho_hat, without another cosine. So the BRDF itself, rho_hat / cos(theta_i), is
+//! not reciprocal. Toward a view along the normal the integral over all light is specular * (1 - O(sigma^2)),
+//! because the half vector's solid angle is a quarter of the light's; toward grazing it falls, as the horizon
+//! cuts the lobe.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
+use super::lobe::Lobe;
+use super::model::Model;
 use super::parameter::{Parameter, ParameterError, Range, SPECULAR, Value, Values};
 
 const SIGMA: Parameter = Parameter::number(
@@ -32,7 +34,7 @@ impl Microfacet {
     /// A highlight of width `sigma`, in radians, and weight `specular`, RGB.
     ///
     /// # Errors
-    /// Where `sigma` is not a number from 1e-4 to 100, or a channel of `specular` not one from 0 to 1e6.
+    /// If `sigma` is not a number from 1e-4 to 100, or a channel of `specular` not one from 0 to 1e6.
     pub fn new(sigma: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self { sigma: SIGMA.checked(sigma)?, specular: SPECULAR.checked_colour(specular)? })
     }
@@ -75,5 +77,15 @@ impl Model for Microfacet {
         let share = theta_h / self.sigma;
         let value = (-share * share).exp() / (4.0 * PI * self.sigma * self.sigma);
         self.specular.map(|specular| specular * value)
+    }
+
+    /// sigma, specular / (4 pi sigma^2) (3).
+    fn constants(&self) -> Vec<f64> {
+        let scale = 0.25 / (PI * self.sigma * self.sigma);
+        [&[self.sigma][..], &self.specular.map(|specular| specular * scale)].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets([self.sigma; 2])]
     }
 }

@@ -1,20 +1,22 @@
 //! `oren-nayar`: a rough matte surface, flatter than lambert and brighter toward the light.
 //!
-//! BRDF = albedo / pi * (A + B max(0, cos(phi_i - phi_o)) sin(alpha) tan(beta)), alpha the greater and beta the lesser of
-//! theta_i and theta_o, A = 1 - 0.5 s^2 / (s^2 + 0.33), B = 0.45 s^2 / (s^2 + 0.09), s = `sigma` in radians (Oren and Nayar,
-//! "Generalization of Lambert's Reflectance Model", 1994, equation 30); rho_hat = BRDF * max(0, cos(theta_i)).
+//! BRDF = albedo / pi * (A + B max(0, cos(phi_i - phi_o)) sin(alpha) tan(beta)), alpha the greater and beta
+//! the lesser of theta_i and theta_o, A = 1 - 0.5 s^2 / (s^2 + 0.33), B = 0.45 s^2 / (s^2 + 0.09), s =
+//! `sigma` in radians (Oren and Nayar, "Generalization of Lambert's Reflectance Model", 1994, equation 30);
+//! rho_hat = BRDF * max(0, cos(theta_i)).
 //!
-//! Reciprocal. A fit to the simulation of such facets, not exactly normalised: at grazing a view sees albedo * (A + B / 2), at
-//! most 1.6 percent more than `albedo`. sigma = 0 is lambert. Taken about the normal, where its horizon is fixed; views
-//! below it never occur, and there it is its mirror image.
+//! The model is reciprocal. It is a fit to a simulation of such facets, and not exactly normalised: a grazing
+//! view sees albedo * (A + B / 2), at most 1.6 percent more than `albedo`. sigma = 0 is lambert. rho_hat is
+//! taken about the normal, so that the horizon is fixed; views below the horizon never occur, and mirror
+//! those above.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
+use super::model::Model;
 use super::parameter::{Parameter, ParameterError, Range, Value, Values, WEIGHT};
-use crate::Centre;
+use crate::coefficients::Centre;
 
 const ALBEDO: Parameter =
     Parameter::colour("albedo", "the share of light that a facet reflects, 0 to 1", WEIGHT);
@@ -37,7 +39,7 @@ impl OrenNayar {
     /// A surface of facets of this albedo, RGB, whose angles deviate by `sigma` degrees.
     ///
     /// # Errors
-    /// Where a channel of `albedo` is not a number from 0 to 1e6, or `sigma` not one from 0 to 90.
+    /// If a channel of `albedo` is not a number from 0 to 1e6, or `sigma` not one from 0 to 90.
     pub fn new(albedo: [f64; 3], sigma: f64) -> Result<Self, ParameterError> {
         let degrees = SIGMA.checked(sigma)?;
         let s2 = degrees.to_radians().powi(2);
@@ -70,9 +72,15 @@ impl Model for OrenNayar {
         if light.z <= 0.0 {
             return [0.0; 3];
         }
-        // sin(alpha) tan(beta) is both sines over the greater cosine, and cos(phi_i - phi_o) times both sines a product.
+        // sin(alpha) tan(beta) is both sines over the greater cosine, and cos(phi_i - phi_o) times both sines
+        // a product.
         let across = (light.x * view.x + light.y * view.y).max(0.0);
         let value = light.z * (self.factors[0] + self.factors[1] * across / light.z.max(view.z.abs()));
         self.albedo.map(|albedo| albedo * value)
+    }
+
+    /// albedo A / pi (3), albedo B / pi (3).
+    fn constants(&self) -> Vec<f64> {
+        self.factors.iter().flat_map(|factor| self.albedo.map(|albedo| albedo * factor)).collect()
     }
 }

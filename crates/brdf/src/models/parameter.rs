@@ -1,7 +1,8 @@
-//! The parameters of the models, as data: what a material file may say, and the checks that every value passes.
+//! The parameters of the models, as data: the keys of a material file, and the checks that every value
+//! passes.
 //!
-//! A model lists its parameters once ([`Parameter`]), each with the range of its values; readers of material files, the
-//! manual, the bytes of a material and the models' own constructors are made from that list.
+//! A model lists its parameters once ([`Parameter`]), each with the range of its values. Readers of material
+//! files, the manual, the encoding of a material and the constructors of the models use that list.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,17 +12,17 @@ use std::fmt;
 pub struct Parameter {
     /// Its name in material files.
     pub name: &'static str,
-    /// What it means, for the manual.
+    /// Its meaning, for the manual.
     pub meaning: &'static str,
-    /// What its value looks like.
-    pub shape: Shape,
-    /// What holds where a file leaves it out.
+    /// The type of its value.
+    pub value_type: ValueType,
+    /// The rule for a file without it.
     pub absent: Absent,
 }
 
-/// What a value looks like.
+/// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum ValueType {
     /// A number.
     Number(Range),
     /// RGB, each channel in the range; one number means grey.
@@ -30,7 +31,7 @@ pub enum Shape {
     Records(&'static [Parameter]),
 }
 
-/// The numbers that a parameter takes, both ends included.
+/// The numbers that a parameter accepts, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// The least.
@@ -41,22 +42,22 @@ pub struct Range {
     pub words: &'static str,
 }
 
-/// What holds where a parameter is left out.
+/// The rule for a parameter that a file leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Absent {
-    /// It must be given.
+    /// It is required.
     Required,
-    /// The model does without.
+    /// It is optional, and has no default.
     Optional,
-    /// This number, or this grey.
-    Is(f64),
+    /// It is optional, and this number, or this grey, is the default.
+    Default(f64),
 }
 
-/// The range of weights: more than 1 makes light and is left to the caller to judge.
+/// The range of weights. A weight above 1 makes light; the caller decides what to do about that.
 pub const WEIGHT: Range = Range { least: 0.0, most: 1e6, words: "a number from 0 to 1e6" };
-/// Exponents of a cosine.
+/// The range of exponents of a cosine.
 pub(crate) const POWER: Range = Range { least: 0.0, most: 1e9, words: "a number from 0 to 1e9" };
-/// Roughness: 0 would be a mirror, which no expansion holds.
+/// The range of roughness. 0 would be a mirror, which has no finite expansion.
 pub(crate) const ROUGHNESS: Range = Range { least: 0.01, most: 1.0, words: "a number from 0.01 to 1" };
 
 /// The weight of a highlight.
@@ -64,47 +65,49 @@ pub(crate) const SPECULAR: Parameter =
     Parameter::colour("specular", "the weight of the highlight", WEIGHT).or(1.0);
 
 impl Parameter {
-    /// A number that must be given.
+    /// A required number.
     pub(crate) const fn number(name: &'static str, meaning: &'static str, range: Range) -> Self {
-        Self { name, meaning, shape: Shape::Number(range), absent: Absent::Required }
+        Self { name, meaning, value_type: ValueType::Number(range), absent: Absent::Required }
     }
 
-    /// A colour that must be given.
+    /// A required colour.
     pub(crate) const fn colour(name: &'static str, meaning: &'static str, range: Range) -> Self {
-        Self { name, meaning, shape: Shape::Colour(range), absent: Absent::Required }
+        Self { name, meaning, value_type: ValueType::Colour(range), absent: Absent::Required }
     }
 
-    /// The same, with a value that holds where it is left out.
+    /// The same with a default.
     pub(crate) const fn or(self, value: f64) -> Self {
-        Self { absent: Absent::Is(value), ..self }
+        Self { absent: Absent::Default(value), ..self }
     }
 
-    /// The same, which may be left out.
+    /// The same, but optional.
     pub(crate) const fn optional(self) -> Self {
         Self { absent: Absent::Optional, ..self }
     }
 
-    /// The number, where it is in the range.
+    /// The number, if it is in the range.
     pub(crate) fn checked(&self, value: f64) -> Result<f64, ParameterError> {
-        match self.shape {
-            Shape::Number(range) | Shape::Colour(range) if !(range.least..=range.most).contains(&value) => {
+        match self.value_type {
+            ValueType::Number(range) | ValueType::Colour(range)
+                if !(range.least..=range.most).contains(&value) =>
+            {
                 Err(ParameterError::value(self.name, value, range.words))
             }
             _ => Ok(value),
         }
     }
 
-    /// The colour, where every channel is in the range.
+    /// The colour, if every channel is in the range.
     pub(crate) fn checked_colour(&self, rgb: [f64; 3]) -> Result<[f64; 3], ParameterError> {
         rgb.into_iter().try_for_each(|value| self.checked(value).map(|_| ()))?;
         Ok(rgb)
     }
 
-    /// What holds where it is left out, where something does.
+    /// The default, if it has one.
     pub fn default(&self) -> Option<Value> {
-        match (self.absent, self.shape) {
-            (Absent::Is(value), Shape::Colour(_)) => Some(Value::Colour([value; 3])),
-            (Absent::Is(value), _) => Some(Value::Number(value)),
+        match (self.absent, self.value_type) {
+            (Absent::Default(value), ValueType::Colour(_)) => Some(Value::Colour([value; 3])),
+            (Absent::Default(value), _) => Some(Value::Number(value)),
             _ => None,
         }
     }
@@ -121,7 +124,7 @@ pub enum Value {
     Records(Vec<Values>),
 }
 
-/// The values of a model's parameters by name, defaults filled in.
+/// The values of a model's parameters by name, with defaults filled in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values(BTreeMap<&'static str, Value>);
 
@@ -143,7 +146,7 @@ impl Values {
         self.0.iter().map(|(name, value)| (*name, value))
     }
 
-    /// A value, where it is given.
+    /// A value, if it is given.
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.0.get(name)
     }
@@ -151,13 +154,13 @@ impl Values {
     /// A number.
     ///
     /// # Errors
-    /// Where it is not given.
+    /// If it is missing.
     pub fn number(&self, parameter: &'static str) -> Result<f64, ParameterError> {
         self.optional_number(parameter)
             .ok_or(ParameterError::whole(parameter, "is missing; expected a number"))
     }
 
-    /// A number that may be left out.
+    /// An optional number.
     pub fn optional_number(&self, parameter: &str) -> Option<f64> {
         match self.get(parameter) {
             Some(Value::Number(value)) => Some(*value),
@@ -168,13 +171,13 @@ impl Values {
     /// A colour.
     ///
     /// # Errors
-    /// Where it is not given.
+    /// If it is missing.
     pub fn colour(&self, parameter: &'static str) -> Result<[f64; 3], ParameterError> {
         self.optional_colour(parameter)
             .ok_or(ParameterError::whole(parameter, "is missing; expected a colour"))
     }
 
-    /// A colour that may be left out.
+    /// An optional colour.
     pub fn optional_colour(&self, parameter: &str) -> Option<[f64; 3]> {
         match self.get(parameter) {
             Some(Value::Colour(value)) => Some(*value),
@@ -186,7 +189,7 @@ impl Values {
     /// The tables of an array.
     ///
     /// # Errors
-    /// Where it is not given.
+    /// If it is missing.
     pub fn records(&self, parameter: &'static str) -> Result<&[Values], ParameterError> {
         match self.get(parameter) {
             Some(Value::Records(records)) => Ok(records),
@@ -195,16 +198,16 @@ impl Values {
     }
 }
 
-/// A parameter that no material can have.
+/// An error in a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterError {
     /// The parameter's name in material files.
     pub parameter: &'static str,
-    /// Which table of which array of tables it stands in.
+    /// The array of tables that holds it, and the index of its table.
     pub record: Option<(&'static str, usize)>,
-    /// What was given, where a single value is at fault.
+    /// The value that was given, if a single value is wrong.
     pub value: Option<f64>,
-    /// What was expected of the value; where there is none, what is wrong with the parameter as a whole.
+    /// What was expected of the value; if `value` is `None`, what is wrong with the parameter as a whole.
     pub expected: &'static str,
 }
 

@@ -1,15 +1,16 @@
 //! `phong`: a highlight about the reflection vector R, the same shape from every view.
 //!
-//! rho_hat = specular * (s + 1) / (2 pi) * max(0, cos(theta_i))^s, theta_i from R, with s the `exponent`: Phong's
-//! lobe, scaled so that a constant sky of radiance 1 is reflected as `specular` (paper 1, section 6, and its
-//! Appendix D). The factor holds the incident cosine; the horizon of the normal is not applied, which keeps
-//! the model radially symmetric.
+//! rho_hat = specular * (s + 1) / (2 pi) * max(0, cos(theta_i))^s, theta_i from R, with s the `exponent`:
+//! Phong's lobe, scaled so that the surface reflects a constant sky of radiance 1 as `specular` (paper 1,
+//! section 6, and its Appendix D). rho_hat includes the incident cosine; light from below the surface's
+//! horizon is reflected too, which keeps the model radially symmetric.
 
 use std::f64::consts::TAU;
 
 use sphere::Direction;
 
-use super::Model;
+use super::lobe::Lobe;
+use super::model::Model;
 use super::parameter::{POWER, Parameter, ParameterError, SPECULAR, Value, Values};
 use crate::clamped_cosine::ClampedCosine;
 
@@ -27,8 +28,8 @@ impl Phong {
     /// A highlight cos^`exponent` that reflects the share `specular` of the light, RGB.
     ///
     /// # Errors
-    /// Where `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6. A share
-    /// above 1 makes light, but is no error.
+    /// If `exponent` is not a number from 0 to 1e9, or a channel of `specular` not one from 0 to 1e6. A share
+    /// above 1 makes light, but is not an error.
     pub fn new(exponent: f64, specular: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self { exponent: EXPONENT.checked(exponent)?, specular: SPECULAR.checked_colour(specular)? })
     }
@@ -64,6 +65,16 @@ impl Model for Phong {
         let cosine = light.z * view.z - light.x * view.x - light.y * view.y;
         let value = if cosine > 0.0 { (self.exponent + 1.0) / TAU * cosine.powf(self.exponent) } else { 0.0 };
         self.specular.map(|specular| specular * value)
+    }
+
+    /// s, specular (s + 1) / (2 pi) (3).
+    fn constants(&self) -> Vec<f64> {
+        let scale = (self.exponent + 1.0) / TAU;
+        [&[self.exponent][..], &self.specular.map(|specular| specular * scale)].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::power(-1.0, 1.0, self.exponent)]
     }
 
     fn radial(&self) -> Option<ClampedCosine> {

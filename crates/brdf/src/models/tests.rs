@@ -1,4 +1,4 @@
-//! What holds of every model, and each against numbers that were derived elsewhere.
+//! Properties of every model, and each model against values that were derived independently.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 use sphere::Direction;
 
 use super::*;
-use crate::checks;
+use crate::{Centre, checks};
 
 fn glass() -> Fresnel {
     Fresnel::Dielectric(1.5)
@@ -21,7 +21,7 @@ fn lobe(cx: f64, cz: f64, n: f64) -> LafortuneLobe {
     LafortuneLobe { cx, cz, n, weight: [1.0; 3] }
 }
 
-/// One of every model, most with their weight at the most that makes no light.
+/// One of every model, most of them with the greatest weight that makes no light.
 fn every_model() -> Vec<Material> {
     vec![
         Material::Lambert(Lambert::new([1.0, 0.5, 0.0]).unwrap()),
@@ -79,10 +79,11 @@ fn a_model_is_what_its_values_make() {
     assert!(Material::analytic("fong", &Values::default()).is_none());
 }
 
-/// Values past each end of each range, NaN and infinity, are refused with the parameter's name; the ends are not.
+/// Values past each end of each range, NaN and infinity, are refused with the parameter's name; the ends are
+/// not.
 #[test]
 fn a_value_out_of_range_is_an_error_that_names_its_parameter() {
-    fn fault_of(range: &Range, make: impl Fn(f64) -> Option<ParameterError>) {
+    fn error_of(range: &Range, make: impl Fn(f64) -> Option<ParameterError>) {
         let below = if range.least == 0.0 { -1e-9 } else { range.least - 1e-6 * range.least.abs() };
         for bad in [below, range.most * (1.0 + 1e-6), f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let error = make(bad).unwrap_or_else(|| panic!("{bad} passed"));
@@ -99,21 +100,21 @@ fn a_value_out_of_range_is_an_error_that_names_its_parameter() {
         let make = |values: Values| Material::analytic(text.name, &values).unwrap().err();
         for parameter in text.parameters {
             let with = |value: Value| material.values().with(parameter.name, value);
-            match (parameter.shape, material.values().get(parameter.name)) {
-                // Of what may be left out, what the example has.
+            match (parameter.value_type, material.values().get(parameter.name)) {
+                // Optional parameters are tested if the example has them.
                 (_, None) if parameter.absent == Absent::Optional => continue,
-                (Shape::Number(range), _) => fault_of(&range, |value| make(with(Value::Number(value)))),
-                (Shape::Colour(range), _) => {
-                    fault_of(&range, |value| make(with(Value::Colour([range.least, value, range.least]))))
+                (ValueType::Number(range), _) => error_of(&range, |value| make(with(Value::Number(value)))),
+                (ValueType::Colour(range), _) => {
+                    error_of(&range, |value| make(with(Value::Colour([range.least, value, range.least]))))
                 }
-                (Shape::Records(inner), Some(Value::Records(records))) => {
+                (ValueType::Records(inner), Some(Value::Records(records))) => {
                     for inner in inner {
-                        let (Shape::Number(range) | Shape::Colour(range)) = inner.shape else {
+                        let (ValueType::Number(range) | ValueType::Colour(range)) = inner.value_type else {
                             panic!("nested")
                         };
-                        fault_of(&range, |value| {
-                            let value = match inner.shape {
-                                Shape::Colour(_) => Value::Colour([value; 3]),
+                        error_of(&range, |value| {
+                            let value = match inner.value_type {
+                                ValueType::Colour(_) => Value::Colour([value; 3]),
                                 _ => Value::Number(value),
                             };
                             let mut records = records.clone();
@@ -143,19 +144,19 @@ fn a_value_out_of_range_is_an_error_that_names_its_parameter() {
 }
 
 #[test]
-fn what_is_missing_or_contradicts_is_an_error() {
+fn missing_and_contradicting_parameters_are_errors() {
     let ggx = |values: Values| Material::analytic("ggx", &values).unwrap().unwrap_err().to_string();
     let rough =
         || Values::default().with("roughness", Value::Number(0.5)).with("specular", Value::Number(1.0));
     assert_eq!(ggx(Values::default()), "roughness is missing; expected a number");
     assert_eq!(ggx(rough()), "ior is missing; give ior, or n and k");
     let n = rough().with("n", Value::Number(1.0));
-    assert_eq!(ggx(n.clone()), "n is of no use without k; give both");
-    assert_eq!(ggx(rough().with("k", Value::Number(1.0))), "k is of no use without n; give both");
-    assert_eq!(ggx(n.with("ior", Value::Number(1.5))), "ior stands beside n or k; give ior, or n and k");
+    assert_eq!(ggx(n.clone()), "n has no effect without k; give both");
+    assert_eq!(ggx(rough().with("k", Value::Number(1.0))), "k has no effect without n; give both");
+    assert_eq!(ggx(n.with("ior", Value::Number(1.5))), "ior conflicts with n or k; give ior, or n and k");
 }
 
-/// Directions over the whole sphere and right at the poles and the horizon.
+/// Directions over the whole sphere, and exactly at the poles and the horizon.
 fn directions() -> Vec<Direction> {
     let mut all: Vec<_> = (0..60)
         .map(|i| {
@@ -202,7 +203,8 @@ fn every_value_is_finite_and_not_negative() {
     for material in every_model().into_iter().chain(extreme) {
         for incident in directions() {
             for outgoing in directions() {
-                // A caller's rounding may put the view a hair below the horizon; rho_hat takes every view.
+                // A caller's rounding may put the view slightly below the horizon; rho_hat accepts every
+                // view.
                 let values =
                     [material.rho_hat(incident, outgoing), material.rho_hat_about_centre(incident, outgoing)];
                 for value in values.as_flattened() {
@@ -217,7 +219,7 @@ fn every_value_is_finite_and_not_negative() {
 }
 
 #[test]
-fn nothing_comes_from_below_the_horizon_but_where_the_text_says_so() {
+fn only_models_whose_text_says_so_reflect_light_from_below_the_horizon() {
     for material in every_model() {
         let reaches = directions()
             .into_iter()
@@ -227,16 +229,16 @@ fn nothing_comes_from_below_the_horizon_but_where_the_text_says_so() {
     }
 }
 
-/// rho_hat holds the cosine, so that it is the BRDF, rho_hat / cos, that is reciprocal. Models that are defined by rho_hat
-/// itself have no reciprocal BRDF: phong, microfacet and kajiya-kay.
+/// rho_hat includes the cosine, so that reciprocity is a property of the BRDF, rho_hat / cos. The models that
+/// are defined by rho_hat itself (phong, microfacet and kajiya-kay) are not reciprocal.
 #[test]
-fn brdfs_are_reciprocal_but_those_defined_with_the_cosine() {
+fn brdfs_are_reciprocal_unless_rho_hat_defines_them() {
     for material in every_model() {
         let reciprocal = !matches!(material.name(), "phong" | "microfacet" | "kajiya-kay");
-        let fault = checks(&material).reciprocity;
+        let difference = checks(&material).reciprocity;
         match reciprocal {
-            true => assert!(fault < 1e-11, "{}: {fault}", material.name()),
-            false => assert!(fault > 0.5, "{}: {fault}", material.name()),
+            true => assert!(difference < 1e-11, "{}: {difference}", material.name()),
+            false => assert!(difference > 0.5, "{}: {difference}", material.name()),
         }
         let mut worst: f64 = 0.0;
         for incident in above() {
@@ -270,8 +272,8 @@ fn isotropy_is_what_a_turn_about_the_normal_shows() {
     }
 }
 
-/// Models that promise it see at most their weight of a constant sky, from sharp to rough: the furnace. The fit of
-/// Smith's masking is within 0.35 percent; the integrals within 0.1.
+/// The furnace test, from sharp to rough: no view sees more than the model's weight of a constant sky. The
+/// fit of Smith's masking is accurate to 0.35 percent, the integrals to 0.1 percent.
 #[test]
 fn no_view_sees_more_light_than_falls_on_the_surface() {
     let white = [1.0; 3];
@@ -299,7 +301,7 @@ fn no_view_sees_more_light_than_falls_on_the_surface() {
     }
 }
 
-/// With a facet that reflects everything and little roughness nothing is lost either, seen from the front.
+/// With facets that reflect everything and little roughness, a view along the normal loses no light either.
 #[test]
 fn a_smooth_mirror_reflects_everything() {
     let mirror = Fresnel::Conductor { n: [0.01; 3], k: [50.0; 3] };
@@ -313,12 +315,12 @@ fn a_smooth_mirror_reflects_everything() {
         Material::AshikhminShirley(AshikhminShirley::new([1e5; 2], [0.0; 3], white).unwrap()),
     ] {
         let head_on = checks(&material).albedo[0].rgb[0];
-        // k = 50, n = 0.01 reflect 0.99998; GGX' tail leaves the hemisphere with about alpha^2 of the light.
+        // k = 50, n = 0.01 reflect 0.99998; GGX's tail leaves the hemisphere with about alpha^2 of the light.
         assert!((head_on - 1.0).abs() < 2e-3, "{}: {head_on}", material.name());
     }
 }
 
-/// Projection takes every model, averages the anisotropic ones and says so; black ones and P > F are no trouble.
+/// Every model can be projected, including black ones and P > F; anisotropic ones are averaged and marked.
 #[test]
 fn every_model_is_projected() {
     let degree = |l| sh::Degree::new(l).unwrap();
@@ -337,7 +339,7 @@ fn every_model_is_projected() {
     }
 }
 
-/// The factor of blinn-phong is exact head on, and every other view sees less.
+/// The factor of blinn-phong is exact for a view along the normal, and every other view sees less.
 #[test]
 fn blinn_phong_reflects_its_weight_head_on() {
     for exponent in [0.0, 0.5, 3.0, 40.0, 1e4] {
@@ -353,7 +355,7 @@ fn special_cases_are_other_models() {
     let smooth = OrenNayar::new([0.8; 3], 0.0).unwrap();
     let only_diffuse = Lafortune::new([0.8; 3], vec![]).unwrap();
     let uniform = BlinnPhong::new(0.0, [0.8; 3]).unwrap();
-    // Phong's lobe, by its cosine to the mirror direction.
+    // Phong's lobe, by the cosine of the angle to the mirror direction.
     let mirror_lobe = Lafortune::new([0.0; 3], vec![lobe(-1.0, 1.0, 7.0)]).unwrap();
     let phong = Phong::new(7.0, [TAU / 8.0; 3]).unwrap();
     for incident in above() {
@@ -371,14 +373,15 @@ fn special_cases_are_other_models() {
             assert!((mirror_lobe.rho_hat(incident, outgoing)[0] - expected).abs() < 1e-14);
         }
     }
-    // Without refraction nothing is reflected, and of what is black neither.
+    // An index of refraction of 1 reflects nothing, and neither does a black material.
     let air = Ggx::new(0.3, Fresnel::Dielectric(1.0), [1.0; 3]).unwrap();
     assert!(air.rho_hat(Direction::Z, Direction::Z)[0] < 1e-30);
     assert_eq!(Microfacet::new(0.3, [0.0; 3]).unwrap().rho_hat(Direction::Z, Direction::Z), [0.0; 3]);
 }
 
-/// Each model at four pairs of (theta, phi) of light and view against the textbook form in angles, computed elsewhere: theta_h
-/// by arc cosine, tangents and complex Fresnel amplitudes where the models here use none of these.
+/// Each model at four pairs of (theta, phi) of light and view, against values that were computed
+/// independently from the textbook form in angles: with theta_h by arc cosine, tangents and complex Fresnel
+/// amplitudes, none of which the models here use.
 #[test]
 fn fingerprints() {
     let pairs = [
@@ -440,7 +443,8 @@ fn fingerprints() {
     }
 }
 
-/// The fit of Smith's masking against its exact form with the error function, at the third and second pair above.
+/// The fit of Smith's masking against its exact form with the error function, at the third and second pair
+/// above.
 #[test]
 fn the_fit_of_the_masking_is_close() {
     let model = TorranceSparrow::new(0.4, glass(), [1.0; 3]).unwrap();

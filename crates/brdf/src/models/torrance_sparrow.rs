@@ -1,25 +1,28 @@
 //! `torrance-sparrow`: a rough surface of small mirrors with Gaussian slopes, masking and Fresnel.
 //!
-//! rho_hat = specular * D(h) F(L.h) G(L, V) / (4 N.V) (Torrance and Sparrow, "Theory for Off-Specular Reflection From
-//! Roughened Surfaces", 1967) with m = `roughness`, the root mean square of the facets' slope (sqrt(2) times that along a
-//! line), and
+//! rho_hat = specular * D(h) F(L.h) G(L, V) / (4 N.V) (Torrance and Sparrow, "Theory for Off-Specular
+//! Reflection From Roughened Surfaces", 1967) with m = `roughness`, the root mean square of the facets' slope
+//! (sqrt(2) times that along a line), and
 //!
-//! - D = e^(-tan^2(theta_h) / m^2) / (pi m^2 (N.h)^4), Beckmann's distribution (Cook and Torrance 1982, equation 14),
-//! - G = 1 / (1 + Lambda(L) + Lambda(V)), Smith's masking correlated by height, in place of the paper's V-shaped grooves,
-//!   whose highlight has no bound at grazing: Lambda(a) = (1 - 1.259 a + 0.396 a^2) / (3.535 a + 2.181 a^2), 0 for
-//!   a > 1.6, a = 1 / (m tan(theta)) (Walter et al. 2007, after equation 27: within 0.35 percent),
-//! - F Fresnel's exact share, of a dielectric (`ior`) or a conductor (`n`, `k`).
+//! - D = e^(-tan^2(theta_h) / m^2) / (pi m^2 (N.h)^4), Beckmann's distribution (Cook and Torrance 1982,
+//!   equation 14),
+//! - G = 1 / (1 + Lambda(L) + Lambda(V)), Smith's masking correlated by height, in place of the paper's
+//!   V-shaped grooves, whose highlight has no bound toward grazing: Lambda(a) = (1 - 1.259 a + 0.396 a^2) /
+//!   (3.535 a + 2.181 a^2), 0 for a > 1.6, a = 1 / (m tan(theta)) (Walter et al. 2007, after equation 27:
+//!   within 0.35 percent),
+//! - F is Fresnel's exact reflectance, of a dielectric (`ior`) or a conductor (`n`, `k`).
 //!
-//! Reciprocal. D is normalised, so that with `specular` 1 no view sees more light than falls on the surface (the fit of
-//! Lambda aside); light that is reflected twice is lost.
+//! The model is reciprocal. D is normalised, so that with `specular` 1 no view sees more light than falls on
+//! the surface (but for the error of Lambda's fit); light that is reflected twice is lost.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Model;
 use super::facets::Half;
 use super::fresnel::{Fresnel, IOR, K, N};
+use super::lobe::Lobe;
+use super::model::Model;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, SPECULAR, Value, Values};
 
 const ROUGH: Parameter = Parameter::number(
@@ -40,8 +43,8 @@ impl TorranceSparrow {
     /// A surface of this roughness and material, its highlight times `specular`, RGB.
     ///
     /// # Errors
-    /// Where `roughness` is not a number from 0.01 to 1, the material is none that [`Fresnel`] allows, or a channel of
-    /// `specular` not a number from 0 to 1e6.
+    /// If `roughness` is not a number from 0.01 to 1, a constant of the material is out of the range that
+    /// [`Fresnel`] states, or a channel of `specular` not a number from 0 to 1e6.
     pub fn new(roughness: f64, fresnel: Fresnel, specular: [f64; 3]) -> Result<Self, ParameterError> {
         Ok(Self {
             roughness: ROUGH.checked(roughness)?,
@@ -58,7 +61,7 @@ impl TorranceSparrow {
             return 0.0;
         }
         let a = cosine / slope;
-        // The fit ends a hair below 0.
+        // The fit ends slightly below 0.
         slope * (1.0 - 1.259 * a + 0.396 * a * a).max(0.0) / (3.535 + 2.181 * a)
     }
 }
@@ -93,5 +96,16 @@ impl Model for TorranceSparrow {
         let value = d * light / (4.0 * masked);
         let fresnel = self.fresnel.at(half.facet());
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
+    }
+
+    /// m, specular / (4 pi m^2) (3), Fresnel (7).
+    fn constants(&self) -> Vec<f64> {
+        let m = self.roughness;
+        let peak = self.specular.map(|specular| specular * 0.25 / (PI * m * m));
+        [&[m][..], &peak, &self.fresnel.constants()].concat()
+    }
+
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::facets([self.roughness; 2])]
     }
 }

@@ -1,55 +1,46 @@
 //! The degrees: given ones, or the least that meet a tolerance (paper 1, Appendix C).
 //!
-//! A few outgoing directions tell about how high F has to be. With that F and P = 4 a table is made; as long as it does not
-//! hold enough, F or P is doubled, whichever holds more of the energy in its upper half. Then P is lowered as far as
-//! the tolerance allows, then F.
+//! A few outgoing directions give an estimate of F. A table is made with that F and P = 4; as long as it does
+//! not hold enough, F or P is doubled, whichever holds more of the energy in its upper half. Then P is
+//! lowered as far as the tolerance allows, then F.
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use sh::{Degree, Tolerance};
 
-use super::ProjectionError;
+use super::error::ProjectionError;
 use super::legendre::Legendre;
 use super::slice::{Fineness, NotFinite, Slice, Source, slice};
-use super::tabulation::{ACCURACY, Table, coarse, tabulate};
+use super::tabulation::{ACCURACY, Table, coarse, energies, tabulate};
 
-/// Where the search for F begins, and P.
+/// The F and P that the search begins with.
 const FIRST: (usize, usize) = (16, 4);
 
-/// The most entries (F+1)(P+1)^2 of a table that the search makes: [119, 32], [452, 16] or [2047, 7]. Past these no map is
-/// kept, and the search would take seconds.
+/// The most entries (F+1)(P+1)^2 of a table that the search makes: [119, 32], [452, 16] or [2047, 7]. Larger
+/// ones make no usable map, and the search would take seconds.
 const MOST_SEARCHED: usize = 1 << 17;
 
 /// The highest P of the search.
 const MOST_P: usize = 32;
 
-/// The least share of the energy for which degrees that miss a tolerance still are the material's.
+/// Degrees that miss a tolerance are accepted if they hold at least this share of the energy.
 const LEAST_CAPTURED: f64 = 0.5;
 
-/// Outgoing directions that tell how sharp a material is.
+/// Outgoing directions at which the sharpness of a material is measured.
 const PROBES: [f64; 3] = [0.3, 1.2, 2.2];
 
-/// Sum over q of both signs and over channels of |rho_lpq|^2, shape [F+1, P+1].
-pub(super) fn energies(rho: &[[f64; 3]], p: usize) -> Vec<f64> {
-    rho.chunks_exact(p + 1)
-        .map(|row| {
-            let square = |rgb: &[f64; 3]| rgb.iter().map(|value| value * value).sum::<f64>();
-            square(&row[0]) + 2.0 * row[1..].iter().map(square).sum::<f64>()
-        })
-        .collect()
-}
-
-/// A table that meets a tolerance, and the least degrees that do. Where none that is searched does, the last one, if it
-/// holds half of the energy, and the least degrees that lose no more of what it holds.
+/// A table that meets a tolerance, and the least degrees that do. If no table of the search does, the last
+/// one, provided that it holds half of the energy, and the least degrees that lose no more than the tolerance
+/// of what it holds.
 pub(super) fn least(
     source: Source<'_>,
     tolerance: Tolerance,
 ) -> Result<(Table, usize, usize), ProjectionError> {
-    let scale = coarse(source).map_err(not_finite)?;
-    let (mut f, mut p) = (likely(source, tolerance, scale).map_err(not_finite)?, FIRST.1);
+    let scale = coarse(source)?;
+    let (mut f, mut p) = (likely(source, tolerance, scale)?, FIRST.1);
     loop {
-        let table = tabulate(source, f, p, (scale, ACCURACY.min(tolerance.get()))).map_err(not_finite)?;
+        let table = tabulate(source, f, p, (scale, ACCURACY.min(tolerance.get())))?;
         let energy = energies(&table.rho, p);
         let held = |f: usize, side: usize| -> f64 {
             energy.chunks_exact(p + 1).take(f + 1).flat_map(|row| &row[..side]).sum()
@@ -61,7 +52,7 @@ pub(super) fn least(
         };
         if held(f, p + 1) >= enough {
             let (least_p, least_f) = least(enough);
-            // Too little room to have lowered P as far as a higher F would allow.
+            // A higher F might allow P to be lowered further.
             let higher = (f + f / 2).min(Degree::MAX.get());
             if least_f > f - f / 16 && higher > f && (higher + 1) * (p + 1) * (p + 1) <= MOST_SEARCHED {
                 f = higher;
@@ -73,7 +64,8 @@ pub(super) fn least(
         let captured = held(f, p + 1) / table.total;
         let (before_f, before_p) = (f, p);
         let (least_p, least_f) = least((1.0 - tolerance.get()) * held(f, p + 1));
-        // Where rho_hat is not negative no l holds more than 2 l + 1 times what l = 0 does: all of them too little?
+        // As rho_hat is not negative, no l holds more than 2 l + 1 times the energy of l = 0: even all of
+        // them may be too little.
         let most = 2.0 * held(0, p + 1) * Degree::MAX.rows() as f64;
         if upper_f >= upper_p / 4.0 {
             f = (2 * f).min(Degree::MAX.get());
@@ -95,14 +87,14 @@ pub(super) fn least(
     }
 }
 
-/// A degree F that is likely to meet a tolerance with some room, by the energy of a few outgoing directions.
+/// A degree F that probably meets a tolerance with some room, from the energy at a few outgoing directions.
 fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize, NotFinite> {
     let (mut f, orders) = FIRST;
-    // What a slice holds in the mean.
+    // The mean energy of a slice.
     let mean = (scale / (4.0 * PI)).max(f64::MIN_POSITIVE);
     let fineness = Fineness { error: 1e-3 * mean, negligible: 1e-10 * mean };
     loop {
-        // The energy of each l, and all energy, of the three.
+        // The energy of each l, and the whole energy, summed over the three.
         let (mut energy, mut total) = (vec![0.0; f + 1], 0.0);
         let legendre = Legendre::new(f, orders);
         let slices: Vec<Slice> = PROBES
@@ -131,13 +123,5 @@ fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize,
             return Ok((least.unwrap_or(f) * 5 / 4 + 4).min(Degree::MAX.get()));
         }
         f *= 2;
-    }
-}
-
-pub(super) fn not_finite(at: NotFinite) -> ProjectionError {
-    ProjectionError::NotFinite {
-        theta_i: at.theta_i.to_degrees(),
-        theta_o: at.theta_o.to_degrees(),
-        phi: at.phi.to_degrees(),
     }
 }

@@ -1,27 +1,27 @@
-//! The incident directions of one outgoing direction, in pieces that have no kink inside.
+//! The incident directions for one outgoing direction, in pieces without a kink inside.
 //!
-//! About R the normal stands half way from +Z to w_o (theta_o from +Z, phi = 0), and N.L = 0 where
+//! About R the normal lies half way from +Z to w_o (theta_o from +Z, phi = 0), and N.L = 0 where
 //!
 //! > cos(phi) = -cos(theta_i) cos(theta_o/2) / (sin(theta_i) sin(theta_o/2)) = cos(phi_h).
 //!
-//! Circles with theta_i < pi/2 - theta_o/2 lie above the horizon, those with theta_i > pi/2 + theta_o/2 below it; between
-//! them |phi| < phi_h is above. At both ends of that range phi_h behaves as a square root, which
-//! theta_i = pi/2 - (theta_o/2) cos(t) makes smooth in t. About N the horizon is theta_i = pi/2. About T every circle
-//! is taken whole.
+//! Circles with theta_i < pi/2 - theta_o/2 lie above the horizon, those with theta_i > pi/2 + theta_o/2 below
+//! it; of those between, the part with |phi| < phi_h is above. At both ends of that range phi_h behaves as a
+//! square root, which theta_i = pi/2 - (theta_o/2) cos(t) makes smooth in t. About N the horizon is theta_i =
+//! pi/2. About T every circle is taken whole.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::quadrature::Panel;
 use crate::Centre;
 
-/// Which part of the circles.
+/// A part of the circles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
-    /// All of it.
-    Circle,
-    /// What is above the horizon: phi from 0 to phi_h.
+pub(super) enum CirclePart {
+    /// Whole circles.
+    Whole,
+    /// The part above the horizon: phi from 0 to phi_h.
     Above,
-    /// What is below: phi from phi_h to pi.
+    /// The part below: phi from phi_h to pi.
     Below,
 }
 
@@ -30,24 +30,24 @@ pub(super) enum Part {
 pub(super) struct Piece {
     pub(super) from: f64,
     pub(super) to: f64,
-    pub(super) part: Part,
-    /// theta_o / 2, where the horizon cuts the circles.
+    pub(super) part: CirclePart,
+    /// theta_o / 2, if the horizon cuts the circles.
     half: f64,
 }
 
-/// The pieces for an outgoing direction; those below the horizon only where `below` asks for them.
+/// The pieces for an outgoing direction; those below the horizon only if `below`.
 pub(super) fn pieces(centre: Centre, theta_o: f64, below: bool) -> Vec<Piece> {
     let half = theta_o / 2.0;
-    let circles = |from: f64, to: f64| Piece { from, to, part: Part::Circle, half };
-    let cut = |part: Part| Piece { from: 0.0, to: PI, part, half };
+    let circles = |from: f64, to: f64| Piece { from, to, part: CirclePart::Whole, half };
+    let cut = |part: CirclePart| Piece { from: 0.0, to: PI, part, half };
     let mut all = match centre {
-        Centre::Reflection => vec![circles(0.0, FRAC_PI_2 - half), cut(Part::Above)],
+        Centre::Reflection => vec![circles(0.0, FRAC_PI_2 - half), cut(CirclePart::Above)],
         Centre::Normal => vec![circles(0.0, FRAC_PI_2)],
         Centre::Tangent => return vec![circles(0.0, FRAC_PI_2), circles(FRAC_PI_2, PI)],
     };
     if below {
         match centre {
-            Centre::Reflection => all.extend([cut(Part::Below), circles(FRAC_PI_2 + half, PI)]),
+            Centre::Reflection => all.extend([cut(CirclePart::Below), circles(FRAC_PI_2 + half, PI)]),
             _ => all.push(circles(FRAC_PI_2, PI)),
         }
     }
@@ -57,33 +57,34 @@ pub(super) fn pieces(centre: Centre, theta_o: f64, below: bool) -> Vec<Piece> {
 impl Piece {
     /// Its panels, none wider than `widest` in theta_i.
     pub(super) fn panels(self, widest: f64) -> impl Iterator<Item = Panel> {
-        // An even number of panels where the horizon cuts: a kink at theta_i = pi/2 lies between two.
-        let middle = if self.part == Part::Circle { self.to } else { 0.5 * (self.from + self.to) };
+        // If the horizon cuts the circles, the number of panels is even, so that a kink at theta_i = pi/2
+        // lies between two.
+        let middle = if self.part == CirclePart::Whole { self.to } else { 0.5 * (self.from + self.to) };
         let part = move |from, to| Panel::split(from, to, widest / self.stretch()).filter(|p| p.from < p.to);
         part(self.from, middle).chain(part(middle, self.to))
     }
 
-    /// The most that theta_i moves with t.
+    /// The greatest derivative of theta_i by t.
     pub(super) fn stretch(&self) -> f64 {
-        if self.part == Part::Circle { 1.0 } else { self.half }
+        if self.part == CirclePart::Whole { 1.0 } else { self.half }
     }
 
     /// theta_i and its derivative by t.
     pub(super) fn theta(&self, t: f64) -> (f64, f64) {
         match self.part {
-            Part::Circle => (t, 1.0),
+            CirclePart::Whole => (t, 1.0),
             _ => (FRAC_PI_2 - self.half * t.cos(), self.half * t.sin()),
         }
     }
 
-    /// The azimuths at a t, from 0 to pi; those from -pi to 0 mirror them.
+    /// The range of azimuths at a t, within 0 to pi; those from -pi to 0 mirror it.
     pub(super) fn azimuths(&self, t: f64) -> (f64, f64) {
-        if self.part == Part::Circle {
+        if self.part == CirclePart::Whole {
             return (0.0, PI);
         }
         // theta_i - pi/2 = -half cos(t): cos(theta_i) = sin(half cos(t)), sin(theta_i) = cos(half cos(t)).
         let horizon = (-(self.half * t.cos()).tan() / self.half.tan()).clamp(-1.0, 1.0).acos();
-        if self.part == Part::Above { (0.0, horizon) } else { (horizon, PI) }
+        if self.part == CirclePart::Above { (0.0, horizon) } else { (horizon, PI) }
     }
 }
 

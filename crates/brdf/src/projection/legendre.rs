@@ -1,11 +1,12 @@
-//! f_lq of Y_lq = f_lq(theta) e^(i q phi): normalised associated Legendre functions without Condon-Shortley phase.
+//! f_lq of Y_lq = f_lq(theta) e^(i q phi): normalised associated Legendre functions without Condon-Shortley
+//! phase.
 //!
-//! f_qq = c_q sin^q(theta), f_lq = a_lq cos(theta) f_(l-1)q - b_lq f_(l-2)q with a_lq = sqrt((4 l^2 - 1) / (l^2 - q^2)) and
-//! b_lq = a_lq / a_(l-1)q. The projection needs orders up to P only, which is far below F.
+//! f_qq = c_q sin^q(theta), f_lq = a_lq cos(theta) f_(l-1)q - b_lq f_(l-2)q with a_lq = sqrt((4 l^2 - 1) /
+//! (l^2 - q^2)) and b_lq = a_lq / a_(l-1)q. The projection needs orders up to P only, which is far below F.
 
 use std::f64::consts::PI;
 
-/// Values at this many angles are computed at once; the 15 nodes of a panel and one that weighs nothing.
+/// Values are computed at this many angles at once: the 15 nodes of a panel, and one of weight 0.
 pub(super) const LANES: usize = 16;
 
 /// One value for each angle.

@@ -1,7 +1,7 @@
-//! Kronrod's rule of 15 nodes with Gauss' rule of 7 inside it, and the pieces that it is applied to.
+//! Kronrod's rule of 15 nodes, with Gauss' rule of 7 inside it, and the panels that it is applied to.
 //!
-//! Both rules integrate the same samples; where they agree the sum of 15 is far more accurate than their difference, and
-//! where they do not the piece is cut in two.
+//! Both rules integrate the same samples. If they agree, the sum of 15 is far more accurate than their
+//! difference; if not, the panel is cut in two.
 
 /// A node of the rule over [-1, 1].
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub(super) const NODES: usize = 15;
 
 /// The nodes from -1 to 1 (Piessens et al. 1983, QUADPACK, qk15).
 pub(super) const RULE: [Node; NODES] = {
-    // The positive nodes from the outside in; every second one is Gauss'.
+    // The positive nodes from the outside in; every second one belongs to Gauss' rule too.
     const X: [f64; 8] = [
         0.991_455_371_120_812_6,
         0.949_107_912_342_758_5,
@@ -58,7 +58,7 @@ pub(super) const RULE: [Node; NODES] = {
 pub(super) struct Panel {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// How often it has been halved.
+    /// The number of times that it has been halved.
     pub(super) depth: usize,
 }
 
@@ -77,12 +77,12 @@ impl Panel {
         [Self { to: middle, depth, ..self }, Self { from: middle, depth, ..self }]
     }
 
-    /// Half its width: what the rule's weights are scaled by.
+    /// Half its width, the scale of the rule's weights.
     pub(super) fn radius(self) -> f64 {
         0.5 * (self.to - self.from)
     }
 
-    /// Where a node lies in it.
+    /// The position of a node in it.
     pub(super) fn at(self, node: Node) -> f64 {
         0.5 * (self.from + self.to) + self.radius() * node.x
     }
@@ -92,7 +92,8 @@ impl Panel {
 mod tests {
     use super::*;
 
-    /// Gauss' 7 nodes are exact to degree 13, the 15 to degree 22; a sum of 15 terms of size one rounds at 1e-15.
+    /// Gauss' 7 nodes are exact to degree 13, the 15 to degree 22; a sum of 15 terms of size one rounds at
+    /// 1e-15.
     #[test]
     fn the_rules_are_exact_to_their_degrees() {
         for degree in 0..=22 {

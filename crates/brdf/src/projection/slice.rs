@@ -4,30 +4,30 @@
 //! > rho_q(theta_i)  = integral over [0, 2 pi] of rho_hat(theta_i, theta_o, phi) cos(q phi) dphi
 //! > rho_lq(theta_o) = integral over [0, pi] of rho_q(theta_i) f_lq(theta_i) sin(theta_i) dtheta_i.
 //!
-//! Panels are halved until both rules agree on the integral of rho_hat^2 over them, so that a sharp highlight draws the
-//! nodes to itself, wherever it is.
+//! Panels are halved until both rules agree on the integral of rho_hat^2 over them, so that nodes concentrate
+//! at a sharp highlight, wherever it is.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 use sphere::Direction;
 
-use super::incident::{Part, Piece, pieces};
+use super::incident::{CirclePart, Piece, pieces};
 use super::legendre::{LANES, Lanes, Legendre};
 use super::quadrature::{NODES, Panel, RULE};
 use crate::Centre;
 
-/// What is projected.
+/// The function that is projected.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) centre: Centre,
     /// rho_hat in the frame of the surface, even in phi about the central direction.
     pub(super) rho_hat: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
-    /// Whether it reaches below the horizon.
+    /// Whether it reflects light from below the horizon.
     pub(super) below: bool,
 }
 
-/// A value that is not a number, or whose square overflows.
+/// The place of a value that is NaN, or whose square overflows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NotFinite {
     pub(super) theta_i: f64,
@@ -38,36 +38,36 @@ pub(super) struct NotFinite {
 /// How finely a slice is sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fineness {
-    /// The error that a panel may make in the slice's energy; infinite where nothing is to be refined.
+    /// The error that a panel may make in the slice's energy; infinite if nothing is to be refined.
     pub(super) error: f64,
     /// Panels with less energy than this are not refined for the sake of high degrees.
     pub(super) negligible: f64,
 }
 
-/// What is kept of one outgoing direction.
+/// The result for one outgoing direction.
 #[derive(Clone, Debug)]
 pub(super) struct Slice {
     /// rho_lq for l <= F and q <= orders, shape [F+1, orders+1], RGB.
     pub(super) moments: Vec<[f64; 3]>,
     /// The integral of rho_hat^2 over the incident directions, summed over channels.
     pub(super) energy: f64,
-    /// How far both rules differ in it.
+    /// The difference of both rules in it.
     pub(super) error: f64,
     /// The largest value.
     pub(super) peak: f64,
-    /// The most that a value moves along a circle theta_i = const.
+    /// The greatest variation of a value along a circle theta_i = const.
     pub(super) swing: f64,
-    /// How often rho_hat was evaluated.
+    /// The number of evaluations of rho_hat.
     pub(super) evaluations: usize,
 }
 
-/// Panels in theta_i are at most this wide at first.
+/// The greatest width of a panel in theta_i at first.
 const WIDEST: f64 = 0.6;
-/// A panel of width h takes cos(k x) to 1e-5 for k h up to this, and what is smooth beside it.
+/// A panel of width h integrates cos(k x), times a smooth factor, to 1e-5 for k h up to this.
 const PHASE: f64 = 13.0;
-/// What one slice may cost; what is left unrefined shows in its error.
+/// The most evaluations for one slice; panels that are left unrefined show in its error.
 const MOST_EVALUATIONS: usize = 400_000;
-/// Halvings in theta_i and phi. A highlight of 1e-7 is past every degree.
+/// The most halvings in theta_i and in phi. A highlight of 1e-7 is too sharp for every degree.
 const DEEPEST: [usize; 2] = [24, 8];
 
 /// rho_hat toward one outgoing direction.
@@ -82,7 +82,8 @@ struct Outgoing<'a> {
 
 impl<'a> Outgoing<'a> {
     fn new(source: Source<'a>, theta_o: f64) -> Self {
-        // About N half the sphere is never seen. It mirrors the other half: that needs the least degrees.
+        // About N views below the surface never occur. They mirror the upper half, which needs the least
+        // degrees.
         let seen = if source.centre == Centre::Normal {
             theta_o.min(std::f64::consts::PI - theta_o)
         } else {
@@ -154,7 +155,9 @@ pub(super) fn slice(
             let high = panel.radius() * 2.0 * piece.stretch() * f as f64 > PHASE;
             let refine = columns.error > fineness.error
                 || high && columns.energy > fineness.negligible
-                || panel.from == 0.0 && piece.part == Part::Circle && hidden(&columns, top) > fineness.error;
+                || panel.from == 0.0
+                    && piece.part == CirclePart::Whole
+                    && hidden(&columns, top) > fineness.error;
             if refine && panel.depth < DEEPEST[0] && slice.evaluations < MOST_EVALUATIONS {
                 waiting.extend(panel.halves().into_iter().rev());
                 continue;
@@ -198,9 +201,9 @@ impl Columns {
             let (sine, cosine) = theta.sin_cos();
             (self.sine[lane], self.cosine[lane]) = (sine, cosine);
             let area = panel.radius() * slope * sine;
-            let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == Part::Circle };
+            let circle = Circle { outgoing, theta, cosine, sine, whole: piece.part == CirclePart::Whole };
             let allowed = fineness.error / (2.0 * area);
-            // Small circles know no high order: f_lq is negligible where q is past l sin(theta_i).
+            // Small circles have no high orders: f_lq is negligible for q above l sin(theta_i).
             let order = (1.2 * f as f64 * sine + 8.0).min(p as f64).max(1.0);
             let ring = circle.sample(
                 Panel::split(from, to, PHASE / order),
@@ -243,7 +246,7 @@ fn dot(a: &Lanes, b: &Lanes) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// Sines and cosines at a panel's nodes: its middle turned by seven distances to both sides.
+/// Sines and cosines at a panel's nodes: those of its middle, turned by seven distances to both sides.
 fn turns(panel: Panel) -> [(f64, f64); NODES] {
     let (sine, cosine) = (0.5 * (panel.from + panel.to)).sin_cos();
     let mut turns = [(sine, cosine); NODES];
@@ -261,13 +264,13 @@ struct Circle<'a> {
     theta: f64,
     cosine: f64,
     sine: f64,
-    /// Whether it is not cut by the horizon.
+    /// Whether the horizon does not cut it.
     whole: bool,
 }
 
 impl Circle<'_> {
-    /// Adds rho_q times `weight` to the modes of a lane; the integral of rho_hat^2 along the circle, and how far both
-    /// rules differ in it.
+    /// Adds rho_q times `weight` to the modes of a lane. Returns the integral of rho_hat^2 along the circle,
+    /// and the difference of both rules in it.
     fn sample(
         &self,
         panels: impl Iterator<Item = Panel>,

@@ -5,23 +5,23 @@
 //! > energy  = 2 pi * integral over [0, pi] of sin(theta_o) * (integral of rho_hat^2 over w_i) dtheta_o.
 //!
 //! The thesis tabulates rho_hat on a fixed grid of S x T x T. Here each of the three integrals is a sum over
-//! panels of 15 nodes that are halved until all of them hold [`ACCURACY`]: few where rho_hat is smooth, many
-//! around a highlight, a horizon or the facets of a measured table.
+//! panels of 15 nodes, which are halved until all of them meet [`ACCURACY`]: there are few if rho_hat is
+//! smooth, and many around a highlight, a horizon or the kinks of a measured table.
 
 use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use super::choice::energies;
 use super::legendre::{LANES, Legendre};
 use super::quadrature::{NODES, Node, Panel, RULE};
 use super::slice::{Fineness, NotFinite, Slice, Source, slice};
 
-/// How far the two rules may differ on a panel, relative to all energy, where nothing asks for more. The sum of 15
-/// nodes is more accurate by far: where rho_hat is smooth, coefficients come out within 1e-6 of their norm.
+/// The greatest difference of the two rules on a panel, relative to all energy, unless a tolerance asks for
+/// less. The sum of 15 nodes is far more accurate: if rho_hat is smooth, coefficients are within 1e-6 of
+/// their norm.
 pub(super) const ACCURACY: f64 = 1e-4;
 
-/// Panels with less of the energy than this are not refined for the sake of high degrees.
+/// High degrees do not refine panels that have less than this share of the energy.
 const NEGLIGIBLE: f64 = 1e-13;
 
 /// Panels in theta_o are at most this wide; P h is at most 14.
@@ -29,13 +29,13 @@ const WIDEST: f64 = PI / 2.0;
 const PHASE: f64 = 14.0;
 const DEEPEST: usize = 8;
 
-/// Slices that are held at once may take this many moments.
+/// The most moments of the slices that are held at once.
 const MOST_MOMENTS: usize = 1 << 21;
 
-/// Values that are equal to this share of the largest are equal.
+/// Values that differ by less than this share of the largest count as equal.
 const EQUAL: f64 = 1e-10;
 
-/// Coefficients with p > 0 that hold no more than this share of the energy are rounding.
+/// Coefficients with p > 0 that hold no more than this share of the energy are rounding errors.
 const NOTHING: f64 = 1e-18;
 
 /// rho_lpq up to (F, P), and the energy of all degrees.
@@ -46,15 +46,15 @@ pub(super) struct Table {
     pub(super) rho: Vec<[f64; 3]>,
     /// The integral of rho_hat^2 over both directions, summed over channels.
     pub(super) total: f64,
-    /// The sum over panels of how far both rules differ, relative to `total`.
+    /// The differences of both rules, summed over panels and relative to `total`.
     pub(super) error: f64,
-    /// How often rho_hat was evaluated.
+    /// The number of evaluations of rho_hat.
     pub(super) evaluations: usize,
 }
 
-/// Projects to degrees (F, P), with rules that may differ by `accuracy` of the energy on a panel.
+/// Projects to degrees (F, P); on each panel the rules differ by at most `accuracy` of the energy.
 ///
-/// Errors are measured by `scale`, the energy as [`coarse`] finds it.
+/// Errors are relative to `scale`, the energy that [`coarse`] finds.
 pub(super) fn tabulate(
     source: Source<'_>,
     f: usize,
@@ -63,7 +63,7 @@ pub(super) fn tabulate(
 ) -> Result<Table, NotFinite> {
     loop {
         let table = pass(source, (f, p), (scale.max(f64::MIN_POSITIVE), accuracy))?;
-        // A coarse sum that met a highlight by chance is too large, and allowed too much.
+        // A coarse sum that hits a highlight by chance is too large, and the errors that it allows are too.
         if table.total >= scale / 4.0 {
             return Ok(table);
         }
@@ -86,6 +86,16 @@ pub(super) fn coarse(source: Source<'_>) -> Result<f64, NotFinite> {
         })
         .collect::<Result<_, _>>()?;
     Ok(parts.into_iter().sum())
+}
+
+/// Sum over q of both signs and over channels of |rho_lpq|^2, shape [F+1, P+1].
+pub(super) fn energies(rho: &[[f64; 3]], p: usize) -> Vec<f64> {
+    rho.chunks_exact(p + 1)
+        .map(|row| {
+            let square = |rgb: &[f64; 3]| rgb.iter().map(|value| value * value).sum::<f64>();
+            square(&row[0]) + 2.0 * row[1..].iter().map(square).sum::<f64>()
+        })
+        .collect()
 }
 
 /// One pass with errors relative to `scale`.
@@ -116,7 +126,7 @@ fn pass(
             .collect::<Result<_, _>>()?;
         for (panel, slices) in panels.into_iter().zip(slices.chunks_exact(NODES)) {
             table.evaluations += slices.iter().map(|slice| slice.evaluations).sum::<usize>();
-            let part = Part::new(panel, slices, &outgoing, f, incident.orders());
+            let part = PanelSum::new(panel, slices, &outgoing, f, incident.orders());
             if !part.is_within(accuracy * scale) && panel.depth < DEEPEST {
                 waiting.extend(panel.halves());
                 continue;
@@ -131,11 +141,11 @@ fn pass(
     }
     let beyond: f64 = energies(&table.rho, p).chunks_exact(side).flat_map(|row| &row[1..]).sum();
     if beyond <= NOTHING * table.total {
-        // The same from every view: what rounding left of p > 0 is zero.
+        // The same from every view: the coefficients with p > 0 are rounding errors.
         table.rho.chunks_exact_mut(side * side).for_each(|row| row[1..].fill([0.0; 3]));
     }
     if swing <= EQUAL * peak {
-        // No azimuth: what rounding left of q > 0 is zero.
+        // Independent of the azimuth: the coefficients with q > 0 are rounding errors.
         table.rho.chunks_exact_mut(side).for_each(|row| row[1..].fill([0.0; 3]));
     }
     if table.total > 0.0 {
@@ -145,7 +155,7 @@ fn pass(
 }
 
 /// A panel's part of all coefficients.
-struct Part {
+struct PanelSum {
     /// By both rules, shape [q, p - q, F+1 - q]; the second is their difference.
     rho: Vec<[[f64; 3]; 2]>,
     energy: f64,
@@ -155,7 +165,7 @@ struct Part {
     norm: f64,
 }
 
-impl Part {
+impl PanelSum {
     fn new(panel: Panel, slices: &[Slice], outgoing: &Legendre, f: usize, orders: usize) -> Self {
         let (mut cosine, mut sine, mut area) = ([1.0; LANES], [0.0; LANES], [0.0; NODES]);
         for (i, node) in RULE.into_iter().enumerate() {

@@ -56,8 +56,8 @@ fn lambert_scales_the_first_degrees_by_1_two_thirds_and_a_quarter() {
     }
 }
 
-/// The coefficients rebuild rho_hat. The series of cos^s is cut at F = 1500, where its terms fall as l^-(s+1); for
-/// Lambert, right at the kink, what is left out is below albedo / (2 pi F) = 1e-4.
+/// The coefficients rebuild rho_hat. The series of cos^s is cut at F = 1500, where its terms fall as
+/// l^-(s+1); for Lambert, directly at the kink, the truncated rest is below albedo / (2 pi F) = 1e-4.
 #[test]
 fn coefficients_rebuild_rho_hat() {
     for (material, allowed) in [(lambert(), 1e-4), (phong(5.0), 1e-10), (phong(40.5), 1e-10)] {
@@ -153,10 +153,11 @@ fn difference(found: &Projection, expected: impl Fn(usize, usize, usize) -> [f64
     worst / found.total.sqrt()
 }
 
-/// Phong about R and Lambert about N, as if they were any model, have their closed forms: panels of 15 nodes take
-/// whole powers of the cosine to rounding, 512 to what its refinement leaves.
+/// The general projection of Phong about R and Lambert about N agrees with the closed forms: panels of 15
+/// nodes integrate small powers of the cosine up to rounding, and power 512 up to the accuracy of the
+/// refinement.
 #[test]
-fn the_general_way_gives_the_closed_forms() {
+fn the_general_projection_gives_the_closed_forms() {
     let mut cases = vec![(lambert(), 1e-13)];
     cases.extend([(1.0, 1e-12), (5.0, 1e-12), (32.0, 1e-10), (512.0, 1e-9)].map(|(s, a)| (phong(s), a)));
     for (material, allowed) in cases {
@@ -175,8 +176,9 @@ fn the_general_way_gives_the_closed_forms() {
     }
 }
 
-/// Lambert about R: u(N.w_i) = sum of u_l Y_l0 = sum of u_l Lambda_l Y*_lq(w_i) Y_lq(N) with N at theta_o / 2 in w_o's
-/// azimuth, so that rho_lpq = 2 pi u_l Lambda_l times the integral of f_lq(theta_o / 2) f_pq(theta_o) sin(theta_o).
+/// Lambert about R: u(N.w_i) = sum of u_l Y_l0 = sum of u_l Lambda_l Y*_lq(w_i) Y_lq(N) with N at theta_o / 2
+/// in w_o's azimuth, so that rho_lpq = 2 pi u_l Lambda_l times the integral of f_lq(theta_o / 2)
+/// f_pq(theta_o) sin(theta_o).
 #[test]
 fn lambert_about_the_reflection_vector_has_its_closed_form() {
     let chalk = lambert();
@@ -200,13 +202,13 @@ fn lambert_about_the_reflection_vector_has_its_closed_form() {
         u[l].map(|u| 2.0 * PI * u * y_00 * sh::lambda(l) * overlap)
     });
     println!("{error:e}");
-    // The kinked horizon is respected, what is left is smooth: what the accuracy promises.
+    // The pieces have no kink inside, so that the error is within the stated accuracy.
     assert!(error < 1e-7, "{error:e}");
     assert!((found.total / chalk.radial().unwrap().energy() - 1.0).abs() < 1e-7);
 }
 
-/// A smooth function of both directions that changes with the azimuth between them. In the frame of the surface about
-/// T, the local z is x, the local y is -y.
+/// A smooth function of both directions that changes with the azimuth between them. In the frame of the
+/// surface about T, the local z is x, the local y is -y.
 fn smooth(incident: Direction, outgoing: Direction) -> [f64; 3] {
     let (l, v) = (incident.vector(), outgoing.vector());
     let value = (1.5 * l.dot(v) + 0.5 * l.x * v.x - 0.7 * v.x).exp() * (1.3 + l.x);
@@ -250,14 +252,16 @@ fn coefficients_rebuild_a_function_of_two_directions() {
         let [in_surface, out_surface] = Centre::Tangent.surface(incident, outgoing);
         let (value, expected) = (rebuilt(&found, incident, outgoing), smooth(in_surface, out_surface));
         for channel in 0..3 {
-            // Values reach 20; past degree 18 exp(1.5 x) has 1e-12 left, the quadrature promises 1e-6 of the norm.
+            // Values reach 20; above degree 18 exp(1.5 x) has a rest of 1e-12, and the quadrature is accurate
+            // to 1e-6 of the norm.
             assert!((value[channel] - expected[channel]).abs() < 1e-6, "{value:?} {expected:?}");
         }
     }
 }
 
-/// Brute force in four dimensions: the midpoint rule over both directions, each with its own azimuth, and the real
-/// harmonics. With the horizon cutting through its cells it is good to one part in its number of steps.
+/// Brute force in four dimensions: the midpoint rule over both directions, each with its own azimuth, and the
+/// real harmonics. As the horizon cuts through its cells, its relative accuracy is about 1 / its number of
+/// steps.
 #[test]
 fn coefficients_agree_with_brute_force() {
     let model = microfacet(0.35);
@@ -311,7 +315,7 @@ fn coefficients_agree_with_brute_force() {
     }
 }
 
-/// Table 5 of the paper, with its table's third and first degree within one.
+/// Table 5 of the paper; the first and third degrees agree within one.
 #[test]
 fn the_microfacet_model_needs_the_degrees_of_the_paper() {
     for (sigma, expected) in [(0.1, (23, 2)), (0.2, (11, 2)), (0.3, (7, 2)), (0.4, (5, 2)), (0.5, (4, 2))] {
@@ -337,7 +341,7 @@ fn the_hair_model_needs_degree_8_and_no_azimuth() {
     assert!(!found.anisotropic);
 }
 
-/// A highlight of a degree and one beside R draw the nodes to themselves: a table made for far higher degrees agrees.
+/// Nodes concentrate at a highlight of one degree and at one beside R: a table for far higher degrees agrees.
 #[test]
 fn sharp_highlights_are_resolved() {
     let aside = |light: Direction, view: Direction| {
@@ -359,7 +363,8 @@ fn sharp_highlights_are_resolved() {
     }
 }
 
-/// Equation 5.18: the energies of all degrees add up to the integral of rho_hat^2, and say what is captured.
+/// Equation 5.18: the energies of all degrees add up to the integral of rho_hat^2, and give the share that is
+/// captured.
 #[test]
 fn energies_add_up() {
     let model = microfacet(0.3);
@@ -398,7 +403,8 @@ fn the_number_of_threads_changes_no_bit() {
     assert_eq!(one, on(5));
 }
 
-/// Layers that are radially symmetric about one centre are so together, though no closed form is asked for.
+/// Layers that are radially symmetric about the same centre have a radially symmetric sum, although no closed
+/// form is used.
 #[test]
 fn radially_symmetric_layers_have_no_view_dependence() {
     let layers = Material::layers(vec![phong(3.0), phong(40.0)]).unwrap();
@@ -434,7 +440,7 @@ fn a_black_rho_hat_is_degree_0() {
 }
 
 #[test]
-fn what_is_not_finite_is_an_error_that_says_where() {
+fn a_value_that_is_not_finite_is_an_error_with_its_place() {
     let broken = |light: Direction, _: Direction| [if light.vector().z > 0.99 { f64::NAN } else { 1.0 }; 3];
     let error = general(Centre::Normal, &broken, tolerance(0.01)).unwrap_err();
     assert!(matches!(error, ProjectionError::NotFinite { theta_i, .. } if theta_i < 8.2), "{error}");
@@ -453,7 +459,8 @@ fn a_needle_is_too_sharp() {
     assert!(matches!(error, ProjectionError::TooSharp { captured, .. } if captured < 0.9), "{error}");
 }
 
-/// GGX shines most toward grazing views. What no usable degrees hold is told by `captured`, not refused.
+/// GGX is brightest toward grazing views. If no usable degrees meet the tolerance, `captured` reports the
+/// share, and there is no error.
 #[test]
 fn what_misses_the_tolerance_is_kept_if_it_holds_half() {
     let facets = Fresnel::Dielectric(1.5);
@@ -464,7 +471,7 @@ fn what_misses_the_tolerance_is_kept_if_it_holds_half() {
     assert!(p <= 32 && (f + 1) * (p + 1) * (p + 1) <= 1 << 17, "[{f}, {p}]");
 }
 
-/// Under a light tolerance the cut at the horizon decides: a table to far higher degrees says the same.
+/// With a small tolerance the cut at the horizon decides: a table of far higher degrees agrees.
 #[test]
 fn small_tolerances_are_met() {
     let model = microfacet(0.3);
@@ -476,7 +483,7 @@ fn small_tolerances_are_met() {
     assert!((1.0 - held / fine.total) <= 1.001e-3 && found.captured >= 1.0 - 1e-3);
 }
 
-/// A model that is said to be anisotropic and is not has its own mean.
+/// The mean of a model that is marked anisotropic, but is not, is the model itself.
 #[test]
 fn an_isotropic_material_is_its_own_mean() {
     let material = Material::Microfacet(Microfacet::new(0.3, [1.0, 0.5, 0.2]).unwrap());

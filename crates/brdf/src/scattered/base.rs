@@ -1,25 +1,27 @@
 //! The layered model that scattered samples are compared with.
 //!
-//! f_0 = a / pi + b * 28 / (23 pi) (1 - (1 - c_i / 2)^5) (1 - (1 - c_o / 2)^5) + (c (1 - s) + d s) D G / (4 c_i c_o)
+//! f_0 = a / pi + b * 28 / (23 pi) (1 - (1 - c_i / 2)^5) (1 - (1 - c_o / 2)^5) + (c (1 - s) + d s) D G / (4
+//! c_i c_o)
 //!
-//! with c_i, c_o the cosines, s = (1 - cos theta_d)^5 (Schlick), a, b, c, d colours of 0 or more: plain matte, matte under a
-//! coat that takes what it reflects (Ashikhmin and Shirley 2000), and a coat's highlight with its rise toward grazing. D is
-//! Beckmann's or GGX's distribution of width alpha, G Smith's masking for GGX in its separable form, for which
-//! G / (4 c_i c_o) stays finite down to the horizon.
+//! with c_i, c_o the cosines, s = (1 - cos theta_d)^5 (Schlick), a, b, c, d colours of 0 or more: a plain
+//! matte part, a matte part under a coat that takes away the light it reflects (Ashikhmin and Shirley 2000),
+//! and a coat's highlight with its rise toward grazing. D is Beckmann's or GGX's distribution of width alpha,
+//! and G is Smith's masking for GGX in its separable form, for which G / (4 c_i c_o) stays finite down to the
+//! horizon.
 //!
-//! For each D and alpha of a list the colours are the non-negative least squares of the relative error; the D and alpha
-//! with the least sum of ln((f + e) / (f_0 + e))^2, each capped, win.
+//! For each D and alpha of a list the colours are the non-negative least squares of the relative error; the D
+//! and alpha with the least sum of ln((f + e) / (f_0 + e))^2, each capped, win.
 
 use std::f64::consts::PI;
 
 use sphere::Direction;
 
-use super::Sample;
+use super::sample::Sample;
 
-/// The most samples that the model is fitted to; of more, evenly chosen ones.
+/// The most samples that the model is fitted to; if there are more, evenly spaced ones are chosen.
 const MOST: usize = 1 << 12;
 
-/// How finely alpha is searched: 32 steps from 0.02 to 1.
+/// The number of steps in the search for alpha, from 0.02 to 1.
 const STEPS: usize = 32;
 
 const TERMS: usize = 4;
@@ -61,7 +63,7 @@ impl Base {
         best.1
     }
 
-    /// f_0 in 1/sr; below the horizon as on it.
+    /// f_0 in 1/sr; below the horizon it is the value at the horizon.
     pub(super) fn value(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let terms = terms(self.distribution, self.alpha, incident, outgoing);
         self.weights.map(|weights| dot(&weights, &terms))
@@ -77,7 +79,8 @@ impl Base {
 fn terms(distribution: Distribution, alpha: f64, incident: Direction, outgoing: Direction) -> [f64; TERMS] {
     let [c_i, c_o] = [incident, outgoing].map(|direction| direction.vector().z.clamp(0.0, 1.0));
     let sum = incident.vector() + outgoing.vector();
-    // theta_h may be past 90 degrees where both directions are below the horizon: then as on it.
+    // theta_h may be past 90 degrees if both directions are below the horizon; it is then that at the
+    // horizon.
     let c_h = (sum.z / sum.length().max(1e-300)).clamp(1e-3, 1.0);
     let cos_d = (sum.length() / 2.0).min(1.0);
     let matte = |c: f64| 1.0 - (1.0 - c / 2.0).powi(5);
@@ -96,8 +99,9 @@ fn dot(a: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The weights of one channel, none negative: least squares of (f - f_0) / (scale + e), where the scale is first f, then
-/// twice the f_0 of the round before, so that large and small errors count as their logarithms would.
+/// The weights of one channel, none of them negative: the least squares of (f - f_0) / (scale + e), where the
+/// scale is first f, then twice the f_0 of the round before, so that errors count about as their logarithms
+/// would.
 fn colours(samples: &[Sample], rows: &[[f64; TERMS]], channel: usize, floor: f64) -> [f64; TERMS] {
     let mut weights = [0.0; TERMS];
     for round in 0..3 {
@@ -108,7 +112,7 @@ fn colours(samples: &[Sample], rows: &[[f64; TERMS]], channel: usize, floor: f64
             let guess = dot(&weights, row);
             let scale = if round == 0 { value } else { guess.max(value / 20.0) } + floor;
             let miss = if round == 0 { 0.0 } else { ((value + floor) / (guess + floor)).ln() };
-            // Wild samples count less: see `cost`.
+            // Outliers count less: see `cost`.
             let trust = if scale > 0.0 { 1.0 / (scale * (1.0 + miss * miss)).powi(2) } else { 0.0 };
             for a in 0..TERMS {
                 right[a] += trust * row[a] * value;
@@ -122,7 +126,8 @@ fn colours(samples: &[Sample], rows: &[[f64; TERMS]], channel: usize, floor: f64
     weights
 }
 
-/// The sum of y^2 / (1 + y^2), y = ln((f + e) / (f_0 + e)): past a factor of e, how wild a sample is no longer counts.
+/// The sum of y^2 / (1 + y^2), y = ln((f + e) / (f_0 + e)): past a factor of e, a larger error hardly counts
+/// more.
 fn cost(
     samples: &[Sample],
     rows: &[[f64; TERMS]],
@@ -138,8 +143,8 @@ fn cost(
     each.sum()
 }
 
-/// The least squares with no negative unknown: of all subsets of unknowns (the others 0) whose solution has none, the one
-/// with the least error. There are 16.
+/// The least squares without negative unknowns: of the 16 subsets of unknowns (the others are 0), the
+/// solution with the least error among those without negative ones.
 fn non_negative(matrix: &[[f64; TERMS]; TERMS], right: &[f64; TERMS]) -> [f64; TERMS] {
     let mut best = (0.0, [0.0; TERMS]);
     for subset in 1u32..1 << TERMS {
@@ -154,7 +159,7 @@ fn non_negative(matrix: &[[f64; TERMS]; TERMS], right: &[f64; TERMS]) -> [f64; T
     best.1
 }
 
-/// Cholesky on the held unknowns; `None` where they are all but dependent.
+/// Cholesky on the held unknowns; `None` if they are nearly dependent.
 fn solve(matrix: &[[f64; TERMS]; TERMS], right: &[f64; TERMS], held: &[usize]) -> Option<[f64; TERMS]> {
     let n = held.len();
     let mut lower = [[0.0; TERMS]; TERMS];

@@ -1,32 +1,33 @@
 //! A smooth function over half and difference angles through scattered values, zero away from them.
 //!
-//! y(theta_h, theta_d, phi_d) = sum over k = 0 .. 2 of w^k y_k(u, v) cos(2 k phi_d), with y_k cubic splines on uniform
-//! knots in u = asinh(theta_h / alpha), fine where the highlight is, and in v = theta_d, mirrored at all four borders
-//! (zero slope there: flat, never a trend carried on). w = q / (q + 0.05), q = (sin theta_h sin theta_d)^2, takes the
-//! azimuth's part away where phi_d loses its meaning.
+//! y(theta_h, theta_d, phi_d) = sum over k = 0 .. 2 of w^k y_k(u, v) cos(2 k phi_d), with y_k cubic splines
+//! on uniform knots in u = asinh(theta_h / alpha), fine where the highlight is, and in v = theta_d, mirrored
+//! at all four borders (zero slope there, so that no trend is extrapolated). w = q / (q + 0.05), q = (sin
+//! theta_h sin theta_d)^2, removes the dependence on the azimuth where phi_d loses its meaning.
 //!
-//! The coefficients minimise the squared misses plus a penalty (Eilers and Marx, "Flexible smoothing with B-splines and
-//! penalties", 1996): stiffness times the squared second differences of neighbours, and a fortieth of it times the squares
-//! themselves. The latter is what lets y fade, over two or three knots, where there are no values. Misses are
-//! weighted anew three times, 1 / (1 + (miss / 3 s)^2)^2 with s their typical size: readings at grazing can be wild
-//! (zeros beside a highlight). The matrix is banded; Cholesky's factors of the band are exact and fast.
+//! The coefficients minimise the squared errors plus a penalty (Eilers and Marx, "Flexible smoothing with
+//! B-splines and penalties", 1996): stiffness times the squared second differences of neighbours, and a
+//! fortieth of it times the squares themselves. The latter makes y fade, over two or three knots, where there
+//! are no values. Errors are weighted anew three times by 1 / (1 + (error / 3 s)^2)^2, with s their typical
+//! size, because readings at grazing angles can be outliers (zeros beside a highlight). The matrix is banded;
+//! Cholesky's factors of the band are exact and fast.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// What the penalty is tried with; samples that were left out choose.
+/// The factors of the penalty that are tried; samples that the trial left out decide.
 pub(super) const STIFFNESSES: [f64; 4] = [0.01, 0.1, 1.0, 10.0];
 
-/// Knots' intervals in u and v, and terms in phi_d.
+/// The intervals between knots in u and v, and the terms in phi_d.
 const U: usize = 18;
 const V: usize = 12;
 const K: usize = 3;
 
 const UNKNOWNS: usize = (U + 1) * (V + 1) * K;
 
-/// The farthest that two unknowns of one spline patch lie apart.
+/// The greatest distance between two unknowns of one spline patch.
 const BAND: usize = (3 * (V + 1) + 3) * K + K;
 
-/// A value to pass near.
+/// A value to approximate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Site {
     /// theta_h, theta_d, phi_d.
@@ -77,7 +78,7 @@ impl Residual {
             let misses: Vec<f64> = sites.iter().zip(&patches).map(miss).collect();
             let mut sorted = misses.clone();
             sorted.sort_by(f64::total_cmp);
-            // 1.48 times the median of the misses is their deviation, were they Gaussian.
+            // 1.48 times the median is the standard deviation of Gaussian errors.
             let typical = (1.48 * sorted[sorted.len() / 2]).max(1e-6);
             for (trust, miss) in trust.iter_mut().zip(&misses) {
                 *trust = (1.0 + (miss / (3.0 * typical)).powi(2)).powi(-2);
@@ -90,7 +91,7 @@ impl Residual {
         self.series(angles).at(angles[2])
     }
 
-    /// The series at theta_h and theta_d; the third angle is not read.
+    /// The series at theta_h and theta_d; the third angle is ignored.
     pub(super) fn series(&self, angles: [f64; 3]) -> Series {
         let patch = patch(angles, self.alpha);
         let mut terms = [[0.0; 3]; K];
@@ -141,7 +142,8 @@ fn patch([theta_h, theta_d, _]: [f64; 3], alpha: f64) -> Patch {
     Patch { u: splines(u, U), v: splines(theta_d / FRAC_PI_2, V), fade: q / (q + 0.05) }
 }
 
-/// The four cubic B-splines at `share` of an axis of n intervals, those past a border folded back over it.
+/// The four cubic B-splines at `share` of an axis of n intervals, those past a border are folded back over
+/// it.
 fn splines(share: f64, n: usize) -> [(usize, f64); 4] {
     let x = share.clamp(0.0, 1.0) * n as f64;
     let cell = (x as usize).min(n - 1);
@@ -161,8 +163,8 @@ fn fold(index: isize, n: usize) -> usize {
     if index > n { 2 * n - index } else { index }
 }
 
-/// A symmetric matrix of which only entries at most `BAND` from the diagonal are not zero; row i holds its entries
-/// (i, i - BAND ..= i).
+/// A symmetric matrix whose entries more than `BAND` from the diagonal are zero; row i holds the entries (i,
+/// i - BAND ..= i).
 struct Banded(Vec<[f64; BAND + 1]>);
 
 impl Banded {
@@ -179,7 +181,8 @@ impl Banded {
             let (before, rest) = self.0.split_at_mut(i);
             let row = &mut rest[0];
             for j in first..i {
-                // Entry (i, k) is row[k + BAND - i], entry (j, k) is other[k + BAND - j], for k from first to j.
+                // Entry (i, k) is row[k + BAND - i], entry (j, k) is other[k + BAND - j], for k from first to
+                // j.
                 let other = &before[j];
                 let (a, b) = (&row[first + BAND - i..j + BAND - i], &other[first + BAND - j..BAND]);
                 let sum: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
@@ -214,7 +217,7 @@ fn solve(sites: &[Site], patches: &[Patch], trust: &[f64], stiffness: f64) -> Ve
                 right[i][channel] += trust * weight * site.value[channel];
             }
             for &(j, other) in &unknowns[..a] {
-                // Folding may name one unknown twice: its square then holds the product twice.
+                // Folding may list one unknown twice: its square then holds the product twice.
                 matrix.add(i, j, trust * weight * other * if i == j { 2.0 } else { 1.0 });
             }
             matrix.add(i, i, trust * weight * weight);
@@ -232,14 +235,14 @@ fn solve(sites: &[Site], patches: &[Patch], trust: &[f64], stiffness: f64) -> Ve
                     for a in 0..3 {
                         for b in 0..3 {
                             let value = stiffness * factors[a] * factors[b];
-                            // Both orders of a pair are met; the matrix holds one.
+                            // Both orders of a pair occur; the matrix holds one.
                             if difference[a] >= difference[b] {
                                 matrix.add(difference[a], difference[b], value);
                             }
                         }
                     }
                 }
-                // Waves in phi_d are believed less, the faster the less.
+                // The penalty on waves in phi_d grows with their frequency.
                 matrix.add(at(u, v), at(u, v), stiffness * (1 + 4 * k * k) as f64 / 40.0 + 1e-6);
             }
         }

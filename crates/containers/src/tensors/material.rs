@@ -5,7 +5,7 @@
 //! [...]}`, of a table `{"model": "measured", "scale": [1.0, 1.0, 1.0], "table": 0}`, whose values are the tensor `table0`
 //! [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]); tables are numbered in the order of the layers.
 
-use brdf::{MODELS, Material, Measured, Parameter, Shape, Value, Values};
+use brdf::{MODELS, Material, Measured, Parameter, Value, ValueType, Values};
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
@@ -137,10 +137,10 @@ fn values(object: &Map<String, Json>, parameters: &[Parameter], besides: &str) -
     let mut values = Values::default();
     for (key, json) in object.iter().filter(|(key, _)| *key != besides) {
         let parameter = parameters.iter().find(|parameter| parameter.name == key);
-        let value = parameter.and_then(|parameter| match parameter.shape {
-            Shape::Number(_) => json.as_f64().map(Value::Number),
-            Shape::Colour(_) => colour(json).map(Value::Colour),
-            Shape::Records(inner) => {
+        let value = parameter.and_then(|parameter| match parameter.value_type {
+            ValueType::Number(_) => json.as_f64().map(Value::Number),
+            ValueType::Colour(_) => colour(json).map(Value::Colour),
+            ValueType::Records(inner) => {
                 let records = json.as_array()?.iter();
                 let records = records.map(|record| self::values(record.as_object()?, inner, "").ok());
                 records.collect::<Option<_>>().map(Value::Records)

@@ -14,6 +14,7 @@ use wgpu::{
 use super::memory::TEXELS;
 use super::mesh::Shape;
 use crate::Mode;
+use crate::shading::{lobe_sampling, material};
 
 const FRAME: &str = include_str!("frame.wgsl");
 const MAP: &str = include_str!("map.wgsl");
@@ -189,6 +190,7 @@ fn develop_source() -> String {
 
 /// All of a mode's shader.
 fn mode_source(mode: Mode) -> String {
+    let (material, lobe_sampling) = (material::shader(), lobe_sampling::shader());
     let (files, value): (&[&str], _) = match mode {
         Mode::LocalShrm => (&[include_str!("../shading/local_shrm.wgsl")], "local_shrm(surface)"),
         Mode::GlobalShrm => (&[GLOBAL_SHRM], "global_shrm(surface)"),
@@ -201,8 +203,8 @@ fn mode_source(mode: Mode) -> String {
             &[
                 include_str!("../shading/sequence.wgsl"),
                 include_str!("../shading/light_samples.wgsl"),
-                include_str!("../shading/material.wgsl"),
-                include_str!("../shading/lobes.wgsl"),
+                &material,
+                &lobe_sampling,
                 include_str!("../shading/brute_force.wgsl"),
             ],
             "before + brute_force(surface, frame_number(pixel), part.first, part.count)",

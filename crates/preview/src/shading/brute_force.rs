@@ -1,7 +1,7 @@
 //! The sum of all light by many samples: B(V) = the integral of L(w) rho_hat(w, V) over the sphere (paper 1, equation 2).
 //!
 //! Samples are of two kinds: directions where the light is bright ([`super::light_samples`]) and directions where the
-//! material reflects from ([`super::lobes`]). The first coordinate of a sample's point ([`super::sequence`]) says which. Each
+//! material reflects from ([`super::lobe_sampling`]). The first coordinate of a sample's point ([`super::sequence`]) says which. Each
 //! counts L rho_hat / (c p_light + (1 - c) p_lobes), the density of both kinds together with c the share of the first: the
 //! balance heuristic for one sample (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo
 //! Rendering", 1995). It has no bias, and no sample is larger than the better kind alone would have it.
@@ -19,7 +19,7 @@ use brdf::Material;
 use glam::{Mat3, Vec3};
 
 use super::light_samples::LightSamples;
-use super::lobes::Lobes;
+use super::lobe_sampling::LobeSampling;
 use super::material::PackedMaterial;
 use super::sequence;
 use super::surface::Surface;
@@ -30,7 +30,7 @@ use crate::{Look, RenderError};
 pub struct Prepared {
     light: Arc<LightSamples>,
     material: PackedMaterial,
-    lobes: Lobes,
+    lobes: LobeSampling,
 }
 
 impl Prepared {
@@ -52,7 +52,11 @@ impl Prepared {
     /// [`RenderError::Maps`] where its model has no shader.
     pub fn of(light: Arc<LightSamples>, material: &Material) -> Result<Self, RenderError> {
         let share = if light.is_lit() { 0.5 } else { 0.0 };
-        Ok(Self { light, material: PackedMaterial::new(material)?, lobes: Lobes::new(material, share) })
+        Ok(Self {
+            light,
+            material: PackedMaterial::new(material)?,
+            lobes: LobeSampling::new(material, share),
+        })
     }
 
     /// The light: the buffer `light_samples`.
@@ -65,8 +69,8 @@ impl Prepared {
         &self.material
     }
 
-    /// Where it is sampled: the buffer `lobes`.
-    pub fn lobes(&self) -> &Lobes {
+    /// Where it is sampled: the buffer `lobe_sampling`.
+    pub fn lobes(&self) -> &LobeSampling {
         &self.lobes
     }
 }

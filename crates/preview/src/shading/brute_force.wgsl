@@ -1,8 +1,9 @@
 // The sum of all light by many samples (paper 1, equation 2): of the light and of the material's lobes, weighed by the
 // balance heuristic. The twin of brute_force.rs, with the same samples.
 //
-// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and lobes.wgsl, whose buffers
-// `Prepared` holds: light_samples is `Prepared::light`, material `Prepared::material`, lobes `Prepared::lobes`.
+// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and lobe_sampling.wgsl, whose
+// buffers `Prepared` holds: light_samples is `Prepared::light`, material `Prepared::material`, lobe_sampling
+// `Prepared::lobes`.
 
 // The sum over `count` light samples from `first` on: divided by the number of all it is the reflected radiance.
 fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> vec3f {
@@ -10,7 +11,7 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
     let to_surface = transpose(frame);
     let view = to_surface * surface.view;
     let shift = sequence_shift(sample_index);
-    let share = lobes_light();
+    let share = lobe_sampling_light();
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         let point = sequence_point(shift, first + i);
@@ -21,14 +22,14 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
             incident = to_surface * lit.direction;
         } else {
             let choice = brute_force_below_1((point.x - share) / (1.0 - share));
-            incident = lobes_draw(vec2f(choice, point.y), view);
+            incident = lobe_sampling_draw(vec2f(choice, point.y), view);
             lit = light_samples_at(frame * incident);
         }
         let rho_hat = material_rho_hat(incident, view);
         if all(rho_hat == vec3f(0.0)) {
             continue;
         }
-        let density = share * lit.density + (1.0 - share) * lobes_density(incident, view);
+        let density = share * lit.density + (1.0 - share) * lobe_sampling_density(incident, view);
         if density > 0.0 {
             sum += lit.radiance * rho_hat / density;
         }

@@ -1,74 +1,98 @@
 //! rho_hat of every reflection model, in f32, from a material packed into words as the shader reads it.
 //!
-//! rho_hat is the BRDF times the incident cosine, in 1/sr, RGB, in the frame of the surface: +Z the normal, +X the
-//! tangent (`brdf::Model::rho_hat`, whose module texts have the formulas and papers). The words are u32; a number is the
-//! bits of its f32:
+//! rho_hat is the BRDF times the incident cosine, in 1/sr, RGB, in the frame of the surface: +Z the normal,
+//! +X the tangent (`brdf::Model::rho_hat`, whose module texts have the formulas and papers). The words are
+//! u32:
 //!
 //! | words | what |
 //! | --- | --- |
-//! | 1 | the number of layers; a material that is no sum is one layer |
-//! | per layer 1 | the number of its model |
-//! | | its parameters, as below |
-//! | | the tables of measured layers |
+//! | 1 | the number of layers; a material that is not a sum is one layer |
+//! | per layer 1 | its model: its place in `brdf::for_each_model`, from 0 on; measured tables come last |
+//! | 1 | the number of words that follow |
+//! | | the constants of its formula (`brdf::Material::constants`), each as the bits of its f32 |
 //!
-//! | | model | parameters |
-//! | --- | --- | --- |
-//! | 1 | lambert | albedo / pi (3) |
-//! | 2 | oren-nayar | albedo A / pi (3), albedo B / pi (3) |
-//! | 3 | phong | s, peak (3) |
-//! | 4 | blinn-phong | s / 2, peak (3) |
-//! | 5 | microfacet | sigma, peak (3) |
-//! | 6 | torrance-sparrow | m, specular / (4 pi m^2) (3), Fresnel (7) |
-//! | 7 | ggx | alpha^2, specular alpha^2 / (2 pi) (3), Fresnel (7) |
-//! | 8 | ward | a_x, a_y, specular / (pi a_x a_y) (3) |
-//! | 9 | ashikhmin-shirley | e_x / 2, e_y / 2, the factor of the lobe, specular (3), the factor of the base (3) |
-//! | 10 | lafortune | diffuse / pi (3), the number of lobes; per lobe cx, cz, n, weight (3) |
-//! | 11 | kajiya-kay | s, specular (3) |
-//! | 12 | measured | n_h, n_d, n_phi, the first word of the table, scale (3); the table has RGB at each node |
+//! Each model has one formula here, a method of `Layer` named after the model's module, and the same formula
+//! in material.wgsl, `material_` and that name. The choice between them is made from the list, in both
+//! languages.
 //!
-//! Fresnel is 0 and three times the index of refraction and 0; or 1, n (3) and k (3).
-//!
-//! The formulas are written so that f32 does: the power of a cosine near 1 is taken from the square of its sine, an
-//! angle from an arc tangent, and what would be 0 / 0 or past the range is decided before it is divided. No value is
-//! infinite or NaN, for any two unit vectors.
+//! The formulas are written for f32: they take the power of a cosine near 1 from the square of its sine and
+//! an angle from an arc tangent, and they decide before a division what would be 0 / 0 or out of range. No
+//! value is infinite or NaN, for any two unit vectors.
 
-pub(super) mod packing;
 #[cfg(test)]
 mod tests;
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use brdf::Material;
+use brdf::{MODELS, Material};
 use glam::Vec3;
 
 use super::angles::angle;
 use crate::RenderError;
 
-const LAMBERT: u32 = 1;
-const OREN_NAYAR: u32 = 2;
-const PHONG: u32 = 3;
-const BLINN_PHONG: u32 = 4;
-const MICROFACET: u32 = 5;
-const TORRANCE_SPARROW: u32 = 6;
-const GGX: u32 = 7;
-const WARD: u32 = 8;
-const ASHIKHMIN_SHIRLEY: u32 = 9;
-const LAFORTUNE: u32 = 10;
-const KAJIYA_KAY: u32 = 11;
-const MEASURED: u32 = 12;
+/// Makes constants for Rust, and `WGSL_CONSTANTS`, their declarations for the shader with a prefix to each
+/// name.
+macro_rules! shader_constants {
+    ($prefix:literal: $($(#[$doc:meta])* $name:ident: $type:ty = $value:expr;)*) => {
+        $($(#[$doc])* const $name: $type = $value;)*
 
-/// A squared slope over a squared roughness past which a Gaussian of it is 0 in f32, with room for its factors.
-const STEEP: f32 = 80.0;
-/// The least cosine in factors that have no bound at grazing: see ashikhmin-shirley and ward.
-const LEAST: f32 = 1e-3;
-/// Light nearer to the horizon than this is below it: products of two such cosines are numbers still.
-const HORIZON: f32 = 1e-12;
-/// The square of a sum of light and view that are opposite.
-const OPPOSITE: f32 = 1e-20;
-/// The square of a sine below which the cosine's logarithm is a series of it.
-const NEAR: f32 = 0.1;
-/// Less than any cosine that matters, and with a logarithm.
-const TINY: f32 = 1e-30;
+        /// The same constants, declared for the shader.
+        const WGSL_CONSTANTS: &str =
+            concat!($("const ", $prefix, stringify!($name), ": ", stringify!($type), " = ", stringify!($value), ";\n",)*);
+    };
+}
+pub(super) use shader_constants;
+
+shader_constants!("MATERIAL_":
+    /// A Gaussian of a squared slope over a squared roughness is 0 in f32 from here on, with room for its
+    /// factors.
+    STEEP: f32 = 80.0;
+    /// The least cosine in factors that have no bound at grazing: see ashikhmin-shirley and ward.
+    LEAST: f32 = 1e-3;
+    /// Light nearer to the horizon than this counts as below it: products of two such cosines are still
+    /// normal numbers.
+    HORIZON: f32 = 1e-12;
+    /// The square of a sum of light and view below which they count as opposite.
+    OPPOSITE: f32 = 1e-20;
+    /// The square of a sine below which the logarithm of the cosine comes from a series.
+    NEAR: f32 = 0.1;
+    /// A number with a logarithm that is less than any cosine that matters.
+    TINY: f32 = 1e-30;
+);
+
+/// The formula of a model.
+struct Formula {
+    /// The name of the method of [`Layer`]; the shader's function has the prefix `material_` before it.
+    name: &'static str,
+    rho_hat: fn(Layer<'_>, Vec3, Vec3) -> Vec3,
+}
+
+macro_rules! formulas {
+    ($($module:ident::$model:ident),* $(,)?) => {
+        formulas!(@ $($module,)* measured);
+    };
+    (@ $($name:ident),*) => {
+        /// The formula of every model, by its number.
+        const FORMULAS: &[Formula] = &[$(Formula {
+            name: stringify!($name),
+            rho_hat: |layer, light, view| layer.$name(light, view),
+        },)*];
+    };
+}
+brdf::for_each_model!(formulas);
+
+/// The text of the shader: its constants, the choice between the formulas, and material.wgsl.
+pub fn shader() -> String {
+    let cases = FORMULAS.iter().enumerate().map(|(number, Formula { name, .. })| {
+        format!("        case {number}u: {{ return material_{name}(at, light, view); }}\n")
+    });
+    let choice = format!(
+        "fn material_layer(model: u32, at: u32, light: vec3f, view: vec3f) -> vec3f {{\n    switch model {{\n{}\
+         \x20       default: {{ return vec3f(0.0); }}\n    }}\n}}\n",
+        cases.collect::<String>(),
+    );
+    [WGSL_CONSTANTS, &choice, include_str!("material.wgsl")].concat()
+}
 
 /// A material as the shader reads it.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,9 +104,22 @@ impl PackedMaterial {
     /// Packs a material.
     ///
     /// # Errors
-    /// [`RenderError::Maps`], with the model's name, where it has no shader.
+    /// [`RenderError::Maps`] if its measured tables are too large for the shader to count their words.
     pub fn new(material: &Material) -> Result<Self, RenderError> {
-        Ok(Self { words: packing::words(material)? })
+        let layers = material.leaves();
+        let mut words = vec![layers.len() as u32];
+        for layer in layers {
+            let model = MODELS.iter().position(|model| model.name == layer.name()).unwrap_or(MODELS.len());
+            let constants = layer.constants();
+            words.extend([model as u32, constants.len() as u32]);
+            words.extend(constants.iter().map(|value| value.to_bits()));
+        }
+        match u32::try_from(words.len()) {
+            Ok(_) => Ok(Self { words }),
+            Err(_) => {
+                Err(RenderError::maps("the measured layers of a material are too large for brute force"))
+            }
+        }
     }
 
     /// The words, for the buffer `material` of the shader.
@@ -90,57 +127,36 @@ impl PackedMaterial {
         &self.words
     }
 
-    /// rho_hat(incident, outgoing), RGB, in 1/sr: both unit vectors in the frame of the surface, away from it.
+    /// rho_hat(incident, outgoing), RGB, in 1/sr: both unit vectors in the frame of the surface, away from
+    /// it.
     pub fn evaluate(&self, incident: Vec3, outgoing: Vec3) -> Vec3 {
-        let words = self.words.as_slice();
+        let (count, mut rest) = (self.words[0], &self.words[1..]);
         let mut sum = Vec3::ZERO;
-        let mut at = 1;
-        for _ in 0..words[0] {
-            let layer = Layer { words, at: at + 1 };
-            let (value, length) = match words[at] {
-                LAMBERT => (layer.lambert(incident), 3),
-                OREN_NAYAR => (layer.oren_nayar(incident, outgoing), 6),
-                PHONG => (layer.phong(incident, outgoing), 4),
-                BLINN_PHONG => (layer.blinn_phong(incident, outgoing), 4),
-                MICROFACET => (layer.microfacet(incident, outgoing), 4),
-                TORRANCE_SPARROW => (layer.torrance_sparrow(incident, outgoing), 11),
-                GGX => (layer.ggx(incident, outgoing), 11),
-                WARD => (layer.ward(incident, outgoing), 5),
-                ASHIKHMIN_SHIRLEY => (layer.ashikhmin_shirley(incident, outgoing), 9),
-                LAFORTUNE => (layer.lafortune(incident, outgoing), 4 + 6 * layer.word(3)),
-                KAJIYA_KAY => (layer.kajiya_kay(incident, outgoing), 4),
-                MEASURED => (layer.measured(incident, outgoing), 7),
-                // `packing` writes no other.
-                _ => return sum,
-            };
-            sum += value;
-            at += 1 + length;
+        for _ in 0..count {
+            let (words, others) = rest[2..].split_at(rest[1] as usize);
+            sum += (FORMULAS[rest[0] as usize].rho_hat)(Layer { words }, incident, outgoing);
+            rest = others;
         }
         sum
     }
 }
 
-/// The parameters of a layer, from word `at` on.
+/// The constants of a layer.
 #[derive(Clone, Copy)]
 struct Layer<'w> {
     words: &'w [u32],
-    at: usize,
 }
 
 impl Layer<'_> {
-    fn word(self, k: usize) -> usize {
-        self.words[self.at + k] as usize
-    }
-
     fn number(self, k: usize) -> f32 {
-        f32::from_bits(self.words[self.at + k])
+        f32::from_bits(self.words[k])
     }
 
     fn colour(self, k: usize) -> Vec3 {
         Vec3::new(self.number(k), self.number(k + 1), self.number(k + 2))
     }
 
-    fn lambert(self, light: Vec3) -> Vec3 {
+    fn lambert(self, light: Vec3, _: Vec3) -> Vec3 {
         self.colour(0) * light.z.max(0.0)
     }
 
@@ -230,7 +246,7 @@ impl Layer<'_> {
         }
         let (across, along) = (light.x * view.x + light.y * view.y, light.z * view.z);
         let mut brdf = self.colour(0);
-        for lobe in 0..self.word(3) {
+        for lobe in 0..self.number(3) as usize {
             let k = 4 + 6 * lobe;
             let base = self.number(k) * across + self.number(k + 1) * along;
             brdf += self.colour(k + 3) * power_of(base, self.number(k + 2));
@@ -250,7 +266,7 @@ impl Layer<'_> {
             return Vec3::ZERO;
         }
         let [theta_h, theta_d, phi_d] = half_difference(light, view);
-        let (n_h, n_d, n_phi) = (self.word(0), self.word(1), self.word(2));
+        let [n_h, n_d, n_phi] = [0, 1, 2].map(|axis| self.number(axis) as usize);
         let (h, to_h) = place((theta_h / FRAC_PI_2).sqrt(), n_h);
         let (d, to_d) = place(theta_d / FRAC_PI_2, n_d);
         let turn = phi_d / PI * n_phi as f32;
@@ -260,23 +276,18 @@ impl Layer<'_> {
         let step = if h + 1 < n_h { n_d } else { 0 };
         let row = |row: usize| {
             let [before, after] =
-                [phi % n_phi, (phi + 1) % n_phi].map(|column| self.entry(row * n_phi + column));
+                [phi % n_phi, (phi + 1) % n_phi].map(|column| self.colour(6 + 3 * (row * n_phi + column)));
             before + (after - before) * to_phi
         };
         let near = row(low[0]) * (1.0 - to_d) + row(low[1]) * to_d;
         let far = row(low[0] + step) * (1.0 - to_d) + row(low[1] + step) * to_d;
-        self.colour(4) * (near * (1.0 - to_h) + far * to_h) * light.z
+        self.colour(3) * (near * (1.0 - to_h) + far * to_h) * light.z
     }
 
-    /// An entry of a measured layer's table.
-    fn entry(self, entry: usize) -> Vec3 {
-        Layer { words: self.words, at: self.word(3) }.colour(3 * entry)
-    }
-
-    /// The share that a smooth facet reflects, its words from `k` on.
+    /// The share that a smooth facet reflects: its constants begin at `k`.
     fn fresnel(self, k: usize, half: Half) -> Vec3 {
         let (cosine, sin2) = (half.facet(), half.turn);
-        if self.word(k) == 0 {
+        if self.number(k) == 0.0 {
             return Vec3::splat(dielectric(self.number(k + 1), cosine));
         }
         let share = |channel: usize| {
@@ -302,7 +313,7 @@ struct Half {
 }
 
 impl Half {
-    /// None of light below the horizon, and where light and view are opposite.
+    /// `None` if the light is below the horizon, or light and view are opposite.
     fn new(light: Vec3, view: Vec3) -> Option<Self> {
         let sum = light + view;
         let length_squared = sum.dot(sum);
@@ -331,7 +342,7 @@ impl Half {
     }
 }
 
-/// cos^s, 0 where the cosine is not above 0; `sin2` is the square of the sine.
+/// cos^s, or 0 if the cosine is not above 0; `sin2` is the square of the sine.
 pub(super) fn power(cosine: f32, sin2: f32, s: f32) -> f32 {
     if cosine <= 0.0 {
         return 0.0;
@@ -340,7 +351,7 @@ pub(super) fn power(cosine: f32, sin2: f32, s: f32) -> f32 {
     bounded_exp(s * ln)
 }
 
-/// base^n, 0 where the base is not above 0.
+/// base^n, or 0 if the base is not above 0.
 fn power_of(base: f32, n: f32) -> f32 {
     if base <= 0.0 {
         return 0.0;
@@ -350,7 +361,7 @@ fn power_of(base: f32, n: f32) -> f32 {
     bounded_exp(n * ln)
 }
 
-/// ln(sqrt(1 - x)), |x| below [`NEAR`]: the series of ln(1 - x), whose next term is below 2e-8 of it.
+/// ln(sqrt(1 - x)) for |x| below [`NEAR`]: the series of ln(1 - x), whose next term is below 2e-8 of it.
 fn ln_cosine(x: f32) -> f32 {
     let series = 1.0 / 6.0 + x * (1.0 / 7.0);
     let series = 0.25 + x * (0.2 + x * series);
@@ -378,7 +389,7 @@ fn lambda_cosine(m: f32, cosine: f32) -> f32 {
     slope * (1.0 - 1.259 * a + 0.396 * a * a).max(0.0) / (3.535 + 2.181 * a)
 }
 
-/// Fresnel's share of a dielectric.
+/// The share that a dielectric reflects, by Fresnel.
 fn dielectric(ior: f32, c: f32) -> f32 {
     let excess = ior * ior - 1.0;
     let sum = (excess + c * c).sqrt() + c;
@@ -389,7 +400,7 @@ fn dielectric(ior: f32, c: f32) -> f32 {
     0.5 * share * share * (1.0 + parallel * parallel)
 }
 
-/// Fresnel's share of a conductor.
+/// The share that a conductor reflects, by Fresnel.
 fn conductor(n: f32, k: f32, c: f32, sin2: f32) -> f32 {
     let cos2 = c * c;
     let index = n * n - k * k;
@@ -418,7 +429,8 @@ fn half_difference(light: Vec3, view: Vec3) -> [f32; 3] {
     [angle(across, sum.z), angle(difference.length(), length), phi_d]
 }
 
-/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far it is to the next, 0 to 1.
+/// The node before `share` of an axis of n nodes at 0, 1/n, 2/n ..., and how far the share is on the way to
+/// the next, 0 to 1.
 fn place(share: f32, n: usize) -> (usize, f32) {
     let at = (share * n as f32).min((n - 1) as f32);
     let node = at as usize;

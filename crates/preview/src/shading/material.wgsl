@@ -1,119 +1,18 @@
-// rho_hat of every reflection model, in the frame of the surface: +Z the normal, +X the tangent. The twin of material.rs,
-// which has the layout of the words. It needs angles.wgsl.
+// rho_hat of every reflection model, in the frame of the surface: +Z the normal, +X the tangent. The twin of
+// material.rs, which has the layout of the words, and which puts before this text the constants and
+// `material_layer`: the choice of a model's formula, material_ and the name of its module. It needs
+// angles.wgsl.
 
-// `PackedMaterial::words`: the number of layers; per layer the number of its model and its parameters; tables.
+// `PackedMaterial::words`: the number of layers; per layer its model, the number of its constants, and these.
 @group(3) @binding(1) var<storage, read> material: array<u32>;
-
-const MATERIAL_LAMBERT = 1u;
-const MATERIAL_OREN_NAYAR = 2u;
-const MATERIAL_PHONG = 3u;
-const MATERIAL_BLINN_PHONG = 4u;
-const MATERIAL_MICROFACET = 5u;
-const MATERIAL_TORRANCE_SPARROW = 6u;
-const MATERIAL_GGX = 7u;
-const MATERIAL_WARD = 8u;
-const MATERIAL_ASHIKHMIN_SHIRLEY = 9u;
-const MATERIAL_LAFORTUNE = 10u;
-const MATERIAL_KAJIYA_KAY = 11u;
-const MATERIAL_MEASURED = 12u;
-
-const MATERIAL_PI = 3.14159265;
-// A squared slope over a squared roughness past which a Gaussian of it is 0 in f32, with room for its factors.
-const MATERIAL_STEEP = 80.0;
-// The least cosine in factors that have no bound at grazing.
-const MATERIAL_LEAST = 1e-3;
-// Light nearer to the horizon than this is below it.
-const MATERIAL_HORIZON = 1e-12;
-// The square of a sum of light and view that are opposite.
-const MATERIAL_OPPOSITE = 1e-20;
-// The square of a sine below which the cosine's logarithm is a series of it.
-const MATERIAL_NEAR = 0.1;
-// Less than any cosine that matters, and with a logarithm.
-const MATERIAL_TINY = 1e-30;
 
 // rho_hat(light, view), RGB, in 1/sr: both unit vectors, away from the surface.
 fn material_rho_hat(light: vec3f, view: vec3f) -> vec3f {
-    let half_vector = material_half(light, view);
     var sum = vec3f(0.0);
     var at = 1u;
     for (var layer = 0u; layer < material[0]; layer++) {
-        let model = material[at];
-        at++;
-        switch model {
-            case MATERIAL_LAMBERT: {
-                sum += material_colour(at) * max(light.z, 0.0);
-                at += 3u;
-            }
-            case MATERIAL_OREN_NAYAR: {
-                sum += material_oren_nayar(at, light, view);
-                at += 6u;
-            }
-            case MATERIAL_PHONG: {
-                let mirrored = vec3f(-view.x, -view.y, view.z);
-                let sine = cross(light, mirrored);
-                let lobe = material_power(dot(light, mirrored), dot(sine, sine), material_number(at));
-                sum += material_colour(at + 1u) * lobe;
-                at += 4u;
-            }
-            case MATERIAL_BLINN_PHONG: {
-                if half_vector.seen {
-                    let lobe = material_half_power(half_vector, material_number(at));
-                    sum += material_colour(at + 1u) * (half_vector.light * lobe);
-                }
-                at += 4u;
-            }
-            case MATERIAL_MICROFACET: {
-                let both = light + view;
-                if light.z > 0.0 && dot(both, both) > 0.0 {
-                    let share = angles_angle(length(both.xy), both.z) / material_number(at);
-                    sum += material_colour(at + 1u) * exp(-min(share * share, MATERIAL_STEEP));
-                }
-                at += 4u;
-            }
-            case MATERIAL_TORRANCE_SPARROW: {
-                if half_vector.seen {
-                    sum += material_torrance_sparrow(at, half_vector);
-                }
-                at += 11u;
-            }
-            case MATERIAL_GGX: {
-                if half_vector.seen {
-                    sum += material_ggx(at, half_vector);
-                }
-                at += 11u;
-            }
-            case MATERIAL_WARD: {
-                if half_vector.seen {
-                    sum += material_ward(at, half_vector);
-                }
-                at += 5u;
-            }
-            case MATERIAL_ASHIKHMIN_SHIRLEY: {
-                if half_vector.seen {
-                    sum += material_ashikhmin_shirley(at, half_vector);
-                }
-                at += 9u;
-            }
-            case MATERIAL_LAFORTUNE: {
-                sum += material_lafortune(at, light, view);
-                at += 4u + 6u * material[at + 3u];
-            }
-            case MATERIAL_KAJIYA_KAY: {
-                let sin_i = length(light.yz);
-                let sin_o = length(view.yz);
-                let sine = sin_i * view.x - light.x * sin_o;
-                let cosine = light.x * view.x + sin_i * sin_o;
-                sum += material_colour(at + 1u) * material_power(cosine, sine * sine, material_number(at));
-                at += 4u;
-            }
-            case MATERIAL_MEASURED: {
-                sum += material_measured(at, light, view);
-                at += 7u;
-            }
-            default: {
-                return sum;
-            }
-        }
+        sum += material_layer(material[at], at + 2u, light, view);
+        at += 2u + material[at + 1u];
     }
     return sum;
 }
@@ -126,6 +25,10 @@ fn material_colour(at: u32) -> vec3f {
     return vec3f(material_number(at), material_number(at + 1u), material_number(at + 2u));
 }
 
+fn material_lambert(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    return material_colour(at) * max(light.z, 0.0);
+}
+
 fn material_oren_nayar(at: u32, light: vec3f, view: vec3f) -> vec3f {
     if light.z <= 0.0 {
         return vec3f(0.0);
@@ -134,7 +37,36 @@ fn material_oren_nayar(at: u32, light: vec3f, view: vec3f) -> vec3f {
     return (material_colour(at) + material_colour(at + 3u) * across) * light.z;
 }
 
-fn material_torrance_sparrow(at: u32, half_vector: Half) -> vec3f {
+fn material_phong(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let mirrored = vec3f(-view.x, -view.y, view.z);
+    let sine = cross(light, mirrored);
+    let lobe = material_power(dot(light, mirrored), dot(sine, sine), material_number(at));
+    return material_colour(at + 1u) * lobe;
+}
+
+fn material_blinn_phong(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
+    let lobe = material_half_power(half_vector, material_number(at));
+    return material_colour(at + 1u) * (half_vector.light * lobe);
+}
+
+fn material_microfacet(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let sum = light + view;
+    if light.z <= 0.0 || dot(sum, sum) <= 0.0 {
+        return vec3f(0.0);
+    }
+    let share = angles_angle(length(sum.xy), sum.z) / material_number(at);
+    return material_colour(at + 1u) * exp(-min(share * share, MATERIAL_STEEP));
+}
+
+fn material_torrance_sparrow(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
     let m = material_number(at);
     let across = half_vector.across / (m * m);
     let z2 = half_vector.sum.z * half_vector.sum.z;
@@ -143,28 +75,36 @@ fn material_torrance_sparrow(at: u32, half_vector: Half) -> vec3f {
     }
     let cos2 = z2 / half_vector.length_squared;
     let d = exp(-across / z2) / (cos2 * cos2);
-    let light = half_vector.light;
-    let view = half_vector.view;
-    let masked = light * view
-        + view * material_lambda_cosine(m, light)
-        + light * material_lambda_cosine(m, view);
-    return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * (d * light / masked);
+    let cos_i = half_vector.light;
+    let cos_o = half_vector.view;
+    let masked = cos_i * cos_o
+        + cos_o * material_lambda_cosine(m, cos_i)
+        + cos_i * material_lambda_cosine(m, cos_o);
+    return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * (d * cos_i / masked);
 }
 
-fn material_ggx(at: u32, half_vector: Half) -> vec3f {
+fn material_ggx(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
     let alpha2 = material_number(at);
     let sum_z = half_vector.sum.z;
     let across = (half_vector.across + alpha2 * sum_z * sum_z) / half_vector.length_squared;
-    let light = half_vector.light;
-    let view = half_vector.view;
-    let masked_light = sqrt(alpha2 + (1.0 - alpha2) * light * light);
-    let masked_view = sqrt(alpha2 + (1.0 - alpha2) * view * view);
-    let visible = light / (light * masked_view + view * masked_light);
+    let cos_i = half_vector.light;
+    let cos_o = half_vector.view;
+    let masked_light = sqrt(alpha2 + (1.0 - alpha2) * cos_i * cos_i);
+    let masked_view = sqrt(alpha2 + (1.0 - alpha2) * cos_o * cos_o);
+    let visible = cos_i / (cos_i * masked_view + cos_o * masked_light);
     let lobe = visible / (across * across);
     return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * lobe;
 }
 
-fn material_ward(at: u32, half_vector: Half) -> vec3f {
+fn material_ward(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
     let x = half_vector.sum.x / material_number(at);
     let y = half_vector.sum.y / material_number(at + 1u);
     let z = half_vector.sum.z;
@@ -177,20 +117,24 @@ fn material_ward(at: u32, half_vector: Half) -> vec3f {
     return material_colour(at + 2u) * (exp(-slopes) * (half_vector.length_squared / (z * z)) * grazing);
 }
 
-fn material_ashikhmin_shirley(at: u32, half_vector: Half) -> vec3f {
+fn material_ashikhmin_shirley(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
     let sum = half_vector.sum;
     let facet = half_vector.facet;
-    let light = half_vector.light;
-    let view = half_vector.view;
+    let cos_i = half_vector.light;
+    let cos_o = half_vector.view;
     var exponent = 0.0;
     if half_vector.across > 0.0 {
         let turned = material_number(at) * sum.x * sum.x + material_number(at + 1u) * sum.y * sum.y;
         exponent = turned / half_vector.across;
     }
     let lobe = material_number(at + 2u) * material_half_power(half_vector, exponent)
-        / max(facet, MATERIAL_LEAST) * (light / max(light, view));
+        / max(facet, MATERIAL_LEAST) * (cos_i / max(cos_i, cos_o));
     let grazing = material_fifth(max(1.0 - facet, 0.0));
-    let base = material_fade(light) * material_fade(view) * light;
+    let base = material_fade(cos_i) * material_fade(cos_o) * cos_i;
     let specular = material_colour(at + 3u);
     return (specular + (vec3f(1.0) - specular) * grazing) * lobe + material_colour(at + 6u) * base;
 }
@@ -202,12 +146,20 @@ fn material_lafortune(at: u32, light: vec3f, view: vec3f) -> vec3f {
     let across = light.x * view.x + light.y * view.y;
     let along = light.z * view.z;
     var brdf = material_colour(at);
-    for (var lobe = 0u; lobe < material[at + 3u]; lobe++) {
+    for (var lobe = 0u; lobe < u32(material_number(at + 3u)); lobe++) {
         let k = at + 4u + 6u * lobe;
         let base = material_number(k) * across + material_number(k + 1u) * along;
         brdf += material_colour(k + 3u) * material_power_of(base, material_number(k + 2u));
     }
     return brdf * light.z;
+}
+
+fn material_kajiya_kay(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let sin_i = length(light.yz);
+    let sin_o = length(view.yz);
+    let sine = sin_i * view.x - light.x * sin_o;
+    let cosine = light.x * view.x + sin_i * sin_o;
+    return material_colour(at + 1u) * material_power(cosine, sine * sine, material_number(at));
 }
 
 fn material_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
@@ -216,10 +168,10 @@ fn material_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
     }
     // theta_h, theta_d and phi_d.
     let angles = material_half_difference(light, view);
-    let n = vec3u(material[at], material[at + 1u], material[at + 2u]);
-    let to_h = min(sqrt(angles.x / (0.5 * MATERIAL_PI)) * f32(n.x), f32(n.x - 1u));
-    let to_d = min(angles.y / (0.5 * MATERIAL_PI) * f32(n.y), f32(n.y - 1u));
-    let turn = angles.z / MATERIAL_PI * f32(n.z);
+    let n = vec3u(material_colour(at));
+    let to_h = min(sqrt(angles.x / (0.5 * ANGLES_PI)) * f32(n.x), f32(n.x - 1u));
+    let to_d = min(angles.y / (0.5 * ANGLES_PI) * f32(n.y), f32(n.y - 1u));
+    let turn = angles.z / ANGLES_PI * f32(n.z);
     let h = u32(to_h);
     let d = u32(to_d);
     let phi = u32(turn);
@@ -228,12 +180,12 @@ fn material_measured(at: u32, light: vec3f, view: vec3f) -> vec3f {
     let near = h * n.y + d;
     let next = h * n.y + min(d + 1u, n.y - 1u);
     let step = select(0u, n.y, h + 1u < n.x);
-    let table = material[at + 3u];
+    let table = at + 6u;
     let low = material_row(table, near * n.z, columns, share.z) * (1.0 - share.y)
         + material_row(table, next * n.z, columns, share.z) * share.y;
     let high = material_row(table, (near + step) * n.z, columns, share.z) * (1.0 - share.y)
         + material_row(table, (next + step) * n.z, columns, share.z) * share.y;
-    return material_colour(at + 4u) * (low * (1.0 - share.x) + high * share.x) * light.z;
+    return material_colour(at + 3u) * (low * (1.0 - share.x) + high * share.x) * light.z;
 }
 
 // Between two entries of a row of a table.
@@ -245,7 +197,7 @@ fn material_row(table: u32, row: u32, columns: vec2u, share: f32) -> vec3f {
 
 // The half vector of light and view over the surface.
 struct Half {
-    // Not where light is below the horizon, nor where light and view are opposite.
+    // Whether the light is above the horizon, and light and view are not opposite.
     seen: bool,
     // L + V.
     sum: vec3f,
@@ -284,7 +236,7 @@ fn material_half_power(half_vector: Half, s: f32) -> f32 {
     return material_bounded_exp(s * log(max(cos2, MATERIAL_TINY)));
 }
 
-// cos^s, 0 where the cosine is not above 0; `sin2` is the square of the sine.
+// cos^s, or 0 if the cosine is not above 0; `sin2` is the square of the sine.
 fn material_power(cosine: f32, sin2: f32, s: f32) -> f32 {
     if cosine <= 0.0 {
         return 0.0;
@@ -295,7 +247,7 @@ fn material_power(cosine: f32, sin2: f32, s: f32) -> f32 {
     return material_bounded_exp(s * log(max(cosine, MATERIAL_TINY)));
 }
 
-// base^n, 0 where the base is not above 0.
+// base^n, or 0 if the base is not above 0.
 fn material_power_of(base: f32, n: f32) -> f32 {
     if base <= 0.0 {
         return 0.0;
@@ -340,7 +292,7 @@ fn material_lambda_cosine(m: f32, cosine: f32) -> f32 {
 
 // The share that a smooth facet reflects.
 fn material_fresnel(at: u32, half_vector: Half) -> vec3f {
-    if material[at] == 0u {
+    if material_number(at) == 0.0 {
         return vec3f(material_dielectric(material_number(at + 1u), half_vector.facet));
     }
     let n = material_colour(at + 1u);

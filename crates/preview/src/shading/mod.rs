@@ -17,7 +17,7 @@ pub mod irradiance;
 pub mod kautz_mccool;
 pub mod lat_long;
 pub mod light_samples;
-pub mod lobes;
+pub mod lobe_sampling;
 pub mod local_shrm;
 pub mod material;
 pub mod mirror;

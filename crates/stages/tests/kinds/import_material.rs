@@ -207,7 +207,7 @@ fn one_fault_stands_alone() {
         ("model = \"ggx\"\nroughness = 0.5", "gold.toml:1:1: ior is missing; give ior, or n and k".into()),
         (
             "model = \"ggx\"\nroughness = 0.5\nior = 1.5\nn = 1",
-            "gold.toml:3:7: ior stands beside n or k; give ior, or n and k".into(),
+            "gold.toml:3:7: ior conflicts with n or k; give ior, or n and k".into(),
         ),
         (
             "model = \"lafortune\"\nlobes = [{ cx = -9, cz = 9, n = 900 }]",

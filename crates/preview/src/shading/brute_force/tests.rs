@@ -8,7 +8,7 @@ use sphere::{Direction, LatLong};
 
 use super::*;
 #[cfg(feature = "gpu")]
-use crate::shading::on_device;
+use crate::shading::{lobe_sampling, material, on_device};
 
 fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
     let grid = LatLong::with_rows(rows);
@@ -108,22 +108,25 @@ fn it_converges_to_the_sum_over_texels() {
 
 /// All that brute force needs, in the order of a renderer.
 #[cfg(feature = "gpu")]
-const SHADERS: [&str; 7] = [
-    include_str!("../surface.wgsl"),
-    include_str!("../angles.wgsl"),
-    include_str!("../sequence.wgsl"),
-    include_str!("../light_samples.wgsl"),
-    include_str!("../material.wgsl"),
-    include_str!("../lobes.wgsl"),
-    include_str!("../brute_force.wgsl"),
-];
+fn shaders() -> String {
+    [
+        include_str!("../surface.wgsl"),
+        include_str!("../angles.wgsl"),
+        include_str!("../sequence.wgsl"),
+        include_str!("../light_samples.wgsl"),
+        &material::shader(),
+        &lobe_sampling::shader(),
+        include_str!("../brute_force.wgsl"),
+    ]
+    .concat()
+}
 
 #[cfg(feature = "gpu")]
 #[test]
 fn the_shaders_are_sound() {
     use wgpu::naga::front::wgsl::parse_str;
     use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
-    let source = SHADERS.concat();
+    let source = shaders();
     let module = parse_str(&source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
     let sound = validator.validate(&module);
@@ -141,7 +144,7 @@ fn the_shader_is_its_twin() {
             let surface = Surface(asked[3u * k].xyz, asked[3u * k + 1u].xyz, asked[3u * k + 2u].xyz);
             return brute_force(surface, k, 5u, 64u);
         }";
-    let source = [SHADERS.concat().as_str(), answer].concat();
+    let source = [shaders().as_str(), answer].concat();
     let surfaces = surfaces();
     let surfaces: Vec<&Surface> = surfaces.iter().cycle().take(100).collect();
     let asked: Vec<[f32; 4]> = surfaces

@@ -1,4 +1,4 @@
-//! The packed form against the models themselves, in f64.
+//! The packed form against the models in f64.
 
 use brdf::{
     AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, MODELS,
@@ -11,7 +11,8 @@ use super::*;
 #[cfg(feature = "gpu")]
 use crate::shading::on_device;
 
-/// Materials of every model, of a table and of layers, each with its sharpness s: its highlight is about 1 / sqrt(s) wide.
+/// Materials of every model, a table and layers, each with its sharpness s: its highlight is about 1 /
+/// sqrt(s) wide.
 pub(crate) fn materials() -> Vec<(Material, f64)> {
     let glass = Fresnel::Dielectric(1.5);
     let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
@@ -86,8 +87,8 @@ fn chalk() -> Material {
     Material::Measured(Measured::new(shape, values).unwrap().scaled([1.0, 0.8, 0.5]).unwrap())
 }
 
-/// Directions over the whole sphere for light, the upper half for views: scattered ones, those near the horizon, the
-/// normal, and light near the mirror direction of each view, where highlights are.
+/// Directions over the whole sphere for light and over the upper half for views: scattered ones, some near
+/// the horizon, the normal, and light near the mirror direction of each view, where highlights are.
 pub(crate) fn pairs() -> Vec<[Vec3; 2]> {
     let scattered = |i: u32, seed: f64, reach: f64| {
         let i = f64::from(i) + seed;
@@ -121,13 +122,14 @@ pub(crate) fn pairs() -> Vec<[Vec3; 2]> {
     pairs
 }
 
-/// What f32 leaves of rho_hat. A unit vector in f32 is 6e-8 long or short and as much aside, which moves the angle theta from
-/// the peak of a lobe e^(-s theta^2 / 2) by d = 2e-7 and its value by s theta d, at most sqrt(s) d of the peak and
-/// sqrt(2 s ln(peak / value)) d of itself; the roundings of a dozen operations add 1e-6, and a logarithm times s, where the
-/// cosine is not near 1, as much times ln(peak / value) < 80. The base of a lobe of lafortune is no cosine: its power n is as
-/// uncertain as s = n^2.
+/// The error of rho_hat in f32. A unit vector in f32 is 6e-8 too long or too short, and off by as much to the
+/// side, which moves the angle theta from the peak of a lobe e^(-s theta^2 / 2) by d = 2e-7 and its value by
+/// s theta d, at most sqrt(s) d of the peak and sqrt(2 s ln(peak / value)) d of itself; the roundings of a
+/// dozen operations add 1e-6, and a logarithm times s, if the cosine is not near 1, as much times ln(peak /
+/// value) < 80. The base of a lobe of lafortune is not a cosine: its power n is as uncertain as s = n^2.
 ///
-/// Of light and view nearly opposite the half vector is as many times less certain as their sum is shorter than 2.
+/// If light and view are nearly opposite, the error of the half vector grows by the factor by which their sum
+/// is shorter than 2.
 pub(crate) fn allowed(value: f64, s: f64, [light, view]: [Vec3; 2]) -> f64 {
     let facet = (0.5 * (light + view).length()).max(1e-9);
     let of_itself = 2e-5 + 2e-7 / f64::from(facet) * (2.0 * s * 40.0).sqrt();
@@ -141,8 +143,8 @@ fn packed_materials_are_the_models() {
     }
 }
 
-/// Garnet red as it was measured; a highlight so sharp that its table has it in the first few nodes, where the square root of
-/// theta_h is as uncertain as a power of 1e6 makes the cosine.
+/// Garnet red as it was measured. Its highlight is so sharp that it lies in the first few nodes of the table,
+/// where the square root of theta_h is as uncertain as the cosine with a power of 1e6.
 #[test]
 fn a_measured_material_of_the_corpus_is_what_its_table_says() {
     let Some(corpus) = test_data::folder("a_measured_material_of_the_corpus", "SPECULA_CORPUS") else {
@@ -166,7 +168,7 @@ fn fits_of_the_corpus_are_what_the_models_say() {
             .filter_map(|word| word.parse().ok())
             .collect();
         let [.., r, g, b, r_s, g_s, b_s, roughness] = numbers[..] else { panic!("{line}") };
-        // Ours begin at 0.01.
+        // Ours begins at 0.01.
         let roughness = roughness.clamp(0.01, 1.0);
         let matte = Material::Lambert(Lambert::new([r, g, b]).unwrap());
         let highlight = Material::Ward(Ward::new([roughness; 2], [r_s, g_s, b_s]).unwrap());
@@ -198,26 +200,22 @@ fn every_model_has_a_shader() {
         let example = materials().into_iter().find(|(material, _)| material.name() == model.name);
         let (material, _) = example.unwrap_or_else(|| panic!("give {} an example here", model.name));
         let packed = PackedMaterial::new(&material);
-        assert!(packed.is_ok(), "{}: write it in material.rs and material.wgsl: {packed:?}", model.name);
+        assert!(packed.is_ok(), "{}: {packed:?}", model.name);
     }
 }
 
-/// The shader's constants are those of its twin, and it has a case for each.
+/// A material's number is the case of the formula with its name.
 #[test]
 fn the_shader_numbers_models_as_its_twin() {
-    let source = include_str!("../material.wgsl");
-    for material in materials().iter().map(|(material, _)| material) {
-        let Material::Layers(_) = material else {
-            let number = PackedMaterial::new(material).unwrap().words()[1];
-            let name = format!("MATERIAL_{}", material.name().to_uppercase().replace('-', "_"));
-            assert!(source.contains(&format!("const {name} = {number}u;")), "{name} {number}");
-            assert!(source.contains(&format!("case {name}: {{")), "{name}");
-            continue;
-        };
+    let source = shader();
+    for (material, _) in materials().iter().filter(|(material, _)| material.leaves() == [material]) {
+        let number = PackedMaterial::new(material).unwrap().words()[1];
+        let name = material.name().replace('-', "_");
+        assert!(source.contains(&format!("case {number}u: {{ return material_{name}(")), "{name}: {source}");
     }
 }
 
-/// Vectors at the very ends: axes, nearly opposite ones, some with the smallest numbers that there are.
+/// Extreme vectors: axes, nearly opposite ones, and some with the smallest numbers.
 #[test]
 fn no_value_is_infinite_or_nan() {
     let mut vectors = vec![Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
@@ -241,8 +239,8 @@ fn no_value_is_infinite_or_nan() {
     }
 }
 
-/// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm (WGSL allows
-/// 2^-21 of the latter, times s as in [`allowed`]).
+/// The twins differ by the roundings of a device's division and root (2.5 units), exponential and logarithm
+/// (WGSL allows 2^-21 of the latter, times s as in [`allowed`]).
 #[cfg(feature = "gpu")]
 #[test]
 fn the_shader_is_its_twin() {
@@ -251,7 +249,7 @@ fn the_shader_is_its_twin() {
     let asked: Vec<[f32; 4]> = pairs.iter().flatten().map(|v| v.extend(0.0).to_array()).collect();
     let source = [
         include_str!("../angles.wgsl"),
-        include_str!("../material.wgsl"),
+        &shader(),
         "fn answer(k: u32) -> vec3f { return material_rho_hat(asked[2u * k].xyz, asked[2u * k + 1u].xyz); }",
     ];
     for (material, s) in materials() {

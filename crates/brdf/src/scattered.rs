@@ -1,24 +1,28 @@
-//! A table out of scattered measurements: smooth, not negative, reciprocal and symmetric, and quiet where nothing was
-//! measured.
+//! A table from scattered measurements: smooth, not negative, reciprocal and symmetric, and without features
+//! where there are no measurements.
 //!
-//! Goniometers sample a BRDF every ten degrees or so: far too coarse for a highlight, and with nothing past 80 degrees.
-//! Interpolating such values alone invents lobes between samples and toward grazing. So there are two steps:
+//! Goniometers sample a BRDF every ten degrees or so: far too coarse for a highlight, and without samples
+//! past 80 degrees. Plain interpolation of such values invents lobes between samples and toward grazing. So
+//! there are two steps:
 //!
-//! 1. `base`: a layered model f_0 (matte under a rough coat with Fresnel's rise) is fitted to the samples. It knows how
-//!    highlights look, and in gaps between samples it is the answer.
-//! 2. `residual`: what it misses, y = ln((f + e) / (f_0 + e)), is smoothed with splines over half and difference angles,
-//!    and fades to zero away from data. Ratios, because measured values span five decades and errors are shares of the
-//!    value; e, two hundredths of the typical value, keeps the noise of dark samples from counting.
+//! 1. `base`: a layered model f_0 (matte under a rough coat with Fresnel's rise) is fitted to the samples. It
+//!    has the shape of a highlight, and fills the gaps between samples.
+//! 2. `residual`: its error, y = ln((f + e) / (f_0 + e)), is smoothed with splines over half and difference
+//!    angles, and fades to zero away from samples. It is a ratio because measured values span five decades
+//!    and errors are proportional to the value; e, two hundredths of the typical value, suppresses the noise
+//!    of dark samples.
 //!
-//! Past the greatest angle from the normal that was measured, the BRDF stays what it is there. The model would let a coat go on to
-//! rise, tenfold from 80 to 88 degrees, and as coefficients weigh squares, most of the energy of a paint would then be
-//! invented. Held, the light that a paint reflects falls with the cosine to the horizon.
+//! Past the greatest measured angle from the normal, the BRDF stays constant. By the model alone, the
+//! reflection of a coat would rise tenfold from 80 to 88 degrees; as energy weighs squares, most of the
+//! energy of a paint would then be invented. With a constant BRDF, the light that a paint reflects falls with
+//! the cosine to the horizon.
 //!
-//! The result is max(0, (f_0 + e) exp(y) - e). It is a function of theta_h, theta_d and cos(2 phi_d), all of which
-//! stay when light and view change places or the scene is mirrored, so that both symmetries are exact.
+//! The result is max(0, (f_0 + e) exp(y) - e). It is a function of theta_h, theta_d and cos(2 phi_d), which
+//! do not change if light and view are exchanged or the scene is mirrored, so that both symmetries are exact.
 
 mod base;
 mod residual;
+mod sample;
 
 use sphere::Direction;
 
@@ -26,44 +30,36 @@ use crate::{Measured, MeasuredError, from_half_difference, half_difference};
 use base::Base;
 use residual::{Residual, Site};
 
-/// One measurement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Toward the light, in the frame of the surface (+Z the normal).
-    pub incident: Direction,
-    /// Toward the viewer.
-    pub outgoing: Direction,
-    /// The BRDF in 1/sr, RGB, without the cosine.
-    pub value: [f64; 3],
-}
+pub use sample::Sample;
 
-/// A table made of scattered measurements.
+/// A table made from scattered measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interpolated {
     /// The BRDF.
     pub measured: Measured,
-    /// What a trial that left out each fifth sample missed those by, as a share of their value: exp(m) - 1 with m the median
-    /// over them and their channels of |ln((found + e) / (measured + e))|, e two hundredths of the typical value. The
-    /// same trial chose among four stiffnesses, so that it is a little better than what truly new samples would show.
+    /// The error, as a share of the value, of a trial fit at every fifth sample, which the trial left out:
+    /// exp(m) - 1 with m the median over these samples and their channels of |ln((found + e) / (measured +
+    /// e))|, e two hundredths of the typical value. The same trial chose among four stiffnesses, so that the
+    /// error at truly new samples is a little larger.
     pub held_out: f64,
 }
 
-/// Why measurements make no table.
+/// Why a table cannot be made from measurements.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ScatteredError {
-    /// Too few to say anything between them.
+    /// There are too few samples to interpolate.
     #[error("{found} samples; expected {FEWEST} or more")]
     TooFew {
-        /// How many there are.
+        /// The number of samples.
         found: usize,
     },
-    /// A measurement that cannot be.
-    #[error("sample {sample} is not finite and 0 or more, or one of its directions lies below the horizon")]
+    /// A measurement is impossible.
+    #[error("sample {sample} is negative or not finite, or one of its directions lies below the horizon")]
     Sample {
         /// Its index.
         sample: usize,
     },
-    /// The table cannot be.
+    /// The table is impossible.
     #[error(transparent)]
     Table(#[from] MeasuredError),
 }
@@ -71,19 +67,19 @@ pub enum ScatteredError {
 /// The fewest samples that are interpolated.
 pub const FEWEST: usize = 16;
 
-/// The shape of the tables that are made of scattered samples: as fine as MERL's in theta_h and theta_d, 5 degrees in
-/// phi_d, where samples say little.
+/// The shape of tables made from scattered samples: as fine as MERL's in theta_h and theta_d, and 5 degrees
+/// in phi_d, about which samples say little.
 pub const SHAPE: [usize; 3] = [90, 90, 36];
 
-/// The most samples that the splines are fitted to; of more, evenly chosen ones.
+/// The most samples that the splines are fitted to; if there are more, evenly spaced ones are chosen.
 const MOST_SITES: usize = 1 << 14;
 
-/// A table of this shape out of scattered measurements (see the text of the module).
+/// A table of this shape from scattered measurements (see the text of the module).
 ///
 /// # Errors
-/// Where there are fewer than [`FEWEST`] samples, one cannot be, or the shape cannot be.
+/// If there are fewer than [`FEWEST`] samples, or a sample or the shape is impossible.
 ///
-/// # Example: measurements of a matte surface give it back
+/// # Example: measurements of a matte surface reproduce it
 /// ```
 /// use brdf::scattered::{SHAPE, Sample, interpolate};
 /// use sphere::Direction;
@@ -109,12 +105,13 @@ pub fn interpolate(samples: &[Sample], shape: [usize; 3]) -> Result<Interpolated
     }
     let stride = samples.len().div_ceil(MOST_SITES);
     let samples: Vec<Sample> = samples.iter().step_by(stride).copied().collect();
-    let fit = Fit::new(&samples);
+    let fit = SampleFit::new(&samples);
     let measured = fit.table(shape)?;
     Ok(Interpolated { measured, held_out: fit.held_out })
 }
 
-/// The typical value: the median over samples of the brightest channel; where that is 0, a share of the greatest.
+/// The typical value: the median over samples of the brightest channel, or if that is 0, a share of the
+/// greatest.
 fn typical(samples: &[Sample]) -> f64 {
     let mut bright: Vec<f64> =
         samples.iter().map(|sample| sample.value.into_iter().fold(0.0, f64::max)).collect();
@@ -123,8 +120,8 @@ fn typical(samples: &[Sample]) -> f64 {
     if middle > 0.0 { middle } else { 0.01 * greatest }
 }
 
-struct Fit {
-    /// The greatest angle from the normal that a sample has.
+struct SampleFit {
+    /// The greatest angle of a sample from the normal.
     reach: f64,
     floor: f64,
     base: Base,
@@ -132,7 +129,7 @@ struct Fit {
     held_out: f64,
 }
 
-impl Fit {
+impl SampleFit {
     fn new(samples: &[Sample]) -> Self {
         let floor = 0.02 * typical(samples);
         let base = Base::fit(samples, floor);
@@ -161,7 +158,7 @@ impl Fit {
                 misses.extend((0..3).map(|channel| (found[channel] - site.value[channel]).abs()));
             }
             misses.sort_by(f64::total_cmp);
-            // A few wild samples shall not choose: a miss counts 1 at most.
+            // An error counts 1 at most, so that a few outliers do not decide.
             let cost = misses.iter().map(|miss| miss.min(1.0)).sum::<f64>() / misses.len() as f64;
             if best.is_none_or(|(least, ..)| cost < least) {
                 best = Some((cost, stiffness, misses[misses.len() / 2].exp_m1()));
@@ -174,7 +171,7 @@ impl Fit {
         Self { reach, floor, base, residual, held_out }
     }
 
-    /// The BRDF; past the last angle that was measured as at that angle.
+    /// The BRDF; past the last measured angle it is that of the last angle.
     fn value(&self, directions: [Direction; 2]) -> [f64; 3] {
         let [incident, outgoing] = directions.map(|direction| {
             if direction.theta() <= self.reach {
@@ -190,7 +187,7 @@ impl Fit {
 
     fn table(&self, shape: [usize; 3]) -> Result<Measured, MeasuredError> {
         let [n_h, n_d, n_phi] = shape;
-        // A shape that cannot be is refused before anything of its size is made.
+        // An impossible shape is refused before its memory is allocated.
         let entries = Measured::entries(shape)?;
         let mut values = vec![[0.0; 3]; entries];
         for (row, values) in values.chunks_exact_mut(n_phi).enumerate() {
@@ -214,7 +211,7 @@ mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    /// Pairs as a goniometer takes them: light every 10 degrees to 80, views in rings of 8 degrees.
+    /// Pairs as a goniometer measures them: light every 10 degrees to 80, views in rings of 8 degrees.
     fn pairs() -> Vec<[Direction; 2]> {
         let mut pairs = Vec::new();
         for i in 1..=8 {
@@ -239,7 +236,8 @@ mod tests {
         pairs().into_iter().map(sample).collect()
     }
 
-    /// Ward's highlight with Schlick's rise over a matte that darkens with cos(theta): none of the base's terms.
+    /// Ward's highlight with Schlick's rise over a matte part that darkens with cos(theta): none of them is a
+    /// term of the base.
     fn paint(incident: Direction, outgoing: Direction) -> [f64; 3] {
         let [theta_h, theta_d, _] = half_difference(incident, outgoing);
         let cosines = incident.vector().z.max(0.05) * outgoing.vector().z.max(0.05);
@@ -249,11 +247,12 @@ mod tests {
         [matte + lobe * rise, 0.3 * matte + lobe * rise, 0.1 * matte + lobe * rise]
     }
 
-    /// Half way between the samples' angles, within what was measured. The model is none of ours, and the samples lie 10 and 8
-    /// degrees apart around a highlight 14 degrees wide: 3 percent in the median and 15 percent for nine of ten values
-    /// is what is asked; linear interpolation in the angles alone misses the highlight by half.
+    /// Half way between the samples' angles, within the measured range. The model is not one of ours, and the
+    /// samples lie 10 and 8 degrees apart around a highlight 14 degrees wide: the test asks for 3 percent in
+    /// the median and 15 percent for nine of ten values. Linear interpolation in the angles misses the
+    /// highlight by half.
     #[test]
-    fn what_lies_between_the_samples_is_met() {
+    fn values_between_the_samples_are_met() {
         let table = interpolate(&measure(paint), SHAPE).unwrap().measured;
         let mut misses = Vec::new();
         for i in 1..8 {
@@ -275,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn light_and_view_change_places_and_mirrors_change_nothing() {
+    fn the_table_is_reciprocal_and_symmetric() {
         let table = interpolate(&measure(paint), [30, 30, 18]).unwrap().measured;
         let [n_h, n_d, n_phi] = table.shape();
         for row in 0..n_h * n_d {
@@ -293,8 +292,9 @@ mod tests {
         }
     }
 
-    /// Past the last sample there is nothing but the base and a residual that fades: no lobe may rise there. Along each
-    /// meridian from 80 degrees to the horizon a curve goes one way (a ripple of 2 percent is the table's).
+    /// Past the last sample there is only the base and a residual that fades: no lobe may rise there. Along
+    /// each meridian from 80 degrees to the horizon the curve is monotonic (up to a ripple of 2 percent from
+    /// the table).
     #[test]
     fn no_lobe_rises_toward_grazing() {
         let table = interpolate(&measure(paint), SHAPE).unwrap().measured;
@@ -313,7 +313,8 @@ mod tests {
         }
     }
 
-    /// Readings of zero beside a highlight, as real files have them at grazing, are not followed.
+    /// Readings of zero beside a highlight, as real files have at grazing angles, do not change the table
+    /// much.
     #[test]
     fn wild_readings_are_not_followed() {
         let clean = interpolate(&measure(paint), [30, 30, 18]).unwrap().measured;

@@ -1,18 +1,19 @@
 //! Projection of a material into spherical harmonics, and the choice of its degrees.
 //!
-//! rho_hat(w_i, w_o) = sum of rho_lpq Y*_lq(w_i) Y_pq(w_o) about the material's central direction (paper 1, equation
-//! 13). A turn of both directions about it changes nothing and a mirror image neither, so that rho_lpq is real and
-//! rho_l,p,-q = rho_lpq: with phi the azimuth between both directions,
+//! rho_hat(w_i, w_o) = sum of rho_lpq Y*_lq(w_i) Y_pq(w_o) about the material's central direction (paper 1,
+//! equation 13). Neither a turn of both directions about it nor a mirror image changes rho_hat, so that
+//! rho_lpq is real and rho_l,p,-q = rho_lpq: with phi the azimuth between both directions,
 //!
 //! > rho_lpq = 2 pi * integral of rho_hat f_lq(theta_i) f_pq(theta_o) cos(q phi) over sin(theta_i) dtheta_i,
 //! > sin(theta_o) dtheta_o and phi from 0 to 2 pi,
 //!
-//! in the three steps of Appendix C and equation 5.22 of the thesis. The energy, 2 pi times the same integral of
-//! rho_hat^2 (equation 5.18), is the sum of all |rho_lpq|^2 and comes from the same samples.
+//! in the three steps of Appendix C and equation 5.22 of the thesis. The energy, 2 pi times the same integral
+//! of rho_hat^2 (equation 5.18), is the sum of all |rho_lpq|^2 and comes from the same samples.
 //!
-//! Radially symmetric models have p = q = 0 only, and a closed form.
+//! Radially symmetric models have p = q = 0 only, and their coefficients have a closed form.
 
 mod choice;
+mod error;
 mod incident;
 mod legendre;
 mod quadrature;
@@ -28,33 +29,36 @@ use sh::{Degree, Tolerance, degree_holding};
 use sphere::Direction;
 
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
-use choice::{energies, least, not_finite};
+use choice::least;
 use slice::Source;
-use tabulation::{ACCURACY, coarse, tabulate};
+use tabulation::{ACCURACY, coarse, energies, tabulate};
+
+pub use error::{MOST_COEFFICIENTS, ProjectionError};
 
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Choice {
-    /// The least degrees that lose at most this share of the energy: first P is lowered as far as that allows,
-    /// then F (paper 1, Appendix C). Where no degrees that make a usable map do (P above 32, or more than
-    /// 131072 coefficients), those that lose at most this share of what the highest ones tried hold, if that is half of
-    /// the energy: [`Projection::captured`] tells.
+    /// The least degrees that lose at most this share of the energy: first P is lowered as far as that
+    /// allows, then F (paper 1, Appendix C). If that needs degrees that make no usable map (P above 32, or
+    /// more than 131072 coefficients), they are the least degrees that lose at most this share of what the
+    /// highest ones tried hold, provided that these hold half of the energy: [`Projection::captured`] reports
+    /// what they hold.
     Tolerance(Tolerance),
     /// The given degrees, whatever they lose.
     Degree {
         /// F, the degree in the incident direction.
         f: Degree,
-        /// P, the degree in the outgoing direction. Past F it adds zeros for q > F.
+        /// P, the degree in the outgoing direction. If it is above F, the coefficients with q > F are zero.
         p: Degree,
     },
 }
 
-/// A material in spherical harmonics, and how much of it that is.
+/// A material in spherical harmonics, and the share of its energy that they hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projection {
     /// rho_lpq up to the chosen degrees.
     pub coefficients: BrdfCoefficients,
-    /// Sum over p, q and channels of |rho_lpq|^2, for l = 0 ..= F; q counts with both signs.
+    /// Sum over p, q and channels of |rho_lpq|^2, for l = 0 ..= F; both signs of q count.
     pub energy: Vec<f64>,
     /// Sum over q, both signs, and channels of |rho_lpq|^2, shape [F+1, P+1].
     pub energy_lp: Vec<f64>,
@@ -62,72 +66,27 @@ pub struct Projection {
     pub total: f64,
     /// The share of the material's energy that the coefficients hold, 0 to 1; 1 for a black material.
     pub captured: f64,
-    /// How far two quadrature rules differ in the energy, summed over all panels and relative to it: many times the
-    /// error where rho_hat is smooth, its size where it is not. 0 for a closed form.
+    /// The difference of two quadrature rules in the energy, summed over all panels and relative to it: many
+    /// times the error if rho_hat is smooth, about the error if it is not. 0 for a closed form.
     pub uncertainty: f64,
-    /// Whether the material changes when it is turned about its normal: then this is its mean over all turns.
+    /// Whether the material changes when it is turned about its normal. If so, the coefficients are those of
+    /// its mean over all turns.
     pub anisotropic: bool,
 }
 
-/// Why a material could not be projected.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ProjectionError {
-    /// A highlight, a rise toward grazing views or a cut at the horizon so sharp that no degrees worth keeping meet the
-    /// tolerance: those up to (F+1)(P+1)^2 = 262144 are tried.
-    #[error(
-        "degrees [{f}, {p}] capture {captured:.4} of the energy and no higher ones of use meet tolerance {tolerance}: \
-         the material is too sharp; give the degrees or a larger tolerance"
-    )]
-    TooSharp {
-        /// The highest F tried.
-        f: usize,
-        /// The highest P tried.
-        p: usize,
-        /// What these degrees capture.
-        captured: f64,
-        /// What was asked for.
-        tolerance: f64,
-    },
-    /// Degrees whose coefficients would fill more than [`MOST_COEFFICIENTS`].
-    #[error("degrees [{f}, {p}] make more than {MOST_COEFFICIENTS} coefficients")]
-    TooMany {
-        /// F.
-        f: usize,
-        /// P.
-        p: usize,
-    },
-    /// A value of the material that is not a number, or is infinite. Angles in degrees about the central
-    /// direction.
-    #[error(
-        "the material has no finite value at theta_i {theta_i:.2}, theta_o {theta_o:.2}, phi {phi:.2} degrees from its \
-         central direction"
-    )]
-    NotFinite {
-        /// The incident direction's angle to the central direction.
-        theta_i: f64,
-        /// The outgoing direction's.
-        theta_o: f64,
-        /// The azimuth between both.
-        phi: f64,
-    },
-}
-
-/// The most entries (F+1)(P+1)^2 that a projection may have: 4 million, 100 MB.
-pub const MOST_COEFFICIENTS: usize = 1 << 22;
-
-/// An anisotropic material is averaged over this many turns: odd, so that one that is the same after half a turn is
-/// met at twice as many.
+/// An anisotropic material is averaged over this many turns: an odd number, so that a material that is the
+/// same after half a turn is sampled at twice as many.
 const TURNS: usize = 19;
 
 /// The coefficients of a material, exact in closed form for the radially symmetric models.
 ///
-/// For the others they are accurate to 1e-6 of their norm where rho_hat is smooth above its horizon, and to what
-/// [`Projection::uncertainty`] says where it has kinks or is a table. Those of an azimuth-free rho_hat with q > 0 are zero
-/// exactly. Uses all threads; the result does not depend on their number.
+/// For the others they are accurate to 1e-6 of their norm if rho_hat is smooth above its horizon, and to
+/// [`Projection::uncertainty`] if it has kinks or is a table. If rho_hat does not depend on the azimuth, the
+/// coefficients with q > 0 are exactly zero. Uses all threads; the result does not depend on their number.
 ///
 /// # Errors
-/// Where the degrees tried for a tolerance hold too little, the given degrees make too many coefficients, or the material
-/// has a value that is not finite.
+/// If the degrees tried for a tolerance hold too little of the energy, the given degrees have too many
+/// coefficients, or the material has a value that is not finite.
 ///
 /// # Example: degree 2 captures 99 percent of a Lambertian surface
 /// ```
@@ -149,7 +108,8 @@ pub fn project(material: &Material, choice: Choice) -> Result<Projection, Projec
         return radial(material.centre(), &lobe, choice);
     }
     let centre = material.centre();
-    // About the tangent a turn about the normal says nothing; these models have no azimuth.
+    // Models about the tangent do not depend on the azimuth about it: a turn about the normal does not
+    // matter.
     let anisotropic = !material.is_isotropic() && centre != Centre::Tangent;
     let mut projection = if anisotropic {
         general(centre, &|incident, outgoing| mean(material, incident, outgoing), choice)
@@ -182,7 +142,7 @@ fn radial(centre: Centre, lobe: &ClampedCosine, choice: Choice) -> Result<Projec
     Projection::new(centre, f, p, rho, total)
 }
 
-/// The coefficients of any rho_hat, given in the frame of the surface.
+/// The coefficients of any rho_hat, which is given in the frame of the surface.
 fn general(
     centre: Centre,
     rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
@@ -191,8 +151,8 @@ fn general(
     let source = Source { centre, rho_hat, below: reaches_below(rho_hat) };
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
-            let scale = coarse(source).map_err(not_finite)?;
-            (tabulate(source, f.get(), p.get(), (scale, ACCURACY)).map_err(not_finite)?, f.get(), p.get())
+            let scale = coarse(source)?;
+            (tabulate(source, f.get(), p.get(), (scale, ACCURACY))?, f.get(), p.get())
         }
         Choice::Tolerance(tolerance) => least(source, tolerance)?,
     };
@@ -234,7 +194,7 @@ impl Projection {
     }
 }
 
-/// Whether anything is reflected from below the horizon, by a few hundred directions.
+/// Whether light from below the horizon is reflected, tested at a few hundred directions.
 fn reaches_below(rho_hat: &dyn Fn(Direction, Direction) -> [f64; 3]) -> bool {
     let step = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
     (0..7 * 7 * 7).any(|i| {

@@ -1,0 +1,57 @@
+//! Reflection models, one file each, and the list of them.
+
+/// Calls a macro with the list of the analytic models, each as `its_module::ItsType`.
+///
+/// This is the one list of them. What needs an entry for every model makes it from here: [`Material`],
+/// [`MODELS`], and the formulas of a renderer.
+#[macro_export]
+macro_rules! for_each_model {
+    ($callback:ident) => {
+        $callback! {
+            lambert::Lambert,
+            oren_nayar::OrenNayar,
+            phong::Phong,
+            blinn_phong::BlinnPhong,
+            microfacet::Microfacet,
+            torrance_sparrow::TorranceSparrow,
+            ggx::Ggx,
+            ward::Ward,
+            ashikhmin_shirley::AshikhminShirley,
+            lafortune::Lafortune,
+            kajiya_kay::KajiyaKay,
+        }
+    };
+}
+
+mod ashikhmin_shirley;
+mod blinn_phong;
+mod facets;
+mod fresnel;
+mod ggx;
+mod kajiya_kay;
+mod lafortune;
+mod lambert;
+mod lobe;
+mod material;
+mod microfacet;
+mod model;
+mod oren_nayar;
+mod parameter;
+mod phong;
+#[cfg(test)]
+mod tests;
+mod torrance_sparrow;
+mod ward;
+
+pub use fresnel::Fresnel;
+pub use lafortune::LafortuneLobe;
+pub use lobe::Lobe;
+pub use material::{LayersError, MODELS, Material};
+pub use model::{Model, ModelText};
+pub(crate) use parameter::colour;
+pub use parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
+
+macro_rules! reexport {
+    ($($module:ident::$model:ident),* $(,)?) => { $(pub use $module::$model;)* };
+}
+for_each_model!(reexport);

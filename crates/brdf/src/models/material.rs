@@ -1,0 +1,269 @@
+//! A material: a reflection model, a measured table, or layers of materials.
+//!
+//! The rho_hat of `layers` is the sum of those of several materials. No layer absorbs the light of another:
+//! the weights of the layers say how much each reflects, and a sum of albedos above 1 makes light. Layers
+//! with the same centre keep it. A layer about the normal (lambert, oren-nayar) beside one about the
+//! reflection vector is taken about the reflection vector too, which needs more degrees and changes no value.
+//! A layer about the tangent has no common centre with others, because its rho_hat depends on the direction
+//! of the tangent.
+
+use sphere::Direction;
+
+use super::lobe::Lobe;
+use super::model::{Model, ModelText};
+use super::parameter::{ParameterError, Values};
+use crate::clamped_cosine::ClampedCosine;
+use crate::coefficients::Centre;
+use crate::measured::Measured;
+
+macro_rules! models {
+    ($($module:ident::$model:ident),* $(,)?) => {
+        use super::{$($module::$model),*};
+
+        /// A material: one of the reflection models, with its parameters, a table, or a sum of materials.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Material {
+            $(#[doc = concat!("[`", stringify!($model), "`].")] $model($model),)*
+            /// A table of measured values.
+            Measured(Measured),
+            /// The sum of several materials, made by [`Material::layers`].
+            Layers(Vec<Material>),
+        }
+
+        /// Every analytic model: its name, summary and parameters.
+        pub const MODELS: &[ModelText] = &[
+            $(ModelText { name: $model::NAME, summary: $model::SUMMARY, parameters: $model::PARAMETERS },)*
+        ];
+
+        impl Material {
+            /// The analytic model of this name with these parameters; `None` if there is no such model.
+            ///
+            /// # Errors
+            /// If a parameter is missing or out of its range.
+            pub fn analytic(name: &str, values: &Values) -> Option<Result<Self, ParameterError>> {
+                $(if name == $model::NAME {
+                    return Some($model::from_values(values).map(Self::$model));
+                })*
+                None
+            }
+
+            /// The model's name in material files.
+            pub fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$model(_) => $model::NAME,)*
+                    Self::Measured(_) => Measured::NAME,
+                    Self::Layers(_) => "layers",
+                }
+            }
+
+            /// The model's parameters; none for layers, each of which has its own.
+            pub fn values(&self) -> Values {
+                match self {
+                    $(Self::$model(model) => model.values(),)*
+                    Self::Measured(measured) => measured.parameters(),
+                    Self::Layers(_) => Values::default(),
+                }
+            }
+
+            /// The direction that rho_hat is taken about.
+            pub fn centre(&self) -> Centre {
+                match self {
+                    $(Self::$model(model) => model.centre(),)*
+                    Self::Measured(measured) => measured.centre(),
+                    Self::Layers(layers) => common_centre(layers),
+                }
+            }
+
+            /// rho_hat in the frame of the surface: see [`Model::rho_hat`].
+            pub fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+                match self {
+                    $(Self::$model(model) => model.rho_hat(incident, outgoing),)*
+                    Self::Measured(measured) => measured.rho_hat(incident, outgoing),
+                    Self::Layers(layers) => sum(layers, incident, outgoing),
+                }
+            }
+
+            /// Whether a turn about the normal changes nothing.
+            pub fn is_isotropic(&self) -> bool {
+                match self {
+                    $(Self::$model(model) => model.is_isotropic(),)*
+                    Self::Measured(_) => true,
+                    Self::Layers(layers) => layers.iter().all(Self::is_isotropic),
+                }
+            }
+
+            /// The constants of rho_hat's formula, for renderers: see each model's file. Those of a measured
+            /// table are its shape, its scale and its values; those of layers follow each other.
+            pub fn constants(&self) -> Vec<f32> {
+                match self {
+                    $(Self::$model(model) => model.constants().iter().map(|value| *value as f32).collect(),)*
+                    Self::Measured(measured) => measured.constants(),
+                    Self::Layers(layers) => layers.iter().flat_map(Self::constants).collect(),
+                }
+            }
+
+            /// The lobes that a renderer samples in place of rho_hat, each once.
+            pub fn lobes(&self) -> Vec<Lobe> {
+                match self {
+                    $(Self::$model(model) => model.lobes(),)*
+                    Self::Measured(measured) => measured.lobes(),
+                    Self::Layers(layers) => all_lobes(layers),
+                }
+            }
+
+            /// The closed form of a radially symmetric model.
+            pub(crate) fn radial(&self) -> Option<ClampedCosine> {
+                match self {
+                    $(Self::$model(model) => model.radial(),)*
+                    Self::Layers(layers) => match layers.as_slice() {
+                        [layer] => layer.radial(),
+                        _ => None,
+                    },
+                    Self::Measured(_) => None,
+                }
+            }
+        }
+    };
+}
+
+for_each_model!(models);
+
+/// Why materials cannot be layers of one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LayersError {
+    /// There is no layer.
+    #[error("there is no layer; expected one or more")]
+    None,
+    /// One is taken about the tangent, another is not.
+    #[error(
+        "{tangent} is taken about the tangent and {other} is not: they have no common centre; expected layers of \
+         {tangent} alone, or none"
+    )]
+    Centres {
+        /// The model about the tangent.
+        tangent: &'static str,
+        /// A model that is not.
+        other: &'static str,
+    },
+}
+
+impl Material {
+    /// The sum of several materials.
+    ///
+    /// # Errors
+    /// If there is no layer, or one is taken about the tangent and another is not.
+    pub fn layers(layers: Vec<Self>) -> Result<Self, LayersError> {
+        let (tangent, others): (Vec<_>, Vec<_>) =
+            layers.iter().partition(|layer| layer.centre() == Centre::Tangent);
+        match (tangent.first(), others.first()) {
+            (None, None) => Err(LayersError::None),
+            (Some(tangent), Some(other)) => {
+                Err(LayersError::Centres { tangent: tangent.name(), other: other.name() })
+            }
+            _ => Ok(Self::Layers(layers)),
+        }
+    }
+
+    /// The layers in order, with those of nested layers; a material that is not a sum is its own only layer.
+    pub fn leaves(&self) -> Vec<&Self> {
+        match self {
+            Self::Layers(layers) => layers.iter().flat_map(Self::leaves).collect(),
+            leaf => vec![leaf],
+        }
+    }
+
+    /// rho_hat(w_i, w_o), the BRDF times the incident cosine, in 1/sr, RGB.
+    ///
+    /// Both directions are in the local frame whose +Z is the central direction ([`Material::centre`]); see
+    /// [`Centre::surface`] for the place of the normal. `outgoing` may be any direction.
+    pub fn rho_hat_about_centre(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let [incident, outgoing] = self.centre().surface(incident, outgoing);
+        self.rho_hat(incident, outgoing)
+    }
+}
+
+/// The lobes of all layers, each once.
+fn all_lobes(layers: &[Material]) -> Vec<Lobe> {
+    let mut lobes = Vec::new();
+    for lobe in layers.iter().flat_map(Material::lobes) {
+        if !lobes.contains(&lobe) {
+            lobes.push(lobe);
+        }
+    }
+    lobes
+}
+
+/// The common centre, or the reflection vector if they differ.
+fn common_centre(layers: &[Material]) -> Centre {
+    // Each is called once: two calls would double the work with every layer in a layer.
+    let mut centres = layers.iter().map(Material::centre);
+    let first = centres.next().unwrap_or(Centre::Normal);
+    if centres.all(|centre| centre == first) { first } else { Centre::Reflection }
+}
+
+fn sum(layers: &[Material], incident: Direction, outgoing: Direction) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for layer in layers {
+        let value = layer.rho_hat(incident, outgoing);
+        (0..3).for_each(|channel| sum[channel] += value[channel]);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{KajiyaKay, Lambert, Phong};
+
+    fn lambert() -> Material {
+        Material::Lambert(Lambert::new([0.5, 0.25, 0.0]).unwrap())
+    }
+
+    fn phong() -> Material {
+        Material::Phong(Phong::new(4.0, [0.5; 3]).unwrap())
+    }
+
+    fn hair() -> Material {
+        Material::KajiyaKay(KajiyaKay::new(4.0, [0.5; 3]).unwrap())
+    }
+
+    #[test]
+    fn one_common_centre_is_kept() {
+        let centre = |layers| Material::layers(layers).unwrap().centre();
+        assert_eq!(centre(vec![lambert(), lambert()]), Centre::Normal);
+        assert_eq!(centre(vec![phong(), phong()]), Centre::Reflection);
+        assert_eq!(centre(vec![hair(), hair()]), Centre::Tangent);
+        assert_eq!(centre(vec![lambert(), phong()]), Centre::Reflection);
+        let nested = Material::layers(vec![lambert(), lambert()]).unwrap();
+        assert_eq!(centre(vec![nested, lambert()]), Centre::Normal);
+    }
+
+    /// Each layer is visited once: with two visits, 64 nested layers would never finish.
+    #[test]
+    fn layers_in_layers_cost_no_more_than_their_number() {
+        let deep = (0..64).fold(lambert(), |layer, _| Material::layers(vec![layer]).unwrap());
+        assert_eq!((deep.centre(), deep.is_isotropic()), (Centre::Normal, true));
+    }
+
+    #[test]
+    fn layers_without_a_common_centre_are_an_error() {
+        let error = Material::layers(vec![phong(), hair()]).unwrap_err();
+        assert_eq!(error, LayersError::Centres { tangent: "kajiya-kay", other: "phong" });
+        assert_eq!(Material::layers(Vec::new()), Err(LayersError::None));
+    }
+
+    /// Their centre does not change the value for a light and a view in the world.
+    #[test]
+    fn layers_are_summed_in_the_frame_of_the_surface() {
+        let both = Material::layers(vec![lambert(), phong()]).unwrap();
+        for i in 0..40 {
+            let i = f64::from(i);
+            let incident = Direction::from_angles((i * 0.618).fract() * 3.0, i);
+            let outgoing = Direction::from_angles((i * 0.414).fract() * 1.5, 2.0 * i);
+            let parts = [lambert(), phong()].map(|layer| layer.rho_hat(incident, outgoing));
+            let sum = [0, 1, 2].map(|channel| parts[0][channel] + parts[1][channel]);
+            assert_eq!(both.rho_hat(incident, outgoing), sum);
+        }
+        assert_eq!(Material::Layers(Vec::new()).rho_hat(Direction::Z, Direction::Z), [0.0; 3]);
+    }
+}

@@ -1,0 +1,69 @@
+//! What every reflection model has.
+
+use sphere::Direction;
+
+use super::lobe::Lobe;
+use super::parameter::{Parameter, ParameterError, Values};
+use crate::clamped_cosine::ClampedCosine;
+use crate::coefficients::Centre;
+
+/// A reflection model.
+pub trait Model: Clone + std::fmt::Debug + PartialEq {
+    /// The name in material files.
+    const NAME: &'static str;
+    /// A description in one line, for the manual.
+    const SUMMARY: &'static str;
+    /// Its parameters.
+    const PARAMETERS: &'static [Parameter];
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    /// If a parameter is missing or out of its range; the error names it.
+    fn from_values(values: &Values) -> Result<Self, ParameterError>;
+
+    /// Its parameters, from which [`Model::from_values`] makes the same model.
+    fn values(&self) -> Values;
+
+    /// The direction that rho_hat is taken about.
+    fn centre(&self) -> Centre {
+        Centre::Reflection
+    }
+
+    /// rho_hat, the BRDF times the incident cosine, in 1/sr, RGB. Finite for any two directions.
+    ///
+    /// Both directions point away from the surface, in its frame: +Z the normal, +X the tangent. Light from
+    /// below the horizon (`incident` with z <= 0) is not reflected, except by models whose text says
+    /// otherwise (phong, kajiya-kay). `outgoing` has z >= 0.
+    fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3];
+
+    /// Whether a turn about the normal (of surface, light and view together) changes nothing.
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
+    /// The constants of rho_hat's formula, for renderers: they depend on the parameters alone.
+    fn constants(&self) -> Vec<f64>;
+
+    /// The lobes that a renderer samples in place of rho_hat: one or more.
+    fn lobes(&self) -> Vec<Lobe> {
+        vec![Lobe::Cosine]
+    }
+
+    /// The closed form of a radially symmetric model, whose rho_hat depends on the angle between the incident
+    /// and the central direction alone.
+    fn radial(&self) -> Option<ClampedCosine> {
+        None
+    }
+}
+
+/// The entry of a model in the manual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelText {
+    /// Its name in material files.
+    pub name: &'static str,
+    /// Its description in one line.
+    pub summary: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+}
