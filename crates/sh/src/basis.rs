@@ -92,7 +92,7 @@ impl Basis {
     /// Where the expansion's degree is higher.
     pub fn evaluate(&self, expansion: &Expansion, direction: Direction) -> [f64; 3] {
         assert!(expansion.degree() <= self.degree, "the basis reaches the expansion's degree");
-        let (rows, top) = (expansion.rows(), expansion.degree().get());
+        let (rows, top) = (expansion.coefficients(), expansion.degree().get());
         let mut sum = [0.0; 3];
         self.visit(direction, |l, m, cosine, sine| {
             if l <= top {
@@ -152,7 +152,7 @@ impl Expansion {
     ///
     /// # Example: a constant function is worth Y_00 times its coefficient
     /// ```
-    /// let f = sh::Expansion::from_rows(sh::Degree::new(0)?, vec![[1.0, 2.0, 3.0]]).unwrap();
+    /// let f = sh::Expansion::from_coefficients(sh::Degree::new(0)?, vec![[1.0, 2.0, 3.0]]).unwrap();
     /// let rgb = f.evaluate(sphere::Direction::X);
     /// assert!((rgb[1] - 2.0 * 0.282095).abs() < 1e-6);
     /// # Ok::<(), sh::DegreeTooHigh>(())
@@ -170,7 +170,7 @@ impl Expansion {
             let scale = u(l).map(|u| u * lambda(l));
             rows.extend(values[l * l..(l + 1) * (l + 1)].iter().map(|y| scale.map(|s| s * y)));
         }
-        Self::from_rows(degree, rows).unwrap_or_else(|| Self::zero(degree))
+        Self::from_coefficients(degree, rows).unwrap_or_else(|| Self::zero(degree))
     }
 }
 

@@ -35,7 +35,7 @@ impl Tolerance {
 
 /// Sum over m of |L_lm|^2, RGB, for l = 0 ..= degree: the integral of that degree's part squared (equation 5.15).
 pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
-    let rows = expansion.rows();
+    let rows = expansion.coefficients();
     (0..=expansion.degree().get())
         .map(|l| {
             let mut sum = [0.0; 3];
@@ -115,7 +115,7 @@ mod tests {
     fn the_energy_of_an_image_is_that_of_its_expansion() {
         let (grid, degree) = (LatLong::with_rows(16), Degree::new(7).unwrap());
         let rows = (0..64).map(|row| [1.0, f64::from(row % 5), f64::from(row) - 30.0]).collect();
-        let f = Expansion::from_rows(degree, rows).unwrap();
+        let f = Expansion::from_coefficients(degree, rows).unwrap();
         let pixels: Vec<[f64; 3]> = Transform::new(grid, degree).unwrap().synthesise(&f);
         let energy = image_energy(grid, &pixels);
         for channel in 0..3 {
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn energy_counts_each_degree_once() {
         let rows = (0..9).map(|row| [1.0, f64::from(row), 0.0]).collect();
-        let f = Expansion::from_rows(Degree::new(2).unwrap(), rows).unwrap();
+        let f = Expansion::from_coefficients(Degree::new(2).unwrap(), rows).unwrap();
         assert_eq!(
             energy_per_degree(&f),
             [[1.0, 0.0, 0.0], [3.0, 1.0 + 4.0 + 9.0, 0.0], [5.0, 16.0 + 25.0 + 36.0 + 49.0 + 64.0, 0.0]]

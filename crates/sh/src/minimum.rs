@@ -30,7 +30,7 @@ const VALLEYS: usize = 4;
 ///
 /// # Example: 1 + z is least at the south pole
 /// ```
-/// let f = sh::Expansion::from_rows(
+/// let f = sh::Expansion::from_coefficients(
 ///     sh::Degree::new(1)?,
 ///     vec![[3.5449077; 3], [0.0; 3], [2.0466534; 3], [0.0; 3]],
 /// )
@@ -201,7 +201,8 @@ mod tests {
 
     #[test]
     fn a_constant_is_its_own_minimum() {
-        let f = Expansion::from_rows(Degree::ZERO, vec![[(4.0 * std::f64::consts::PI).sqrt(); 3]]).unwrap();
+        let f = Expansion::from_coefficients(Degree::ZERO, vec![[(4.0 * std::f64::consts::PI).sqrt(); 3]])
+            .unwrap();
         assert!((minimum(&f).value - 1.0).abs() < 1e-15);
     }
 }

@@ -109,7 +109,7 @@ mod tests {
         crate::zonal_into(1.0, &mut y_l0);
         let mut f =
             Expansion::zonal(axis, Degree::new(top).unwrap(), |l| [1.0, 0.9, 0.0].map(|v| v * y_l0[l]));
-        f.rows_mut()[0][0] += 0.2;
+        f.coefficients_mut()[0][0] += 0.2;
         f
     }
 
@@ -130,8 +130,8 @@ mod tests {
     #[test]
     fn a_function_that_is_not_negative_is_left_alone() {
         let mut f = Expansion::zero(Degree::new(3).unwrap());
-        f.rows_mut()[0] = [1.0; 3];
-        f.rows_mut()[5] = [0.2; 3];
+        f.coefficients_mut()[0] = [1.0; 3];
+        f.coefficients_mut()[5] = [0.2; 3];
         let result = non_negative(&f).unwrap();
         assert_eq!((result.penalty, &result.expansion), (Penalty::ZERO, &f));
     }
@@ -140,14 +140,14 @@ mod tests {
     fn a_mean_that_is_not_positive_is_an_error() {
         let mut f = Expansion::zero(Degree::new(1).unwrap());
         assert_eq!(non_negative(&f).unwrap().penalty, Penalty::ZERO, "black is not negative");
-        f.rows_mut()[2][1] = 1.0;
+        f.coefficients_mut()[2][1] = 1.0;
         assert_eq!(non_negative(&f).unwrap_err().channel, 1);
-        f.rows_mut()[0] = [1.0, -1.0, 1.0];
+        f.coefficients_mut()[0] = [1.0, -1.0, 1.0];
         assert!(non_negative(&f).unwrap_err().mean < 0.0);
         // Past any strength that a double holds: 1e-301 of the slope is left, and it is larger than this mean.
-        f.rows_mut()[0] = [1e-310; 3];
+        f.coefficients_mut()[0] = [1e-310; 3];
         assert!(non_negative(&f).is_err());
-        f.rows_mut()[0] = [f64::NAN; 3];
+        f.coefficients_mut()[0] = [f64::NAN; 3];
         assert!(non_negative(&f).is_err());
     }
 }

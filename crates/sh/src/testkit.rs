@@ -65,7 +65,7 @@ impl Noise {
     pub(crate) fn expansion(&mut self, degree: usize) -> Expansion {
         let degree = Degree::new(degree).unwrap();
         let rows = (0..degree.rows()).map(|_| self.rgb()).collect();
-        Expansion::from_rows(degree, rows).unwrap()
+        Expansion::from_coefficients(degree, rows).unwrap()
     }
 }
 

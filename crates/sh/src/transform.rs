@@ -11,54 +11,21 @@
 mod analysis;
 mod fourier;
 mod grid;
-pub(crate) mod lanes;
+mod plan;
 mod resample;
 mod sums;
 mod synthesis;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Mutex;
-
 pub use fourier::Sample;
 pub use grid::{GaussGrid, Grid};
+pub use plan::TransformError;
 pub use synthesis::Synthesis;
 
+use crate::f64x4::Level;
 use crate::{Degree, Expansion};
 use analysis::Colatitude;
-use fourier::Fourier;
-use lanes::{Lane, Level};
-use sums::{Group, Rows};
-
-/// Why a grid cannot carry a transform.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TransformError {
-    /// The grid has no pixel.
-    #[error("a grid of {columns} columns and {rows} rows has no pixel")]
-    Empty {
-        /// Columns of the grid.
-        columns: usize,
-        /// Rows of the grid.
-        rows: usize,
-    },
-    /// Columns do not tell the cosines and sines of every order apart.
-    #[error("{columns} columns are too few for degree {degree}: at least {} are needed", 2 * degree + 1)]
-    TooFewColumns {
-        /// Columns of the grid.
-        columns: usize,
-        /// The degree asked for.
-        degree: usize,
-    },
-    /// Rows do not tell the degrees apart.
-    #[error("{rows} rows are too few for degree {degree}: at least {} are needed", degree + 1)]
-    TooFewRows {
-        /// Rows of the grid.
-        rows: usize,
-        /// The degree asked for.
-        degree: usize,
-    },
-}
 
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///
@@ -79,7 +46,7 @@ pub enum TransformError {
 /// let sky = transform.analyse(&vec![[1.0f32; 3]; grid.len()]);
 /// let constant = (4.0 * std::f64::consts::PI).sqrt();
 /// assert!((sky.get(0, 0)[0] - constant).abs() < 1e-14);
-/// assert!(sky.rows()[1..].iter().all(|row| row[0].abs() < 1e-14));
+/// assert!(sky.coefficients()[1..].iter().all(|row| row[0].abs() < 1e-14));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Transform {
@@ -93,7 +60,10 @@ impl Transform {
     /// # Errors
     /// Where the columns are not more than twice the degree, or the rows not more than the degree.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
-        let grid = grid.into();
+        Self::at_level(Level::detect(), grid.into(), degree)
+    }
+
+    fn at_level(level: Level, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
         let (columns, rows, l) = (grid.width(), grid.height(), degree.get());
         if columns <= 2 * l && columns > 0 {
             return Err(TransformError::TooFewColumns { columns, degree: l });
@@ -101,8 +71,8 @@ impl Transform {
         if rows <= l && rows > 0 {
             return Err(TransformError::TooFewRows { rows, degree: l });
         }
-        let synthesis = Synthesis::new(grid, degree)?;
-        let colatitude = Colatitude::new(synthesis.grid(), &synthesis.plan().rows, l);
+        let synthesis = Synthesis::at_level(level, grid, degree)?;
+        let colatitude = Colatitude::new(synthesis.plan());
         Ok(Self { synthesis, colatitude })
     }
 
@@ -141,67 +111,4 @@ impl Transform {
     pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
         self.synthesis.synthesise_into(expansion, pixels);
     }
-}
-
-/// What both directions share.
-struct Plan {
-    grid: Grid,
-    degree: usize,
-    level: Level,
-    rows: Rows,
-    fourier: Fourier,
-    /// Memory of finished calls.
-    spare: Mutex<Vec<Workspace>>,
-}
-
-/// Memory of one call.
-#[derive(Default)]
-struct Workspace {
-    /// Fourier coefficients along the rows: one group for each m and each four pairs of rows.
-    groups: Vec<Group>,
-    /// Coefficients by rising m, then l: (cosine, sine) of each channel.
-    orders: Vec<[f64; 6]>,
-}
-
-impl Plan {
-    fn new(grid: Grid, degree: usize) -> Self {
-        let northern: Vec<(f64, f64)> =
-            (0..grid.height().div_ceil(2)).map(|row| grid.cosine_sine(row)).collect();
-        Self {
-            degree,
-            level: Level::detect(),
-            rows: Rows::new(&northern, degree),
-            fourier: Fourier::new(grid.width(), grid.height(), degree),
-            spare: Mutex::default(),
-            grid,
-        }
-    }
-
-    /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
-    fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace) -> R) -> R {
-        let spare = || self.spare.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mut workspace = spare().pop().unwrap_or_default();
-        let orders = self.degree + 1;
-        workspace.groups.resize(orders * self.rows.groups(), [Lane::ZERO; sums::PARTS]);
-        workspace.orders.resize(orders * (orders + 1) / 2, [0.0; 6]);
-        let result = work(&mut workspace);
-        spare().push(workspace);
-        result
-    }
-}
-
-/// The pairs (m, m + 1) for even m up to `degree`, as ranges.
-fn order_pairs(degree: usize) -> Vec<std::ops::Range<usize>> {
-    (0..=degree).step_by(2).map(|m| m..(m + 2).min(degree + 1)).collect()
-}
-
-/// Cuts a slice into consecutive parts of the given lengths.
-fn split<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
-    lengths
-        .map(|length| {
-            let (part, rest) = std::mem::take(&mut slice).split_at_mut(length);
-            slice = rest;
-            part
-        })
-        .collect()
 }

@@ -80,7 +80,7 @@ impl Window {
     pub fn apply(self, expansion: &Expansion) -> Expansion {
         let degree = expansion.degree();
         let mut windowed = expansion.clone();
-        let rows = windowed.rows_mut();
+        let rows = windowed.coefficients_mut();
         for l in 0..=degree.get() {
             let factor = self.factor(l, degree);
             for row in &mut rows[l * l..(l + 1) * (l + 1)] {
@@ -125,7 +125,7 @@ mod tests {
     fn a_window_scales_whole_degrees() {
         let degree = Degree::new(3).unwrap();
         let rows = (0..16).map(|row| [f64::from(row), 1.0, -1.0]).collect();
-        let f = Expansion::from_rows(degree, rows).unwrap();
+        let f = Expansion::from_coefficients(degree, rows).unwrap();
         let windowed = Window::Lanczos.apply(&f);
         for l in 0..=3 {
             for m in -(l as isize)..=l as isize {

@@ -113,7 +113,7 @@ impl Accuracy {
     /// ```
     /// use brdf::{Choice, Lambert, Material, project};
     /// use sh::{Degree, Expansion};
-    /// let sky = Expansion::from_rows(Degree::ZERO, vec![[1.0; 3]]).unwrap();
+    /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
     /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
     /// let field = shrm::Reflection::convolve(&sky, &brdf);
@@ -232,7 +232,7 @@ mod tests {
         let mut colour = |scale: f64| std::array::from_fn(|_| scale * next());
         let mut lighting = Expansion::zero(degree(f));
         for l in 0..=f {
-            lighting.rows_mut()[l * l..(l + 1) * (l + 1)]
+            lighting.coefficients_mut()[l * l..(l + 1) * (l + 1)]
                 .fill_with(|| colour((1.0 + l as f64).powf(-0.5 * fall)));
         }
         let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];
@@ -344,7 +344,7 @@ mod tests {
     fn where_one_of_both_is_band_limited_nothing_is_lost() {
         let world = field(5, 8, 0, 0.2);
         let mut lighting = world.lighting().to_degree(degree(4)).to_degree(degree(8));
-        lighting.rows_mut()[24] = [1.0; 3];
+        lighting.coefficients_mut()[24] = [1.0; 3];
         let field = Reflection::convolve(&lighting, world.brdf());
         let (light, brdf) = totals(&field);
         let estimate = Accuracy::of(&field, light, brdf).at(4, 0);

@@ -31,7 +31,7 @@ impl Reflection {
                         .take(if q == 0 { 1 } else { 2 })
                     {
                         for channel in 0..3 {
-                            rows[row][channel] += rho[channel] * lighting.rows()[a][channel];
+                            rows[row][channel] += rho[channel] * lighting.coefficients()[a][channel];
                         }
                     }
                 }

@@ -30,8 +30,8 @@ impl Frames {
             quarter.resize(start + side * side, 0.0);
             for column in 0..side {
                 let mut unit = Expansion::zero(Degree::new(p).unwrap_or(degree));
-                unit.rows_mut()[p * p + column] = [1.0; 3];
-                for (row, value) in rotate(&unit, x).rows()[p * p..].iter().enumerate() {
+                unit.coefficients_mut()[p * p + column] = [1.0; 3];
+                for (row, value) in rotate(&unit, x).coefficients()[p * p..].iter().enumerate() {
                     // A quarter turn maps an axis to an axis: what is below rounding is zero.
                     quarter[start + row * side + column] =
                         if value[0].abs() < 1e-15 { 0.0 } else { value[0] };
@@ -146,7 +146,7 @@ mod tests {
                 let mut global = local.clone();
                 frames.to_world(central, &mut global, &mut scratch);
                 let value = |rows: &[[f64; 3]], view| {
-                    basis.evaluate(&Expansion::from_rows(degree, rows.to_vec()).unwrap(), view)
+                    basis.evaluate(&Expansion::from_coefficients(degree, rows.to_vec()).unwrap(), view)
                 };
                 let (found, expected) = (value(&global, view), value(&local, into_frame(central, view)));
                 for channel in 0..3 {

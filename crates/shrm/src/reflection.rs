@@ -67,7 +67,7 @@ impl Reflection {
     /// ```
     /// use brdf::{Choice, Lambert, Material, project};
     /// use sh::{Degree, Expansion};
-    /// let sky = Expansion::from_rows(Degree::ZERO, vec![[0.2, 0.3, 0.5]]).unwrap();
+    /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[0.2, 0.3, 0.5]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
     /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
     /// let reflected = shrm::Reflection::convolve(&sky, &brdf).radial()?;
@@ -96,7 +96,7 @@ impl Reflection {
             (Plain::HeadOn, _) => zonal_into(1.0, &mut y_p0),
         }
         let mut field = self.lighting.clone();
-        let rows = field.rows_mut();
+        let rows = field.coefficients_mut();
         for l in 0..=self.brdf.f().get() {
             let mut factor = [0.0; 3];
             for (p, y) in y_p0.iter().enumerate() {

@@ -58,6 +58,6 @@ fn blend(map: &Shrm, central: Direction) -> Vec<[f64; 3]> {
 /// Coefficients over the world's views as ones over views in the frame of a central direction.
 fn into_frame_of(central: Direction, p: Degree, rows: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     // A map has (P + 1)^2 rows, so that they always make an expansion.
-    let expansion = Expansion::from_rows(p, rows).unwrap_or_else(|| Expansion::zero(p));
-    rotate(&expansion, frame(central).inverse()).rows().to_vec()
+    let expansion = Expansion::from_coefficients(p, rows).unwrap_or_else(|| Expansion::zero(p));
+    rotate(&expansion, frame(central).inverse()).coefficients().to_vec()
 }

@@ -117,7 +117,7 @@ fn expand(grid: LatLong, pixels: &[[f32; 3]]) -> Result<Expansion, TransformErro
 
 fn sum(field: &Expansion, y: &[f64]) -> [f32; 3] {
     let mut sum = [0.0; 3];
-    for (row, y) in field.rows().iter().zip(y) {
+    for (row, y) in field.coefficients().iter().zip(y) {
         for channel in 0..3 {
             sum[channel] += row[channel] * y;
         }

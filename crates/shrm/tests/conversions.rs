@@ -32,7 +32,7 @@ fn noise() -> impl FnMut() -> f64 {
 fn reflection(p: usize, azimuth: usize) -> Reflection {
     let (f, mut next) = (Degree::new(5).unwrap(), noise());
     let rows = (0..f.rows()).map(|_| [next(), next(), next()]).collect();
-    let lighting = Expansion::from_rows(f, rows).unwrap();
+    let lighting = Expansion::from_coefficients(f, rows).unwrap();
     let mut rho = Vec::new();
     for l in 0..=5 {
         for k in 0..(p + 1) * (p + 1) {

@@ -66,7 +66,7 @@ impl Reflection {
     /// use brdf::{Choice, Lambert, Material, project};
     /// use sh::{Degree, Expansion};
     /// use shrm::{MapGrid, Reflection, View};
-    /// let sky = Expansion::from_rows(Degree::ZERO, vec![[3.5449077018110318; 3]]).unwrap();
+    /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[3.5449077018110318; 3]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
     /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
     /// let grid = MapGrid::Cube(sphere::Cube { edge: 4 });

@@ -145,7 +145,7 @@ impl Rows<'_> {
         let product = simd.splat_f64s((q * m) as f64);
         for l in q.max(m)..=f {
             let middle = l * l + l;
-            let rows = self.lighting.rows();
+            let rows = self.lighting.coefficients();
             let cosine = rows[middle + m].map(|v| simd.splat_f64s(v * norm));
             let sine = if m == 0 { [zero; 3] } else { rows[middle - m].map(|v| simd.splat_f64s(v * norm)) };
             let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));

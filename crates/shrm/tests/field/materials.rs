@@ -33,7 +33,7 @@ pub(crate) fn lighting(f: usize, seed: u64) -> Expansion {
     let mut noise = Noise::new(seed);
     let mut sky = Expansion::zero(degree(f));
     for l in 0..=f {
-        for row in &mut sky.rows_mut()[l * l..(l + 1) * (l + 1)] {
+        for row in &mut sky.coefficients_mut()[l * l..(l + 1) * (l + 1)] {
             *row = noise.rgb().map(|v| v / (l + 1) as f64);
         }
     }
