@@ -1,13 +1,14 @@
 //! Synthesis on a cube map: the value of an expansion at the centre of each texel, in O(degree) per texel.
 //!
-//! Along a column of a side face the azimuth phi is constant, and the great circle through it, together with that of
-//! the opposite face's column at phi + pi, carries f as a Fourier series of degree F in theta in [0, 2 pi):
+//! Along a column of a side face the azimuth phi is constant, and the great circle through it, together with
+//! that of the opposite face's column at phi + pi, carries f as a Fourier series of degree F in theta in [0,
+//! 2 pi):
 //!
 //! > f(theta, phi) = sum over |k| <= F of g_k(phi) e^(i k theta), and f(2 pi - theta, phi) = f(theta, phi + pi).
 //!
-//! Its coefficients come from F + 1 rows of a lat-long synthesis, whose rows' Fourier series are evaluated at phi and
-//! phi + pi. The top and bottom faces have no such columns; they become side faces when f is turned by 90 degrees
-//! about +Y, which takes +Y of the cube to +Z and -Y to -Z (that one turned by half a turn).
+//! Its coefficients come from F + 1 rows of a lat-long synthesis, whose rows' Fourier series are evaluated at
+//! phi and phi + pi. The top and bottom faces have no such columns; they become side faces when f is rotated
+//! by 90 degrees about +Y, which takes +Y of the cube to +Z and -Y to -Z (which is then upside down).
 //!
 //! Each task writes its own columns: results are bit-identical for any number of threads.
 
@@ -20,13 +21,15 @@ use crate::f64x4::{F64x4, Level};
 use crate::fft::{Complex4, Fft, ZERO, cis, times};
 use crate::{Expansion, Sample, Synthesis, TransformError, rotate};
 
-/// The values of an expansion at the centres of a cube map's texels: six faces in file order, rows from the top.
+/// The values of an expansion at the centres of a cube map's texels: six faces in file order, rows from the
+/// top.
 ///
-/// Work is O(F^3) for the rows, O(edge F^2) for the circles and O(edge^2 F) for the texels; memory beside the texels is
-/// some 200 (F + 1)^2 bytes. Accuracy: 2e-14 of the largest value at degree 60, compared with [`crate::Basis`].
+/// Work is O(F^3) for the rows, O(edge F^2) for the circles and O(edge^2 F) for the texels; memory beside the
+/// texels is some 200 (F + 1)^2 bytes. Accuracy: 2e-14 of the largest value at degree 60, compared with
+/// [`crate::Basis`].
 ///
 /// # Errors
-/// [`TransformError::Empty`] where the cube has no texel.
+/// [`TransformError::Empty`] if the cube has no texel.
 ///
 /// # Example: a constant is the same on every face
 /// ```
@@ -65,8 +68,8 @@ pub fn synthesise_cube<T: Sample>(expansion: &Expansion, cube: Cube) -> Result<V
 /// An expansion's rows as Fourier series in the azimuth; a lane holds a channel.
 struct Circles {
     degree: usize,
-    /// For each row d_m, m = 0 ..= degree: f at the column coordinate psi is Re sum of d_m e^(i m psi), where psi
-    /// runs from the left of a lat-long image, psi = pi - phi.
+    /// For each row d_m, m = 0 ..= degree: f at the column coordinate psi is Re sum of d_m e^(i m psi), where
+    /// psi runs from the left of a lat-long image, psi = pi - phi.
     rows: Vec<Complex4>,
     /// Over twice the rows.
     fft: Fft,
@@ -78,7 +81,8 @@ impl Circles {
         let grid = LatLong::with_rows(degree + 1);
         let (width, terms) = (grid.width, degree + 1);
         let pixels: Vec<[f64; 3]> = Synthesis::new(grid, expansion.degree())?.synthesise(expansion);
-        // As many columns as twice the rows: circles around the poles and through them have the same transform.
+        // As many columns as twice the rows: circles around the poles and through them have the same
+        // transform.
         let fft = Fft::new(Level::detect(), width);
         let mut rows = vec![ZERO; grid.height * terms];
         rows.par_chunks_mut(terms).zip(pixels.par_chunks(width)).for_each(|(terms, pixels)| {
@@ -109,7 +113,8 @@ impl Circles {
     }
 }
 
-/// From N samples at x_j = 2 pi (j + 1/2) / N to the c_k of f(x) = Re sum over k of c_k e^(i k x), k = 0 ..= degree.
+/// From N samples at x_j = 2 pi (j + 1/2) / N to the c_k of f(x) = Re sum over k of c_k e^(i k x), k = 0 ..=
+/// degree.
 fn series(fft: &Fft, samples: impl Iterator<Item = [f64; 3]>, degree: usize) -> Vec<Complex4> {
     let mut line: Vec<_> = samples.map(|[r, g, b]| [F64x4([r, g, b, 0.0]), F64x4::ZERO]).collect();
     let len = line.len() as f64;
@@ -139,8 +144,9 @@ mod tests {
     use super::*;
     use crate::{Basis, Degree};
 
-    /// Against the basis at every texel. Both sides sum (F + 1)^2 terms whose size is about 1 and which grow to
-    /// (F + 1) in the sum; rounding in Horner's rule grows with F at most by its square, 1e-16 F^2 = 4e-13 at 60; 2e-14 is measured.
+    /// Against the basis at every texel. Both sides sum (F + 1)^2 terms whose size is about 1 and which grow
+    /// to (F + 1) in the sum; rounding in Horner's rule grows with F at most by its square, 1e-16 F^2 = 4e-13
+    /// at 60; 2e-14 is measured.
     #[test]
     fn every_texel_is_the_value_at_its_centre() {
         for (degree, edge) in [(0, 1), (1, 2), (2, 5), (7, 4), (30, 9), (60, 16)] {

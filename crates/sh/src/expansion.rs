@@ -19,7 +19,7 @@ impl Degree {
     /// A checked degree.
     ///
     /// # Errors
-    /// Where `l` is past [`Degree::MAX`].
+    /// If `l` is past [`Degree::MAX`].
     pub const fn new(l: usize) -> Result<Self, DegreeTooHigh> {
         if l <= Self::MAX.0 as usize { Ok(Self(l as u16)) } else { Err(DegreeTooHigh(l)) }
     }
@@ -51,7 +51,7 @@ impl Expansion {
         Self { degree, rows: vec![[0.0; 3]; degree.rows()] }
     }
 
-    /// An expansion from its rows, in order l*l + l + m; `None` where their number is not (degree + 1)^2.
+    /// An expansion from its rows, in order l*l + l + m; `None` if their number is not (degree + 1)^2.
     pub fn from_coefficients(degree: Degree, rows: Vec<[f64; 3]>) -> Option<Self> {
         (rows.len() == degree.rows()).then_some(Self { degree, rows })
     }

@@ -1,14 +1,14 @@
 //! The discrete Fourier transform of four sequences at once, one in each lane.
 //!
-//! X_k = sum over j of x_j e^(-2 pi i j k / n), by Stockham's method, which sorts as it goes and needs no shuffle within
-//! a vector: one pass for each factor r of n = r m writes
+//! X_k = sum over j of x_j e^(-2 pi i j k / n), by Stockham's method, which sorts as it goes and needs no
+//! shuffle within a vector: one pass for each factor r of n = r m writes
 //!
 //! ```text
 //! y[s (r p + k) + q] = e^(-2 pi i p k / n) sum over j of x[s (p + m j) + q] e^(-2 pi i j k / r),   p < m, k < r, q < s,
 //! ```
 //!
-//! and leaves r s sequences of length m, interleaved. A length with a prime factor past [`LARGEST_FACTOR`] becomes a
-//! convolution of a length that is a power of two (Bluestein 1970).
+//! and leaves r s sequences of length m, interleaved. A length with a prime factor past [`LARGEST_FACTOR`]
+//! becomes a convolution of a length that is a power of two (Bluestein 1970).
 
 use std::f64::consts::PI;
 
@@ -35,14 +35,15 @@ const LARGEST_FACTOR: usize = 61;
 pub(crate) struct Fft {
     level: Level,
     len: usize,
-    /// The radices of the passes; none where Bluestein's method is used.
+    /// The radices of the passes; none if Bluestein's method is used.
     factors: Vec<usize>,
     /// e^(-2 pi i k / n).
     roots: Vec<[f64; 2]>,
     bluestein: Option<Box<Bluestein>>,
 }
 
-/// With j k = (j^2 + k^2 - (k - j)^2) / 2 the transform is a convolution: X_k = c_k sum over j of x_j c_j / c_(k-j).
+/// With j k = (j^2 + k^2 - (k - j)^2) / 2 the transform is a convolution: X_k = c_k sum over j of x_j c_j /
+/// c_(k-j).
 struct Bluestein {
     /// c_j = e^(-pi i j^2 / n).
     chirp: Vec<[f64; 2]>,
@@ -215,7 +216,7 @@ fn pass4<S: Simd>(simd: S, roots: &[[f64; 2]], (m, s): (usize, usize), x: &[Comp
     }
 }
 
-/// An odd radix r: x_j and x_(r-j) share their cosine, and their sines differ in sign; so do the sums k and r - k.
+/// An odd radix r: x_j and x_(r-j) have the same cosine and opposite sines, and so have the sums k and r - k.
 #[inline(always)]
 fn pass_odd<S: Simd>(
     simd: S,

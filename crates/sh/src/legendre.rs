@@ -1,7 +1,8 @@
 //! Normalised associated Legendre functions of one order m, by a recurrence in x^2 = cos^2(theta).
 //!
-//! P_lm is the theta part of the real orthonormal harmonics: Y_lm = P_lm cos(m phi) and Y_l,-m = P_lm sin(m phi),
-//! positive near x = 1, the factor sqrt(2) of m > 0 included. With eps_l = sqrt((l^2 - m^2) / (4 l^2 - 1)),
+//! P_lm is the theta part of the real orthonormal harmonics: Y_lm = P_lm cos(m phi) and Y_l,-m = P_lm sin(m
+//! phi), positive near x = 1, the factor sqrt(2) of m > 0 included. With eps_l = sqrt((l^2 - m^2) / (4 l^2 -
+//! 1)),
 //!
 //! ```text
 //! x P_l = eps_(l+1) P_(l+1) + eps_l P_(l-1),   P_mm = c_m sin^m(theta).
@@ -19,7 +20,8 @@
 //! a_k = (-1)^k alpha_k^2,    b_k = -a_k (eps_(l+1)^2 + eps_(l+2)^2)
 //! ```
 //!
-//! sin^m(theta) leaves the range of a double: values start as [`Scaled`] and take part in sums when they are in range.
+//! sin^m(theta) leaves the range of a double: values start as [`Scaled`] and take part in sums when they are
+//! in range.
 
 use std::f64::consts::PI;
 
@@ -59,7 +61,8 @@ impl Sectoral {
                 coarse.push(coarse[j * groups + group].times(step[group]));
             }
         }
-        // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as m^(-1/2).
+        // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as
+        // m^(-1/2).
         let mut product = 1.0;
         let factors = (0..=degree)
             .map(|m| {
@@ -84,10 +87,10 @@ impl Sectoral {
 
 /// One step of the recurrence: lambda_(k+1) = (a y + b) lambda_k + lambda_(k-1).
 ///
-/// In mid-latitudes and at the equator y is x^2 and b is b_k. Near the poles, where x^2 rounded is worth a turn
-/// of theta by eps / theta, y is -sin^2(theta) and b is b_k + a_k.
+/// In mid-latitudes and at the equator y is x^2 and b is b_k. Near the poles, where rounding x^2 moves theta
+/// by eps / theta, y is -sin^2(theta) and b is b_k + a_k.
 ///
-/// Held once for each lane: four loads fewer registers than a broadcast.
+/// Each lane has its own copy, because loads need fewer registers than broadcasts.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) a: F64x4,
@@ -102,7 +105,7 @@ impl Form {
     pub(crate) const EQUATORIAL: Self = Self(0);
     pub(crate) const POLAR: Self = Self(1);
 
-    /// The better form where the largest sine is this.
+    /// The better form for rows whose largest sine is this.
     pub(crate) fn of(sine: f64) -> Self {
         if sine * sine < 0.5 { Self::POLAR } else { Self::EQUATORIAL }
     }
@@ -190,9 +193,9 @@ impl Recurrence {
     }
 }
 
-/// Where four rows enter the sums: from `step` on, all four are in the range of a double.
+/// The state in which four rows enter the sums: from `step` on, all four are in the range of a double.
 pub(crate) struct Entry {
-    /// The first step k at which every row is; the number of steps where none ever is.
+    /// The first step k at which every row is; the number of steps if this never happens.
     pub(crate) step: usize,
     /// lambda of that step.
     pub(crate) current: F64x4,
@@ -226,7 +229,7 @@ pub(crate) fn enter<S: Simd>(
             (0..LANES).filter(|&i| exponent[i] > 0.0).for_each(|i| masked.0[i] = 0.0);
             partial(state.step, &masked);
         }
-        // One step where some rows are in range; otherwise as many as it takes.
+        // One step if some rows are in range; otherwise as many as it takes.
         let (mut current, mut previous) = (load(simd, &state.current), load(simd, &state.previous));
         for step in &steps[state.step..] {
             (current, previous) = (advance(current, previous, step), current);

@@ -1,13 +1,13 @@
 //! Rotation of a function on the sphere, of any degree: (R f)(w) = f(R^-1 w).
 //!
-//! R = R_z(alpha) R_y(beta) R_z(gamma). A turn about +Z mixes cosine and sine of each m,
-//! c' = c cos(m a) - s sin(m a), s' = c sin(m a) + s cos(m a); the turn about +Y mixes the m of each l by Wigner's d
-//! functions ([`crate::wigner`]). They are needed for beta <= pi / 2 only, since
-//! R_y(beta) = R_z(pi) R_y(pi - beta) R_z(-pi) R_y(pi), where the last two only change signs.
+//! R = R_z(alpha) R_y(beta) R_z(gamma). A turn about +Z mixes cosine and sine of each m, c' = c cos(m a) - s
+//! sin(m a), s' = c sin(m a) + s cos(m a); the turn about +Y mixes the m of each l by Wigner's d functions
+//! ([`crate::wigner`]). They are needed for beta <= pi / 2 only, since R_y(beta) = R_z(pi) R_y(pi - beta)
+//! R_z(-pi) R_y(pi), where the last two only change signs.
 //!
-//! The work is O(degree^3). For each block of adjacent m, the recurrence in l runs along with the sums it feeds, so
-//! that no matrix is ever held; the blocks are independent, and the result does not depend on the number of
-//! threads.
+//! The work is O(degree^3). For each block of adjacent m, the recurrence in l runs along with the sums it
+//! feeds, so that no matrix is ever held; the blocks are independent, and the result does not depend on the
+//! number of threads.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -45,7 +45,7 @@ pub fn rotate(expansion: &Expansion, rotation: Rotation) -> Expansion {
 /// [`rotate`], written over `turned`.
 ///
 /// # Panics
-/// Where the two expansions differ in degree.
+/// If the two expansions differ in degree.
 pub fn rotate_into(expansion: &Expansion, rotation: Rotation, turned: &mut Expansion) {
     assert_eq!(expansion.degree(), turned.degree(), "a rotation keeps the degree");
     let degree = expansion.degree().get();
@@ -185,9 +185,10 @@ mod tests {
         }
     }
 
-    /// The value at R w is the old one at w. Coefficients are at most 1 and sum over m of Y_lm^2 is (2l+1)/(4 pi), so
-    /// values reach about F^1.5; the positions of both directions carry rounding errors of 1e-16 times a
-    /// gradient F times larger. Errors are taken relative to the root mean square value, about F / sqrt(12 pi).
+    /// The value at R w is the old one at w. Coefficients are at most 1 and sum over m of Y_lm^2 is (2l+1)/(4
+    /// pi), so values reach about F^1.5; the positions of both directions carry rounding errors of 1e-16
+    /// times a gradient F times larger. Errors are taken relative to the root mean square value, about F /
+    /// sqrt(12 pi).
     #[test]
     fn a_rotated_function_has_the_old_values_at_rotated_directions() {
         for degree in [0, 1, 2, 3, 4, 5, 8, 16, 33, 64, 100, 255, 256] {
@@ -237,7 +238,8 @@ mod tests {
         assert_eq!(with(1), with(3));
     }
 
-    /// sin(beta / 2) = 1/e is where starts are smallest among those that come to matter: 1e-327 at degree 1024, 1e-654 at 2048.
+    /// sin(beta / 2) = 1/e is where starts are smallest among those that come to matter: 1e-327 at degree
+    /// 1024, 1e-654 at 2048.
     #[test]
     fn rotations_of_high_degree_keep_energy_and_invert() {
         for (degree, beta) in [(700, 2.2), (1024, 0.7534)] {
@@ -250,8 +252,8 @@ mod tests {
         }
     }
 
-    /// A turn about +Y takes the harmonics at w, as a function of (l, m), to those at R w: by the addition theorem they
-    /// are the coefficients of a spike. Some orders m, in the blocks of `rotate`, stand for all.
+    /// A turn about +Y takes the harmonics at w, as a function of (l, m), to those at R w: by the addition
+    /// theorem they are the coefficients of a spike. Some orders m, in the blocks of `rotate`, stand for all.
     #[test]
     fn orders_of_the_highest_degree_turn_a_spike() {
         let top = Degree::MAX.get();
@@ -291,7 +293,8 @@ mod tests {
         }
     }
 
-    /// Rotations are orthogonal within each degree. Each coefficient is good to 1e-12; so is the sum, relatively.
+    /// Rotations are orthogonal within each degree. Each coefficient is good to 1e-12; so is the sum,
+    /// relatively.
     fn keeps_energy(f: &Expansion, turned: &Expansion) {
         let (before, after) = (crate::energy_per_degree(f), crate::energy_per_degree(turned));
         for (l, (before, after)) in before.iter().zip(after).enumerate() {

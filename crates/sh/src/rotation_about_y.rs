@@ -1,9 +1,11 @@
 //! The rotation of coefficients about +Y, by Wigner's d functions ([`crate::wigner`]).
 //!
-//! Between real harmonics the matrix of degree l splits: for m, n >= 0, and up to factors sqrt(2) where m or n is 0,
-//! cosines mix by g + h and sines by g - h, with g^l_mn = (-1)^(m+n) d^l_mn and h^l_mn = (-1)^m d^l_m,-n.
+//! Between real harmonics the matrix of degree l splits: for m, n >= 0, and up to factors sqrt(2) where m or
+//! n is 0, cosines mix by g + h and sines by g - h, with g^l_mn = (-1)^(m+n) d^l_mn and h^l_mn = (-1)^m
+//! d^l_m,-n.
 //!
-//! A block is four adjacent orders m. For each n its functions climb in l while their terms are added to the sums.
+//! A block is four adjacent orders m. For each n its functions climb in l while their terms are added to the
+//! sums.
 
 use pulp::{Simd, WithSimd};
 
@@ -61,8 +63,8 @@ impl RotationAboutY {
 
     /// Rotates coefficients; the result is for the orders m from 4 `block` on.
     ///
-    /// `input` holds [`PARTS`] values for l = n ..= degree, n after n. The result is for l = m ..= degree with m the
-    /// block's first order; entries with m > l are zero.
+    /// `input` holds [`PARTS`] values for l = n ..= degree, n after n. The result is for l = m ..= degree
+    /// with m the block's first order; entries with m > l are zero.
     pub(crate) fn apply(&self, block: usize, input: &[[f64; PARTS]]) -> Vec<Row> {
         let mut output = vec![[F64x4::ZERO; PARTS]; self.degree + 1 - block * LANES];
         self.level.run(Block { rotation: self, first: block * LANES, input, output: &mut output });
@@ -71,9 +73,10 @@ impl RotationAboutY {
 
     /// Whether functions that start out of range stay so up to the last degree F.
     ///
-    /// Below its turning point l_t = sqrt(m^2 + n^2 - 2 m n cos(beta)) / sin(beta) a function falls by kappa each step,
-    /// sinh(kappa) >= sin(beta) sqrt(l_t^2 - l^2) / l (the recurrence with slowly varying factors), so that it is below
-    /// e^-84 = 1e-36 at F if l_t sin(beta) > F sin(beta) + 20 (F sin(beta))^(1/3).
+    /// Below its turning point l_t = sqrt(m^2 + n^2 - 2 m n cos(beta)) / sin(beta) a function falls by kappa
+    /// each step, sinh(kappa) >= sin(beta) sqrt(l_t^2 - l^2) / l (the recurrence with slowly varying
+    /// factors), so that it is below e^-84 = 1e-36 at F if l_t sin(beta) > F sin(beta) + 20 (F
+    /// sin(beta))^(1/3).
     fn stay_small(&self, first: usize, n: usize) -> bool {
         let turn = 1.0 - 2.0 * self.sine * self.sine;
         let horizon = self.degree as f64 * 2.0 * self.sine * self.cosine;

@@ -1,8 +1,8 @@
 //! Numbers far below what a double holds.
 //!
-//! The recurrences in l for Legendre's and Wigner's functions start from powers of sines that leave the range of a double
-//! and grow to matter later. So a value starts as v 2^(-160 e), and takes part in sums when e has come down to 0: what is
-//! left out until then is below 2^-80 of a function of size one.
+//! The recurrences in l for Legendre's and Wigner's functions start from powers of sines that leave the range
+//! of a double and grow to matter later. So a value starts as v 2^(-160 e), and takes part in sums when e has
+//! come down to 0: what is left out until then is below 2^-80 of a function of size one.
 
 use crate::f64x4::{F64x4, LANES};
 

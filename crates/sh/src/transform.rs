@@ -1,9 +1,9 @@
 //! The spherical harmonic transform: images to coefficients (analysis) and back (synthesis).
 //!
-//! Analysis is a_lm = integral of f Y_lm over the sphere, by the quadrature of the grid; synthesis is
-//! f = sum over l, m of a_lm Y_lm at every pixel. Both separate: an FFT along each row ([`fourier`]), sums of
-//! Legendre functions along each column of equal m ([`sums`], `legendre`). On pixel-centred rows and past half
-//! of their degree, [`resample`] makes the sums along the columns exact.
+//! Analysis is a_lm = integral of f Y_lm over the sphere, by the quadrature of the grid; synthesis is f = sum
+//! over l, m of a_lm Y_lm at every pixel. Both separate: an FFT along each row ([`fourier`]), sums of
+//! Legendre functions along each column of equal m ([`sums`], `legendre`). On pixel-centred rows and past
+//! half of their degree, [`resample`] makes the sums along the columns exact.
 //!
 //! Work is O(W H log W + H degree^2). Tasks are fixed (four pairs of rows,
 //! two orders m) and each writes its own part, so results are bit-identical for any number of threads.
@@ -29,12 +29,13 @@ use analysis::Colatitude;
 
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///
-/// Pixels are RGB, row by row from the top as in [`sphere::LatLong`]; coefficients are those of [`Expansion`]:
-/// real orthonormal harmonics in Specula's frame, in the unit of the pixels. Analysis after synthesis returns
-/// the coefficients within 1e-12 of the largest (`f64`, degree 511).
+/// Pixels are RGB, row by row from the top as in [`sphere::LatLong`]; coefficients are those of
+/// [`Expansion`]: real orthonormal harmonics in Specula's frame, in the unit of the pixels. Analysis after
+/// synthesis returns the coefficients within 1e-12 of the largest (`f64`, degree 511).
 ///
 /// A plan keeps the memory of finished calls for the next: 48 bytes for each row and m, and 24 (degree + 1)^2
-/// after an analysis (300 MB at degree 2048 and 4100x2050). Calls from several threads at once each have their own.
+/// after an analysis (300 MB at degree 2048 and 4100x2050). Calls from several threads at once each have
+/// their own.
 ///
 /// # Example: a constant sky has one non-zero coefficient
 /// ```
@@ -58,7 +59,7 @@ impl Transform {
     /// A plan for `degree` on a [`sphere::LatLong`] or [`GaussGrid`].
     ///
     /// # Errors
-    /// Where the columns are not more than twice the degree, or the rows not more than the degree.
+    /// If the columns are not more than twice the degree, or the rows not more than the degree.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
         Self::at_level(Level::detect(), grid.into(), degree)
     }
@@ -86,10 +87,10 @@ impl Transform {
         self.synthesis.degree()
     }
 
-    /// The coefficients of an image: a_lm = integral of f Y_lm, exact where f is an expansion of this degree.
+    /// The coefficients of an image: a_lm = integral of f Y_lm, exact if f is an expansion of this degree.
     ///
     /// # Panics
-    /// Where the number of pixels is not that of the grid.
+    /// If the number of pixels is not that of the grid.
     pub fn analyse<T: Sample>(&self, pixels: &[[T; 3]]) -> Expansion {
         let mut expansion = Expansion::zero(self.degree());
         analysis::analyse_into(self.synthesis.plan(), &self.colatitude, pixels, &mut expansion);
@@ -99,7 +100,7 @@ impl Transform {
     /// The image of an expansion; its degree may be lower than that of the plan.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan.
+    /// If the expansion's degree is past that of the plan.
     pub fn synthesise<T: Sample>(&self, expansion: &Expansion) -> Vec<[T; 3]> {
         self.synthesis.synthesise(expansion)
     }
@@ -107,7 +108,7 @@ impl Transform {
     /// [`Transform::synthesise`] into memory of the caller.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
+    /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
     pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
         self.synthesis.synthesise_into(expansion, pixels);
     }

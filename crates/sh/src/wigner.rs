@@ -1,18 +1,19 @@
 //! Wigner's d functions: what a rotation about +Y does to the harmonics of one degree.
 //!
-//! d^l_mn(beta) is the matrix of R_y(beta) between complex harmonics with the Condon-Shortley phase (Varshalovich,
-//! Moskalev and Khersonskii 1988, chapter 4: d^1_10 = -sin(beta) / sqrt(2)). For R = R_z(b) R_y(a) those harmonics obey
-//! Y_lm(R w) = sum over n of D^l_mn(R) Y_ln(w), D^l_mn = e^(i m b) d^l_mn(a).
+//! d^l_mn(beta) is the matrix of R_y(beta) between complex harmonics with the Condon-Shortley phase
+//! (Varshalovich, Moskalev and Khersonskii 1988, chapter 4: d^1_10 = -sin(beta) / sqrt(2)). For R = R_z(b)
+//! R_y(a) those harmonics obey Y_lm(R w) = sum over n of D^l_mn(R) Y_ln(w), D^l_mn = e^(i m b) d^l_mn(a).
 //!
-//! For m, n >= 0 there are two families, g with m n > 0 and h with m times -n: up to signs that do not depend on l,
-//! g^l = d^l_mn and h^l = d^l_m,-n. For fixed (m, n) both climb in l by a three-term recurrence (ibid. 4.8, eq. 14), with
-//! w_ln = sqrt(l^2 - n^2), t = 1 - cos(beta) = 2 sin^2(beta / 2) and the upper sign for g:
+//! For m, n >= 0 there are two families, g with m n > 0 and h with m times -n: up to signs that do not depend
+//! on l, g^l = d^l_mn and h^l = d^l_m,-n. For fixed (m, n) both climb in l by a three-term recurrence (ibid.
+//! 4.8, eq. 14), with w_ln = sqrt(l^2 - n^2), t = 1 - cos(beta) = 2 sin^2(beta / 2) and the upper sign for g:
 //!
 //! w_l+1,m w_l+1,n f^(l+1) = ((2l+1) / l) (l (l+1) (1 - t) -+ m n) f^l - ((l+1) / l) w_lm w_ln f^(l-1)
 //!
-//! from f^l at l = max(m, n), where d^l_lk = T_lk times a sign: T_lk = sqrt(binomial(2l, l+k)) c^(l+k) s^(l-k),
-//! c = cos(beta / 2), s = sin(beta / 2). Upward is the stable direction: f grows until l (l+1) sin^2(beta) passes
-//! m^2 + n^2 - 2 m n cos(beta) and oscillates from there. Starts may lie far below what a double holds ([`Scaled`]).
+//! from f^l at l = max(m, n), where d^l_lk = T_lk times a sign: T_lk = sqrt(binomial(2l, l+k)) c^(l+k)
+//! s^(l-k), c = cos(beta / 2), s = sin(beta / 2). Upward is the stable direction: f grows until l (l+1)
+//! sin^2(beta) passes m^2 + n^2 - 2 m n cos(beta) and oscillates from there. Starts may lie far below what a
+//! double holds ([`Scaled`]).
 //!
 //! Sums over l run along with the recurrence, four functions at a time, so that no matrix is ever held.
 
@@ -114,7 +115,8 @@ impl<S: Simd> Pair<S> {
         self.any_in_range.then(|| [value(0), value(1)])
     }
 
-    /// From l to l + 1: f^(l+1) = `ahead` (`centre` -+ `product`) f^l + `behind` f^(l-1), where `product` is m n.
+    /// From l to l + 1: f^(l+1) = `ahead` (`centre` -+ `product`) f^l + `behind` f^(l-1), where `product` is
+    /// m n.
     #[inline(always)]
     pub fn climb(&mut self, simd: S, [ahead, behind]: [S::f64s; 2], centre: S::f64s, product: S::f64s) {
         let factors = [simd.sub_f64s(centre, product), simd.add_f64s(centre, product)];

@@ -4,8 +4,8 @@
 //!
 //! - Hanning: (1 + cos(pi l / (F + 1))) / 2;
 //! - Lanczos: sin(x) / x, x = pi l / (F + 1);
-//! - Laplacian: 1 / (1 + lambda l^2 (l + 1)^2), the f that minimises
-//!   integral of (f - f_0)^2 + lambda integral of (Laplacian f)^2, because the Laplacian of Y_lm is -l (l+1) Y_lm.
+//! - Laplacian: 1 / (1 + lambda l^2 (l + 1)^2), the f that minimises integral of (f - f_0)^2 + lambda
+//!   integral of (Laplacian f)^2, because the Laplacian of Y_lm is -l (l+1) Y_lm.
 //!
 //! The first two would reach 0 at degree F + 1, the first that is missing.
 
@@ -42,7 +42,7 @@ impl Penalty {
     /// A checked penalty.
     ///
     /// # Errors
-    /// Where `lambda` is negative, infinite or not a number.
+    /// If `lambda` is negative, infinite or not a number.
     pub fn new(lambda: f64) -> Result<Self, PenaltyOutOfRange> {
         if lambda >= 0.0 && lambda.is_finite() { Ok(Self(lambda)) } else { Err(PenaltyOutOfRange(lambda)) }
     }

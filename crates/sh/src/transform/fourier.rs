@@ -92,7 +92,8 @@ impl Fourier {
         Self { level, width, height, fft: Fft::new(level, width), turns }
     }
 
-    /// Sums over the columns of the pairs 4 `group` .. 4 `group` + 4: `output[m]` gets E and O of every channel.
+    /// Sums over the columns of the pairs 4 `group` .. 4 `group` + 4: `output[m]` gets E and O of every
+    /// channel.
     pub(crate) fn analyse<T: Sample>(
         &self,
         group: usize,
@@ -101,7 +102,7 @@ impl Fourier {
         output: &mut [Group],
     ) {
         let (width, height) = (self.width, self.height);
-        // Past the last pair, and for the mirror of an odd height's equator, a row counts nothing.
+        // Past the last pair, and for the mirror of an odd height's equator, the factor of a row is 0.
         let pairs: [[(&[[T; 3]], f64); LANES]; 2] = [false, true].map(|south| {
             std::array::from_fn(|lane| {
                 let north = group * LANES + lane;
@@ -128,8 +129,8 @@ impl Fourier {
 
     /// The pixels of four pairs of rows from E and O of every m, as `input` gives them.
     ///
-    /// `north` takes the northern rows from the first pair down, `south` their mirrors from the last pair down
-    /// (without the equator, whose row is northern).
+    /// `north` takes the northern rows from the first pair down, `south` their mirrors from the last pair
+    /// down (without the equator, whose row is northern).
     pub(crate) fn synthesise<'a, T: Sample>(
         &self,
         input: impl Fn(usize) -> &'a Group,

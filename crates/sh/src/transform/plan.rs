@@ -19,20 +19,20 @@ pub enum TransformError {
         /// Rows of the grid.
         rows: usize,
     },
-    /// Columns do not tell the cosines and sines of every order apart.
+    /// Too few columns to distinguish the cosines and sines of every order.
     #[error("{columns} columns are too few for degree {degree}: at least {} are needed", 2 * degree + 1)]
     TooFewColumns {
         /// Columns of the grid.
         columns: usize,
-        /// The degree asked for.
+        /// The requested degree.
         degree: usize,
     },
-    /// Rows do not tell the degrees apart.
+    /// Too few rows to distinguish the degrees.
     #[error("{rows} rows are too few for degree {degree}: at least {} are needed", degree + 1)]
     TooFewRows {
         /// Rows of the grid.
         rows: usize,
-        /// The degree asked for.
+        /// The requested degree.
         degree: usize,
     },
 }

@@ -3,8 +3,8 @@
 //! Fejér's weights are exact while the product of the image and P_lm has degree H - 1 at most, so for l up to
 //! (H - 1) / 2. Beyond, the product is integrated on twice as many rows. For order m a column of Fourier
 //! coefficients G continues across the poles as G(-theta) = (-1)^m G(theta), to a trigonometric polynomial of
-//! degree H - 1 on 2 H samples of the circle, known everywhere. The Clenshaw-Curtis rule of 2 H intervals, exact
-//! to degree 2 H, has our rows as its odd nodes; with D its weights there, C those of the even nodes
+//! degree H - 1 on 2 H samples of the circle, known everywhere. The Clenshaw-Curtis rule of 2 H intervals,
+//! exact to degree 2 H, has our rows as its odd nodes; with D its weights there, C those of the even nodes
 //! theta = pi i / H and S the shift of a circle by half a sample,
 //!
 //! ```text
@@ -27,8 +27,8 @@ pub(crate) struct Resample {
     fft: Fft,
     /// Clenshaw-Curtis weights of our northern rows (the equator included).
     rows: Vec<f64>,
-    /// Those of the nodes between, around the circle; the scale of the four Fourier transforms and of the circle's two
-    /// halves included.
+    /// Those of the nodes between, around the circle; the scale of the four Fourier transforms and of the
+    /// circle's two halves included.
     between: Vec<f64>,
     /// The shift by half a sample toward theta = 0, by frequency; zero at the highest.
     shift: Vec<[f64; 2]>,
@@ -50,8 +50,8 @@ impl Resample {
         let fft_scale = 1.0 / (samples * samples) as f64;
         let between = (0..samples)
             .map(|i| {
-                // An inner node stands on both halves of the circle, so it counts half on each; a sum over our
-                // rows is half of that over the circle. The poles stand there once.
+                // An inner node stands on both halves of the circle, so it counts half on each; a sum over
+                // our rows is half of that over the circle. The poles stand there once.
                 let node = i.min(samples - i);
                 let share = if node == 0 || node == height { 2.0 } else { 1.0 };
                 scale * share * fft_scale * weights[2 * node]
@@ -98,8 +98,8 @@ impl Resample {
                 circle[samples - 1 - row] = combine(&a, &b, -1.0);
             }
         }
-        // An inverse transform is a transform in reverse. Two of them cancel, because the weights are the same in
-        // reverse and the shift is its conjugate.
+        // An inverse transform is a transform in reverse. Two of them cancel, because the weights are the
+        // same in reverse and the shift is its conjugate.
         let shift = |circle: &mut [Complex4]| {
             circle.iter_mut().zip(&self.shift).for_each(|(value, shift)| *value = times(value, *shift));
         };

@@ -208,7 +208,8 @@ impl WithSimd for Evaluate<'_> {
                     );
                 }
             });
-            // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in registers.
+            // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in
+            // registers.
             let (mut current, mut previous) = (load(simd, &entry.current), load(simd, &entry.previous));
             let (y, cosine) = (load(simd, argument), load(simd, &rows.cosine[group]));
             let (even_column, odd_column) = column.split_at_mut(ODD);

@@ -12,8 +12,8 @@ use crate::{Degree, Expansion};
 
 /// A plan for synthesis alone: the values of an expansion at the pixels of any grid, however coarse.
 ///
-/// Unlike [`crate::Transform`] it asks nothing of the numbers of rows and columns: values are those of the
-/// function at the pixel centres.
+/// Unlike [`crate::Transform`] it works with any number of rows and columns: values are those of the function
+/// at the pixel centres.
 pub struct Synthesis {
     plan: TransformPlan,
     degree: Degree,
@@ -23,7 +23,7 @@ impl Synthesis {
     /// A plan for `degree` on a [`sphere::LatLong`] or [`crate::GaussGrid`].
     ///
     /// # Errors
-    /// Where the grid has no pixel.
+    /// If the grid has no pixel.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
         Self::at_level(Level::detect(), grid.into(), degree)
     }
@@ -52,7 +52,7 @@ impl Synthesis {
     /// The image of an expansion; its degree may be lower than that of the plan.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan.
+    /// If the expansion's degree is past that of the plan.
     pub fn synthesise<T: Sample>(&self, expansion: &Expansion) -> Vec<[T; 3]> {
         let mut pixels = vec![[T::ZERO; 3]; self.plan.grid.len()];
         self.synthesise_into(expansion, &mut pixels);
@@ -62,7 +62,7 @@ impl Synthesis {
     /// [`Synthesis::synthesise`] into memory of the caller.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
+    /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
     pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
         let plan = &self.plan;
         assert!(expansion.degree() <= self.degree, "the expansion's degree is past that of the plan");

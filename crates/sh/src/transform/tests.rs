@@ -23,8 +23,8 @@ fn gauss(width: usize, height: usize) -> Grid {
 
 /// Analysis after synthesis, relative to the largest coefficient.
 ///
-/// The recurrence carries R_k = P_(l+1) / x, which near the equator is up to l times P_l: an error of l eps, that
-/// is 511 * 2.2e-16 = 1.1e-13 each way at degree 511 and 4.5e-13 at 2048.
+/// The recurrence carries R_k = P_(l+1) / x, which near the equator is up to l times P_l: an error of l eps,
+/// that is 511 * 2.2e-16 = 1.1e-13 each way at degree 511 and 4.5e-13 at 2048.
 fn round_trip(grid: Grid, l: usize) {
     round_trip_within(grid, l, 1e-12);
 }
@@ -335,8 +335,8 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
             assert!((value - expected).abs() < 2e-11, "P_{l},{m} of row {row}: {value} {expected}");
         }
 
-        // integral of P_l P_l' sin(theta) for every l' of this parity: 1 / pi for m > 0, 1 / (2 pi) for m = 0. A
-        // northern row counts twice; the odd part meets x lambda.
+        // integral of P_l P_l' sin(theta) for every l' of this parity: 1 / pi for m > 0, 1 / (2 pi) for m =
+        // 0. A northern row counts twice; the odd part meets x lambda.
         let odd = part > 0;
         for row in 0..rows.groups() * LANES {
             let (group, lane) = (row / LANES, row % LANES);

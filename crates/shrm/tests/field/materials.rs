@@ -40,7 +40,7 @@ pub(crate) fn lighting(f: usize, seed: u64) -> Expansion {
     sky
 }
 
-/// A tensor of noise, falling with l and p, zero where q > min(l, p); q = 0 only where `azimuth` is false.
+/// A tensor of noise, falling with l and p, zero if q > min(l, p); only q = 0 if `azimuth` is false.
 pub(crate) fn tensor(f: usize, p: usize, azimuth: bool, seed: u64) -> BrdfCoefficients {
     let mut noise = Noise::new(seed);
     let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];

@@ -1,4 +1,4 @@
-//! What the reference files say: directions, the lighting, the materials.
+//! What the reference files hold: directions, the lighting, the materials.
 
 use std::f64::consts::PI;
 

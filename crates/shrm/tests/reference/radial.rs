@@ -84,7 +84,9 @@ fn some_light(top: usize, gain: f64) -> Expansion {
 
 #[test]
 fn a_furnace_reflects_the_albedo() {
-    let sky = Expansion::from_coefficients(Degree::ZERO, vec![[(4.0 * PI).sqrt(); 3]]).unwrap().to_degree(degree(9));
+    let sky = Expansion::from_coefficients(Degree::ZERO, vec![[(4.0 * PI).sqrt(); 3]])
+        .unwrap()
+        .to_degree(degree(9));
     for material in [lambert([0.9, 0.5, 0.0]), phong(0.0, [0.9, 0.5, 0.0]), phong(77.3, [0.9, 0.5, 0.0])] {
         let field = Reflection::convolve(&sky, &coefficients(&material, 9)).radial().unwrap();
         for theta in [0.0, 1.0, 3.0] {
