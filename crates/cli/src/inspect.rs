@@ -179,11 +179,11 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 ("format", "JSON".into()),
                 (
                     "shape",
-                    format!("degree {}, {} rows, RGB", lighting.degree().get(), lighting.rows().len()).into(),
+                    format!("degree {}, {} rows, RGB", lighting.degree().get(), lighting.coefficients().len()).into(),
                 ),
                 ("frame", SH_FRAME.into()),
             ];
-            facts.extend(range("coefficients of radiance", lighting.rows().iter().copied()));
+            facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
             Ok(facts)
         }
         // Another engine's convention: its file says what it holds.
@@ -223,7 +223,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
         "lighting" => {
             let lighting = tensors::decode_lighting(bytes)?;
             facts.push(("frame", SH_FRAME.into()));
-            facts.extend(range("coefficients of radiance", lighting.rows().iter().copied()));
+            facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
         }
         "brdf" => {
             let brdf = tensors::decode_brdf(bytes)?;
@@ -234,7 +234,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             let (lighting, brdf) = tensors::decode_reflection(bytes)?;
             facts.push(("degrees", format!("F = {}, P = {}", brdf.f().get(), brdf.p().get()).into()));
             facts.push(("frame", SH_FRAME.into()));
-            facts.extend(range("coefficients of radiance", lighting.rows().iter().copied()));
+            facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
         }
         "material" => facts.extend(material::checked(&tensors::decode_material(bytes)?)),
         "environment" => {

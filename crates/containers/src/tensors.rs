@@ -188,7 +188,7 @@ impl Writer {
     }
 
     fn lighting(&mut self, lighting: &Expansion) -> Result<(), Error> {
-        self.coefficients("sh", lighting.rows(), &[lighting.degree().rows(), 3])
+        self.coefficients("sh", lighting.coefficients(), &[lighting.degree().rows(), 3])
     }
 
     fn brdf(&mut self, brdf: &BrdfCoefficients) -> Result<(), Error> {
@@ -297,7 +297,7 @@ impl<'a> File<'a> {
             return Err(wrong_shape(NAME, SHAPE, tensor.shape()));
         }
         let degree = degree(NAME, side - 1)?;
-        Expansion::from_rows(degree, coefficients(NAME, &tensor)?)
+        Expansion::from_coefficients(degree, coefficients(NAME, &tensor)?)
             .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))
     }
 
@@ -410,7 +410,7 @@ mod tests {
     fn lighting(degree: usize) -> Expansion {
         let degree = Degree::new(degree).unwrap();
         let rows = (0..degree.rows()).map(|i| [i as f64, -0.1 * i as f64, 1e-300]).collect();
-        Expansion::from_rows(degree, rows).unwrap()
+        Expansion::from_coefficients(degree, rows).unwrap()
     }
 
     fn material() -> BrdfCoefficients {

@@ -20,7 +20,7 @@ fn look(p: usize) -> Look {
     let f = 12;
     let degree = |l| Degree::new(l).expect("a supported degree");
     let wave = |row: usize| [0, 1, 2].map(|channel| ((row * 37 + channel * 11) as f64).sin());
-    let lighting = Expansion::from_rows(degree(f), (0..(f + 1) * (f + 1)).map(wave).collect());
+    let lighting = Expansion::from_coefficients(degree(f), (0..(f + 1) * (f + 1)).map(wave).collect());
     let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];
     for l in 0..=f {
         for p_ in 0..=p {

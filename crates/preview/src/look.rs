@@ -243,7 +243,7 @@ mod tests {
         let [f, p] = [0, p].map(|degree| Degree::new(degree).unwrap());
         let material = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
         let brdf = project(&material, Choice::Degree { f, p }).unwrap().coefficients;
-        Reflection::convolve(&Expansion::from_rows(Degree::ZERO, vec![[1.0; 3]]).unwrap(), &brdf)
+        Reflection::convolve(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap(), &brdf)
     }
 
     fn refused<T>(map: Result<T, RenderError>) -> String {

@@ -10,7 +10,7 @@ fn sh_rotation(criterion: &mut Criterion) {
     for degree in [4, 16, 64] {
         let Ok(degree) = Degree::new(degree) else { continue };
         let rows = (0..degree.rows()).map(|row| [1.0, 0.5, (row % 7) as f64]).collect();
-        let Some(lighting) = Expansion::from_rows(degree, rows) else { continue };
+        let Some(lighting) = Expansion::from_coefficients(degree, rows) else { continue };
         let mut turned = Expansion::zero(degree);
         let rotation = Rotation::from_yaw_pitch_roll(0.4, -0.7, 1.9);
         group.bench_function(BenchmarkId::from_parameter(degree.get()), |bencher| {

@@ -2,13 +2,13 @@
 //!
 //! Y_l0 = P_l0(z), Y_l,m = sqrt(2) P_lm(z) cos(m phi) and Y_l,-m = sqrt(2) P_lm(z) sin(m phi) for m > 0, with
 //! P_lm the orthonormal associated Legendre functions without the Condon-Shortley phase. Each column m starts
-//! from P_mm = sqrt((2m+1)!! / (4 pi (2m)!!)) sin^m(theta) and climbs in l (Press et al., Numerical Recipes 3,
-//! eq. 6.7.9), a direction in which the recurrence is stable:
+//! from P_mm = sqrt((2m+1)!! / (4 pi (2m)!!)) sin^m(theta) and climbs in l (Press et al., Numerical Recipes
+//! 3, eq. 6.7.9), a direction in which the recurrence is stable:
 //!
 //! P_lm = a_lm (z P_l-1,m - P_l-2,m / a_l-1,m),  a_lm = sqrt((4 l^2 - 1) / (l^2 - m^2)).
 //!
-//! P_mm underflows near the poles. A column matters to degree F only if it leaves the region l sin(theta) < m,
-//! where it grows, before l = F. With s = sin(theta) and m = F s the start is about s^(F s), at least
+//! P_mm underflows near the poles. A column matters to degree F only if it leaves the region l sin(theta) <
+//! m, where it grows, before l = F. With s = sin(theta) and m = F s the start is about s^(F s), at least
 //! e^(-F / e) = 1e-327 for F = 2048: just past what f64 holds. So each column is carried times 2^600, which
 //! leaves the large end far from overflow (no value passes 30), and what still underflows never matters.
 
@@ -23,9 +23,9 @@ const LOWER: f64 = f64::from_bits((1023 - 600) << 52);
 
 /// The real spherical harmonics up to a degree, with the constants of their recurrence.
 ///
-/// Build one to evaluate at many directions. Errors, relative to sqrt((2l+1) / (4 pi)), are some l units of rounding,
-/// and l^2 of them within some 1/l of a pole, where z rounded is worth a turn: 1e-10 at [`Degree::MAX`]. The tests
-/// compare with closed forms and check the addition theorem.
+/// Build one to evaluate at many directions. Errors, relative to sqrt((2l+1) / (4 pi)), are some l units of
+/// rounding, and l^2 of them within some 1/l of a pole, where rounding z amounts to a small rotation: 1e-10
+/// at [`Degree::MAX`]. The tests compare with closed forms and check the addition theorem.
 ///
 /// # Example: the three harmonics of degree 1 are 0.488603 times y, z and x
 /// ```
@@ -74,7 +74,7 @@ impl Basis {
     /// Y_lm(w) of every row l*l + l + m, into `rows`.
     ///
     /// # Panics
-    /// Where `rows` does not have (degree + 1)^2 elements.
+    /// If `rows` does not have (degree + 1)^2 elements.
     pub fn evaluate_into(&self, direction: Direction, rows: &mut [f64]) {
         assert_eq!(rows.len(), self.degree.rows(), "one element for each row");
         self.visit(direction, |l, m, cosine, sine| {
@@ -89,10 +89,10 @@ impl Basis {
     /// f(w), RGB, of an expansion whose degree is at most this basis' degree.
     ///
     /// # Panics
-    /// Where the expansion's degree is higher.
+    /// If the expansion's degree is higher.
     pub fn evaluate(&self, expansion: &Expansion, direction: Direction) -> [f64; 3] {
         assert!(expansion.degree() <= self.degree, "the basis reaches the expansion's degree");
-        let (rows, top) = (expansion.rows(), expansion.degree().get());
+        let (rows, top) = (expansion.coefficients(), expansion.degree().get());
         let mut sum = [0.0; 3];
         self.visit(direction, |l, m, cosine, sine| {
             if l <= top {
@@ -130,7 +130,8 @@ impl Basis {
     }
 }
 
-/// Y_l0 at the angle whose cosine is given, for l = 0 to `values.len() - 1`: sqrt((2l+1) / (4 pi)) P_l(cosine).
+/// Y_l0 at the angle whose cosine is given, for l = 0 to `values.len() - 1`: sqrt((2l+1) / (4 pi))
+/// P_l(cosine).
 ///
 /// A function of the angle to an axis is a sum of these; its coefficients are called zonal.
 pub fn zonal_into(cosine: f64, values: &mut [f64]) {
@@ -142,7 +143,7 @@ pub fn zonal_into(cosine: f64, values: &mut [f64]) {
     }
 }
 
-/// Lambda_l = sqrt(4 pi / (2 l + 1)): what a zonal coefficient is scaled by in a convolution.
+/// Lambda_l = sqrt(4 pi / (2 l + 1)), the factor of a zonal coefficient in a convolution.
 pub fn lambda(l: usize) -> f64 {
     (4.0 * PI / (2 * l + 1) as f64).sqrt()
 }
@@ -150,9 +151,9 @@ pub fn lambda(l: usize) -> f64 {
 impl Expansion {
     /// f(w), RGB. To evaluate at many directions, keep a [`Basis`].
     ///
-    /// # Example: a constant function is worth Y_00 times its coefficient
+    /// # Example: a constant function has the value Y_00 times its coefficient
     /// ```
-    /// let f = sh::Expansion::from_rows(sh::Degree::new(0)?, vec![[1.0, 2.0, 3.0]]).unwrap();
+    /// let f = sh::Expansion::from_coefficients(sh::Degree::new(0)?, vec![[1.0, 2.0, 3.0]]).unwrap();
     /// let rgb = f.evaluate(sphere::Direction::X);
     /// assert!((rgb[1] - 2.0 * 0.282095).abs() < 1e-6);
     /// # Ok::<(), sh::DegreeTooHigh>(())
@@ -161,7 +162,8 @@ impl Expansion {
         Basis::new(self.degree()).evaluate(self, direction)
     }
 
-    /// The function sum of u_l Y_l0(angle to `axis`), by the addition theorem: f_lm = Lambda_l u_l Y_lm(axis).
+    /// The function sum of u_l Y_l0(angle to `axis`), by the addition theorem: f_lm = Lambda_l u_l
+    /// Y_lm(axis).
     pub fn zonal(axis: Direction, degree: Degree, u: impl Fn(usize) -> [f64; 3]) -> Self {
         let mut values = vec![0.0; degree.rows()];
         Basis::new(degree).evaluate_into(axis, &mut values);
@@ -170,7 +172,7 @@ impl Expansion {
             let scale = u(l).map(|u| u * lambda(l));
             rows.extend(values[l * l..(l + 1) * (l + 1)].iter().map(|y| scale.map(|s| s * y)));
         }
-        Self::from_rows(degree, rows).unwrap_or_else(|| Self::zero(degree))
+        Self::from_coefficients(degree, rows).unwrap_or_else(|| Self::zero(degree))
     }
 }
 
@@ -234,7 +236,8 @@ mod tests {
     }
 
     /// Sum over m of Y_lm(v) Y_lm(w) = Y_l0(angle) / Lambda_l, whose largest value is (2l+1)/(4 pi). Each
-    /// harmonic carries up to l rounding errors, so the sum stays within l 2^-53 of that, times a small constant.
+    /// harmonic carries up to l rounding errors, so the sum stays within l 2^-53 of that, times a small
+    /// constant.
     #[test]
     fn the_addition_theorem_holds_to_degree_2048() {
         let basis = Basis::new(Degree::MAX);
@@ -262,8 +265,9 @@ mod tests {
         }
     }
 
-    /// P_l by differences d_l = P_l+1 - P_l in t = 1 - cos(theta), which cancel nothing near a pole. Rounding of z and of
-    /// the constants turns theta by 2^-53 / theta, theta about 1/l, where P_l falls by l: l^2 2^-53 in all.
+    /// P_l by differences d_l = P_l+1 - P_l in t = 1 - cos(theta), which cancel nothing near a pole. Rounding
+    /// of z and of the constants turns theta by 2^-53 / theta, theta about 1/l, where P_l falls by l: l^2
+    /// 2^-53 in all.
     #[test]
     fn harmonics_lose_no_more_than_l_squared_roundings_next_to_the_poles() {
         let basis = Basis::new(Degree::MAX);

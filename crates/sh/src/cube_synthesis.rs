@@ -1,39 +1,39 @@
 //! Synthesis on a cube map: the value of an expansion at the centre of each texel, in O(degree) per texel.
 //!
-//! Along a column of a side face the azimuth phi is constant, and the great circle through it, together with that of
-//! the opposite face's column at phi + pi, carries f as a Fourier series of degree F in theta in [0, 2 pi):
+//! Along a column of a side face the azimuth phi is constant, and the great circle through it, together with
+//! that of the opposite face's column at phi + pi, carries f as a Fourier series of degree F in theta in [0,
+//! 2 pi):
 //!
 //! > f(theta, phi) = sum over |k| <= F of g_k(phi) e^(i k theta), and f(2 pi - theta, phi) = f(theta, phi + pi).
 //!
-//! Its coefficients come from F + 1 rows of a lat-long synthesis, whose rows' Fourier series are evaluated at phi and
-//! phi + pi. The top and bottom faces have no such columns; they become side faces when f is turned by 90 degrees
-//! about +Y, which takes +Y of the cube to +Z and -Y to -Z (that one turned by half a turn).
+//! Its coefficients come from F + 1 rows of a lat-long synthesis, whose rows' Fourier series are evaluated at
+//! phi and phi + pi. The top and bottom faces have no such columns; they become side faces when f is rotated
+//! by 90 degrees about +Y, which takes +Y of the cube to +Z and -Y to -Z (which is then upside down).
 //!
 //! Each task writes its own columns: results are bit-identical for any number of threads.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::sync::Arc;
 
 use rayon::prelude::*;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
 use sphere::{Cube, Face, LatLong, Rotation};
 
+use crate::f64x4::{F64x4, Level};
+use crate::fft::{Complex4, Fft, ZERO, cis, times};
 use crate::{Expansion, Sample, Synthesis, TransformError, rotate};
 
-type C64 = Complex<f64>;
-
-/// The values of an expansion at the centres of a cube map's texels: six faces in file order, rows from the top.
+/// The values of an expansion at the centres of a cube map's texels: six faces in file order, rows from the
+/// top.
 ///
-/// Work is O(F^3) for the rows, O(edge F^2) for the circles and O(edge^2 F) for the texels; memory beside the texels is
-/// some 200 (F + 1)^2 bytes. Accuracy: 2e-14 of the largest value at degree 60, compared with [`crate::Basis`].
+/// Work is O(F^3) for the rows, O(edge F^2) for the circles and O(edge^2 F) for the texels; memory beside the
+/// texels is some 200 (F + 1)^2 bytes. Accuracy: 2e-14 of the largest value at degree 60, compared with
+/// [`crate::Basis`].
 ///
 /// # Errors
-/// [`TransformError::Empty`] where the cube has no texel.
+/// [`TransformError::Empty`] if the cube has no texel.
 ///
 /// # Example: a constant is the same on every face
 /// ```
-/// let f = sh::Expansion::from_rows(sh::Degree::ZERO, vec![[3.5449077018110318; 3]]).unwrap();
+/// let f = sh::Expansion::from_coefficients(sh::Degree::ZERO, vec![[3.5449077018110318; 3]]).unwrap();
 /// let pixels: Vec<[f64; 3]> = sh::synthesise_cube(&f, sphere::Cube { edge: 2 })?;
 /// assert!(pixels.iter().flatten().all(|value| (value - 1.0).abs() < 1e-14));
 /// # Ok::<(), sh::TransformError>(())
@@ -65,14 +65,14 @@ pub fn synthesise_cube<T: Sample>(expansion: &Expansion, cube: Cube) -> Result<V
     Ok(pixels)
 }
 
-/// An expansion's rows as Fourier series in the azimuth.
+/// An expansion's rows as Fourier series in the azimuth; a lane holds a channel.
 struct Circles {
     degree: usize,
-    /// For each row and m = 0 ..= degree, RGB: f at the column coordinate psi is Re sum of d_m e^(i m psi), where psi
-    /// runs from the left of a lat-long image, psi = pi - phi.
-    rows: Vec<[C64; 3]>,
+    /// For each row d_m, m = 0 ..= degree: f at the column coordinate psi is Re sum of d_m e^(i m psi), where
+    /// psi runs from the left of a lat-long image, psi = pi - phi.
+    rows: Vec<Complex4>,
     /// Over twice the rows.
-    fft: Arc<dyn Fft<f64>>,
+    fft: Fft,
 }
 
 impl Circles {
@@ -81,17 +81,14 @@ impl Circles {
         let grid = LatLong::with_rows(degree + 1);
         let (width, terms) = (grid.width, degree + 1);
         let pixels: Vec<[f64; 3]> = Synthesis::new(grid, expansion.degree())?.synthesise(expansion);
-        let mut planner = FftPlanner::new();
-        let along = planner.plan_fft_forward(width);
-        let mut rows = vec![[C64::ZERO; 3]; grid.height * terms];
+        // As many columns as twice the rows: circles around the poles and through them have the same
+        // transform.
+        let fft = Fft::new(Level::detect(), width);
+        let mut rows = vec![ZERO; grid.height * terms];
         rows.par_chunks_mut(terms).zip(pixels.par_chunks(width)).for_each(|(terms, pixels)| {
-            for channel in 0..3 {
-                let mut line: Vec<C64> = pixels.iter().map(|rgb| C64::new(rgb[channel], 0.0)).collect();
-                along.process(&mut line);
-                series(&line, |m, value| terms[m][channel] = value, degree);
-            }
+            terms.copy_from_slice(&series(&fft, pixels.iter().copied(), degree));
         });
-        Ok(Self { degree, rows, fft: planner.plan_fft_forward(2 * grid.height) })
+        Ok(Self { degree, rows, fft })
     }
 
     /// The columns of a side face, from the left, and those of the opposite face at the same places.
@@ -109,42 +106,37 @@ impl Circles {
     }
 
     /// The Fourier coefficients k = 0 ..= degree of f along the circle through the poles at phi.
-    fn circle(&self, phi: f64) -> Vec<[C64; 3]> {
-        let height = self.degree + 1;
-        let mut samples = vec![[0.0; 3]; 2 * height];
-        for (row, terms) in self.rows.chunks_exact(height).enumerate() {
-            samples[row] = evaluate(terms, PI - phi);
-            samples[2 * height - 1 - row] = evaluate(terms, -phi);
-        }
-        let mut circle = vec![[C64::ZERO; 3]; height];
-        for channel in 0..3 {
-            let mut line: Vec<C64> = samples.iter().map(|rgb| C64::new(rgb[channel], 0.0)).collect();
-            self.fft.process(&mut line);
-            series(&line, |k, value| circle[k][channel] = value, self.degree);
-        }
-        circle
+    fn circle(&self, phi: f64) -> Vec<Complex4> {
+        let rows = self.rows.chunks_exact(self.degree + 1);
+        let there = rows.clone().map(|terms| evaluate(terms, PI - phi));
+        series(&self.fft, there.chain(rows.rev().map(|terms| evaluate(terms, -phi))), self.degree)
     }
 }
 
-/// From the FFT of N samples at x_j = 2 pi (j + 1/2) / N to the c_k of f(x) = Re sum over k of c_k e^(i k x).
-fn series(transformed: &[C64], mut put: impl FnMut(usize, C64), degree: usize) {
-    let len = transformed.len() as f64;
-    for k in 0..=degree {
+/// From N samples at x_j = 2 pi (j + 1/2) / N to the c_k of f(x) = Re sum over k of c_k e^(i k x), k = 0 ..=
+/// degree.
+fn series(fft: &Fft, samples: impl Iterator<Item = [f64; 3]>, degree: usize) -> Vec<Complex4> {
+    let mut line: Vec<_> = samples.map(|[r, g, b]| [F64x4([r, g, b, 0.0]), F64x4::ZERO]).collect();
+    let len = line.len() as f64;
+    fft.run(&mut line, &mut Vec::new());
+    line.truncate(degree + 1);
+    for (k, value) in line.iter_mut().enumerate() {
         let weight = if k == 0 { 1.0 } else { 2.0 } / len;
-        put(k, transformed[k] * C64::from_polar(weight, -PI * k as f64 / len));
+        *value = times(value, cis(-PI * k as f64 / len).map(|part| weight * part));
     }
+    line
 }
 
 /// Re sum over k of c_k e^(i k x), by Horner's rule, which is stable on the unit circle.
-fn evaluate(terms: &[[C64; 3]], x: f64) -> [f64; 3] {
-    let turn = C64::cis(x);
-    let mut sum = [C64::ZERO; 3];
+fn evaluate(terms: &[Complex4], x: f64) -> [f64; 3] {
+    let turn = cis(x);
+    let mut sum = ZERO;
     for term in terms.iter().rev() {
-        for channel in 0..3 {
-            sum[channel] = sum[channel] * turn + term[channel];
-        }
+        let turned = times(&sum, turn);
+        sum = [0, 1].map(|part| F64x4::from_fn(|lane| turned[part].0[lane] + term[part].0[lane]));
     }
-    sum.map(|value| value.re)
+    let [r, g, b, _] = sum[0].0;
+    [r, g, b]
 }
 
 #[cfg(test)]
@@ -152,15 +144,16 @@ mod tests {
     use super::*;
     use crate::{Basis, Degree};
 
-    /// Against the basis at every texel. Both sides sum (F + 1)^2 terms whose size is about 1 and which grow to
-    /// (F + 1) in the sum; rounding in Horner's rule grows with F at most by its square, 1e-16 F^2 = 4e-13 at 60; 2e-14 is measured.
+    /// Against the basis at every texel. Both sides sum (F + 1)^2 terms whose size is about 1 and which grow
+    /// to (F + 1) in the sum; rounding in Horner's rule grows with F at most by its square, 1e-16 F^2 = 4e-13
+    /// at 60; 2e-14 is measured.
     #[test]
     fn every_texel_is_the_value_at_its_centre() {
         for (degree, edge) in [(0, 1), (1, 2), (2, 5), (7, 4), (30, 9), (60, 16)] {
             let degree = Degree::new(degree).unwrap();
             let wave = |row: usize| ((row * 37 % 101) as f64 / 50.0 - 1.0) / (degree.get() + 1) as f64;
             let rows = (0..degree.rows()).map(|row| [wave(row), wave(row + 5), -wave(2 * row)]).collect();
-            let f = Expansion::from_rows(degree, rows).unwrap();
+            let f = Expansion::from_coefficients(degree, rows).unwrap();
             let (basis, cube) = (Basis::new(degree), Cube { edge });
             let pixels: Vec<[f64; 3]> = synthesise_cube(&f, cube).unwrap();
             let largest = pixels.iter().flatten().fold(0.0, |a: f64, b| a.max(b.abs()));

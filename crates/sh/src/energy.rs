@@ -1,6 +1,8 @@
-//! How much of a function each degree holds, and the degree that holds enough (thesis, equations 5.15 and 5.16).
+//! How much of a function each degree holds, and the degree that holds enough (thesis, equations 5.15 and
+//! 5.16).
 //!
-//! Harmonics are orthonormal, so that the integral of L^2 over the sphere is the sum of all |L_lm|^2 (Parseval).
+//! Harmonics are orthonormal, so that the integral of L^2 over the sphere is the sum of all |L_lm|^2
+//! (Parseval).
 
 use std::f64::consts::TAU;
 
@@ -22,7 +24,7 @@ impl Tolerance {
     /// A checked tolerance.
     ///
     /// # Errors
-    /// Where `share` is not above 0 and below 1.
+    /// If `share` is not above 0 and below 1.
     pub fn new(share: f64) -> Result<Self, ToleranceOutOfRange> {
         if share > 0.0 && share < 1.0 { Ok(Self(share)) } else { Err(ToleranceOutOfRange(share)) }
     }
@@ -33,9 +35,10 @@ impl Tolerance {
     }
 }
 
-/// Sum over m of |L_lm|^2, RGB, for l = 0 ..= degree: the integral of that degree's part squared (equation 5.15).
+/// Sum over m of |L_lm|^2, RGB, for l = 0 ..= degree: the integral of that degree's part squared (equation
+/// 5.15).
 pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
-    let rows = expansion.rows();
+    let rows = expansion.coefficients();
     (0..=expansion.degree().get())
         .map(|l| {
             let mut sum = [0.0; 3];
@@ -49,16 +52,16 @@ pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The integral over the sphere of an image squared, RGB (equation 5.15, left side): what the energies of its
-/// expansion add up to where the image is one, by the quadrature of [`crate::Transform`].
+/// The integral over the sphere of an image squared, RGB (equation 5.15, left side), by the quadrature of
+/// [`crate::Transform`]. If the image is an expansion, this is the sum of its energies.
 ///
-/// `pixels` are RGB, row by row from the top. Exact where the square is of a degree below the number of rows and
-/// that of columns.
+/// `pixels` are RGB, row by row from the top. Exact if the degree of the square is below the number of rows
+/// and the number of columns.
 ///
 /// # Panics
-/// Where the number of pixels is not that of the grid, or the grid has no column.
+/// If the number of pixels is not that of the grid, or the grid has no column.
 ///
-/// # Example: a constant sky has 4 pi of it
+/// # Example: a constant sky has an energy of 4 pi
 /// ```
 /// let grid = sphere::LatLong::with_rows(8);
 /// let energy = sh::image_energy(grid, &vec![[1.0f32; 3]; grid.len()]);
@@ -82,11 +85,12 @@ pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
     energy
 }
 
-/// The least F whose degrees hold (1 - tolerance) of `total` (equation 5.16); `None` where all of them together
+/// The least F whose degrees hold (1 - tolerance) of `total` (equation 5.16); `None` if all of them together
 /// hold less.
 ///
 /// `energy` is that of l = 0, 1, ..., summed over channels; `total` is the integral of L^2, summed over
-/// channels: of the image, which counts what lies past the last degree, or the sum of `energy`, which does not.
+/// channels: of the image, which includes what lies past the last degree, or the sum of `energy`, which does
+/// not.
 ///
 /// # Example: two degrees hold 90 percent, three hold 99
 /// ```
@@ -115,7 +119,7 @@ mod tests {
     fn the_energy_of_an_image_is_that_of_its_expansion() {
         let (grid, degree) = (LatLong::with_rows(16), Degree::new(7).unwrap());
         let rows = (0..64).map(|row| [1.0, f64::from(row % 5), f64::from(row) - 30.0]).collect();
-        let f = Expansion::from_rows(degree, rows).unwrap();
+        let f = Expansion::from_coefficients(degree, rows).unwrap();
         let pixels: Vec<[f64; 3]> = Transform::new(grid, degree).unwrap().synthesise(&f);
         let energy = image_energy(grid, &pixels);
         for channel in 0..3 {
@@ -127,7 +131,7 @@ mod tests {
     #[test]
     fn energy_counts_each_degree_once() {
         let rows = (0..9).map(|row| [1.0, f64::from(row), 0.0]).collect();
-        let f = Expansion::from_rows(Degree::new(2).unwrap(), rows).unwrap();
+        let f = Expansion::from_coefficients(Degree::new(2).unwrap(), rows).unwrap();
         assert_eq!(
             energy_per_degree(&f),
             [[1.0, 0.0, 0.0], [3.0, 1.0 + 4.0 + 9.0, 0.0], [5.0, 16.0 + 25.0 + 36.0 + 49.0 + 64.0, 0.0]]

@@ -19,7 +19,7 @@ impl Degree {
     /// A checked degree.
     ///
     /// # Errors
-    /// Where `l` is past [`Degree::MAX`].
+    /// If `l` is past [`Degree::MAX`].
     pub const fn new(l: usize) -> Result<Self, DegreeTooHigh> {
         if l <= Self::MAX.0 as usize { Ok(Self(l as u16)) } else { Err(DegreeTooHigh(l)) }
     }
@@ -51,8 +51,8 @@ impl Expansion {
         Self { degree, rows: vec![[0.0; 3]; degree.rows()] }
     }
 
-    /// An expansion from its rows, in order l*l + l + m; `None` where their number is not (degree + 1)^2.
-    pub fn from_rows(degree: Degree, rows: Vec<[f64; 3]>) -> Option<Self> {
+    /// An expansion from its rows, in order l*l + l + m; `None` if their number is not (degree + 1)^2.
+    pub fn from_coefficients(degree: Degree, rows: Vec<[f64; 3]>) -> Option<Self> {
         (rows.len() == degree.rows()).then_some(Self { degree, rows })
     }
 
@@ -62,12 +62,12 @@ impl Expansion {
     }
 
     /// The coefficients, RGB, in order l*l + l + m.
-    pub fn rows(&self) -> &[[f64; 3]] {
+    pub fn coefficients(&self) -> &[[f64; 3]] {
         &self.rows
     }
 
     /// The coefficients, RGB, in order l*l + l + m.
-    pub fn rows_mut(&mut self) -> &mut [[f64; 3]] {
+    pub fn coefficients_mut(&mut self) -> &mut [[f64; 3]] {
         &mut self.rows
     }
 
@@ -92,18 +92,18 @@ mod tests {
     fn degree_is_inclusive() {
         let degree = Degree::new(2).unwrap();
         assert_eq!(degree.rows(), 9);
-        assert_eq!(Expansion::zero(degree).rows().len(), 9, "l = 0, 1 and 2: three bands");
+        assert_eq!(Expansion::zero(degree).coefficients().len(), 9, "l = 0, 1 and 2: three bands");
         assert_eq!(Degree::new(2049), Err(DegreeTooHigh(2049)));
     }
 
     #[test]
     fn another_degree_cuts_or_pads() {
         let rows = (0..9).map(|row| [f64::from(row); 3]).collect();
-        let expansion = Expansion::from_rows(Degree::new(2).unwrap(), rows).unwrap();
+        let expansion = Expansion::from_coefficients(Degree::new(2).unwrap(), rows).unwrap();
         assert_eq!(expansion.get(2, -1), [5.0; 3]);
-        assert_eq!(expansion.to_degree(Degree::new(1).unwrap()).rows().len(), 4);
+        assert_eq!(expansion.to_degree(Degree::new(1).unwrap()).coefficients().len(), 4);
         let padded = expansion.to_degree(Degree::new(3).unwrap());
         assert_eq!((padded.get(2, 2), padded.get(3, 0)), ([8.0; 3], [0.0; 3]));
-        assert_eq!(Expansion::from_rows(Degree::new(1).unwrap(), vec![[0.0; 3]; 5]), None);
+        assert_eq!(Expansion::from_coefficients(Degree::new(1).unwrap(), vec![[0.0; 3]; 5]), None);
     }
 }

@@ -1,7 +1,8 @@
 //! Normalised associated Legendre functions of one order m, by a recurrence in x^2 = cos^2(theta).
 //!
-//! P_lm is the theta part of the real orthonormal harmonics: Y_lm = P_lm cos(m phi) and Y_l,-m = P_lm sin(m phi),
-//! positive near x = 1, the factor sqrt(2) of m > 0 included. With eps_l = sqrt((l^2 - m^2) / (4 l^2 - 1)),
+//! P_lm is the theta part of the real orthonormal harmonics: Y_lm = P_lm cos(m phi) and Y_l,-m = P_lm sin(m
+//! phi), positive near x = 1, the factor sqrt(2) of m > 0 included. With eps_l = sqrt((l^2 - m^2) / (4 l^2 -
+//! 1)),
 //!
 //! ```text
 //! x P_l = eps_(l+1) P_(l+1) + eps_l P_(l-1),   P_mm = c_m sin^m(theta).
@@ -19,22 +20,15 @@
 //! a_k = (-1)^k alpha_k^2,    b_k = -a_k (eps_(l+1)^2 + eps_(l+2)^2)
 //! ```
 //!
-//! sin^m(theta) leaves the range of a double, so a value starts as v 2^(-160 e) and takes part in sums when e
-//! has come down to 0: what is left out is below 2^-80 of a function of size one.
+//! sin^m(theta) leaves the range of a double: values start as [`Scaled`] and take part in sums when they are
+//! in range.
 
 use std::f64::consts::PI;
 
-use crate::transform::lanes::{LANES, Lane, Simd};
+use pulp::Simd;
 
-/// One unit of the exponent e: 2^160, and its inverse; a value is kept within the square roots of the two.
-const UNIT: f64 = power_of_two(160);
-const INVERSE_UNIT: f64 = power_of_two(-160);
-const HIGH: f64 = power_of_two(80);
-const LOW: f64 = power_of_two(-80);
-
-const fn power_of_two(exponent: i64) -> f64 {
-    f64::from_bits(((1023 + exponent) as u64) << 52)
-}
+use crate::f64x4::{F64x4, LANES, load, store};
+use crate::scaled::{HIGH, INVERSE_UNIT, Scaled};
 
 /// P_mm = c_m sin^m(theta) of rows in fours, for every m up to a degree.
 pub(crate) struct Sectoral {
@@ -50,46 +44,14 @@ pub(crate) struct Sectoral {
 /// Powers that one table steps over.
 const FINE: usize = 16;
 
-/// Four values v 2^(-160 e).
-#[derive(Clone, Copy)]
-pub(crate) struct Scaled {
-    value: Lane,
-    exponent: Lane,
-}
-
-impl Scaled {
-    const ONE: Self = Self { value: Lane([1.0; LANES]), exponent: Lane::ZERO };
-
-    /// The product, between 2^-80 and 2^80 where e > 0.
-    #[inline(always)]
-    fn times(self, other: Self) -> Self {
-        let mut product = self;
-        for i in 0..LANES {
-            product.value.0[i] *= other.value.0[i];
-            product.exponent.0[i] += other.exponent.0[i];
-            let low = product.value.0[i] < LOW;
-            let high = product.value.0[i] > HIGH;
-            product.value.0[i] *= if low {
-                UNIT
-            } else if high {
-                INVERSE_UNIT
-            } else {
-                1.0
-            };
-            product.exponent.0[i] += f64::from(u8::from(low)) - f64::from(u8::from(high));
-        }
-        product
-    }
-}
-
 impl Sectoral {
     /// For rows of the given sines.
-    pub(crate) fn new(sines: &[Lane], degree: usize) -> Self {
+    pub(crate) fn new(sines: &[F64x4], degree: usize) -> Self {
         let groups = sines.len();
         let mut fine = vec![Scaled::ONE; groups];
         for j in 0..FINE {
             for (group, &sine) in sines.iter().enumerate() {
-                fine.push(fine[j * groups + group].times(Scaled { value: sine, exponent: Lane::ZERO }));
+                fine.push(fine[j * groups + group].times_plain(sine));
             }
         }
         let step = fine.split_off(FINE * groups);
@@ -99,7 +61,8 @@ impl Sectoral {
                 coarse.push(coarse[j * groups + group].times(step[group]));
             }
         }
-        // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as m^(-1/2).
+        // c_m^2 = (2 m + 1)!! / (4 pi (2 m)!!), twice that for m > 0; the product 1/2 3/4 5/6 ... falls as
+        // m^(-1/2).
         let mut product = 1.0;
         let factors = (0..=degree)
             .map(|m| {
@@ -124,14 +87,14 @@ impl Sectoral {
 
 /// One step of the recurrence: lambda_(k+1) = (a y + b) lambda_k + lambda_(k-1).
 ///
-/// In mid-latitudes and at the equator y is x^2 and b is b_k. Near the poles, where x^2 rounded is worth a turn
-/// of theta by eps / theta, y is -sin^2(theta) and b is b_k + a_k.
+/// In mid-latitudes and at the equator y is x^2 and b is b_k. Near the poles, where rounding x^2 moves theta
+/// by eps / theta, y is -sin^2(theta) and b is b_k + a_k.
 ///
-/// Held once for each lane: four loads fewer registers than a broadcast.
+/// Each lane has its own copy, because loads need fewer registers than broadcasts.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
-    pub(crate) a: Lane,
-    pub(crate) b: [Lane; 2],
+    pub(crate) a: F64x4,
+    pub(crate) b: [F64x4; 2],
 }
 
 /// Which of the two forms of a [`Step`] four rows use: 0 for x^2, 1 for -sin^2(theta).
@@ -142,7 +105,7 @@ impl Form {
     pub(crate) const EQUATORIAL: Self = Self(0);
     pub(crate) const POLAR: Self = Self(1);
 
-    /// The better form where the largest sine is this.
+    /// The better form for rows whose largest sine is this.
     pub(crate) fn of(sine: f64) -> Self {
         if sine * sine < 0.5 { Self::POLAR } else { Self::EQUATORIAL }
     }
@@ -155,7 +118,7 @@ impl Form {
 
 impl Step {
     #[inline(always)]
-    pub(crate) fn b(&self, form: Form) -> &Lane {
+    pub(crate) fn b(&self, form: Form) -> &F64x4 {
         &self.b[form.0]
     }
 }
@@ -196,8 +159,8 @@ impl Recurrence {
             self.alpha.push(alpha);
             let squares = e1 * e1 + e2 * e2;
             self.steps.push(Step {
-                a: Lane([a; LANES]),
-                b: [-a * squares, a * (1.0 - squares)].map(|b| Lane([b; LANES])),
+                a: F64x4([a; LANES]),
+                b: [-a * squares, a * (1.0 - squares)].map(|b| F64x4([b; LANES])),
             });
             alpha = sign / (alpha * e2 * e3);
             sign = -sign;
@@ -230,14 +193,14 @@ impl Recurrence {
     }
 }
 
-/// Where four rows enter the sums: from `step` on, all four are in the range of a double.
+/// The state in which four rows enter the sums: from `step` on, all four are in the range of a double.
 pub(crate) struct Entry {
-    /// The first step k at which every row is; the number of steps where none ever is.
+    /// The first step k at which every row is; the number of steps if this never happens.
     pub(crate) step: usize,
     /// lambda of that step.
-    pub(crate) current: Lane,
+    pub(crate) current: F64x4,
     /// lambda of the step before.
-    pub(crate) previous: Lane,
+    pub(crate) previous: F64x4,
 }
 
 /// Runs the recurrence of four rows until all are in range.
@@ -249,16 +212,16 @@ pub(crate) fn enter<S: Simd>(
     recurrence: &Recurrence,
     sectoral: &Sectoral,
     group: usize,
-    (form, argument): (Form, &Lane),
-    mut partial: impl FnMut(usize, &Lane),
+    (form, argument): (Form, &F64x4),
+    mut partial: impl FnMut(usize, &F64x4),
 ) -> Entry {
     let start = sectoral.start(recurrence.m, group);
     let mut exponent = start.exponent.0;
-    let mut state = Entry { step: 0, current: start.value, previous: Lane::ZERO };
-    let (steps, y) = (&recurrence.steps[..], simd.load(argument));
+    let mut state = Entry { step: 0, current: start.value, previous: F64x4::ZERO };
+    let (steps, y) = (&recurrence.steps[..], load(simd, argument));
     let advance = |current, previous, step: &Step| {
-        let factor = simd.mul_add(simd.load(&step.a), y, simd.load(step.b(form)));
-        simd.mul_add(factor, current, previous)
+        let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(form)));
+        simd.mul_add_f64s(factor, current, previous)
     };
     while exponent != [0.0; LANES] && state.step < steps.len() {
         if exponent.contains(&0.0) {
@@ -266,17 +229,17 @@ pub(crate) fn enter<S: Simd>(
             (0..LANES).filter(|&i| exponent[i] > 0.0).for_each(|i| masked.0[i] = 0.0);
             partial(state.step, &masked);
         }
-        // One step where some rows are in range; otherwise as many as it takes.
-        let (mut current, mut previous) = (simd.load(&state.current), simd.load(&state.previous));
+        // One step if some rows are in range; otherwise as many as it takes.
+        let (mut current, mut previous) = (load(simd, &state.current), load(simd, &state.previous));
         for step in &steps[state.step..] {
             (current, previous) = (advance(current, previous, step), current);
             state.step += 1;
-            if simd.any_beyond(current, HIGH) || exponent.contains(&0.0) {
+            if any_beyond(simd, current, HIGH) || exponent.contains(&0.0) {
                 break;
             }
         }
-        simd.store(current, &mut state.current);
-        simd.store(previous, &mut state.previous);
+        store(simd, current, &mut state.current);
+        store(simd, previous, &mut state.previous);
         for i in 0..LANES {
             if state.current.0[i].abs() > HIGH && exponent[i] > 0.0 {
                 state.current.0[i] *= INVERSE_UNIT;
@@ -286,6 +249,12 @@ pub(crate) fn enter<S: Simd>(
         }
     }
     state
+}
+
+/// Whether the size of any lane is above a limit.
+#[inline(always)]
+fn any_beyond<S: Simd>(simd: S, vector: S::f64s, limit: f64) -> bool {
+    simd.reduce_max_f64s(simd.abs_f64s(vector)) > limit
 }
 
 /// The sine of the colatitude below which P_lm of every l <= degree is negligible.

@@ -4,15 +4,19 @@ mod basis;
 mod cube_synthesis;
 mod energy;
 mod expansion;
+pub mod f64x4;
+mod fft;
 mod legendre;
 mod minimum;
 mod non_negative;
 pub mod quadrature;
 mod rotation;
+mod rotation_about_y;
+pub mod scaled;
 #[cfg(test)]
 mod testkit;
 mod transform;
-mod wigner;
+pub mod wigner;
 mod window;
 
 pub use basis::{Basis, lambda, zonal_into};

@@ -1,8 +1,8 @@
 //! The least value of a function on the sphere.
 //!
-//! A function of degree F bends no faster than a wave of length 2 pi / F along any great circle (Bernstein), so
-//! that a grid of 3 (F + 1) rows puts some six samples on the shortest wave and cannot step over a valley. The
-//! lowest valleys of each channel are then followed to their bottom by Newton's method.
+//! A function of degree F bends no faster than a wave of length 2 pi / F along any great circle (Bernstein),
+//! so that a grid of 3 (F + 1) rows puts some six samples on the shortest wave and cannot step over a valley.
+//! The lowest valleys of each channel are then followed to their bottom by Newton's method.
 
 use rayon::prelude::*;
 use sphere::{DVec3, Direction, LatLong};
@@ -25,12 +25,12 @@ const VALLEYS: usize = 4;
 
 /// The least value over all directions and channels.
 ///
-/// Accuracy: 1e-9 of the function's size. Time O(F^3); memory 610 (F + 1)^2 bytes, 2.6 GB at degree 2048. The result
-/// does not depend on the number of threads.
+/// Accuracy: 1e-9 of the function's size. Time O(F^3); memory 610 (F + 1)^2 bytes, 2.6 GB at degree 2048. The
+/// result does not depend on the number of threads.
 ///
 /// # Example: 1 + z is least at the south pole
 /// ```
-/// let f = sh::Expansion::from_rows(
+/// let f = sh::Expansion::from_coefficients(
 ///     sh::Degree::new(1)?,
 ///     vec![[3.5449077; 3], [0.0; 3], [2.0466534; 3], [0.0; 3]],
 /// )
@@ -61,7 +61,7 @@ impl Search {
         self.search(expansion, f64::NEG_INFINITY).unwrap_or_else(|least| least)
     }
 
-    /// The least value, or `None`, sooner, where it is negative.
+    /// The least value; `None`, found sooner, if it is negative.
     pub(crate) fn if_non_negative(&self, expansion: &Expansion) -> Option<Minimum> {
         self.search(expansion, 0.0).ok().filter(|least| least.value >= 0.0)
     }
@@ -74,7 +74,7 @@ impl Search {
         for channel in 0..3 {
             least = lower(least, Minimum { value: values[channel], channel, direction: start });
         }
-        // Every grid has pixels here, so that the plan exists.
+        // Every grid has pixels here, so that the synthesis exists.
         let Some(synthesis) = &self.synthesis else { return Ok(least) };
         let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
         let starts: Vec<Minimum> = (0..3)
@@ -121,8 +121,8 @@ impl Search {
         lowest.into_iter().map(|(_, row, column)| (row, column)).collect()
     }
 
-    /// Newton's method from a pixel, with differences over ever shorter distances: an error of h^2 in the slope moves
-    /// the value by h^4 only, and h falls fourfold each time from a twelfth of the shortest wave.
+    /// Newton's method from a pixel, with differences over ever shorter distances: an error of h^2 in the
+    /// slope moves the value by h^4 only, and h falls fourfold each time from a twelfth of the shortest wave.
     fn descend(&self, expansion: &Expansion, start: Minimum) -> Minimum {
         let channel = start.channel;
         let spacing = std::f64::consts::PI / self.grid.height as f64;
@@ -158,7 +158,7 @@ fn lower(a: Minimum, b: Minimum) -> Minimum {
     if b.value < a.value { b } else { a }
 }
 
-/// The step to the bottom of the paraboloid through a stencil of spacing h, or none where it has no bottom.
+/// The step to the bottom of the paraboloid through a stencil of spacing h; zero if it has no bottom.
 fn newton_step(h: f64, [east, west, north, south]: [f64; 4], corners: [f64; 4], centre: f64) -> (f64, f64) {
     let slope = DVec3::new(east - west, north - south, 0.0) / (2.0 * h);
     let xx = (east + west - 2.0 * centre) / (h * h);
@@ -201,7 +201,8 @@ mod tests {
 
     #[test]
     fn a_constant_is_its_own_minimum() {
-        let f = Expansion::from_rows(Degree::ZERO, vec![[(4.0 * std::f64::consts::PI).sqrt(); 3]]).unwrap();
+        let f = Expansion::from_coefficients(Degree::ZERO, vec![[(4.0 * std::f64::consts::PI).sqrt(); 3]])
+            .unwrap();
         assert!((minimum(&f).value - 1.0).abs() < 1e-15);
     }
 }

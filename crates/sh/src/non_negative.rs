@@ -1,9 +1,10 @@
 //! The least window that leaves a function nowhere negative.
 //!
-//! Light is not negative, but a series cut at degree F around a small bright sun is. The family searched is the
-//! Laplacian window, which has one strength, lambda, and loses the least for the smoothness that it buys
-//! ([`crate::Window`]; Sloan 2008 raises lambda until the function is well-behaved). As lambda grows the function tends to
-//! its mean, so that some lambda does; bisection then closes in on where its minimum leaves zero.
+//! Light is not negative, but a series cut at degree F around a small bright sun is. The family searched is
+//! the Laplacian window, which has one strength, lambda, and loses the least for the smoothness that it buys
+//! ([`crate::Window`]; Sloan 2008 raises lambda until the function is well-behaved). As lambda grows the
+//! function tends to its mean, so that some lambda does; bisection then finds the strength at which its
+//! minimum leaves zero.
 
 use crate::minimum::Search;
 use crate::{Expansion, Minimum, Penalty, Window, energy_per_degree};
@@ -13,7 +14,7 @@ use crate::{Expansion, Minimum, Penalty, Window, energy_per_degree};
 pub struct NonNegative {
     /// The windowed function: its minimum is 0 or more.
     pub expansion: Expansion,
-    /// The strength of the Laplacian window; 0 where the function was not negative.
+    /// The strength of the Laplacian window; 0 if the function was not negative.
     pub penalty: Penalty,
     /// The least value of the function as given.
     pub before: Minimum,
@@ -34,13 +35,14 @@ pub struct NoPositiveMean {
 /// The ratio of the strengths between which bisection stops.
 const CLOSE: f64 = 1.001;
 
-/// Applies the weakest Laplacian window that makes every channel non-negative, to within 0.1 percent of its strength.
+/// Applies the weakest Laplacian window that makes every channel non-negative, to within 0.1 percent of its
+/// strength.
 ///
 /// One window serves all channels, so that colours do not shift. A black channel is left black. Takes some 10
 /// searches for a minimum ([`crate::minimum`]) and as many syntheses on their grids.
 ///
 /// # Errors
-/// Where a channel's mean is negative, or 0 (or next to it) though the channel is not black, or a coefficient is
+/// If a channel's mean is negative, or 0 (or next to it) though the channel is not black, or a coefficient is
 /// not finite.
 pub fn non_negative(expansion: &Expansion) -> Result<NonNegative, NoPositiveMean> {
     let energy = energy_per_degree(expansion);
@@ -62,7 +64,8 @@ pub fn non_negative(expansion: &Expansion) -> Result<NonNegative, NoPositiveMean
         let expansion = expansion.clone();
         return Ok(NonNegative { expansion, penalty: Penalty::ZERO, before, after: before });
     }
-    // A strength at which the highest degree is halved, and up from there; past 1e300 nothing but the mean is left.
+    // A strength at which the highest degree is halved, and up from there; past 1e300 nothing but the mean is
+    // left.
     let degree = expansion.degree().get() as f64;
     let mut weak = 0.0;
     let mut strong = (degree * (degree + 1.0)).powi(-2);
@@ -109,7 +112,7 @@ mod tests {
         crate::zonal_into(1.0, &mut y_l0);
         let mut f =
             Expansion::zonal(axis, Degree::new(top).unwrap(), |l| [1.0, 0.9, 0.0].map(|v| v * y_l0[l]));
-        f.rows_mut()[0][0] += 0.2;
+        f.coefficients_mut()[0][0] += 0.2;
         f
     }
 
@@ -130,8 +133,8 @@ mod tests {
     #[test]
     fn a_function_that_is_not_negative_is_left_alone() {
         let mut f = Expansion::zero(Degree::new(3).unwrap());
-        f.rows_mut()[0] = [1.0; 3];
-        f.rows_mut()[5] = [0.2; 3];
+        f.coefficients_mut()[0] = [1.0; 3];
+        f.coefficients_mut()[5] = [0.2; 3];
         let result = non_negative(&f).unwrap();
         assert_eq!((result.penalty, &result.expansion), (Penalty::ZERO, &f));
     }
@@ -140,14 +143,15 @@ mod tests {
     fn a_mean_that_is_not_positive_is_an_error() {
         let mut f = Expansion::zero(Degree::new(1).unwrap());
         assert_eq!(non_negative(&f).unwrap().penalty, Penalty::ZERO, "black is not negative");
-        f.rows_mut()[2][1] = 1.0;
+        f.coefficients_mut()[2][1] = 1.0;
         assert_eq!(non_negative(&f).unwrap_err().channel, 1);
-        f.rows_mut()[0] = [1.0, -1.0, 1.0];
+        f.coefficients_mut()[0] = [1.0, -1.0, 1.0];
         assert!(non_negative(&f).unwrap_err().mean < 0.0);
-        // Past any strength that a double holds: 1e-301 of the slope is left, and it is larger than this mean.
-        f.rows_mut()[0] = [1e-310; 3];
+        // Past any strength that a double holds: 1e-301 of the slope is left, and it is larger than this
+        // mean.
+        f.coefficients_mut()[0] = [1e-310; 3];
         assert!(non_negative(&f).is_err());
-        f.rows_mut()[0] = [f64::NAN; 3];
+        f.coefficients_mut()[0] = [f64::NAN; 3];
         assert!(non_negative(&f).is_err());
     }
 }

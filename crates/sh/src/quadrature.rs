@@ -63,8 +63,8 @@ pub(crate) fn clenshaw_curtis(intervals: usize) -> Vec<f64> {
 /// The nodes (colatitudes from the north pole down) and weights of the Gauss-Legendre rule of `rows` rows.
 ///
 /// Newton's method in theta; P_n comes from differences d_k = P_(k+1) - P_k in t = 1 - cos(theta), so that
-/// nothing cancels near the pole: (k + 1) d_k = k d_(k-1) - (2 k + 1) t P_k. The weight is 2 / (dP_n/dtheta)^2.
-/// Nodes and weights are accurate to 1e-15; the southern half mirrors the northern exactly.
+/// nothing cancels near the pole: (k + 1) d_k = k d_(k-1) - (2 k + 1) t P_k. The weight is 2 /
+/// (dP_n/dtheta)^2. Nodes and weights are accurate to 1e-15; the southern half mirrors the northern exactly.
 pub fn gauss_legendre(rows: usize) -> (Vec<f64>, Vec<f64>) {
     let n = rows as f64;
     let mut theta = vec![0.0; rows];

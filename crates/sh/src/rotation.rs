@@ -1,13 +1,13 @@
 //! Rotation of a function on the sphere, of any degree: (R f)(w) = f(R^-1 w).
 //!
-//! R = R_z(alpha) R_y(beta) R_z(gamma). A turn about +Z mixes cosine and sine of each m,
-//! c' = c cos(m a) - s sin(m a), s' = c sin(m a) + s cos(m a); the turn about +Y mixes the m of each l by Wigner's d
-//! functions ([`crate::wigner`]). They are needed for beta <= pi / 2 only, since
-//! R_y(beta) = R_z(pi) R_y(pi - beta) R_z(-pi) R_y(pi), where the last two only change signs.
+//! R = R_z(alpha) R_y(beta) R_z(gamma). A turn about +Z mixes cosine and sine of each m, c' = c cos(m a) - s
+//! sin(m a), s' = c sin(m a) + s cos(m a); the turn about +Y mixes the m of each l by Wigner's d functions
+//! ([`crate::wigner`]). They are needed for beta <= pi / 2 only, since R_y(beta) = R_z(pi) R_y(pi - beta)
+//! R_z(-pi) R_y(pi), where the last two only change signs.
 //!
-//! The work is O(degree^3). For each block of adjacent m, the recurrence in l runs along with the sums it feeds, so
-//! that no matrix is ever held; the blocks are independent, and the result does not depend on the number of
-//! threads.
+//! The work is O(degree^3). For each block of adjacent m, the recurrence in l runs along with the sums it
+//! feeds, so that no matrix is ever held; the blocks are independent, and the result does not depend on the
+//! number of threads.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -15,7 +15,9 @@ use rayon::prelude::*;
 use sphere::{Rotation, Zyz};
 
 use crate::Expansion;
-use crate::wigner::{PARTS, Wigner, triangle};
+use crate::f64x4::LANES;
+use crate::rotation_about_y::{PARTS, RotationAboutY, Row};
+use crate::wigner::column;
 
 /// Below this degree a rotation takes less time than waking threads does.
 const PARALLEL_FROM: usize = 40;
@@ -29,7 +31,7 @@ const PARALLEL_FROM: usize = 40;
 /// ```
 /// use sh::{Degree, Expansion, rotate};
 /// let mut f = Expansion::zero(Degree::new(1)?);
-/// f.rows_mut()[3] = [1.0; 3]; // Y_1,1, along x
+/// f.coefficients_mut()[3] = [1.0; 3]; // Y_1,1, along x
 /// let turned = rotate(&f, sphere::Rotation::from_yaw_pitch_roll(std::f64::consts::FRAC_PI_2, 0.0, 0.0));
 /// assert!((turned.get(1, -1)[0] - 1.0).abs() < 1e-15); // Y_1,-1, along y
 /// # Ok::<(), sh::DegreeTooHigh>(())
@@ -43,32 +45,26 @@ pub fn rotate(expansion: &Expansion, rotation: Rotation) -> Expansion {
 /// [`rotate`], written over `turned`.
 ///
 /// # Panics
-/// Where the two expansions differ in degree.
+/// If the two expansions differ in degree.
 pub fn rotate_into(expansion: &Expansion, rotation: Rotation, turned: &mut Expansion) {
     assert_eq!(expansion.degree(), turned.degree(), "a rotation keeps the degree");
     let degree = expansion.degree().get();
     let Zyz { alpha, beta, gamma } = rotation.zyz();
     let (sine, cosine) = (beta / 2.0).sin_cos();
     let flip = sine > cosine;
-    let wigner = if flip { Wigner::new(degree, cosine, sine) } else { Wigner::new(degree, sine, cosine) };
+    let (sine, cosine) = if flip { (cosine, sine) } else { (sine, cosine) };
+    let about_y = RotationAboutY::new(degree, sine, cosine);
 
-    let input = gather(expansion.rows(), degree, gamma, flip);
-    let lanes = wigner.lanes();
-    let mut blocks: Vec<Vec<f64>> = Vec::new();
-    let first = |block: usize| block * lanes;
-    let run = |block: usize| {
-        let mut output = vec![0.0; wigner.block_len(first(block))];
-        wigner.apply(first(block), &input, &mut output);
-        output
-    };
-    let count = degree / lanes + 1;
-    if degree < PARALLEL_FROM {
-        blocks.extend((0..count).map(run));
+    let input = gather(expansion.coefficients(), degree, gamma, flip);
+    let run = |block: usize| about_y.apply(block, &input);
+    let count = degree / LANES + 1;
+    let blocks: Vec<Vec<Row>> = if degree < PARALLEL_FROM {
+        (0..count).map(run).collect()
     } else {
         // The first blocks are the longest: one task each keeps the threads evenly busy.
-        (0..count).into_par_iter().with_max_len(1).map(run).collect_into_vec(&mut blocks);
-    }
-    scatter(&blocks, lanes, alpha, flip, turned.rows_mut(), degree);
+        (0..count).into_par_iter().with_max_len(1).map(run).collect()
+    };
+    scatter(&blocks, alpha, flip, turned.coefficients_mut(), degree);
 }
 
 /// cos(m angle) and sin(m angle), for m = 0 to `degree`, by repeated multiplication.
@@ -83,28 +79,21 @@ fn turns(angle: f64, degree: usize) -> Vec<[f64; 2]> {
     turns
 }
 
-/// The first turn about +Z, and the sign changes of R_z(-pi) R_y(pi) where asked for: [cosine RGB, sine RGB] at
-/// `triangle(l) + m`. Order 0 takes the factor 1 / sqrt(2) that makes its matrix like the others.
-fn gather(rows: &[[f64; 3]], degree: usize, gamma: f64, flip: bool) -> Vec<[f64; PARTS]> {
-    let turns = turns(gamma, degree);
-    let mut parts = Vec::with_capacity(triangle(degree + 1));
-    for l in 0..=degree {
-        let middle = l * l + l;
-        let [r, g, b] =
-            rows[middle].map(|v| v * if flip && l % 2 == 1 { -FRAC_1_SQRT_2 } else { FRAC_1_SQRT_2 });
-        parts.push([r, g, b, 0.0, 0.0, 0.0]);
-        for m in 1..=l {
-            let (c, s, [x, y]) = (rows[middle + m], rows[middle - m], turns[m]);
+/// The first turn about +Z, and the sign changes of R_z(-pi) R_y(pi) if asked for: [cosine RGB, sine RGB] for
+/// l = m ..= degree, m after m. Order 0 takes the factor 1 / sqrt(2) that makes its matrix like the others.
+fn gather(coefficients: &[[f64; 3]], degree: usize, gamma: f64, flip: bool) -> Vec<[f64; PARTS]> {
+    let mut parts = Vec::with_capacity(column(degree, degree + 1));
+    for (m, [x, y]) in turns(gamma, degree).into_iter().enumerate() {
+        for l in m..=degree {
+            let (c, s) = (coefficients[l * l + l + m], coefficients[l * l + l - m]);
+            let sign = if flip && (l + m) % 2 == 1 { -1.0 } else { 1.0 };
             let mut part = [0.0; PARTS];
             for channel in 0..3 {
-                part[channel] = c[channel] * x - s[channel] * y;
-                part[channel + 3] = c[channel] * y + s[channel] * x;
-            }
-            if flip {
-                let sign = if (l + m) % 2 == 0 { 1.0 } else { -1.0 };
-                for channel in 0..3 {
-                    part[channel] *= sign;
-                    part[channel + 3] *= -sign;
+                if m == 0 {
+                    part[channel] = sign * FRAC_1_SQRT_2 * c[channel];
+                } else {
+                    part[channel] = sign * (c[channel] * x - s[channel] * y);
+                    part[channel + 3] = (if flip { -sign } else { sign }) * (c[channel] * y + s[channel] * x);
                 }
             }
             parts.push(part);
@@ -113,28 +102,26 @@ fn gather(rows: &[[f64; 3]], degree: usize, gamma: f64, flip: bool) -> Vec<[f64;
     parts
 }
 
-/// The last turn about +Z, by `alpha` and by pi where asked for, from blocks into rows.
-fn scatter(blocks: &[Vec<f64>], lanes: usize, alpha: f64, flip: bool, rows: &mut [[f64; 3]], degree: usize) {
+/// The last turn about +Z, by `alpha` and by pi if asked for, from blocks of four orders.
+fn scatter(blocks: &[Vec<Row>], alpha: f64, flip: bool, coefficients: &mut [[f64; 3]], degree: usize) {
     let turns = turns(alpha, degree);
-    for (index, block) in blocks.iter().enumerate() {
-        let first = index * lanes;
-        for (l, parts) in (first..=degree).zip(block.chunks_exact(PARTS * lanes)) {
+    for (first, block) in (0..).step_by(LANES).zip(blocks) {
+        for (l, row) in (first..).zip(block) {
             let middle = l * l + l;
-            for m in first..(first + lanes).min(l + 1) {
-                let lane = m - first;
-                let part = |i: usize| parts[i * lanes + lane];
-                if m == 0 {
-                    rows[middle] = [0, 1, 2].map(|channel| part(channel) * FRAC_1_SQRT_2);
-                    continue;
-                }
+            for m in first..(first + LANES).min(l + 1) {
+                let part = |i: usize| row[i].0[m - first];
                 let [mut x, mut y] = turns[m];
                 if flip && m % 2 == 1 {
                     (x, y) = (-x, -y);
                 }
                 for channel in 0..3 {
                     let (c, s) = (part(channel), part(channel + 3));
-                    rows[middle + m][channel] = c * x - s * y;
-                    rows[middle - m][channel] = c * y + s * x;
+                    if m == 0 {
+                        coefficients[middle][channel] = FRAC_1_SQRT_2 * c;
+                    } else {
+                        coefficients[middle + m][channel] = c * x - s * y;
+                        coefficients[middle - m][channel] = c * y + s * x;
+                    }
                 }
             }
         }
@@ -156,7 +143,7 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         };
         let rows = (0..degree.rows()).map(|_| [next(), next(), next()]).collect();
-        Expansion::from_rows(degree, rows).unwrap()
+        Expansion::from_coefficients(degree, rows).unwrap()
     }
 
     fn rotations() -> Vec<Rotation> {
@@ -179,7 +166,7 @@ mod tests {
     }
 
     fn largest_difference(a: &Expansion, b: &Expansion) -> f64 {
-        let pairs = a.rows().iter().flatten().zip(b.rows().iter().flatten());
+        let pairs = a.coefficients().iter().flatten().zip(b.coefficients().iter().flatten());
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, |x, y| if y.is_nan() { y } else { x.max(y) })
     }
 
@@ -198,9 +185,10 @@ mod tests {
         }
     }
 
-    /// The value at R w is the old one at w. Coefficients are at most 1 and sum over m of Y_lm^2 is (2l+1)/(4 pi), so
-    /// values reach about F^1.5; the positions of both directions carry rounding errors of 1e-16 times a
-    /// gradient F times larger. Errors are taken relative to the root mean square value, about F / sqrt(12 pi).
+    /// The value at R w is the old one at w. Coefficients are at most 1 and sum over m of Y_lm^2 is (2l+1)/(4
+    /// pi), so values reach about F^1.5; the positions of both directions carry rounding errors of 1e-16
+    /// times a gradient F times larger. Errors are taken relative to the root mean square value, about F /
+    /// sqrt(12 pi).
     #[test]
     fn a_rotated_function_has_the_old_values_at_rotated_directions() {
         for degree in [0, 1, 2, 3, 4, 5, 8, 16, 33, 64, 100, 255, 256] {
@@ -250,7 +238,8 @@ mod tests {
         assert_eq!(with(1), with(3));
     }
 
-    /// sin(beta / 2) = 1/e is where starts are smallest among those that come to matter: 1e-327 at degree 1024, 1e-654 at 2048.
+    /// sin(beta / 2) = 1/e is where starts are smallest among those that come to matter: 1e-327 at degree
+    /// 1024, 1e-654 at 2048.
     #[test]
     fn rotations_of_high_degree_keep_energy_and_invert() {
         for (degree, beta) in [(700, 2.2), (1024, 0.7534)] {
@@ -263,8 +252,8 @@ mod tests {
         }
     }
 
-    /// A turn about +Y takes the harmonics at w, as a function of (l, m), to those at R w: by the addition theorem they
-    /// are the coefficients of a spike. Some orders m, in the blocks of `rotate`, stand for all.
+    /// A turn about +Y takes the harmonics at w, as a function of (l, m), to those at R w: by the addition
+    /// theorem they are the coefficients of a spike. Some orders m, in the blocks of `rotate`, stand for all.
     #[test]
     fn orders_of_the_highest_degree_turn_a_spike() {
         let top = Degree::MAX.get();
@@ -281,16 +270,14 @@ mod tests {
             let spike: Vec<[f64; 3]> = before.iter().map(|y| [*y, -y, 2.0 * y]).collect();
             let input = gather(&spike, top, 0.0, false);
             let (sine, cosine) = (beta / 2.0).sin_cos();
-            let wigner = Wigner::new(top, sine, cosine);
-            let lanes = wigner.lanes();
+            let about_y = RotationAboutY::new(top, sine, cosine);
             for m in [0, 1, 30, 400, 1024, 1500, 1900, 2047, 2048] {
-                let first = m / lanes * lanes;
-                let mut block = vec![0.0; wigner.block_len(first)];
-                wigner.apply(first, &input, &mut block);
+                let first = m / LANES * LANES;
+                let block = about_y.apply(m / LANES, &input);
                 for l in m..=top {
                     // The sum over n of the squares of Y_ln is (2l+1) / (4 pi).
                     let size = ((2 * l + 1) as f64).sqrt() * 0.282;
-                    let part = |i: usize| block[((l - first) * PARTS + i) * lanes + m - first];
+                    let part = |i: usize| block[l - first][i].0[m - first];
                     let middle = l * l + l;
                     let pairs = if m == 0 {
                         [(part(0) * FRAC_1_SQRT_2, after[middle]); 2]
@@ -306,7 +293,8 @@ mod tests {
         }
     }
 
-    /// Rotations are orthogonal within each degree. Each coefficient is good to 1e-12; so is the sum, relatively.
+    /// Rotations are orthogonal within each degree. Each coefficient is good to 1e-12; so is the sum,
+    /// relatively.
     fn keeps_energy(f: &Expansion, turned: &Expansion) {
         let (before, after) = (crate::energy_per_degree(f), crate::energy_per_degree(turned));
         for (l, (before, after)) in before.iter().zip(after).enumerate() {

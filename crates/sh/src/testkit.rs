@@ -2,8 +2,8 @@
 
 use crate::{Degree, Expansion};
 
-/// P_lm(cos(theta)) for l = m ..= degree of the orthonormal real harmonics (sqrt(2) of m > 0 included), by the
-/// textbook recurrence in x with the logarithm of a common scale beside it.
+/// P_lm(cos(theta)) for l = m ..= degree of the orthonormal real harmonics (sqrt(2) of m > 0 included), by
+/// the textbook recurrence in x with the logarithm of a common scale beside it.
 pub(crate) fn legendre(m: usize, degree: usize, theta: f64) -> Vec<f64> {
     let (sine, x) = theta.sin_cos();
     // x P = P - t P, so that the rounding of x near the pole does not turn theta.
@@ -65,7 +65,7 @@ impl Noise {
     pub(crate) fn expansion(&mut self, degree: usize) -> Expansion {
         let degree = Degree::new(degree).unwrap();
         let rows = (0..degree.rows()).map(|_| self.rgb()).collect();
-        Expansion::from_rows(degree, rows).unwrap()
+        Expansion::from_coefficients(degree, rows).unwrap()
     }
 }
 

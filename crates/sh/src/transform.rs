@@ -1,9 +1,9 @@
 //! The spherical harmonic transform: images to coefficients (analysis) and back (synthesis).
 //!
-//! Analysis is a_lm = integral of f Y_lm over the sphere, by the quadrature of the grid; synthesis is
-//! f = sum over l, m of a_lm Y_lm at every pixel. Both separate: an FFT along each row ([`fourier`]), sums of
-//! Legendre functions along each column of equal m ([`sums`], `legendre`). On pixel-centred rows and past half
-//! of their degree, [`resample`] makes the sums along the columns exact.
+//! Analysis is a_lm = integral of f Y_lm over the sphere, by the quadrature of the grid; synthesis is f = sum
+//! over l, m of a_lm Y_lm at every pixel. Both separate: an FFT along each row ([`fourier`]), sums of
+//! Legendre functions along each column of equal m ([`sums`], `legendre`). On pixel-centred rows and past
+//! half of their degree, [`resample`] makes the sums along the columns exact.
 //!
 //! Work is O(W H log W + H degree^2). Tasks are fixed (four pairs of rows,
 //! two orders m) and each writes its own part, so results are bit-identical for any number of threads.
@@ -11,63 +11,31 @@
 mod analysis;
 mod fourier;
 mod grid;
-pub(crate) mod lanes;
+mod plan;
 mod resample;
 mod sums;
 mod synthesis;
 #[cfg(test)]
 mod tests;
 
-use parking_lot::Mutex;
-
 pub use fourier::Sample;
 pub use grid::{GaussGrid, Grid};
+pub use plan::TransformError;
 pub use synthesis::Synthesis;
 
+use crate::f64x4::Level;
 use crate::{Degree, Expansion};
 use analysis::Colatitude;
-use fourier::Fourier;
-use lanes::{Lane, Level};
-use sums::{Group, Rows};
-
-/// Why a grid cannot carry a transform.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TransformError {
-    /// The grid has no pixel.
-    #[error("a grid of {columns} columns and {rows} rows has no pixel")]
-    Empty {
-        /// Columns of the grid.
-        columns: usize,
-        /// Rows of the grid.
-        rows: usize,
-    },
-    /// Columns do not tell the cosines and sines of every order apart.
-    #[error("{columns} columns are too few for degree {degree}: at least {} are needed", 2 * degree + 1)]
-    TooFewColumns {
-        /// Columns of the grid.
-        columns: usize,
-        /// The degree asked for.
-        degree: usize,
-    },
-    /// Rows do not tell the degrees apart.
-    #[error("{rows} rows are too few for degree {degree}: at least {} are needed", degree + 1)]
-    TooFewRows {
-        /// Rows of the grid.
-        rows: usize,
-        /// The degree asked for.
-        degree: usize,
-    },
-}
 
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///
-/// Pixels are RGB, row by row from the top as in [`sphere::LatLong`]; coefficients are those of [`Expansion`]:
-/// real orthonormal harmonics in Specula's frame, in the unit of the pixels. Analysis after synthesis returns
-/// the coefficients within 1e-12 of the largest (`f64`, degree 511).
+/// Pixels are RGB, row by row from the top as in [`sphere::LatLong`]; coefficients are those of
+/// [`Expansion`]: real orthonormal harmonics in Specula's frame, in the unit of the pixels. Analysis after
+/// synthesis returns the coefficients within 1e-12 of the largest (`f64`, degree 511).
 ///
 /// A plan keeps the memory of finished calls for the next: 48 bytes for each row and m, and 24 (degree + 1)^2
-/// after an analysis (300 MB at degree 2048 and 4100x2050). Calls from several threads at once each have their own.
+/// after an analysis (300 MB at degree 2048 and 4100x2050). Calls from several threads at once each have
+/// their own.
 ///
 /// # Example: a constant sky has one non-zero coefficient
 /// ```
@@ -79,7 +47,7 @@ pub enum TransformError {
 /// let sky = transform.analyse(&vec![[1.0f32; 3]; grid.len()]);
 /// let constant = (4.0 * std::f64::consts::PI).sqrt();
 /// assert!((sky.get(0, 0)[0] - constant).abs() < 1e-14);
-/// assert!(sky.rows()[1..].iter().all(|row| row[0].abs() < 1e-14));
+/// assert!(sky.coefficients()[1..].iter().all(|row| row[0].abs() < 1e-14));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Transform {
@@ -91,9 +59,12 @@ impl Transform {
     /// A plan for `degree` on a [`sphere::LatLong`] or [`GaussGrid`].
     ///
     /// # Errors
-    /// Where the columns are not more than twice the degree, or the rows not more than the degree.
+    /// If the columns are not more than twice the degree, or the rows not more than the degree.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
-        let grid = grid.into();
+        Self::at_level(Level::detect(), grid.into(), degree)
+    }
+
+    fn at_level(level: Level, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
         let (columns, rows, l) = (grid.width(), grid.height(), degree.get());
         if columns <= 2 * l && columns > 0 {
             return Err(TransformError::TooFewColumns { columns, degree: l });
@@ -101,8 +72,8 @@ impl Transform {
         if rows <= l && rows > 0 {
             return Err(TransformError::TooFewRows { rows, degree: l });
         }
-        let synthesis = Synthesis::new(grid, degree)?;
-        let colatitude = Colatitude::new(synthesis.grid(), &synthesis.plan().rows, l);
+        let synthesis = Synthesis::at_level(level, grid, degree)?;
+        let colatitude = Colatitude::new(synthesis.plan());
         Ok(Self { synthesis, colatitude })
     }
 
@@ -116,10 +87,10 @@ impl Transform {
         self.synthesis.degree()
     }
 
-    /// The coefficients of an image: a_lm = integral of f Y_lm, exact where f is an expansion of this degree.
+    /// The coefficients of an image: a_lm = integral of f Y_lm, exact if f is an expansion of this degree.
     ///
     /// # Panics
-    /// Where the number of pixels is not that of the grid.
+    /// If the number of pixels is not that of the grid.
     pub fn analyse<T: Sample>(&self, pixels: &[[T; 3]]) -> Expansion {
         let mut expansion = Expansion::zero(self.degree());
         analysis::analyse_into(self.synthesis.plan(), &self.colatitude, pixels, &mut expansion);
@@ -129,7 +100,7 @@ impl Transform {
     /// The image of an expansion; its degree may be lower than that of the plan.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan.
+    /// If the expansion's degree is past that of the plan.
     pub fn synthesise<T: Sample>(&self, expansion: &Expansion) -> Vec<[T; 3]> {
         self.synthesis.synthesise(expansion)
     }
@@ -137,71 +108,8 @@ impl Transform {
     /// [`Transform::synthesise`] into memory of the caller.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
+    /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
     pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
         self.synthesis.synthesise_into(expansion, pixels);
     }
-}
-
-/// What both directions share.
-struct Plan {
-    grid: Grid,
-    degree: usize,
-    level: Level,
-    rows: Rows,
-    fourier: Fourier,
-    /// Memory of finished calls.
-    spare: Mutex<Vec<Workspace>>,
-}
-
-/// Memory of one call.
-#[derive(Default)]
-struct Workspace {
-    /// Fourier coefficients along the rows: one group for each m and each four pairs of rows.
-    groups: Vec<Group>,
-    /// Coefficients by rising m, then l: (cosine, sine) of each channel.
-    orders: Vec<[f64; 6]>,
-}
-
-impl Plan {
-    fn new(grid: Grid, degree: usize) -> Self {
-        let northern: Vec<(f64, f64)> =
-            (0..grid.height().div_ceil(2)).map(|row| grid.cosine_sine(row)).collect();
-        Self {
-            degree,
-            level: Level::detect(),
-            rows: Rows::new(&northern, degree),
-            fourier: Fourier::new(grid.width(), grid.height(), degree),
-            spare: Mutex::default(),
-            grid,
-        }
-    }
-
-    /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
-    fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace) -> R) -> R {
-        let spare = || self.spare.lock();
-        let mut workspace = spare().pop().unwrap_or_default();
-        let orders = self.degree + 1;
-        workspace.groups.resize(orders * self.rows.groups(), [Lane::ZERO; sums::PARTS]);
-        workspace.orders.resize(orders * (orders + 1) / 2, [0.0; 6]);
-        let result = work(&mut workspace);
-        spare().push(workspace);
-        result
-    }
-}
-
-/// The pairs (m, m + 1) for even m up to `degree`, as ranges.
-fn order_pairs(degree: usize) -> Vec<std::ops::Range<usize>> {
-    (0..=degree).step_by(2).map(|m| m..(m + 2).min(degree + 1)).collect()
-}
-
-/// Cuts a slice into consecutive parts of the given lengths.
-fn split<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
-    lengths
-        .map(|length| {
-            let (part, rest) = std::mem::take(&mut slice).split_at_mut(length);
-            slice = rest;
-            part
-        })
-        .collect()
 }

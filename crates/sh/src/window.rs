@@ -4,8 +4,8 @@
 //!
 //! - Hanning: (1 + cos(pi l / (F + 1))) / 2;
 //! - Lanczos: sin(x) / x, x = pi l / (F + 1);
-//! - Laplacian: 1 / (1 + lambda l^2 (l + 1)^2), the f that minimises
-//!   integral of (f - f_0)^2 + lambda integral of (Laplacian f)^2, because the Laplacian of Y_lm is -l (l+1) Y_lm.
+//! - Laplacian: 1 / (1 + lambda l^2 (l + 1)^2), the f that minimises integral of (f - f_0)^2 + lambda
+//!   integral of (Laplacian f)^2, because the Laplacian of Y_lm is -l (l+1) Y_lm.
 //!
 //! The first two would reach 0 at degree F + 1, the first that is missing.
 
@@ -42,7 +42,7 @@ impl Penalty {
     /// A checked penalty.
     ///
     /// # Errors
-    /// Where `lambda` is negative, infinite or not a number.
+    /// If `lambda` is negative, infinite or not a number.
     pub fn new(lambda: f64) -> Result<Self, PenaltyOutOfRange> {
         if lambda >= 0.0 && lambda.is_finite() { Ok(Self(lambda)) } else { Err(PenaltyOutOfRange(lambda)) }
     }
@@ -80,7 +80,7 @@ impl Window {
     pub fn apply(self, expansion: &Expansion) -> Expansion {
         let degree = expansion.degree();
         let mut windowed = expansion.clone();
-        let rows = windowed.rows_mut();
+        let rows = windowed.coefficients_mut();
         for l in 0..=degree.get() {
             let factor = self.factor(l, degree);
             for row in &mut rows[l * l..(l + 1) * (l + 1)] {
@@ -125,7 +125,7 @@ mod tests {
     fn a_window_scales_whole_degrees() {
         let degree = Degree::new(3).unwrap();
         let rows = (0..16).map(|row| [f64::from(row), 1.0, -1.0]).collect();
-        let f = Expansion::from_rows(degree, rows).unwrap();
+        let f = Expansion::from_coefficients(degree, rows).unwrap();
         let windowed = Window::Lanczos.apply(&f);
         for l in 0..=3 {
             for m in -(l as isize)..=l as isize {

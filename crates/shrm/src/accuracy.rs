@@ -1,25 +1,25 @@
-//! How much of a reflected light field a truncation to degrees (F, P) loses: what is true, what can be told from
-//! the BRDF and the lighting alone, and what is certain (thesis, equations 5.15 to 5.19; paper 1, section 5.1 and
-//! Appendix B).
+//! How much of a reflected light field a truncation to degrees (F, P) loses: the true loss, what the BRDF and
+//! the lighting alone say about it, and a bound that is certain (thesis, equations 5.15 to 5.19; paper 1,
+//! section 5.1 and Appendix B).
 //!
 //! Functions D^l_mq(alpha) e^(i m beta) are orthogonal over the sphere of central directions with norm
-//! Lambda_l^2 = 4 pi / (2 l + 1), and Y_pq(w_o) are orthonormal over views, so that the energy of the field, the
-//! integral of B^2 over both, is
+//! Lambda_l^2 = 4 pi / (2 l + 1), and Y_pq(w_o) are orthonormal over views, so that the energy of the field,
+//! the integral of B^2 over both, is
 //!
 //! sum over l, m, p, q of Lambda_l^2 |L_lm|^2 |rho_lpq|^2, q of both signs,
 //!
 //! for each channel by itself: with L_l and rho_lp the energies of lighting and BRDF by degree, the sum of
 //! Lambda_l^2 L_l rho_lp. What a truncation loses is the part of that sum that it cuts.
 //!
-//! Without the field there are estimates. A share of energy that the BRDF loses, or the lesser one of BRDF and
-//! lighting, tends to be more than the field loses, because light falls off with l too. Equation 5.19 bounds the loss by
-//! putting all residual energy into degree F + 1, with Lambda_(F+1) as printed, where an energy carries its square,
-//! and without what P cuts at l <= F. [`Estimate::bound_with_p`] has both:
+//! Without the field there are estimates. A share of energy that the BRDF loses, or the lesser one of BRDF
+//! and lighting, tends to be more than the field loses, because light falls off with l too. Equation 5.19
+//! bounds the loss by putting all residual energy into degree F + 1, with Lambda_(F+1) as printed, where an
+//! energy carries its square, and without what P cuts at l <= F. [`Estimate::bound_with_p`] has both:
 //!
 //! Lambda_(F+1)^2 L(l > F) rho(l > F) + sum over l <= F of Lambda_l^2 L_l rho_l(p > P).
 //!
-//! BRDF energy that the given coefficients lack lies at unknown (l, p): it is counted where it weighs most, so that the
-//! bound holds against the whole field and not only up to the degree at hand.
+//! BRDF energy that the given coefficients lack lies at unknown (l, p): it is counted at the degrees where it
+//! weighs most, so that the bound holds against the whole field and not only up to the degree at hand.
 
 use std::f64::consts::PI;
 
@@ -36,11 +36,12 @@ pub struct Accuracy {
     brdf: Vec<[f64; 3]>,
     p: usize,
     lighting_total: [f64; 3],
-    /// What the BRDF has past the high degrees, in whatever channel.
+    /// The BRDF's energy past the high degrees, in any channel.
     brdf_unknown: f64,
 }
 
-/// Shares of the field's energy that a truncation to degrees (F, P) loses, each 0 to 1, all channels together.
+/// Shares of the field's energy that a truncation to degrees (F, P) loses, each 0 to 1, all channels
+/// together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The degree in the central direction.
@@ -62,9 +63,9 @@ pub struct Estimate {
 impl Accuracy {
     /// The energies of a field known to high degrees.
     ///
-    /// The totals are the integrals of L^2 over the sphere, RGB ([`sh::image_energy`]), and of rho_hat^2 over both
-    /// directions, summed over channels ([`brdf::Projection::total`]): what the coefficients' energies add up to where no
-    /// degree is cut. A total below that sum, as rounding makes it, counts as that sum.
+    /// The totals are the integrals of L^2 over the sphere, RGB ([`sh::image_energy`]), and of rho_hat^2 over
+    /// both directions, summed over channels ([`brdf::Projection::total`]): what the coefficients' energies
+    /// add up to if no degree is cut. A total below that sum, as rounding makes it, counts as that sum.
     pub fn of(high: &Reflection, lighting_total: [f64; 3], brdf_total: f64) -> Self {
         let (coefficients, lighting) = (high.brdf(), energy_per_degree(high.lighting()));
         let p = coefficients.p().get();
@@ -100,20 +101,20 @@ impl Accuracy {
         std::array::from_fn(|channel| self.held(channel, self.f(), self.p))
     }
 
-    /// The root mean square of what a share of the energy means: over all central directions, views and channels, in
-    /// the unit of radiance.
+    /// The root mean square of what a share of the energy means: over all central directions, views and
+    /// channels, in the unit of radiance.
     pub fn rms(&self, share: f64) -> f64 {
         let directions = (4.0 * PI).powi(2);
         (share * self.energy().iter().sum::<f64>() / (3.0 * directions)).sqrt()
     }
 
-    /// What a truncation to (f, p) loses, where degrees past the high ones cut nothing.
+    /// What a truncation to (f, p) loses; degrees past the high ones cut nothing.
     ///
-    /// # Example: where neither is cut, nothing is lost
+    /// # Example: a truncation that cuts nothing loses nothing
     /// ```
     /// use brdf::{Choice, Lambert, Material, project};
     /// use sh::{Degree, Expansion};
-    /// let sky = Expansion::from_rows(Degree::ZERO, vec![[1.0; 3]]).unwrap();
+    /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
     /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
     /// let field = shrm::Reflection::convolve(&sky, &brdf);
@@ -192,13 +193,13 @@ impl Accuracy {
         self.past_f(channel, f) * self.brdf_left(channel, f, self.p) + past_p
     }
 
-    /// The most of the field that a unit of the BRDF's energy can make where a truncation to f does not hold it.
+    /// The most of the field that a unit of the BRDF's energy can make outside what a truncation to f holds.
     fn heaviest(&self, channel: usize, f: usize) -> f64 {
         (0..=f).map(|l| self.weight(channel, l)).fold(self.past_f(channel, f), f64::max)
     }
 }
 
-/// A part of a whole; of nothing, nothing is missing.
+/// The share that a part has of a whole; 0 if the whole is 0.
 fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 }
 }
@@ -232,7 +233,7 @@ mod tests {
         let mut colour = |scale: f64| std::array::from_fn(|_| scale * next());
         let mut lighting = Expansion::zero(degree(f));
         for l in 0..=f {
-            lighting.rows_mut()[l * l..(l + 1) * (l + 1)]
+            lighting.coefficients_mut()[l * l..(l + 1) * (l + 1)]
                 .fill_with(|| colour((1.0 + l as f64).powf(-0.5 * fall)));
         }
         let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];
@@ -262,8 +263,8 @@ mod tests {
         (accuracy.lighting_total, accuracy.brdf.as_flattened().iter().sum())
     }
 
-    /// The integral of the squared difference over central directions and views, by quadrature that is exact for it:
-    /// its degree is 2 F in the central direction and 2 P in the view.
+    /// The integral of the squared difference over central directions and views, by quadrature that is exact
+    /// for it: its degree is 2 F in the central direction and 2 P in the view.
     #[test]
     fn the_energy_cut_is_the_mean_square_of_the_difference() {
         let (f, p) = (5, 3);
@@ -327,7 +328,8 @@ mod tests {
         assert!(tightest > 0.9, "somewhere it is nearly met: {tightest}");
     }
 
-    /// With P cut to 0 the printed bound takes the loss at l <= F for none: at the high F it is 0, and the loss is not.
+    /// With P cut to 0 the printed bound takes the loss at l <= F for none: at the high F it is 0, and the
+    /// loss is not.
     #[test]
     fn the_printed_bound_does_not_see_what_p_cuts() {
         let world = field(3, 8, 4, 0.5);
@@ -344,7 +346,7 @@ mod tests {
     fn where_one_of_both_is_band_limited_nothing_is_lost() {
         let world = field(5, 8, 0, 0.2);
         let mut lighting = world.lighting().to_degree(degree(4)).to_degree(degree(8));
-        lighting.rows_mut()[24] = [1.0; 3];
+        lighting.coefficients_mut()[24] = [1.0; 3];
         let field = Reflection::convolve(&lighting, world.brdf());
         let (light, brdf) = totals(&field);
         let estimate = Accuracy::of(&field, light, brdf).at(4, 0);

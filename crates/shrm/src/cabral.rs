@@ -1,9 +1,9 @@
-//! Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view (Cabral, Olano and
-//! Nemec 1999; paper 1, appendix C).
+//! Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view (Cabral, Olano
+//! and Nemec 1999; paper 1, appendix C).
 //!
 //! Map k holds equation 12 at the view V_k: B(C, V_k) for every central direction C. Between vertices the
-//! three maps around a view are blended by [`icosahedron::corners`]. All maps are looked up at the same C, the
-//! reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
+//! three maps around a view are blended by [`icosahedron::corners`]. All maps are looked up at the same C,
+//! the reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
 
 use brdf::Centre;
 use sh::Degree;
@@ -26,8 +26,8 @@ impl Cabral {
         Self { grid: map.grid(), centre: map.centre(), maps }
     }
 
-    /// The maps as a renderer has them, shape [12, texels], in the order of [`icosahedron::vertices`]; `None` where
-    /// their number does not fit or there is no texel.
+    /// The maps as a renderer has them, shape [12, texels], in the order of [`icosahedron::vertices`]; `None`
+    /// if their number does not fit or there is no texel.
     pub fn new(grid: MapGrid, centre: Centre, maps: Vec<[f32; 3]>) -> Option<Self> {
         (maps.len() == 12 * grid.len() && !grid.is_empty()).then_some(Self { grid, centre, maps })
     }
@@ -45,7 +45,7 @@ impl Cabral {
     /// The map of a vertex; shape as [`MapGrid::shape`].
     ///
     /// # Panics
-    /// Where `vertex` is not below 12.
+    /// If `vertex` is not below 12.
     pub fn map(&self, vertex: usize) -> &[[f32; 3]] {
         &self.maps[vertex * self.grid.len()..][..self.grid.len()]
     }
@@ -55,8 +55,8 @@ impl Cabral {
         &self.maps
     }
 
-    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only these maps
-    /// interpolates it: bilinear in the maps, by the icosahedron's weights between them.
+    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only
+    /// these maps interpolates it: bilinear in the maps, by the icosahedron's weights between them.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
         let taps = self.grid.taps(central);
         let corners = icosahedron::corners(view);
@@ -72,9 +72,9 @@ impl Cabral {
 
     /// A global map fitted to the twelve, by least squares for each texel ([`fit_views`]).
     ///
-    /// Twelve views determine P = 2 at most. Where the maps came from a field with P <= 2 it comes back to
-    /// f32 rounding: the vertices are a spherical design of degree 5, on which the harmonics up to degree 2 are
-    /// orthogonal. Of a field with more, degrees 4 and up fold into the coefficients.
+    /// Twelve views determine P = 2 at most. A field with P <= 2 comes back to f32 rounding: the vertices are
+    /// a spherical design of degree 5, on which the harmonics up to degree 2 are orthogonal. Of a field with
+    /// more, degrees 4 and up fold into the coefficients.
     ///
     /// # Errors
     /// As [`fit_views`].

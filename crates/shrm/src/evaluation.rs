@@ -1,12 +1,13 @@
-//! The reflected light field at single directions, straight from its coefficients (paper 1, equations 6 and 14).
+//! The reflected light field at single directions, straight from its coefficients (paper 1, equations 6 and
+//! 14).
 //!
-//! With Y_lm(R w) = sum over n of D^l_mn(R) Y_ln(w), the lighting in the frame of the central direction, L(R w), has
-//! coefficients a_lq, and B(R, w_o), the integral of L(R w_i) rho_hat(w_i, w_o) over w_i, is
+//! With Y_lm(R w) = sum over n of D^l_mn(R) Y_ln(w), the lighting in the frame of the central direction, L(R
+//! w), has coefficients a_lq, and B(R, w_o), the integral of L(R w_i) rho_hat(w_i, w_o) over w_i, is
 //!
 //! > b_pq = sum over l of a_lq rho_lp|q|,  B = sum over p, q of b_pq Y_pq(w_o),
 //!
-//! the same for real harmonics as for complex ones: the cosines and sines of one |q| make
-//! rho_lpq (Y*_lq(w_i) Y_pq(w_o) + its conjugate) = rho_lpq (Y_lq(w_i) Y_pq(w_o) + Y_l,-q(w_i) Y_p,-q(w_o)) in both.
+//! the same for real harmonics as for complex ones: the cosines and sines of one |q| make rho_lpq (Y*_lq(w_i)
+//! Y_pq(w_o) + its conjugate) = rho_lpq (Y_lq(w_i) Y_pq(w_o) + Y_l,-q(w_i) Y_p,-q(w_o)) in both.
 
 use sh::Basis;
 use sphere::Direction;
@@ -31,7 +32,7 @@ impl Reflection {
                         .take(if q == 0 { 1 } else { 2 })
                     {
                         for channel in 0..3 {
-                            rows[row][channel] += rho[channel] * lighting.rows()[a][channel];
+                            rows[row][channel] += rho[channel] * lighting.coefficients()[a][channel];
                         }
                     }
                 }
@@ -42,8 +43,8 @@ impl Reflection {
 
     /// Radiance toward `view`, in the world's frame, from a surface whose central direction is `central`.
     ///
-    /// The central direction of a surface is [`brdf::Centre::central`]; the surface faces the viewer where that
-    /// one's view and normal do, which is not looked at here.
+    /// The central direction of a surface is [`brdf::Centre::central`]; whether the surface faces the viewer
+    /// is not checked here.
     pub fn evaluate(&self, central: Direction, view: Direction) -> [f64; 3] {
         let mut basis = vec![0.0; self.brdf().p().rows()];
         Basis::new(self.brdf().p()).evaluate_into(into_frame(central, view), &mut basis);

@@ -1,14 +1,15 @@
-//! Spherical harmonic reflection maps from explicit ones: coefficients fitted for each texel (paper 1, appendix C).
+//! Spherical harmonic reflection maps from explicit ones: coefficients fitted for each texel (paper 1,
+//! appendix C).
 //!
-//! Maps b_k of one grid, each for a view w_k, are samples of B(C, w) = sum over rows n of x_n(C) Y_n(w). For each texel the
-//! coefficients minimise the sum over k of (sum over n of A_kn x_n - b_k)^2 with A_kn = Y_n(w_k). A is the same for every
-//! texel: its pseudo-inverse is computed once, from A = Q R as R^-1 Q^T (Gram and Schmidt's method, done twice,
-//! which keeps Q orthogonal to rounding), and each texel is a product of it. There is no regularisation: what the views do
-//! not determine is refused.
+//! Maps b_k of one grid, each for a view w_k, are samples of B(C, w) = sum over rows n of x_n(C) Y_n(w). For
+//! each texel the coefficients minimise the sum over k of (sum over n of A_kn x_n - b_k)^2 with A_kn =
+//! Y_n(w_k). A is the same for every texel: its pseudo-inverse is computed once, from A = Q R as R^-1 Q^T
+//! (Gram and Schmidt's method, done twice, which keeps Q orthogonal to rounding), and each texel is a product
+//! of it. There is no regularisation: a degree that the views do not determine is an error.
 //!
 //! *Conditioning.* |A| |A^+| / N with Frobenius norms and N coefficients: 1 for views on which the harmonics
-//! are orthogonal. Errors of the maps' values that are independent become errors of the coefficients, larger by this
-//! factor than from orthogonal views of the same number.
+//! are orthogonal. Errors of the maps' values that are independent become errors of the coefficients, larger
+//! by this factor than from orthogonal views of the same number.
 
 use brdf::Centre;
 use rayon::prelude::*;
@@ -17,10 +18,10 @@ use sphere::Direction;
 
 use crate::{MapGrid, Shrm, Terms, View};
 
-/// The largest conditioning that is taken where P is not given.
+/// The largest conditioning that is accepted if P is not given.
 pub const GOOD_CONDITION: f64 = 2.0;
 
-/// The largest conditioning that is taken at all.
+/// The largest conditioning that is accepted at all.
 pub const WORST_CONDITION: f64 = 1e4;
 
 /// A fitted map and how well it fits.
@@ -28,8 +29,8 @@ pub const WORST_CONDITION: f64 = 1e4;
 pub struct Fit {
     /// The map.
     pub map: Shrm,
-    /// What the map leaves of the values: root mean square over maps, texels (by solid angle) and channels, divided by
-    /// that of the values. 0 for black maps, and where there are as many coefficients as views.
+    /// What the map leaves of the values: root mean square over maps, texels (by solid angle) and channels,
+    /// divided by that of the values. 0 for black maps, and if there are as many coefficients as views.
     pub residual: f64,
     /// How far errors grow: |A| |A^+| / N, 1 at best.
     pub condition: f64,
@@ -78,20 +79,20 @@ pub enum FitError {
         p: usize,
         /// The number of views.
         views: usize,
-        /// The conditioning; infinite where a coefficient is not determined at all.
+        /// The conditioning; infinite if a coefficient is not determined at all.
         condition: f64,
     },
 }
 
 /// A map with all terms, fitted to maps for single views.
 ///
-/// `views` are V in the world for [`View::Global`], or w_o in the frame of each texel for [`View::Local`]; `maps` has shape
-/// [views, texels]. Without `p` the highest degree is taken that the views determine with a conditioning of
-/// [`GOOD_CONDITION`] or better. Work is O(views P^4) once and O(views P^2) for each texel; values are fitted in
-/// f64 and rounded once.
+/// `views` are V in the world for [`View::Global`], or w_o in the frame of each texel for [`View::Local`];
+/// `maps` has shape [views, texels]. Without `p` the highest degree is taken that the views determine with a
+/// conditioning of [`GOOD_CONDITION`] or better. Work is O(views P^4) once and O(views P^2) for each texel;
+/// values are fitted in f64 and rounded once.
 ///
 /// # Errors
-/// Where the number of values is not views x texels, a value is not finite, or the views do not determine `p`.
+/// If the number of values is not views x texels, a value is not finite, or the views do not determine `p`.
 pub fn fit_views(
     grid: MapGrid,
     centre: Centre,
@@ -105,7 +106,8 @@ pub fn fit_views(
     solver.run(grid, maps, |p, values| Shrm::new(grid, view, centre, p, Terms::All, values))
 }
 
-/// A local map of zonal terms, fitted to maps for angles theta_o, in radians, between central direction and view.
+/// A local map of zonal terms, fitted to maps for angles theta_o, in radians, between central direction and
+/// view.
 ///
 /// `maps` has shape [angles, texels]; everything else as for [`fit_views`], with P + 1 coefficients.
 ///
@@ -122,7 +124,7 @@ pub fn fit_angles(
     solver.run(grid, maps, |p, values| Shrm::new(grid, View::Local, centre, p, Terms::Zonal, values))
 }
 
-/// The solver of the degree asked for, or of the highest that is well determined.
+/// The solver of the requested degree, or of the highest that is well determined.
 fn solver(
     views: usize,
     p: Option<Degree>,

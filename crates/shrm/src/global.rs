@@ -1,9 +1,9 @@
 //! From local to global coefficients (paper 1, equation 8).
 //!
-//! A function given in the frame of a central direction becomes one of the world when its coefficients are turned
-//! by R = R_z(beta) R_y(alpha). With X a quarter turn about +X, which takes +Y to +Z, R_y(alpha) = X^-1 R_z(alpha) X. Turns
-//! about +Z mix the two rows of each |q| only, and X is one orthogonal matrix for each p, the same for every
-//! texel: work is O(P^3) per texel and no matrix depends on the angle.
+//! A function given in the frame of a central direction becomes one of the world when its coefficients are
+//! turned by R = R_z(beta) R_y(alpha). With X a quarter turn about +X, which takes +Y to +Z, R_y(alpha) =
+//! X^-1 R_z(alpha) X. Turns about +Z mix the two rows of each |q| only, and X is one orthogonal matrix for
+//! each p, the same for every texel: work is O(P^3) per texel and no matrix depends on the angle.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -30,8 +30,8 @@ impl Frames {
             quarter.resize(start + side * side, 0.0);
             for column in 0..side {
                 let mut unit = Expansion::zero(Degree::new(p).unwrap_or(degree));
-                unit.rows_mut()[p * p + column] = [1.0; 3];
-                for (row, value) in rotate(&unit, x).rows()[p * p..].iter().enumerate() {
+                unit.coefficients_mut()[p * p + column] = [1.0; 3];
+                for (row, value) in rotate(&unit, x).coefficients()[p * p..].iter().enumerate() {
                     // A quarter turn maps an axis to an axis: what is below rounding is zero.
                     quarter[start + row * side + column] =
                         if value[0].abs() < 1e-15 { 0.0 } else { value[0] };
@@ -89,8 +89,8 @@ fn turn(band: &mut [[f64; 3]], angle: f64) {
 }
 
 impl Shrm {
-    /// The same map with coefficients over the view in the world's frame, all (P+1)^2 of them; a copy where it is
-    /// global already.
+    /// The same map with coefficients over the view in the world's frame, all (P+1)^2 of them; a copy if it
+    /// is global already.
     ///
     /// Turned in f64 and rounded once; work is O(P^3) per texel. Global coefficients may be blended between
     /// texels, local ones may not.
@@ -129,8 +129,8 @@ mod tests {
     use crate::into_frame;
     use sh::Basis;
 
-    /// Equation 8 in f64: turned coefficients at V are the local ones at R^-1 V. Matrices are orthogonal, so that
-    /// errors stay at some P^2 units of rounding.
+    /// Equation 8 in f64: turned coefficients at V are the local ones at R^-1 V. Matrices are orthogonal, so
+    /// that errors stay at some P^2 units of rounding.
     #[test]
     fn global_coefficients_at_v_are_local_ones_at_w_o() {
         for degree in [0, 1, 2, 5, 12] {
@@ -146,7 +146,7 @@ mod tests {
                 let mut global = local.clone();
                 frames.to_world(central, &mut global, &mut scratch);
                 let value = |rows: &[[f64; 3]], view| {
-                    basis.evaluate(&Expansion::from_rows(degree, rows.to_vec()).unwrap(), view)
+                    basis.evaluate(&Expansion::from_coefficients(degree, rows.to_vec()).unwrap(), view)
                 };
                 let (found, expected) = (value(&global, view), value(&local, into_frame(central, view)));
                 for channel in 0..3 {

@@ -1,15 +1,16 @@
 //! The icosahedron whose twelve vertices are the views of Cabral's maps, and how a view lies between them
 //! (Cabral, Olano and Nemec 1999; paper 1, appendix C).
 //!
-//! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216 and 288
-//! degrees: vertex 1 is above +X. Vertices 6 to 10 lie at z = -1 / sqrt(5), at azimuths 36, 108, 180, 252 and 324 degrees.
+//! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216
+//! and 288 degrees: vertex 1 is above +X. Vertices 6 to 10 lie at z = -1 / sqrt(5), at azimuths 36, 108, 180,
+//! 252 and 324 degrees.
 //!
 //! The weights of a view are those of the point where its ray meets the flat triangle (a, b, c):
 //!
 //! > w_a = V.(b x c) / s,  w_b = V.(c x a) / s,  w_c = V.(a x b) / s,  s the sum of the three numerators.
 //!
-//! On an edge the third weight is 0 and the other two depend on the edge alone, so that weights are continuous;
-//! at a vertex its weight is 1.
+//! On an edge the third weight is 0 and the other two depend on the edge alone, so that weights are
+//! continuous; at a vertex its weight is 1.
 
 use sphere::{DVec3, Direction};
 
@@ -146,7 +147,8 @@ mod tests {
     }
 
     /// Across an edge a function of the vertices moves no more than its slope allows: the flat triangles have
-    /// an inner radius of 0.3 in units of the sphere, so that weights change by less than 1 / 0.3 x 2 per radian.
+    /// an inner radius of 0.3 in units of the sphere, so that weights change by less than 1 / 0.3 x 2 per
+    /// radian.
     #[test]
     fn weights_are_continuous_across_edges() {
         let value = |view: Direction| -> f64 {

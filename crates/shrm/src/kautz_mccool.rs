@@ -1,12 +1,12 @@
-//! Kautz and McCool's 3D texture: reflection maps for angles between central direction and view (Kautz and McCool
-//! 2000; paper 1, appendix C).
+//! Kautz and McCool's 3D texture: reflection maps for angles between central direction and view (Kautz and
+//! McCool 2000; paper 1, appendix C).
 //!
 //! A BRDF that has no azimuth about the central direction leaves the terms q = 0:
 //!
 //! > B(alpha, beta, theta_o) = sum over p of B_p0(alpha, beta) Y_p0(theta_o),
 //!
-//! O(P) for each texel. For every other BRDF this is the mean of B over phi_o, and what has q > 0 is lost. Of a
-//! global map the mean about C is, by the addition theorem, B_p0 = Lambda_p sum over q of B~_pq Y_pq(C).
+//! O(P) for each texel. For every other BRDF this is the mean of B over phi_o, and what has q > 0 is lost. Of
+//! a global map the mean about C is, by the addition theorem, B_p0 = Lambda_p sum over q of B~_pq Y_pq(C).
 //!
 //! Angles between the slices are interpolated linearly.
 
@@ -37,7 +37,7 @@ impl KautzMcCool {
 
     /// The slices of a spherical harmonic reflection map at these angles.
     ///
-    /// `None` where there is no angle, or the angles do not rise from 0 or more to pi or less.
+    /// `None` if there is no angle, or the angles do not rise from 0 or more to pi or less.
     pub fn from_shrm(map: &Shrm, angles: Vec<f64>) -> Option<Self> {
         if !rise(&angles) {
             return None;
@@ -62,8 +62,8 @@ impl KautzMcCool {
         Some(Self { grid, centre: map.centre(), angles, slices })
     }
 
-    /// The slices as a renderer has them, shape [angles, texels]; `None` where their number does not fit, or as for
-    /// [`KautzMcCool::from_shrm`].
+    /// The slices as a renderer has them, shape [angles, texels]; `None` if their number does not fit, or as
+    /// for [`KautzMcCool::from_shrm`].
     pub fn new(grid: MapGrid, centre: Centre, angles: Vec<f64>, slices: Vec<[f32; 3]>) -> Option<Self> {
         let fits = rise(&angles) && !grid.is_empty() && slices.len() == angles.len() * grid.len();
         fits.then_some(Self { grid, centre, angles, slices })
@@ -87,7 +87,7 @@ impl KautzMcCool {
     /// One slice; shape as [`MapGrid::shape`].
     ///
     /// # Panics
-    /// Where there is no such slice.
+    /// If there is no such slice.
     pub fn slice(&self, slice: usize) -> &[[f32; 3]] {
         &self.slices[slice * self.grid.len()..][..self.grid.len()]
     }
@@ -97,9 +97,9 @@ impl KautzMcCool {
         &self.slices
     }
 
-    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only this texture
-    /// interpolates it: bilinear in a slice, linear in the angle between central direction and view; beyond the
-    /// first and last angle, their slices.
+    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only this
+    /// texture interpolates it: bilinear in a slice, linear in the angle between central direction and view;
+    /// beyond the first and last angle, their slices.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
         let angle = central.vector().cross(view.vector()).length().atan2(central.dot(view));
         let above = self.angles.partition_point(|slice| *slice <= angle);
@@ -116,7 +116,7 @@ impl KautzMcCool {
 
     /// A local map of zonal terms fitted to the slices, by least squares for each texel ([`fit_angles`]).
     ///
-    /// It is the field where that had no terms with q > 0 and P is below the number of slices, to f32 rounding.
+    /// To f32 rounding it is the field, if that has no terms with q > 0 and P is below the number of slices.
     ///
     /// # Errors
     /// As [`fit_angles`].
@@ -125,8 +125,9 @@ impl KautzMcCool {
     }
 }
 
-/// The share of a map's energy that is in terms with q > 0 about each texel's central direction, and that a 3D texture
-/// loses: 0 to 1. Energies are weighted by the solid angles of texels and summed over channels; 0 for a black map.
+/// The share of a map's energy that is in terms with q > 0 about each texel's central direction, and that a
+/// 3D texture loses: 0 to 1. Energies are weighted by the solid angles of texels and summed over channels; 0
+/// for a black map.
 pub fn azimuthal_share(map: &Shrm) -> f64 {
     if map.terms() == Terms::Zonal {
         return 0.0;

@@ -1,9 +1,10 @@
-//! What a renderer reads from a map: radiance at any central direction and view, and whole view maps (equation 12).
+//! What a renderer reads from a map: radiance at any central direction and view, and whole view maps
+//! (equation 12).
 //!
-//! Texels are blended bilinearly, over the seam, the poles, the edges and the corners. The frames of a local map spin
-//! around the poles, so that its coefficients mean different things in neighbouring texels: each texel is evaluated at
-//! the view in its own frame, then the four values are blended. Global coefficients share one frame; there
-//! blending values or coefficients is the same.
+//! Texels are blended bilinearly, over the seam, the poles, the edges and the corners. The frames of a local
+//! map spin around the poles, so that its coefficients mean different things in neighbouring texels: each
+//! texel is evaluated at the view in its own frame, then the four values are blended. Global coefficients
+//! share one frame; there blending values or coefficients is the same.
 
 use std::f64::consts::PI;
 
@@ -23,8 +24,8 @@ pub struct Lookup<'a> {
 }
 
 impl Lookup<'_> {
-    /// Radiance toward `view` (the world's frame) from a surface whose central direction is `central`: four texels
-    /// around `central`, each evaluated in its own frame, blended bilinearly.
+    /// Radiance toward `view` (the world's frame) from a surface whose central direction is `central`: four
+    /// texels around `central`, each evaluated in its own frame, blended bilinearly.
     pub fn radiance(&mut self, central: Direction, view: Direction) -> [f32; 3] {
         let Taps { index, weight } = match self.map.grid() {
             MapGrid::LatLong(grid) => grid.taps(central),
@@ -49,7 +50,7 @@ impl Lookup<'_> {
     /// Radiance toward `view` (the world's frame) at a texel's own central direction, unfiltered.
     ///
     /// # Panics
-    /// Where `texel` is not below the number of texels.
+    /// If `texel` is not below the number of texels.
     pub fn texel(&mut self, texel: usize, view: Direction) -> [f64; 3] {
         self.look(texel, view);
         self.dot(texel)
@@ -96,8 +97,8 @@ impl Shrm {
         self.lookup().radiance(central, view)
     }
 
-    /// Equation 12: the radiance toward one view in the world's frame at every texel's central direction, a plain
-    /// reflection map for a distant viewer.
+    /// Equation 12: the radiance toward one view in the world's frame at every texel's central direction, a
+    /// plain reflection map for a distant viewer.
     ///
     /// Shape as [`MapGrid::shape`], RGB. Work is O(P^2) per texel.
     pub fn view_map(&self, view: Direction) -> Vec<[f32; 3]> {

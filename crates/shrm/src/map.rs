@@ -1,10 +1,10 @@
 //! The spherical harmonic reflection map: for each central direction on a grid, the coefficients of the light
 //! reflected toward every view (paper 1, section 4 and equations 6 and 7).
 //!
-//! B(C, w_o) = sum over p <= P, |q| <= p of B_pq(C) Y_pq(w_o), real harmonics, row p*p + p + q. In a local map w_o
-//! is the view in the frame of the central direction C, w_o = R^-1 V with R = R_z(beta) R_y(alpha); in a global map it is
-//! the view V itself. The frames of a local map spin around the poles, so that its coefficients are never blended: each
-//! texel is evaluated in its own frame, then the values are.
+//! B(C, w_o) = sum over p <= P, |q| <= p of B_pq(C) Y_pq(w_o), real harmonics, row p*p + p + q. In a local
+//! map w_o is the view in the frame of the central direction C, w_o = R^-1 V with R = R_z(beta) R_y(alpha);
+//! in a global map it is the view V itself. The frames of a local map spin around the poles, so that its
+//! coefficients are never blended: each texel is evaluated in its own frame, then the values are.
 
 use brdf::Centre;
 use envmap::{Taps, Texels};
@@ -45,7 +45,7 @@ impl MapGrid {
     /// The direction of a texel's centre; texels count along rows, rows along faces.
     ///
     /// # Panics
-    /// Where `texel` is not below [`MapGrid::len`].
+    /// If `texel` is not below [`MapGrid::len`].
     pub fn direction(self, texel: usize) -> Direction {
         match self {
             Self::LatLong(grid) => grid.direction(texel / grid.width, texel % grid.width),
@@ -56,7 +56,8 @@ impl MapGrid {
         }
     }
 
-    /// The four texels around a direction and their bilinear weights, over the seam, poles, edges and corners.
+    /// The four texels around a direction and their bilinear weights, over the seam, poles, edges and
+    /// corners.
     pub fn taps(self, direction: Direction) -> Taps {
         match self {
             Self::LatLong(grid) => grid.taps(direction),
@@ -106,8 +107,8 @@ pub struct Shrm {
 }
 
 impl Shrm {
-    /// A map from its values, shape [texels, rows], RGB; `None` where their number does not fit, there is no texel, or a
-    /// global map keeps zonal terms only (a rotation mixes q).
+    /// A map from its values, shape [texels, rows], RGB; `None` if their number does not fit, there is no
+    /// texel, or a global map keeps zonal terms only (a rotation mixes q).
     pub fn new(
         grid: MapGrid,
         view: View,
@@ -162,7 +163,7 @@ impl Shrm {
     /// The coefficients of a texel.
     ///
     /// # Panics
-    /// Where `texel` is not below the number of texels.
+    /// If `texel` is not below the number of texels.
     pub fn texel(&self, texel: usize) -> &[[f32; 3]] {
         let rows = self.rows();
         &self.values[texel * rows..][..rows]
@@ -174,7 +175,8 @@ pub fn frame(central: Direction) -> Rotation {
     Rotation::from_zyz(Zyz { alpha: central.phi(), beta: central.theta(), gamma: 0.0 })
 }
 
-/// R^-1 V with R the [`frame`] of a central direction: a view in the world as w_o in that frame, without angles.
+/// R^-1 V with R the [`frame`] of a central direction: a view in the world as w_o in that frame, without
+/// angles.
 pub fn into_frame(central: Direction, view: Direction) -> Direction {
     let (c, v) = (central.vector(), view.vector());
     let sine = c.x.hypot(c.y);

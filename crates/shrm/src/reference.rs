@@ -1,20 +1,22 @@
 //! Reflected radiance by brute force: the integral that everything else in this crate is a faster form of.
 //!
-//! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega (paper 1, equation 2),
-//! with C the central direction, R its frame and dOmega the exact solid angle of the texel. The sum over the texels of
-//! the image *is* the definition here. Spherical harmonics of the same image are made with the weights of Fejér's
-//! rule instead, which differ from the solid angles by O(h^2), h the height of a row.
+//! B(C, V) = sum over the texels w of an environment of L(w) rho_hat(R^-1 w, R^-1 V) dOmega (paper 1,
+//! equation 2), with C the central direction, R its frame and dOmega the exact solid angle of the texel. The
+//! sum over the texels of the image *is* the definition here. Spherical harmonics of the same image are made
+//! with the weights of Fejér's rule instead, which differ from the solid angles by O(h^2), h the height of a
+//! row.
 //!
-//! [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet go
-//! through sums in vectors (`lobes.rs`) that the tests hold against it; other materials through the same sum as
-//! `radiance`. Work common to the texels of a row, to a row of a map and to one view is done once; black texels are
-//! not read.
+//! [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet
+//! go through sums in vectors (`lobes.rs`) that the tests hold against it; other materials through the same
+//! sum as `radiance`. Work common to the texels of a row, to a row of a map and to one view is done once;
+//! black texels are not read.
 //!
-//! A [`Cull`] leaves out what a lobe hardly sees (paper 1, Appendix D): of max(0, cos)^s the cap about C with
-//! cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A Gaussian of theta_h holds as
-//! much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more where the horizon cuts it; the incident
-//! directions of these lie within twice that angle of the reflection vector, because L mirrors V about H and R mirrors
-//! it about N. The part W of the sphere that such a cap covers is [`Reference::width`].
+//! A [`Cull`] leaves out directions in which a lobe is small (paper 1, Appendix D): of max(0, cos)^s the cap
+//! about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A Gaussian of
+//! theta_h holds as much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more where the
+//! horizon cuts it; the incident directions of these lie within twice that angle of the reflection vector,
+//! because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap covers is
+//! [`Reference::width`].
 
 mod light;
 mod lobes;
@@ -24,9 +26,9 @@ use std::ops::Range;
 
 use brdf::Material;
 use envmap::Environment;
-use pulp::Arch;
 use rayon::prelude::*;
 use sh::Tolerance;
+use sh::f64x4::Level;
 use sphere::{DMat3, DVec3, Direction};
 
 use crate::{MapGrid, View, frame};
@@ -38,7 +40,8 @@ use lobes::{Gaussian, Power, Shape, Sum, Weight, WholePower};
 pub enum Cull {
     /// All that hold light.
     None,
-    /// Of lambert, phong and microfacet those that hold all but this share of the lobe's energy in angle; of others all.
+    /// Of lambert, phong and microfacet those that hold all but this share of the lobe's energy in angle; of
+    /// others all.
     Energy(Tolerance),
 }
 
@@ -52,7 +55,7 @@ pub struct Reference {
     cap: Option<f64>,
 }
 
-/// A texel of a map, with what its place says without trigonometry.
+/// A texel of a map, with what follows from its place without trigonometry.
 struct Central {
     direction: Direction,
     theta: f64,
@@ -88,14 +91,15 @@ impl Reference {
         self.light.lit()
     }
 
-    /// W, the part of the sphere that is summed over: 1 where nothing is culled.
+    /// W, the part of the sphere that is summed over: 1 if nothing is culled.
     pub fn width(&self) -> f64 {
         self.cap.map_or(1.0, |cosine| (1.0 - cosine) / 2.0)
     }
 
     /// B(C, V), RGB: the sum in f64 with the material's own [`Material::rho_hat`].
     ///
-    /// `central` is the material's central direction (R, N or T), `view` points toward the viewer; both in the world.
+    /// `central` is the material's central direction (R, N or T), `view` points toward the viewer; both in
+    /// the world.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
         let at =
             Central { direction: central, theta: central.theta(), column: self.light.column(central.phi()) };
@@ -104,9 +108,9 @@ impl Reference {
 
     /// The reflection map toward one view V of the world: B(C, V) at every texel's central direction C.
     ///
-    /// Where nothing is culled, it is [`Reference::radiance`] within 1e-5 of the map's largest value, and 1e-4 for the
-    /// sharpest lobes that are summed in f32 (exponent 1024, sigma 0.03); where something is, a few texels beside the cap
-    /// count too.
+    /// If nothing is culled, it is [`Reference::radiance`] within 1e-5 of the map's largest value, and 1e-4
+    /// for the sharpest lobes that are summed in f32 (exponent 1024, sigma 0.03); if something is culled, a
+    /// few texels beside the cap count too.
     pub fn map(&self, grid: MapGrid, view: Direction) -> Vec<[f32; 3]> {
         self.rows(grid, 0..rows_of(grid), View::Global, view)
     }
@@ -121,12 +125,12 @@ impl Reference {
     /// Each texel is computed by itself: bit-identical for any number of threads and any ranges of rows.
     ///
     /// # Panics
-    /// Where a row is not one of the map.
+    /// If a row is not one of the map.
     pub fn rows(&self, grid: MapGrid, rows: Range<usize>, view: View, toward: Direction) -> Vec<[f32; 3]> {
         assert!(rows.end <= rows_of(grid), "rows of the map");
         let [_, _, width] = grid.shape();
         let mut map = vec![[0.0; 3]; rows.len() * width];
-        let arch = Arch::new();
+        let level = Level::detect();
         map.par_chunks_mut(width.max(1)).zip(rows).for_each(|(texels, row)| {
             let mut spans: Option<(f64, Vec<Span>)> = None;
             for (texel, at) in texels.iter_mut().zip(self.centrals(grid, row)) {
@@ -134,7 +138,7 @@ impl Reference {
                     spans = Some((at.theta, self.spans(at.theta)));
                 }
                 let spans = spans.as_ref().map_or(&[][..], |(_, spans)| spans);
-                *texel = self.texel(arch, &at, view, toward, spans).map(|value| value as f32);
+                *texel = self.texel(level, &at, view, toward, spans).map(|value| value as f32);
             }
         });
         map
@@ -164,15 +168,15 @@ impl Reference {
     }
 
     /// One texel of a map.
-    fn texel(&self, arch: Arch, at: &Central, view: View, toward: Direction, spans: &[Span]) -> [f64; 3] {
+    fn texel(&self, level: Level, at: &Central, view: View, toward: Direction, spans: &[Span]) -> [f64; 3] {
         let axis = at.direction.vector();
         let (sum, scale) = match self.shape {
             Some((Shape::WholePower(exponent), scale)) => {
                 let weight = WholePower { axis, exponent };
-                (Sum { light: &self.light, spans, column: at.column, weight }.run(arch), scale)
+                (Sum { light: &self.light, spans, column: at.column, weight }.run(level), scale)
             }
             Some((Shape::Power(exponent), scale)) => {
-                (self.sum(arch, at, spans, Power { axis, exponent }), scale)
+                (self.sum(level, at, spans, Power { axis, exponent }), scale)
             }
             Some((Shape::Gaussian { sigma }, scale)) => {
                 let view = match view {
@@ -180,13 +184,14 @@ impl Reference {
                     View::Local => frame(at.direction).apply(toward),
                 };
                 let both = axis + view.vector();
-                // Toward the mirrored central direction the normal has no side of its own: see Centre::surface.
+                // Toward the mirrored central direction the normal has no side of its own: see
+                // Centre::surface.
                 let normal = if both.length_squared() > 1e-12 {
                     both.normalize()
                 } else {
                     frame(at.direction).matrix().x_axis
                 };
-                (self.sum(arch, at, spans, Gaussian { normal, view: view.vector(), sigma }), scale)
+                (self.sum(level, at, spans, Gaussian { normal, view: view.vector(), sigma }), scale)
             }
             None => {
                 let outgoing = match view {
@@ -199,12 +204,12 @@ impl Reference {
         std::array::from_fn(|channel| sum[channel] * scale[channel])
     }
 
-    fn sum<W: Weight>(&self, arch: Arch, at: &Central, spans: &[Span], weight: W) -> [f64; 3] {
-        arch.dispatch(Sum { light: &self.light, spans, column: at.column, weight })
+    fn sum<W: Weight>(&self, level: Level, at: &Central, spans: &[Span], weight: W) -> [f64; 3] {
+        level.run(Sum { light: &self.light, spans, column: at.column, weight })
     }
 
-    /// The sum with the material's own transfer function. What depends on the view alone, the surface's frame, is
-    /// found once.
+    /// The sum with the material's own transfer function. What depends on the view alone, the surface's
+    /// frame, is found once.
     fn integral(&self, at: &Central, outgoing: Direction, spans: &[Span]) -> [f64; 3] {
         let centre = self.material.centre();
         let axis = |axis| centre.surface(Direction::from_unit(axis), outgoing)[0].vector();
@@ -357,8 +362,8 @@ mod tests {
         }
     }
 
-    /// Under a constant sky, a normalised lobe reflects its share. The midpoint rule errs by h^2 / 24 times the second
-    /// derivative of the lobe, about s, over its integral; h = pi / 128.
+    /// Under a constant sky, a normalised lobe reflects its share. The midpoint rule errs by h^2 / 24 times
+    /// the second derivative of the lobe, about s, over its integral; h = pi / 128.
     #[test]
     fn a_constant_sky_is_reflected_as_the_share() {
         let sky = environment(128, |_| [1.0, 2.0, 4.0]);
@@ -375,8 +380,8 @@ mod tests {
         }
     }
 
-    /// A cap of Appendix D under a constant sky keeps 1 - eps, and a little more with the texels beside it; the
-    /// texels on its edge make that uncertain by their share of the cap.
+    /// A cap of Appendix D under a constant sky keeps 1 - eps, and a little more with the texels beside it;
+    /// the texels on its edge make that uncertain by their share of the cap.
     #[test]
     fn a_cap_leaves_out_the_share_of_energy_that_it_says() {
         let sky = environment(256, |_| [1.0; 3]);
@@ -401,7 +406,8 @@ mod tests {
         }
     }
 
-    /// The Gaussian's caps, toward every view from the normal to grazing: a constant sky loses the share or less.
+    /// The Gaussian's caps, toward every view from the normal to grazing: a constant sky loses the share or
+    /// less.
     #[test]
     fn a_cap_about_a_gaussian_leaves_out_no_more_than_it_says() {
         let sky = environment(256, |_| [1.0; 3]);

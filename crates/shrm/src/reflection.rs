@@ -1,8 +1,8 @@
 //! The reflected light field B in spherical harmonics: lighting times BRDF (paper 1, equations 5 and 14).
 //!
-//! B(R, w_o) = sum over l, m, p, q of L_lm rho_lpq D^l_mq(alpha) e^(i m beta) Y_pq(w_o). Where rho_hat depends only
-//! on the angle between w_i and the central direction, p = q = 0. Then D^l_m0(alpha) e^(i m beta) = Lambda_l
-//! Y_lm(alpha, beta), Lambda_l = sqrt(4 pi / (2 l + 1)), and the field is a function of the central
+//! B(R, w_o) = sum over l, m, p, q of L_lm rho_lpq D^l_mq(alpha) e^(i m beta) Y_pq(w_o). If rho_hat depends
+//! only on the angle between w_i and the central direction, p = q = 0. Then D^l_m0(alpha) e^(i m beta) =
+//! Lambda_l Y_lm(alpha, beta), Lambda_l = sqrt(4 pi / (2 l + 1)), and the field is a function of the central
 //! direction alone: a reflection map with coefficients
 //!
 //! B_lm = Lambda_l rho_l00 Y_00 L_lm.
@@ -24,12 +24,13 @@ pub struct Reflection {
 pub enum Plain {
     /// The mean over all views w_o about the central direction: the terms p = 0.
     Mean,
-    /// The surface seen head on, V = N. For a map of reflection vectors or normals the view is the central direction
-    /// itself; for a map of tangents it is at a right angle to it, and the mean around the tangent is taken.
+    /// The surface seen head on, V = N. For a map of reflection vectors or normals the view is the central
+    /// direction itself; for a map of tangents it is at a right angle to it, and the mean around the tangent
+    /// is taken.
     HeadOn,
 }
 
-/// A reflection that depends on the view beyond the central direction, where one that does not is needed.
+/// A reflection depends on the view beyond the central direction, but one map cannot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the material depends on the view up to degree {p}: one reflection map cannot hold it")]
 pub struct ViewDependent {
@@ -38,8 +39,8 @@ pub struct ViewDependent {
 }
 
 impl Reflection {
-    /// The reflection of `lighting` by a material: both cut to the smaller of their degrees, because what one of
-    /// them lacks the product lacks.
+    /// The reflection of `lighting` by a material: both cut to the smaller of their degrees, because the
+    /// product has no degree that one of them lacks.
     pub fn convolve(lighting: &Expansion, brdf: &BrdfCoefficients) -> Self {
         let degree = lighting.degree().min(brdf.f());
         Self { lighting: lighting.to_degree(degree), brdf: brdf.cut(degree) }
@@ -61,13 +62,13 @@ impl Reflection {
     /// is the radiance toward the viewer. Exact up to the degree; tests compare it with brute force.
     ///
     /// # Errors
-    /// Where a coefficient with p > 0 is not zero.
+    /// If a coefficient with p > 0 is not zero.
     ///
     /// # Example: a white surface reflects a constant sky unchanged
     /// ```
     /// use brdf::{Choice, Lambert, Material, project};
     /// use sh::{Degree, Expansion};
-    /// let sky = Expansion::from_rows(Degree::ZERO, vec![[0.2, 0.3, 0.5]]).unwrap();
+    /// let sky = Expansion::from_coefficients(Degree::ZERO, vec![[0.2, 0.3, 0.5]]).unwrap();
     /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
     /// let brdf = project(&white, Choice::Degree { f: Degree::ZERO, p: Degree::ZERO })?.coefficients;
     /// let reflected = shrm::Reflection::convolve(&sky, &brdf).radial()?;
@@ -81,13 +82,15 @@ impl Reflection {
         Ok(self.plain(Plain::Mean))
     }
 
-    /// One map of the central direction alone, whatever the material's dependence on the view: the coefficients
+    /// One map of the central direction alone, however the material depends on the view: the coefficients
     ///
     /// B_lm = Lambda_l L_lm sum over p of rho_lp0 Y_p0(w_o),
     ///
-    /// in the mean over views (p = 0) or head on. Exact for a radially symmetric material, where both are one.
+    /// in the mean over views (p = 0) or head on. Exact for a radially symmetric material, for which both are
+    /// the same.
     ///
-    /// Terms with q > 0 have no part in it: they are zero at w_o = +Z, and in the mean around the central direction.
+    /// Terms with q > 0 have no part in it: they are zero at w_o = +Z, and in the mean around the central
+    /// direction.
     pub fn plain(&self, view: Plain) -> Expansion {
         let mut y_p0 = vec![0.0; self.brdf.p().get() + 1];
         match (view, self.brdf.centre()) {
@@ -96,7 +99,7 @@ impl Reflection {
             (Plain::HeadOn, _) => zonal_into(1.0, &mut y_p0),
         }
         let mut field = self.lighting.clone();
-        let rows = field.rows_mut();
+        let rows = field.coefficients_mut();
         for l in 0..=self.brdf.f().get() {
             let mut factor = [0.0; 3];
             for (p, y) in y_p0.iter().enumerate() {
@@ -114,8 +117,8 @@ impl Reflection {
         field
     }
 
-    /// Whether the light reflected about any central direction is the same all around it: every rho_lpq with q > 0
-    /// is zero.
+    /// Whether the light reflected about any central direction is the same all around it: every rho_lpq with
+    /// q > 0 is zero.
     pub fn is_azimuth_free(&self) -> bool {
         let side = self.brdf.p().get() + 1;
         self.brdf.rho().chunks_exact(side).all(|row| row[1..].iter().all(|rho| *rho == [0.0; 3]))

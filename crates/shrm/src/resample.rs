@@ -9,10 +9,11 @@ use crate::{MapGrid, Shrm, Terms, View, frame};
 impl Shrm {
     /// The same map on another grid, local or global.
     ///
-    /// Each new texel is the bilinear blend of four old ones in the world's frame, turned into its own frame for a local
-    /// map. Zonal terms of a local map do not depend on the texels' frames; they are blended as they are and stay zonal.
-    /// On the map's own grid nothing is blended. A grid that is coarser by more than two skips texels: make such a map
-    /// from the reflection instead. Work is O(P^3) per texel, in f64 between roundings of at most two steps.
+    /// Each new texel is the bilinear blend of four old ones in the world's frame, turned into its own frame
+    /// for a local map. Zonal terms of a local map do not depend on the texels' frames; they are blended as
+    /// they are and stay zonal. On the map's own grid nothing is blended. A grid that is coarser by more than
+    /// two skips texels: make such a map from the reflection instead. Work is O(P^3) per texel, in f64
+    /// between roundings of at most two steps.
     pub fn resampled(&self, grid: MapGrid, view: View) -> Self {
         if grid == self.grid() && view == self.view() {
             return self.clone();
@@ -58,6 +59,6 @@ fn blend(map: &Shrm, central: Direction) -> Vec<[f64; 3]> {
 /// Coefficients over the world's views as ones over views in the frame of a central direction.
 fn into_frame_of(central: Direction, p: Degree, rows: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
     // A map has (P + 1)^2 rows, so that they always make an expansion.
-    let expansion = Expansion::from_rows(p, rows).unwrap_or_else(|| Expansion::zero(p));
-    rotate(&expansion, frame(central).inverse()).rows().to_vec()
+    let expansion = Expansion::from_coefficients(p, rows).unwrap_or_else(|| Expansion::zero(p));
+    rotate(&expansion, frame(central).inverse()).coefficients().to_vec()
 }

@@ -1,19 +1,20 @@
 //! How many texels a map needs for a stated error of interpolation.
 //!
 //! A renderer blends texels bilinearly at a fixed view V in the world. Between nodes a step h apart, a linear
-//! interpolant misses x (h - x) g'' / 2, whose mean square is h^4 g''^2 / 120 and whose mean is h^2 g'' / 12. For a
-//! field without a preferred direction, of wave number k, <g_aa^2> = 3/8 k^4 <g^2> along any direction a and <g_aa g_bb> =
-//! k^4 <g^2> (1 + 2 cos^2(a, b)) / 8. Over the sphere, with the steps of each grid,
+//! interpolant misses x (h - x) g'' / 2, whose mean square is h^4 g''^2 / 120 and whose mean is h^2 g'' / 12.
+//! For a field without a preferred direction, of wave number k, <g_aa^2> = 3/8 k^4 <g^2> along any direction
+//! a and <g_aa g_bb> = k^4 <g^2> (1 + 2 cos^2(a, b)) / 8. Over the sphere, with the steps of each grid,
 //!
 //! > RMS error = c k^2 RMS(g) / texels^2,
 //!
-//! c = 0.7612 for the rows of a lat-long map (steps pi / H and sin(theta) pi / H) and c = 0.2306 for the edge of a cube (steps
-//! 2 / S in the planes of its faces), with a margin of 7 percent: there gradients count too, at low degrees and at
-//! the faces' edges.
+//! c = 0.7612 for the rows of a lat-long map (steps pi / H and sin(theta) pi / H) and c = 0.2306 for the edge
+//! of a cube (steps 2 / S in the planes of its faces), with a margin of 7 percent: there gradients count too,
+//! at low degrees and at the faces' edges.
 //!
 //! The field is not of one wave number, and its frames turn: one term of B at a fixed V is D^l_mq(C) times
-//! Y_pq(R^-1 V), a product of degrees l and p whose scalar degrees lambda run from |l - p| to l + p. The mean of k^4 =
-//! (lambda (lambda + 1))^2 over all C and V is that of the square of (L + P)^2 in the state |l q> |p -q>:
+//! Y_pq(R^-1 V), a product of degrees l and p whose scalar degrees lambda run from |l - p| to l + p. The mean
+//! of k^4 = (lambda (lambda + 1))^2 over all C and V is that of the square of (L + P)^2 in the state |l q> |p
+//! -q>:
 //!
 //! > <k^4> = (a - 2 q^2)^2 + u(q) + u(-q), a = l (l+1) + p (p+1), u(q) = (l (l+1) - q (q+1)) (p (p+1) - q (q+1)),
 //!
@@ -37,8 +38,8 @@ pub enum MapLayout {
 pub struct Resolution {
     /// Rows of a lat-long map, or the edge of a cube face.
     pub texels: usize,
-    /// The estimated error of interpolation at that resolution: RMS over all central directions and views, divided by RMS
-    /// radiance.
+    /// The estimated error of interpolation at that resolution: RMS over all central directions and views,
+    /// divided by RMS radiance.
     pub estimated_error: f64,
 }
 
@@ -51,8 +52,9 @@ impl MapLayout {
         }
     }
 
-    /// Paper 1, section 5.2: 10 F texels from pole to pole serve in general; a face of a cube spans half of that. Seen from
-    /// the world, the field varies with the central direction as fast as with the view: P counts where it is higher.
+    /// Paper 1, section 5.2: 10 F texels from pole to pole serve in general; a face of a cube spans half of
+    /// that. Seen from the world, the field varies with the central direction as fast as with the view: P
+    /// counts if it is higher.
     fn most(self, degree: usize) -> usize {
         match self {
             Self::LatLong => 10 * degree,
@@ -62,12 +64,14 @@ impl MapLayout {
 }
 
 impl Reflection {
-    /// The least resolution, a multiple of 4, whose estimated error of bilinear interpolation is at most `error`, the
-    /// RMS over all central directions and views divided by RMS radiance; at least 4, and at most the 10 F rows of the
-    /// paper (5 F along the edge of a cube), where the estimate may stay above `error`.
+    /// The least resolution, a multiple of 4, whose estimated error of bilinear interpolation is at most
+    /// `error`, the RMS over all central directions and views divided by RMS radiance; at least 4, and at
+    /// most the 10 F rows of the paper (5 F along the edge of a cube), at which the estimate may stay above
+    /// `error`.
     ///
-    /// The estimate counts interpolation alone, not what the degrees F and P leave out. Tests: the measured error is 0.8 to
-    /// 1 times the estimate where that is 0.012 or less, and 0.5 to 1 times where it is 0.1 or less.
+    /// The estimate counts interpolation alone, not what the degrees F and P leave out. Tests: the measured
+    /// error is 0.8 to 1 times the estimate if that is 0.012 or less, and 0.5 to 1 times if it is 0.1 or
+    /// less.
     ///
     /// # Example: twice as many rows make a quarter of the error
     /// ```
@@ -88,7 +92,7 @@ impl Reflection {
         let scale = layout.constant() * self.curvature();
         let degree = self.brdf().f().max(self.brdf().p()).get();
         let most = layout.most(degree).next_multiple_of(4).max(4);
-        // A demand of zero, or none at all, gets the most.
+        // An error of zero, or one that is not a number, gets the highest resolution.
         let wanted = (scale / error).sqrt();
         let texels =
             if wanted < most as f64 { (wanted.ceil() as usize).next_multiple_of(4).max(4) } else { most };
@@ -126,8 +130,8 @@ fn fourth_power(l: f64, p: f64, q: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// States of one degree only: p = 0 leaves lambda = l; l = p = 1 with q = 0 is 1/3 of lambda = 0 and 2/3 of 2,
-    /// with q = 1 it is 1/3, 1/2 and 1/6 of 0, 1 and 2 (Clebsch-Gordan).
+    /// States of one degree only: p = 0 leaves lambda = l; l = p = 1 with q = 0 is 1/3 of lambda = 0 and 2/3
+    /// of 2, with q = 1 it is 1/3, 1/2 and 1/6 of 0, 1 and 2 (Clebsch-Gordan).
     #[test]
     fn the_mean_wave_number_is_that_of_the_scalar_degrees() {
         for l in [0.0, 1.0, 7.0] {

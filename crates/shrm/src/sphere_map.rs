@@ -1,13 +1,13 @@
 //! View maps as sphere maps: what a mirror ball shows to the view (Cabral, Olano and Nemec 1999).
 //!
-//! The ball is seen from the view V: the centre of its image is the central direction V itself, its whole rim the one
-//! direction -V ([`sphere::MirrorBall`] has the mapping), about which it holds little: its last texel
-//! is sqrt(16 / N) radians wide on a ball of N texels. Up is toward +Z, that is against theta of V, and right is along
-//! phi of V; a view along +-Z takes phi = 0.
+//! The ball is seen from the view V: the centre of its image is the central direction V itself, its whole rim
+//! the one direction -V ([`sphere::MirrorBall`] has the mapping), about which it holds little: its last texel
+//! is sqrt(16 / N) radians wide on a ball of N texels. Up is toward +Z, that is against theta of V, and right
+//! is along phi of V; a view along +-Z takes phi = 0.
 //!
-//! The map of one view is a function of the central direction of degree F + P: B_pq(C) has degree F and spin q, the
-//! rotation into the world has degree p, and in their sum the spins cancel. So it is expanded exactly from the rows of a
-//! lat-long grid, turned into the frame of the ball and evaluated at each texel.
+//! The map of one view is a function of the central direction of degree F + P: B_pq(C) has degree F and spin
+//! q, the rotation into the world has degree p, and in their sum the spins cancel. So it is expanded exactly
+//! from the rows of a lat-long grid, turned into the frame of the ball and evaluated at each texel.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,12 +33,12 @@ pub fn sphere_map_rows(f: Degree, p: Degree) -> usize {
 
 /// Sphere maps of `edge` x `edge` texels for views in the world, shape [views, edge, edge].
 ///
-/// From a lat-long map each is the map's field at the texel's central direction, to f32 rounding, where the map was made
-/// on [`sphere_map_rows`] rows or more; work is O(F^2) per texel. Texels outside the disk repeat its rim. From a
-/// cube texels are interpolated between those of the cube.
+/// From a lat-long map each is the map's field at the texel's central direction, to f32 rounding, if the map
+/// was made on [`sphere_map_rows`] rows or more; work is O(F^2) per texel. Texels outside the disk repeat its
+/// rim. From a cube texels are interpolated between those of the cube.
 ///
 /// # Errors
-/// Where the map has so many rows that their degree is past [`Degree::MAX`].
+/// If the map has so many rows that their degree is past [`Degree::MAX`].
 pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[f32; 3]>, TransformError> {
     let mut maps = vec![[0.0; 3]; views.len() * edge * edge];
     let ball = MirrorBall { edge };
@@ -78,11 +78,11 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
     Ok(maps)
 }
 
-/// Sphere maps looked up on another grid: for each map its axes as [`sphere_map_axes`] gives them, and pixels of shape
-/// [views, edge, edge]; the result has shape [views, texels]. Interpolated bilinearly.
+/// Sphere maps looked up on another grid: for each map its axes as [`sphere_map_axes`] gives them, and pixels
+/// of shape [views, edge, edge]; the result has shape [views, texels]. Interpolated bilinearly.
 ///
 /// # Panics
-/// Where there are fewer pixels than maps of `edge` x `edge`.
+/// If there are fewer pixels than maps of `edge` x `edge`.
 pub fn from_sphere_maps(
     edge: usize,
     axes: &[[Direction; 3]],
@@ -117,7 +117,7 @@ fn expand(grid: LatLong, pixels: &[[f32; 3]]) -> Result<Expansion, TransformErro
 
 fn sum(field: &Expansion, y: &[f64]) -> [f32; 3] {
     let mut sum = [0.0; 3];
-    for (row, y) in field.rows().iter().zip(y) {
+    for (row, y) in field.coefficients().iter().zip(y) {
         for channel in 0..3 {
             sum[channel] += row[channel] * y;
         }

@@ -1,21 +1,23 @@
-//! Explicit reflection maps for T x T views: the full four-dimensional table (paper 1, section 5.2 and appendix C).
+//! Explicit reflection maps for T x T views: the full four-dimensional table (paper 1, section 5.2 and
+//! appendix C).
 //!
-//! The views are the texels of a lat-long image of T rows and T columns: theta_j = pi (j + 1/2) / T and
-//! phi_k = 2 pi (1/2 - (k + 1/2) / T). They are over V in the world where the map that they are made from is global, and
-//! over w_o in the frame of each texel where it is local (the paper's B(alpha, beta, theta_o, phi_o)). Global maps suit a
-//! renderer better: each is a plain reflection map, smooth over the sphere, while local ones turn about
-//! the poles with the frames of their texels, so that every tap needs a view of its own.
+//! The views are the texels of a lat-long image of T rows and T columns: theta_j = pi (j + 1/2) / T and phi_k
+//! = 2 pi (1/2 - (k + 1/2) / T). They are V in the world if the map that they are made from is global, and
+//! w_o in the frame of each texel if it is local (the paper's B(alpha, beta, theta_o, phi_o)). Global maps
+//! suit a renderer better: each is a plain reflection map, smooth over the sphere, while local ones turn
+//! about the poles with the frames of their texels, so that every tap needs a view of its own.
 //!
 //! With Y_pq = f_p|q|(theta) times cos(q phi) or sin(|q| phi), the sums separate:
 //!
 //! > c_q(theta) = sum over p of B_pq f_pq(theta), s_q likewise of B_p,-q,
 //! > B(theta, phi) = sum over q of c_q(theta) cos(q phi) + s_q(theta) sin(q phi),
 //!
-//! O(P^2) for each texel and theta, O(P) for each texel and view: O(P) for each value where T > P.
+//! O(P^2) for each texel and theta, O(P) for each texel and view: O(P) for each value if T > P.
 
 use brdf::Centre;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::f64x4::Level;
 use sh::{Basis, Degree};
 use sphere::{Direction, LatLong};
 
@@ -32,8 +34,8 @@ pub struct ViewMaps {
 }
 
 impl ViewMaps {
-    /// The maps of a spherical harmonic reflection map for `side` x `side` views, over the directions that its
-    /// coefficients are over; `None` where `side` is 0.
+    /// The maps of a spherical harmonic reflection map for `side` x `side` views, over the directions that
+    /// its coefficients are over; `None` if `side` is 0.
     pub fn from_shrm(map: &Shrm, side: usize) -> Option<Self> {
         if side == 0 {
             return None;
@@ -46,15 +48,15 @@ impl ViewMaps {
         for map in maps.chunks_exact_mut(grid.len()) {
             runs.iter_mut().zip(map.chunks_mut(BLOCK)).for_each(|(runs, run)| runs.push(run));
         }
-        let arch = Arch::new();
+        let level = Level::detect();
         let values = map.values().par_chunks(BLOCK * map.rows());
         runs.into_par_iter().zip(values).for_each(|(runs, values)| {
-            arch.dispatch(Block { views: &terms, values, runs });
+            level.run(Block { views: &terms, values, runs });
         });
         Some(Self { grid, view: map.view(), centre: map.centre(), side, maps })
     }
 
-    /// The maps as a renderer has them, shape [T, T, texels], rows of theta, columns of phi; `None` where their
+    /// The maps as a renderer has them, shape [T, T, texels], rows of theta, columns of phi; `None` if their
     /// number does not fit or there is none.
     pub fn new(grid: MapGrid, view: View, centre: Centre, side: usize, maps: Vec<[f32; 3]>) -> Option<Self> {
         let fits = side > 0 && !grid.is_empty() && maps.len() == side * side * grid.len();
@@ -81,7 +83,7 @@ impl ViewMaps {
         self.side
     }
 
-    /// The T x T views, row by row, in the frame that [`ViewMaps::view`] says.
+    /// The T x T views, row by row, in the frame that [`ViewMaps::view`] names.
     pub fn views(&self) -> Vec<Direction> {
         let views = LatLong { width: self.side, height: self.side };
         (0..views.len()).map(|k| views.direction(k / self.side, k % self.side)).collect()
@@ -90,7 +92,7 @@ impl ViewMaps {
     /// The map of a view; shape as [`MapGrid::shape`].
     ///
     /// # Panics
-    /// Where `view` is not below T x T.
+    /// If `view` is not below T x T.
     pub fn map(&self, view: usize) -> &[[f32; 3]] {
         &self.maps[view * self.grid.len()..][..self.grid.len()]
     }
@@ -100,9 +102,9 @@ impl ViewMaps {
         &self.maps
     }
 
-    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only these maps
-    /// interpolates it: bilinear in the maps and bilinear between the views; of a local table each of the four
-    /// texels takes the view in its own frame.
+    /// Radiance toward `view` (the world's frame) about a central direction, as a renderer that has only
+    /// these maps interpolates it: bilinear in the maps and bilinear between the views; of a local table each
+    /// of the four texels takes the view in its own frame.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f32; 3] {
         let views = MapGrid::LatLong(LatLong { width: self.side, height: self.side });
         let taps = self.grid.taps(central);
@@ -123,8 +125,8 @@ impl ViewMaps {
         sum.map(|value| value as f32)
     }
 
-    /// A map with all terms fitted to the views, by least squares for each texel ([`fit_views`]), local or global as
-    /// these are.
+    /// A map with all terms fitted to the views, by least squares for each texel ([`fit_views`]), local or
+    /// global as these are.
     ///
     /// T x T views determine P = (T - 1) / 2: a field with no more comes back to f32 rounding.
     ///
@@ -135,8 +137,8 @@ impl ViewMaps {
     }
 }
 
-/// Texels that are computed at once: their coefficients and sums stay in the nearest caches, and what they write into
-/// one map is a run of 1.5 kB.
+/// Texels that are computed at once: their coefficients and sums stay in the nearest caches, and what they
+/// write into one map is a run of 1.5 kB.
 const BLOCK: usize = 128;
 
 /// The harmonics of all views, in factors.
@@ -244,7 +246,7 @@ fn total<S: Simd, const WIDE: usize>(
             let factor = simd.splat_f32s(factor);
             let row = &rows[row * vectors + tile * WIDE..][..WIDE];
             for i in 0..WIDE {
-                total[i] = simd.mul_add_e_f32s(factor, row[i], total[i]);
+                total[i] = simd.mul_add_f32s(factor, row[i], total[i]);
             }
         }
         sums.copy_from_slice(&total);

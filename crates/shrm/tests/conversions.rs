@@ -16,7 +16,8 @@ use sphere::{Cube, Direction, LatLong, MirrorBall};
 const GRIDS: [MapGrid; 2] =
     [MapGrid::LatLong(LatLong { width: 10, height: 6 }), MapGrid::Cube(Cube { edge: 4 })];
 
-/// Values are sums of some 50 coefficients up to 1 with factors up to 1, kept as f32: 6e-8 of numbers up to 10.
+/// Values are sums of some 50 coefficients up to 1 with factors up to 1, kept as f32: 6e-8 of numbers up to
+/// 10.
 const F32: f64 = 2e-6;
 
 /// Numbers in [-1, 1] that look random, the same each time.
@@ -32,7 +33,7 @@ fn noise() -> impl FnMut() -> f64 {
 fn reflection(p: usize, azimuth: usize) -> Reflection {
     let (f, mut next) = (Degree::new(5).unwrap(), noise());
     let rows = (0..f.rows()).map(|_| [next(), next(), next()]).collect();
-    let lighting = Expansion::from_rows(f, rows).unwrap();
+    let lighting = Expansion::from_coefficients(f, rows).unwrap();
     let mut rho = Vec::new();
     for l in 0..=5 {
         for k in 0..(p + 1) * (p + 1) {
@@ -104,7 +105,8 @@ fn twelve_views_hold_a_global_map_of_degree_2() {
     assert_eq!(failure.to_string(), "degree P = 3 has 16 coefficients, more than 12 views determine");
 }
 
-/// Degree 3 is orthogonal to degrees 0 to 2 on the vertices (their products have degree 5): what is lost is the residual.
+/// Degree 3 is orthogonal to degrees 0 to 2 on the vertices (their products have degree 5): what is lost is
+/// the residual.
 #[test]
 fn twelve_views_lose_degree_3_and_say_how_much() {
     let local = map(&reflection(3, 3), GRIDS[1]);
@@ -265,7 +267,7 @@ fn what_cannot_be_fitted_is_told() {
     };
     let circle: Vec<_> = (0..12).map(|k| Direction::from_angles(1.0, 0.5 * f64::from(k))).collect();
     let black = vec![[0.0; 3]; 12 * grid.len()];
-    // Views on one circle cannot tell the degrees of q = 0 apart.
+    // Views on one circle do not determine the degrees of q = 0.
     assert!(matches!(
         fit(&circle, &black, 2).unwrap_err(),
         FitError::Undetermined { p: 2, views: 12, condition } if condition.is_infinite()
@@ -302,8 +304,9 @@ fn conversions_are_the_same_with_any_number_of_threads() {
     assert_eq!(with(1), with(3));
 }
 
-/// From the rows that hold degree F + P every texel of a sphere map is the reflection at its central direction, where
-/// a viewer sees it: the centre is the view itself, right and up as the axes say. From a cube it is interpolated.
+/// From the rows that hold degree F + P every texel of a sphere map is the reflection at its central
+/// direction, where a viewer sees it: the centre is the view itself, right and up as the axes say. From a
+/// cube it is interpolated.
 #[test]
 fn sphere_maps_are_the_reflection_as_a_ball_shows_it() {
     let reflection = reflection(2, 2);
@@ -332,8 +335,8 @@ fn sphere_maps_are_the_reflection_as_a_ball_shows_it() {
     assert!(difference(&rough, &maps) < 0.1 && difference(&rough, &maps) > 1e-4);
 }
 
-/// A ball of N texels has 4 / N radians a texel in its middle, and interpolation is off by h^2 / 8 times l^2 = 49 of
-/// values around 2. The last texel before the rim is sqrt(8 x 2 / N) = 0.25 radians wide.
+/// A ball of N texels has 4 / N radians a texel in its middle, and interpolation is off by h^2 / 8 times l^2
+/// = 49 of values around 2. The last texel before the rim is sqrt(8 x 2 / N) = 0.25 radians wide.
 #[test]
 fn sphere_maps_come_back_to_a_grid() {
     let reflection = reflection(2, 2);
@@ -354,7 +357,8 @@ fn sphere_maps_come_back_to_a_grid() {
     }
 }
 
-/// At the texels of the old grid nothing is interpolated; between them error falls with the square of their size.
+/// At the texels of the old grid nothing is interpolated; between them error falls with the square of their
+/// size.
 #[test]
 fn a_map_moves_to_another_grid() {
     let reflection = reflection(2, 2);

@@ -38,7 +38,7 @@ pub fn encode(lighting: &Expansion, preset: Preset, recipe: Option<&str>) -> Res
     if recipe.is_some_and(|recipe| serde_json::from_str::<&RawValue>(recipe).is_err()) {
         return Err(unwritable("the recipe is not JSON"));
     }
-    if !lighting.rows().as_flattened().iter().all(|value| value.is_finite()) {
+    if !lighting.coefficients().as_flattened().iter().all(|value| value.is_finite()) {
         return Err(unwritable("a coefficient is not finite"));
     }
     let mut members = vec![("preset", json!(preset.name()).to_string())];
@@ -75,7 +75,7 @@ pub fn decode(bytes: &[u8]) -> Result<Expansion, Error> {
     if !file.coefficients.as_flattened().iter().all(|value| value.is_finite()) {
         return Err(Error::damaged("`coefficients`: expected finite numbers"));
     }
-    Expansion::from_rows(degree, file.coefficients).ok_or_else(|| {
+    Expansion::from_coefficients(degree, file.coefficients).ok_or_else(|| {
         Error::damaged(format!(
             "`coefficients`: expected {} rows for degree {}, found {rows}",
             degree.rows(),

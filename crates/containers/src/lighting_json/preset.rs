@@ -175,7 +175,7 @@ impl Preset {
             Self::Unity => unity(&lighting),
             _ => vec![Table {
                 name: "coefficients",
-                rows: lighting.rows().iter().map(|row| row.to_vec()).collect(),
+                rows: lighting.coefficients().iter().map(|row| row.to_vec()).collect(),
                 single: false,
             }],
         }
@@ -198,7 +198,7 @@ impl Preset {
 fn scale(lighting: &mut Expansion, factor: impl Fn(usize, isize) -> f64) {
     for l in 0..=lighting.degree().get() {
         for m in -(l as isize)..=l as isize {
-            let row = &mut lighting.rows_mut()[(l * l + l).wrapping_add_signed(m)];
+            let row = &mut lighting.coefficients_mut()[(l * l + l).wrapping_add_signed(m)];
             *row = row.map(|value| value * factor(l, m));
         }
     }
@@ -227,7 +227,7 @@ fn constant(l: usize, m: isize) -> f64 {
 
 /// Unity's seven vectors: the constant of 3zz - 1 joins that of 1.
 fn unity(polynomial: &Expansion) -> Vec<Table> {
-    let c = polynomial.rows();
+    let c = polynomial.coefficients();
     let single = |name, row: Vec<f64>| Table { name, rows: vec![row], single: true };
     let linear = |name, k: usize| single(name, vec![c[3][k], c[1][k], c[2][k], c[0][k] - c[6][k]]);
     let quadratic = |name, k: usize| single(name, vec![c[4][k], c[5][k], 3.0 * c[6][k], c[7][k]]);
@@ -260,7 +260,7 @@ mod tests {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
-        Expansion::from_rows(degree, (0..degree.rows()).map(|_| [random(), random(), random()]).collect())
+        Expansion::from_coefficients(degree, (0..degree.rows()).map(|_| [random(), random(), random()]).collect())
             .unwrap()
     }
 
@@ -418,7 +418,7 @@ mod tests {
         // One coefficient of degree 1 stays one coefficient, exactly; so does x^2 - y^2 of Unreal's frame.
         let alone = |row: usize| {
             let mut lighting = Expansion::zero(Degree::new(2).unwrap());
-            lighting.rows_mut()[row] = [1.0; 3];
+            lighting.coefficients_mut()[row] = [1.0; 3];
             lighting
         };
         let cases = [Preset::DirectX, Preset::Unreal, Preset::Three].map(|preset| (preset, 2));
@@ -438,7 +438,7 @@ mod tests {
                 lighting(5).to_degree(Degree::new(preset.degree(Degree::new(5).unwrap())).unwrap());
             let norm = |rows: &[[f64; 3]]| rows.as_flattened().iter().map(|value| value * value).sum::<f64>();
             let turned = frame::seen_in(&lighting, preset.frame().unwrap());
-            assert!((norm(turned.rows()) / norm(lighting.rows()) - 1.0).abs() < 1e-15 * 36.0);
+            assert!((norm(turned.coefficients()) / norm(lighting.coefficients()) - 1.0).abs() < 1e-15 * 36.0);
         }
     }
 

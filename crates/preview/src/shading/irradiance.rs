@@ -21,7 +21,7 @@ impl Irradiance {
     /// Of a lighting; what it lacks of degree 2 is 0.
     pub fn new(lighting: &Expansion) -> Self {
         let mut rows = [Vec3::ZERO; 9];
-        for (row, (value, out)) in lighting.rows().iter().zip(&mut rows).enumerate() {
+        for (row, (value, out)) in lighting.coefficients().iter().zip(&mut rows).enumerate() {
             let share = SHARES[row.isqrt()];
             *out = Vec3::from_array(value.map(|value| (value * share) as f32));
         }
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn a_light_of_degree_0_is_the_same_from_everywhere() {
-        let light = Irradiance::new(&Expansion::from_rows(Degree::ZERO, vec![[1.0, 2.0, 3.0]]).unwrap());
+        let light = Irradiance::new(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0, 2.0, 3.0]]).unwrap());
         for (surface, _) in surfaces() {
             let y_00 = 0.25_f64.sqrt() / std::f64::consts::PI.sqrt();
             assert!(apart(irradiance(&light, &surface), [y_00, 2.0 * y_00, 3.0 * y_00]) < 1e-6);

@@ -70,7 +70,7 @@ pub(crate) fn reflection(centre: brdf::Centre, f: usize, p: usize) -> shrm::Refl
     let degree = |l| sh::Degree::new(l).unwrap();
     let wave = |row: usize| [0, 1, 2].map(|channel| ((row * 37 + channel * 11) as f64).sin());
     let rows = (0..(f + 1) * (f + 1)).map(|row| wave(row).map(|value| value / (1.0 + row.isqrt() as f64)));
-    let sky = sh::Expansion::from_rows(degree(f), rows.collect()).unwrap();
+    let sky = sh::Expansion::from_coefficients(degree(f), rows.collect()).unwrap();
     let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];
     for l in 0..=f {
         for p_ in 0..=p {

@@ -2,21 +2,22 @@
 
 use std::f64::consts::TAU;
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::fourier::{AnalyseRows, Sample};
+use super::fourier::{FourierScratch, Sample};
 use super::grid::Grid;
-use super::lanes::{Kernel, LANES, Lane, Simd};
-use super::resample::Resample;
-use super::sums::{Group, ODD, PARTS, Project, Rows};
-use super::{Plan, Workspace, order_pairs, split};
+use super::plan::{TransformPlan, Workspace, order_pairs, split};
+use super::resample::{Resample, ResampleScratch};
+use super::sums::{Group, ODD, PARTS, Project};
+use crate::f64x4::{F64x4, LANES, load, store};
 use crate::legendre::Recurrence;
 use crate::{Expansion, quadrature};
 
 /// How a grid integrates along theta.
 pub(super) enum Colatitude {
     /// A weight w for each northern row, in fours, zeros past the last: w for even parts, w x for odd ones.
-    Weights(Vec<[Lane; 2]>),
+    Weights(Vec<[F64x4; 2]>),
     /// Pixel-centred rows past half of their degree.
     Resample(Resample),
 }
@@ -25,12 +26,13 @@ pub(super) enum Colatitude {
 const DEGREES: usize = 8;
 
 impl Colatitude {
-    pub(super) fn new(grid: &Grid, rows: &Rows, degree: usize) -> Self {
+    pub(super) fn new(plan: &TransformPlan) -> Self {
+        let TransformPlan { grid, rows, degree, level, .. } = plan;
         let (height, width) = (grid.height(), grid.width());
         let scale = TAU / width as f64;
         let weights = match grid {
-            Grid::LatLong(_) if 2 * degree > height - 1 => {
-                return Self::Resample(Resample::new(height, scale));
+            Grid::LatLong(_) if 2 * *degree > height - 1 => {
+                return Self::Resample(Resample::new(*level, height, scale));
             }
             Grid::LatLong(_) => quadrature::fejer(height),
             Grid::Gauss(grid) => grid.weights().to_vec(),
@@ -38,7 +40,7 @@ impl Colatitude {
         let northern = &weights[..height.div_ceil(2)];
         let lanes = northern.chunks(LANES).zip(&rows.cosine).map(|(weights, cosine)| {
             let even = std::array::from_fn(|lane| weights.get(lane).map_or(0.0, |weight| scale * weight));
-            [Lane(even), Lane(std::array::from_fn(|lane| even[lane] * cosine.0[lane]))]
+            [F64x4(even), F64x4::from_fn(|lane| even[lane] * cosine.0[lane])]
         });
         Self::Weights(lanes.collect())
     }
@@ -48,14 +50,14 @@ impl Colatitude {
 struct Scratch {
     recurrence: Recurrence,
     columns: [Vec<Group>; 2],
-    current: Vec<Lane>,
-    previous: Vec<Lane>,
+    current: Vec<F64x4>,
+    previous: Vec<F64x4>,
     sums: Vec<Group>,
-    resample: Option<super::resample::ResampleScratch>,
+    resample: ResampleScratch,
 }
 
 pub(super) fn analyse_into<T: Sample>(
-    plan: &Plan,
+    plan: &TransformPlan,
     colatitude: &Colatitude,
     pixels: &[[T; 3]],
     expansion: &mut Expansion,
@@ -64,46 +66,43 @@ pub(super) fn analyse_into<T: Sample>(
     plan.with_workspace(|workspace| {
         let Workspace { groups, orders } = workspace;
         let count = plan.degree + 1;
-        groups.par_chunks_mut(count).enumerate().for_each_init(
-            || plan.fourier.scratch(),
-            |scratch, (group, output)| {
-                plan.level.run(AnalyseRows { fourier: &plan.fourier, group, pixels, scratch, output });
-            },
-        );
+        groups
+            .par_chunks_mut(count)
+            .enumerate()
+            .for_each_init(FourierScratch::default, |scratch, (group, output)| {
+                plan.fourier.analyse(group, pixels, scratch, output)
+            });
 
         let pairs = order_pairs(plan.degree);
         let lengths = pairs.iter().map(|pair| pair.clone().map(|m| count - m).sum());
         let parts = split(orders, lengths);
         pairs.into_par_iter().zip(parts).for_each_init(
-            || Scratch::new(plan, colatitude),
+            || Scratch::new(plan),
             |scratch, (pair, output)| scratch.integrate(plan, colatitude, groups, pair, output),
         );
 
-        reorder(plan.degree, orders, expansion.rows_mut());
+        reorder(plan.degree, orders, expansion.coefficients_mut());
     });
 }
 
 impl Scratch {
-    fn new(plan: &Plan, colatitude: &Colatitude) -> Self {
-        let column = || vec![[Lane::ZERO; PARTS]; plan.rows.groups()];
-        let lanes = || vec![Lane::ZERO; plan.rows.groups()];
+    fn new(plan: &TransformPlan) -> Self {
+        let column = || vec![[F64x4::ZERO; PARTS]; plan.rows.groups()];
+        let lanes = || vec![F64x4::ZERO; plan.rows.groups()];
         Self {
             recurrence: Recurrence::default(),
             columns: [column(), column()],
             current: lanes(),
             previous: lanes(),
             sums: Vec::new(),
-            resample: match colatitude {
-                Colatitude::Weights(_) => None,
-                Colatitude::Resample(resample) => Some(resample.scratch()),
-            },
+            resample: ResampleScratch::default(),
         }
     }
 
     /// The coefficients of one or two orders, by m, then l.
     fn integrate(
         &mut self,
-        plan: &Plan,
+        plan: &TransformPlan,
         colatitude: &Colatitude,
         groups: &[Group],
         pair: std::ops::Range<usize>,
@@ -119,12 +118,12 @@ impl Scratch {
                 }
             }
         }
-        if let (Colatitude::Resample(resample), Some(scratch)) = (colatitude, &mut self.resample) {
+        if let Colatitude::Resample(resample) = colatitude {
             let [first, second] = &mut self.columns;
             if pair.len() == 1 {
-                second.fill([Lane::ZERO; PARTS]);
+                second.fill([F64x4::ZERO; PARTS]);
             }
-            resample.apply(first, second, scratch);
+            resample.apply(first, second, &mut self.resample);
             for column in [first, second] {
                 for (values, cosine) in column.iter_mut().zip(&plan.rows.cosine) {
                     values[ODD..].iter_mut().for_each(|value| multiply(value, cosine));
@@ -134,7 +133,7 @@ impl Scratch {
         let mut output = output;
         for (m, column) in pair.zip(&mut self.columns) {
             self.recurrence.prepare(m, plan.degree);
-            self.sums.resize(self.recurrence.steps().len(), [Lane::ZERO; PARTS]);
+            self.sums.resize(self.recurrence.steps().len(), [F64x4::ZERO; PARTS]);
             plan.level.run(Project {
                 rows: &plan.rows,
                 recurrence: &self.recurrence,
@@ -155,27 +154,27 @@ impl Scratch {
 struct Gather<'a> {
     input: &'a [Group],
     count: usize,
-    weights: &'a [[Lane; 2]],
+    weights: &'a [[F64x4; 2]],
     column: &'a mut [Group],
 }
 
-impl Kernel for Gather<'_> {
+impl WithSimd for Gather<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let inputs = self.input.iter().step_by(self.count);
         for ((to, from), weights) in self.column.iter_mut().zip(inputs).zip(self.weights) {
-            let [even, odd] = [simd.load(&weights[0]), simd.load(&weights[1])];
+            let [even, odd] = [load(simd, &weights[0]), load(simd, &weights[1])];
             for part in 0..PARTS {
                 let weight = if part < ODD { even } else { odd };
-                simd.store(simd.mul(simd.load(&from[part]), weight), &mut to[part]);
+                store(simd, simd.mul_f64s(load(simd, &from[part]), weight), &mut to[part]);
             }
         }
     }
 }
 
-fn multiply(value: &mut Lane, factor: &Lane) {
+fn multiply(value: &mut F64x4, factor: &F64x4) {
     value.0.iter_mut().zip(factor.0).for_each(|(value, factor)| *value *= factor);
 }
 

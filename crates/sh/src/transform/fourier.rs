@@ -10,15 +10,12 @@
 //! ```
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use pulp::{Simd, WithSimd};
 
-use super::lanes::{Kernel, LANES, Lane, Simd};
-use super::sums::{Group, ODD};
-
-type C64 = Complex<f64>;
+use super::sums::{Group, ODD, PARTS};
+use crate::f64x4::{F64x4, LANES, Level, load, store};
+use crate::fft::{self, Complex4, Fft, cis};
 
 /// A channel of a pixel: `f32` or `f64`.
 pub trait Sample: Copy + Send + Sync + private::Sealed {
@@ -66,206 +63,190 @@ impl Sample for f64 {
     }
 }
 
-/// The FFT of one grid's rows for m = 0 ..= degree.
+/// The Fourier transform of one grid's rows for m = 0 ..= degree.
 pub(crate) struct Fourier {
+    level: Level,
     width: usize,
     height: usize,
-    fft: Arc<dyn Fft<f64>>,
+    fft: Fft,
     /// u_m of the module text, m = 0 ..= degree.
-    turns: Vec<C64>,
+    turns: Vec<[f64; 2]>,
 }
 
 /// Memory of one task.
+#[derive(Default)]
 pub(crate) struct FourierScratch {
-    /// Four pairs of rows as complex rows, by channel, then pair.
-    rows: Vec<C64>,
-    fft: Vec<C64>,
-    /// The groups of every m.
-    groups: Vec<Group>,
+    /// Four pairs of rows as complex rows, by channel.
+    rows: [Vec<Complex4>; 3],
+    fft: Vec<Complex4>,
 }
 
 impl Fourier {
-    pub(crate) fn new(width: usize, height: usize, degree: usize) -> Self {
+    pub(crate) fn new(level: Level, width: usize, height: usize, degree: usize) -> Self {
         let turns = (0..=degree)
             .map(|m| {
                 let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
-                C64::cis(-PI * (m % (2 * width)) as f64 / width as f64) * sign
+                cis(-PI * (m % (2 * width)) as f64 / width as f64).map(|part| sign * part)
             })
             .collect();
-        Self { width, height, fft: FftPlanner::new().plan_fft_forward(width), turns }
+        Self { level, width, height, fft: Fft::new(level, width), turns }
     }
 
-    pub(crate) fn scratch(&self) -> FourierScratch {
-        FourierScratch {
-            rows: vec![C64::ZERO; 3 * LANES * self.width],
-            fft: vec![C64::ZERO; self.fft.get_inplace_scratch_len()],
-            groups: Vec::new(),
+    /// Sums over the columns of the pairs 4 `group` .. 4 `group` + 4: `output[m]` gets E and O of every
+    /// channel.
+    pub(crate) fn analyse<T: Sample>(
+        &self,
+        group: usize,
+        pixels: &[[T; 3]],
+        scratch: &mut FourierScratch,
+        output: &mut [Group],
+    ) {
+        let (width, height) = (self.width, self.height);
+        // Past the last pair, and for the mirror of an odd height's equator, the factor of a row is 0.
+        let pairs: [[(&[[T; 3]], f64); LANES]; 2] = [false, true].map(|south| {
+            std::array::from_fn(|lane| {
+                let north = group * LANES + lane;
+                let row = north.min(height - 1);
+                let row = if south { height - 1 - row } else { row };
+                let counts = if south { 2 * north + 1 < height } else { 2 * north < height };
+                (&pixels[row * width..][..width], f64::from(u8::from(counts)))
+            })
+        });
+        let FourierScratch { rows, fft } = scratch;
+        for (channel, rows) in rows.iter_mut().enumerate() {
+            let value =
+                |(row, factor): (&[[T; 3]], f64), column: usize| factor * row[column][channel].to_f64();
+            rows.clear();
+            rows.extend(
+                (0..width).map(|column| {
+                    pairs.each_ref().map(|rows| F64x4::from_fn(|lane| value(rows[lane], column)))
+                }),
+            );
+            self.fft.run(rows, fft);
+        }
+        self.level.run(Separate { turns: &self.turns, rows, output });
+    }
+
+    /// The pixels of four pairs of rows from E and O of every m, as `input` gives them.
+    ///
+    /// `north` takes the northern rows from the first pair down, `south` their mirrors from the last pair
+    /// down (without the equator, whose row is northern).
+    pub(crate) fn synthesise<'a, T: Sample>(
+        &self,
+        input: impl Fn(usize) -> &'a Group,
+        scratch: &mut FourierScratch,
+        north: &mut [[T; 3]],
+        south: &mut [[T; 3]],
+    ) {
+        let width = self.width;
+        let FourierScratch { rows, fft } = scratch;
+        for rows in rows.iter_mut() {
+            rows.clear();
+            rows.resize(width, fft::ZERO);
+        }
+        // Copied a few at a time: the groups lie far apart, and a short loop has more of them under way.
+        for (block, turns) in self.turns.chunks(GROUPS).enumerate() {
+            let first = block * GROUPS;
+            let mut groups = [[F64x4::ZERO; PARTS]; GROUPS];
+            (0..turns.len()).for_each(|i| groups[i] = *input(first + i));
+            self.level.run(Join { first, turns, groups: &groups, rows });
+        }
+        rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
+        let pixel = |part: usize, lane: usize, column: usize| {
+            rows.each_ref().map(|rows| T::from_f64(rows[column][part].0[lane]))
+        };
+        for (lane, pixels) in north.chunks_exact_mut(width).enumerate() {
+            for (column, rgb) in pixels.iter_mut().enumerate() {
+                *rgb = pixel(0, lane, column);
+            }
+        }
+        for (lane, pixels) in south.chunks_exact_mut(width).rev().enumerate() {
+            for (column, rgb) in pixels.iter_mut().enumerate() {
+                *rgb = pixel(1, lane, column);
+            }
         }
     }
-
-    /// Pairs of rows of the grid; with an odd height the last pair is the equator alone.
-    fn pairs(&self) -> usize {
-        self.height.div_ceil(2)
-    }
 }
 
-/// Sums over the columns of the pairs 4 `group` .. 4 `group` + 4: `output[m]` gets E and O of every channel.
-pub(crate) struct AnalyseRows<'a, T> {
-    pub(crate) fourier: &'a Fourier,
-    pub(crate) group: usize,
-    pub(crate) pixels: &'a [[T; 3]],
-    pub(crate) scratch: &'a mut FourierScratch,
-    pub(crate) output: &'a mut [Group],
+/// Groups that a synthesis reads at once.
+const GROUPS: usize = 32;
+
+/// From the transforms of pairs of rows to E and O of every m.
+struct Separate<'a> {
+    turns: &'a [[f64; 2]],
+    rows: &'a [Vec<Complex4>; 3],
+    output: &'a mut [Group],
 }
 
-impl<T: Sample> Kernel for AnalyseRows<'_, T> {
+impl WithSimd for Separate<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { fourier, group, pixels, scratch, output } = self;
-        let (width, height) = (fourier.width, fourier.height);
-        for lane in 0..LANES {
-            let [red, green, blue] = channels(&mut scratch.rows, lane, width);
-            let north = group * LANES + lane;
-            if north >= fourier.pairs() {
-                [red, green, blue].into_iter().for_each(|row| row.fill(C64::ZERO));
-                continue;
-            }
-            let south = height - 1 - north;
-            let north_pixels = &pixels[north * width..][..width];
-            let south_pixels = &pixels[south * width..][..width];
-            // The equator of an odd height is a northern row without a mirror.
-            let mirrored = if north == south { 0.0 } else { 1.0 };
-            for column in 0..width {
-                let n = north_pixels[column].map(T::to_f64);
-                let s = south_pixels[column].map(T::to_f64);
-                red[column] = C64::new(n[0], s[0] * mirrored);
-                green[column] = C64::new(n[1], s[1] * mirrored);
-                blue[column] = C64::new(n[2], s[2] * mirrored);
-            }
-        }
-        fourier.fft.process_with_scratch(&mut scratch.rows, &mut scratch.fft);
-        for (channel, rows) in scratch.rows.chunks_exact(LANES * width).enumerate() {
-            for (m, (parts, turn)) in output.iter_mut().zip(&fourier.turns).enumerate() {
-                let mirror = if m == 0 { 0 } else { width - m };
-                let gather = |column: usize, part: fn(&C64) -> f64| {
-                    simd.load(&Lane(std::array::from_fn(|lane| part(&rows[lane * width + column]))))
-                };
-                let (p_re, p_im) = (gather(m, |z| z.re), gather(m, |z| z.im));
-                let (q_re, q_im) = (gather(mirror, |z| z.re), gather(mirror, |z| z.im));
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { turns, rows, output } = self;
+        for (channel, rows) in rows.iter().enumerate() {
+            for (m, (parts, [x, y])) in output.iter_mut().zip(turns).enumerate() {
+                let read = |column: usize| [0, 1].map(|part| load(simd, &rows[column][part]));
+                let ([p_re, p_im], [q_re, q_im]) = (read(m), read(if m == 0 { 0 } else { rows.len() - m }));
                 // With X_m = p and X_(W-m) = q: 2 N = p + conj q and 2 S = -i (p - conj q).
-                let (n_re, n_im) = (simd.add(p_re, q_re), simd.sub(p_im, q_im));
-                let (s_re, minus_s_im) = (simd.add(p_im, q_im), simd.sub(p_re, q_re));
-                let even = (simd.add(n_re, s_re), simd.sub(n_im, minus_s_im));
-                let odd = (simd.sub(n_re, s_re), simd.add(n_im, minus_s_im));
-                let (u_re, u_im) = (simd.splat(0.5 * turn.re), simd.splat(0.5 * turn.im));
-                let minus_u_im = simd.splat(-0.5 * turn.im);
+                let (n_re, n_im) = (simd.add_f64s(p_re, q_re), simd.sub_f64s(p_im, q_im));
+                let (s_re, minus_s_im) = (simd.add_f64s(p_im, q_im), simd.sub_f64s(p_re, q_re));
+                let even = (simd.add_f64s(n_re, s_re), simd.sub_f64s(n_im, minus_s_im));
+                let odd = (simd.sub_f64s(n_re, s_re), simd.add_f64s(n_im, minus_s_im));
+                let (u_re, u_im) = (simd.splat_f64s(0.5 * x), simd.splat_f64s(0.5 * y));
                 for (part, (re, im)) in [(2 * channel, even), (ODD + 2 * channel, odd)] {
-                    let product = simd.mul_add(re, u_re, simd.mul(im, minus_u_im));
-                    simd.store(product, &mut parts[part]);
-                    let product = simd.mul_add(re, u_im, simd.mul(im, u_re));
-                    simd.store(product, &mut parts[part + 1]);
+                    let product = simd.negate_mul_add_f64s(im, u_im, simd.mul_f64s(re, u_re));
+                    store(simd, product, &mut parts[part]);
+                    let product = simd.mul_add_f64s(re, u_im, simd.mul_f64s(im, u_re));
+                    store(simd, product, &mut parts[part + 1]);
                 }
             }
         }
     }
 }
 
-/// The pixels of four pairs of rows from E and O of every m, as `input` gives them.
-///
-/// `north` takes the northern rows from the first pair down, `south` their mirrors from the last pair down
-/// (without the equator, whose row is northern).
-pub(crate) struct SynthesiseRows<'a, T, I> {
-    pub(crate) fourier: &'a Fourier,
-    pub(crate) input: I,
-    pub(crate) scratch: &'a mut FourierScratch,
-    pub(crate) north: &'a mut [[T; 3]],
-    pub(crate) south: &'a mut [[T; 3]],
+/// From E and O of some m, `first` and up, to the terms of pairs of rows.
+struct Join<'a> {
+    first: usize,
+    turns: &'a [[f64; 2]],
+    groups: &'a [Group],
+    rows: &'a mut [Vec<Complex4>; 3],
 }
 
-impl<'a, T: Sample, I: Fn(usize) -> &'a Group> Kernel for SynthesiseRows<'_, T, I> {
+impl WithSimd for Join<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { fourier, input, scratch, north, south } = self;
-        let width = fourier.width;
-        let degree = fourier.turns.len() - 1;
-        // Coarser than the function, frequencies fold onto each other.
-        let folds = degree >= width - degree.min(width);
-        for row in scratch.rows.chunks_exact_mut(width) {
-            if folds {
-                row.fill(C64::ZERO);
-            } else {
-                row[degree + 1..width - degree].fill(C64::ZERO);
-            }
-        }
-        // Copied first: the groups lie far apart, and a short loop has more of them under way.
-        scratch.groups.clear();
-        scratch.groups.extend((0..=degree).map(|m| *input(m)));
-        for (m, (turn, parts)) in fourier.turns.iter().zip(&scratch.groups).enumerate() {
-            // The two halves of a real cosine, except at m = 0.
-            let half = if m == 0 { 1.0 } else { 0.5 };
-            let (u_re, u_im) = (simd.splat(half * turn.re), simd.splat(half * turn.im));
-            let minus_u_re = simd.splat(-half * turn.re);
-            let (column, mirror) = (m % width, (width - m % width) % width);
-            for (channel, rows) in scratch.rows.chunks_exact_mut(LANES * width).enumerate() {
-                let part = |part: usize| simd.load(&parts[part + 2 * channel]);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { first, turns, groups, rows } = self;
+        for (channel, rows) in rows.iter_mut().enumerate() {
+            let width = rows.len();
+            for (m, ([x, y], parts)) in (first..).zip(turns.iter().zip(groups)) {
+                // The two halves of a real cosine, except at m = 0.
+                let half = if m == 0 { 1.0 } else { 0.5 };
+                let (u_re, u_im) = (simd.splat_f64s(half * x), simd.splat_f64s(half * y));
+                let part = |part: usize| load(simd, &parts[part + 2 * channel]);
                 let (e_re, e_im, o_re, o_im) = (part(0), part(1), part(ODD), part(ODD + 1));
                 // (A - i B) u for N = E + O and S = E - O
                 let turned = |a, b| {
-                    let re = simd.mul_add(a, u_re, simd.mul(b, u_im));
-                    let im = simd.mul_add(a, u_im, simd.mul(b, minus_u_re));
+                    let re = simd.mul_add_f64s(a, u_re, simd.mul_f64s(b, u_im));
+                    let im = simd.negate_mul_add_f64s(b, u_re, simd.mul_f64s(a, u_im));
                     (re, im)
                 };
-                let (n_re, n_im) = turned(simd.add(e_re, o_re), simd.add(e_im, o_im));
-                let (s_re, s_im) = turned(simd.sub(e_re, o_re), simd.sub(e_im, o_im));
-                let lanes = |vector| {
-                    let mut lane = Lane::ZERO;
-                    simd.store(vector, &mut lane);
-                    lane.0
-                };
+                let (n_re, n_im) = turned(simd.add_f64s(e_re, o_re), simd.add_f64s(e_im, o_im));
+                let (s_re, s_im) = turned(simd.sub_f64s(e_re, o_re), simd.sub_f64s(e_im, o_im));
                 // N + i S and, for the mirrored frequency, conj N + i conj S.
-                let near = (lanes(simd.sub(n_re, s_im)), lanes(simd.add(n_im, s_re)));
-                let far = (lanes(simd.add(n_re, s_im)), lanes(simd.sub(s_re, n_im)));
-                for lane in 0..LANES {
-                    let row = &mut rows[lane * width..][..width];
-                    let near = C64::new(near.0[lane], near.1[lane]);
-                    let far = C64::new(far.0[lane], far.1[lane]);
-                    if folds {
-                        row[column] += near;
-                        if m > 0 {
-                            row[mirror] += far;
-                        }
-                    } else {
-                        row[mirror] = far;
-                        row[column] = near;
+                let near = [simd.sub_f64s(n_re, s_im), simd.add_f64s(n_im, s_re)];
+                let far = [simd.add_f64s(n_re, s_im), simd.sub_f64s(s_re, n_im)];
+                // Coarser than the function, frequencies fold onto each other: terms are added.
+                let column = m % width;
+                let targets = [(column, near), ((width - column) % width, far)];
+                for (column, vector) in targets.into_iter().take(if m == 0 { 1 } else { 2 }) {
+                    for (value, part) in rows[column].iter_mut().zip(vector) {
+                        store(simd, simd.add_f64s(load(simd, value), part), value);
                     }
                 }
             }
         }
-        fourier.fft.process_with_scratch(&mut scratch.rows, &mut scratch.fft);
-        let south_rows = south.len() / width;
-        for (lane, pixels) in north.chunks_exact_mut(width).enumerate() {
-            let [red, green, blue] = channels(&mut scratch.rows, lane, width);
-            for column in 0..width {
-                pixels[column] = [red[column].re, green[column].re, blue[column].re].map(T::from_f64);
-            }
-        }
-        for (lane, pixels) in south.chunks_exact_mut(width).rev().enumerate().take(south_rows) {
-            let [red, green, blue] = channels(&mut scratch.rows, lane, width);
-            for column in 0..width {
-                pixels[column] = [red[column].im, green[column].im, blue[column].im].map(T::from_f64);
-            }
-        }
     }
-}
-
-/// The rows of one pair, for each channel.
-#[inline(always)]
-fn channels(rows: &mut [C64], lane: usize, width: usize) -> [&mut [C64]; 3] {
-    let (red, rest) = rows.split_at_mut(LANES * width);
-    let (green, blue) = rest.split_at_mut(LANES * width);
-    [red, green, blue].map(|rows| &mut rows[lane * width..][..width])
 }

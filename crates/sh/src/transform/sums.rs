@@ -3,12 +3,14 @@
 //! Rows theta and pi - theta share lambda, since P_lm is even or odd about the equator as l - m is: the even
 //! part E = N + S of a pair of rows meets only even l - m, the odd part O = N - S only odd ones.
 
-use super::lanes::{Kernel, LANES, Lane, Simd};
+use pulp::{Simd, WithSimd};
+
+use crate::f64x4::{F64x4, LANES, load, store};
 use crate::legendre::{Entry, Form, Recurrence, Sectoral, Step, enter, least_sine};
 
 /// Values that go together at four pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
 /// of the odd part O in 6 .. 12.
-pub(crate) type Group = [Lane; PARTS];
+pub(crate) type Group = [F64x4; PARTS];
 
 /// Values in a group.
 pub(crate) const PARTS: usize = 12;
@@ -24,10 +26,10 @@ const CHUNK: usize = 64;
 
 /// The northern rows of a grid (the equator included), from the pole down, in fours; the last is repeated.
 pub(crate) struct Rows {
-    pub(crate) cosine: Vec<Lane>,
-    pub(crate) sine: Vec<Lane>,
+    pub(crate) cosine: Vec<F64x4>,
+    pub(crate) sine: Vec<F64x4>,
     /// y of the recurrence's steps; the first `polar` groups use the polar form.
-    argument: Vec<Lane>,
+    argument: Vec<F64x4>,
     polar: usize,
     sectoral: Sectoral,
 }
@@ -38,8 +40,8 @@ impl Rows {
         let at = |group: usize, lane: usize| rows[(group * LANES + lane).min(rows.len() - 1)];
         let groups = rows.len().div_ceil(LANES);
         let form = |group: usize| Form::of(at(group, LANES - 1).1);
-        let lanes = |value: &dyn Fn(usize, (f64, f64)) -> f64| -> Vec<Lane> {
-            (0..groups).map(|group| Lane(std::array::from_fn(|lane| value(group, at(group, lane))))).collect()
+        let lanes = |value: &dyn Fn(usize, (f64, f64)) -> f64| -> Vec<F64x4> {
+            (0..groups).map(|group| F64x4::from_fn(|lane| value(group, at(group, lane)))).collect()
         };
         let sine = lanes(&|_, (_, sine)| sine);
         Self {
@@ -70,20 +72,20 @@ pub(crate) struct Project<'a> {
     pub(crate) recurrence: &'a Recurrence,
     pub(crate) degree: usize,
     pub(crate) columns: &'a [Group],
-    pub(crate) current: &'a mut [Lane],
-    pub(crate) previous: &'a mut [Lane],
+    pub(crate) current: &'a mut [F64x4],
+    pub(crate) previous: &'a mut [F64x4],
     pub(crate) sums: &'a mut [Group],
 }
 
-impl Kernel for Project<'_> {
+impl WithSimd for Project<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { rows, recurrence, degree, columns, mut current, mut previous, sums } = self;
         let steps = recurrence.steps();
         let least = least_sine(recurrence.order(), degree);
-        sums.fill([Lane::ZERO; PARTS]);
+        sums.fill([F64x4::ZERO; PARTS]);
         // The groups nearest the equator come first into range: of a block, those from `first` on take part.
         let mut joins = [0usize; BLOCK];
         for start in (0..rows.groups()).step_by(BLOCK) {
@@ -120,25 +122,26 @@ impl Kernel for Project<'_> {
                 }
                 if first < end {
                     let sum = &mut sums[k];
-                    let a = simd.load(&step.a);
-                    let mut total: [S::Vector; PARTS] = std::array::from_fn(|part| simd.load(&sum[part]));
+                    let a = load(simd, &step.a);
+                    let mut total: [S::f64s; PARTS] = std::array::from_fn(|part| load(simd, &sum[part]));
                     for (range, form) in
                         [(first.min(polar)..polar, Form::POLAR), (first.max(polar)..end, Form::EQUATORIAL)]
                     {
-                        let b = simd.load(step.b(form));
+                        let b = load(simd, step.b(form));
                         let states = current[range.clone()].iter().zip(&mut previous[range.clone()]);
                         let inputs = columns[range.clone()].iter().zip(&rows.argument[range]);
                         for ((now, before), (column, y)) in states.zip(inputs) {
-                            let lambda = simd.load(now);
+                            let lambda = load(simd, now);
                             for part in 0..PARTS {
-                                total[part] = simd.mul_add(lambda, simd.load(&column[part]), total[part]);
+                                total[part] =
+                                    simd.mul_add_f64s(lambda, load(simd, &column[part]), total[part]);
                             }
-                            let factor = simd.mul_add(a, simd.load(y), b);
-                            simd.store(simd.mul_add(factor, lambda, simd.load(before)), before);
+                            let factor = simd.mul_add_f64s(a, load(simd, y), b);
+                            store(simd, simd.mul_add_f64s(factor, lambda, load(simd, before)), before);
                         }
                     }
                     for part in 0..PARTS {
-                        simd.store(total[part], &mut sum[part]);
+                        store(simd, total[part], &mut sum[part]);
                     }
                 }
                 std::mem::swap(&mut current, &mut previous);
@@ -151,21 +154,21 @@ impl Kernel for Project<'_> {
 }
 
 #[inline(always)]
-fn accumulate<S: Simd>(simd: S, sum: &mut Group, lambda: &Lane, column: &Group) {
-    let lambda = simd.load(lambda);
+fn accumulate<S: Simd>(simd: S, sum: &mut Group, lambda: &F64x4, column: &Group) {
+    let lambda = load(simd, lambda);
     for part in 0..PARTS {
-        let total = simd.mul_add(lambda, simd.load(&column[part]), simd.load(&sum[part]));
-        simd.store(total, &mut sum[part]);
+        let total = simd.mul_add_f64s(lambda, load(simd, &column[part]), load(simd, &sum[part]));
+        store(simd, total, &mut sum[part]);
     }
 }
 
 #[inline(always)]
-fn advance<S: Simd>(simd: S, entry: &mut Entry, (form, argument): (Form, &Lane), steps: &[Step]) {
+fn advance<S: Simd>(simd: S, entry: &mut Entry, (form, argument): (Form, &F64x4), steps: &[Step]) {
     let step = steps[entry.step];
-    let factor = simd.mul_add(simd.load(&step.a), simd.load(argument), simd.load(step.b(form)));
-    let next = simd.mul_add(factor, simd.load(&entry.current), simd.load(&entry.previous));
+    let factor = simd.mul_add_f64s(load(simd, &step.a), load(simd, argument), load(simd, step.b(form)));
+    let next = simd.mul_add_f64s(factor, load(simd, &entry.current), load(simd, &entry.previous));
     entry.previous = entry.current;
-    simd.store(next, &mut entry.current);
+    store(simd, next, &mut entry.current);
     entry.step += 1;
 }
 
@@ -178,54 +181,59 @@ pub(crate) struct Evaluate<'a> {
     pub(crate) columns: &'a mut [Group],
 }
 
-impl Kernel for Evaluate<'_> {
+impl WithSimd for Evaluate<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { rows, recurrence, degree, terms, columns } = self;
         let steps = recurrence.steps();
         let least = least_sine(recurrence.order(), degree);
-        let mut lambda = [Lane::ZERO; CHUNK];
+        let mut lambda = [F64x4::ZERO; CHUNK];
         for (group, column) in columns.iter_mut().enumerate() {
-            *column = [Lane::ZERO; PARTS];
+            *column = [F64x4::ZERO; PARTS];
             let sine = &rows.sine[group];
             if sine.0[LANES - 1] < least {
                 continue;
             }
             let (form, argument) = (rows.form(group), &rows.argument[group]);
             let entry = enter(simd, recurrence, &rows.sectoral, group, (form, argument), |k, lambda| {
-                let lambda = simd.load(lambda);
+                let lambda = load(simd, lambda);
                 for part in 0..PARTS {
-                    let total = simd.load(&column[part]);
-                    simd.store(simd.mul_add(lambda, simd.splat(terms[k][part]), total), &mut column[part]);
+                    let total = load(simd, &column[part]);
+                    store(
+                        simd,
+                        simd.mul_add_f64s(lambda, simd.splat_f64s(terms[k][part]), total),
+                        &mut column[part],
+                    );
                 }
             });
-            // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in registers.
-            let (mut current, mut previous) = (simd.load(&entry.current), simd.load(&entry.previous));
-            let (y, cosine) = (simd.load(argument), simd.load(&rows.cosine[group]));
+            // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in
+            // registers.
+            let (mut current, mut previous) = (load(simd, &entry.current), load(simd, &entry.previous));
+            let (y, cosine) = (load(simd, argument), load(simd, &rows.cosine[group]));
             let (even_column, odd_column) = column.split_at_mut(ODD);
-            let mut even: [S::Vector; ODD] = std::array::from_fn(|part| simd.load(&even_column[part]));
-            let mut odd: [S::Vector; ODD] = std::array::from_fn(|part| simd.load(&odd_column[part]));
+            let mut even: [S::f64s; ODD] = std::array::from_fn(|part| load(simd, &even_column[part]));
+            let mut odd: [S::f64s; ODD] = std::array::from_fn(|part| load(simd, &odd_column[part]));
             for (terms, steps) in terms[entry.step..].chunks(CHUNK).zip(steps[entry.step..].chunks(CHUNK)) {
                 for ((term, step), lambda) in terms.iter().zip(steps).zip(&mut lambda) {
-                    simd.store(current, lambda);
+                    store(simd, current, lambda);
                     for part in 0..ODD {
-                        even[part] = simd.mul_add(current, simd.splat(term[part]), even[part]);
+                        even[part] = simd.mul_add_f64s(current, simd.splat_f64s(term[part]), even[part]);
                     }
-                    let factor = simd.mul_add(simd.load(&step.a), y, simd.load(step.b(form)));
-                    (current, previous) = (simd.mul_add(factor, current, previous), current);
+                    let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(form)));
+                    (current, previous) = (simd.mul_add_f64s(factor, current, previous), current);
                 }
                 for (term, lambda) in terms.iter().zip(&lambda) {
-                    let lambda = simd.load(lambda);
+                    let lambda = load(simd, lambda);
                     for part in 0..ODD {
-                        odd[part] = simd.mul_add(lambda, simd.splat(term[ODD + part]), odd[part]);
+                        odd[part] = simd.mul_add_f64s(lambda, simd.splat_f64s(term[ODD + part]), odd[part]);
                     }
                 }
             }
             for part in 0..ODD {
-                simd.store(even[part], &mut even_column[part]);
-                simd.store(simd.mul(odd[part], cosine), &mut odd_column[part]);
+                store(simd, even[part], &mut even_column[part]);
+                store(simd, simd.mul_f64s(odd[part], cosine), &mut odd_column[part]);
             }
         }
     }

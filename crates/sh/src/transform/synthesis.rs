@@ -2,20 +2,20 @@
 
 use rayon::prelude::*;
 
-use super::fourier::{Sample, SynthesiseRows};
+use super::fourier::{FourierScratch, Sample};
 use super::grid::Grid;
-use super::lanes::LANES;
+use super::plan::{TransformError, TransformPlan, Workspace, order_pairs};
 use super::sums::{Evaluate, Group, ODD, PARTS};
-use super::{Plan, TransformError, Workspace, order_pairs};
+use crate::f64x4::{LANES, Level};
 use crate::legendre::Recurrence;
 use crate::{Degree, Expansion};
 
 /// A plan for synthesis alone: the values of an expansion at the pixels of any grid, however coarse.
 ///
-/// Unlike [`crate::Transform`] it asks nothing of the numbers of rows and columns: values are those of the
-/// function at the pixel centres.
+/// Unlike [`crate::Transform`] it works with any number of rows and columns: values are those of the function
+/// at the pixel centres.
 pub struct Synthesis {
-    plan: Plan,
+    plan: TransformPlan,
     degree: Degree,
 }
 
@@ -23,13 +23,16 @@ impl Synthesis {
     /// A plan for `degree` on a [`sphere::LatLong`] or [`crate::GaussGrid`].
     ///
     /// # Errors
-    /// Where the grid has no pixel.
+    /// If the grid has no pixel.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
-        let grid = grid.into();
+        Self::at_level(Level::detect(), grid.into(), degree)
+    }
+
+    pub(super) fn at_level(level: Level, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
         if grid.is_empty() {
             return Err(TransformError::Empty { columns: grid.width(), rows: grid.height() });
         }
-        Ok(Self { plan: Plan::new(grid, degree.get()), degree })
+        Ok(Self { plan: TransformPlan::new(level, grid, degree.get()), degree })
     }
 
     /// The grid of the pixels.
@@ -42,14 +45,14 @@ impl Synthesis {
         self.degree
     }
 
-    pub(super) fn plan(&self) -> &Plan {
+    pub(super) fn plan(&self) -> &TransformPlan {
         &self.plan
     }
 
     /// The image of an expansion; its degree may be lower than that of the plan.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan.
+    /// If the expansion's degree is past that of the plan.
     pub fn synthesise<T: Sample>(&self, expansion: &Expansion) -> Vec<[T; 3]> {
         let mut pixels = vec![[T::ZERO; 3]; self.plan.grid.len()];
         self.synthesise_into(expansion, &mut pixels);
@@ -59,7 +62,7 @@ impl Synthesis {
     /// [`Synthesis::synthesise`] into memory of the caller.
     ///
     /// # Panics
-    /// Where the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
+    /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
     pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
         let plan = &self.plan;
         assert!(expansion.degree() <= self.degree, "the expansion's degree is past that of the plan");
@@ -91,10 +94,9 @@ impl Synthesis {
                 .collect();
             let groups: &[Group] = groups;
             tasks.into_par_iter().enumerate().for_each_init(
-                || plan.fourier.scratch(),
+                FourierScratch::default,
                 |scratch, (group, (north, south))| {
-                    let input = |m| &groups[m * count + group];
-                    plan.level.run(SynthesiseRows { fourier: &plan.fourier, input, scratch, north, south });
+                    plan.fourier.synthesise(|m| &groups[m * count + group], scratch, north, south);
                 },
             );
         });
@@ -112,14 +114,15 @@ struct Scratch {
 
 impl Scratch {
     /// The Fourier coefficients of one order at every pair of rows.
-    fn evaluate(&mut self, plan: &Plan, expansion: &Expansion, m: usize, column: &mut [Group]) {
+    fn evaluate(&mut self, plan: &TransformPlan, expansion: &Expansion, m: usize, column: &mut [Group]) {
         self.recurrence.prepare(m, plan.degree);
         let steps = self.recurrence.steps().len();
         self.order.clear();
         self.order.extend((m..=expansion.degree().get()).map(|l| {
             let centre = l * l + l;
-            let [r, g, b] = expansion.rows()[centre + m];
-            let [r_sine, g_sine, b_sine] = if m > 0 { expansion.rows()[centre - m] } else { [0.0; 3] };
+            let [r, g, b] = expansion.coefficients()[centre + m];
+            let [r_sine, g_sine, b_sine] =
+                if m > 0 { expansion.coefficients()[centre - m] } else { [0.0; 3] };
             [r, r_sine, g, g_sine, b, b_sine]
         }));
         self.order.resize(2 * steps + 1, [0.0; ODD]);
@@ -140,13 +143,5 @@ impl Scratch {
             terms: &self.terms,
             columns: column,
         });
-    }
-}
-
-#[cfg(test)]
-impl Synthesis {
-    /// Runs on another instruction set than the best.
-    pub(super) fn set_level(&mut self, level: super::lanes::Level) {
-        self.plan.level = level;
     }
 }

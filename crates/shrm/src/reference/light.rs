@@ -6,7 +6,8 @@ use std::ops::Range;
 use envmap::Environment;
 use sphere::{DVec3, LatLong};
 
-/// Dark texels after each row, so that a vector may reach past its end. No vector of a supported CPU is longer.
+/// Dark texels after each row, so that a vector may reach past its end. No vector of a supported CPU is
+/// longer.
 const PAD: usize = 16;
 
 /// Where a row of texels lies.
@@ -23,7 +24,8 @@ pub(super) struct Row {
 pub(super) struct Light {
     grid: LatLong,
     rows: Vec<Row>,
-    /// For each row and column, and past the last: the first lit texel there or right of there, [height, width + 1].
+    /// For each row and column, and past the last: the first lit texel there or right of there, [height,
+    /// width + 1].
     first: Vec<u32>,
     /// Radiance, as the image has it.
     radiance: Vec<[f32; 3]>,
@@ -115,8 +117,8 @@ impl Light {
 
     /// The texels whose centres lie within a cap about colatitude `alpha`, by row.
     ///
-    /// A texel at (theta, phi) is in it where cos(alpha) cos(theta) + sin(alpha) sin(theta) cos(phi - beta) is at
-    /// least `cosine`; solved for phi.
+    /// A texel at (theta, phi) is in it if cos(alpha) cos(theta) + sin(alpha) sin(theta) cos(phi - beta) is
+    /// at least `cosine`; solved for phi.
     pub(super) fn within(&self, alpha: f64, cosine: f64) -> Vec<Span> {
         let (sin_alpha, cos_alpha) = alpha.sin_cos();
         let columns_per_radian = self.grid.width as f64 / TAU;
@@ -143,8 +145,9 @@ impl Light {
         (0.5 - phi / TAU) * self.grid.width as f64 - 0.5
     }
 
-    /// The lit texels of a span about a column coordinate: two ranges, of which the first may be read `beyond` texels
-    /// past its end without meeting the second (a row where it would is read whole), up to [`PAD`].
+    /// The lit texels of a span about a column coordinate: two ranges, of which the first may be read
+    /// `beyond` texels past its end without meeting the second (a row in which it would is read whole), up to
+    /// [`PAD`].
     #[inline(always)]
     pub(super) fn segments(&self, span: Span, column: f64, beyond: usize) -> [Range<usize>; 2] {
         debug_assert!(beyond <= PAD);

@@ -1,14 +1,16 @@
-//! The sums over texels for the models whose rho_hat is a few instructions, eight texels or more at a time in f32.
+//! The sums over texels for the models whose rho_hat is a few instructions, eight texels or more at a time in
+//! f32.
 //!
-//! A texel costs its direction's dot products, rho_hat and three fused multiply-adds. Powers of whole exponents are
-//! repeated squares; others and the Gaussian of equation 11 are 2^y, with y's whole part put into the exponent's bits
-//! and polynomials for the rest (fitted to the least largest relative error, which their comments give). f32
-//! rounding of a cosine c costs c^s a relative error of s * 6e-8 and the Gaussian one of 6e-8 / sigma^2;
-//! [`Shape::of`] takes models only where that stays below 1e-4 for a single texel. Sums are carried to f64 every
-//! thousand texels.
+//! A texel costs its direction's dot products, rho_hat and three fused multiply-adds. Powers of whole
+//! exponents are repeated squares; others and the Gaussian of equation 11 are 2^y, with y's whole part put
+//! into the exponent's bits and polynomials for the rest (fitted to the least largest relative error, which
+//! their comments give). f32 rounding of a cosine c costs c^s a relative error of s * 6e-8 and the Gaussian
+//! one of 6e-8 / sigma^2; [`Shape::of`] accepts a model only if that stays below 1e-4 for a single texel.
+//! Sums are carried to f64 every thousand texels.
 
 use brdf::Material;
-use pulp::{Arch, Simd};
+use pulp::Simd;
+use sh::f64x4::Level;
 use sphere::DVec3;
 
 use super::light::{Light, Row, Span};
@@ -25,7 +27,7 @@ pub(super) enum Shape {
 }
 
 impl Shape {
-    /// The shape of a material and its factors, where it has one and f32 is enough for it.
+    /// The lobe of a material and its factors; `None` if it has none or f32 is not accurate enough.
     pub(super) fn of(material: &Material) -> Option<(Self, [f64; 3])> {
         match material {
             Material::Lambert(lambert) => {
@@ -60,16 +62,16 @@ pub(super) struct Sum<'a, W> {
 
 impl Sum<'_, WholePower> {
     /// The sum, compiled for the exponents that are powers of two.
-    pub(super) fn run(self, arch: Arch) -> [f64; 3] {
+    pub(super) fn run(self, level: Level) -> [f64; 3] {
         let Sum { light, spans, column, weight } = self;
         let axis = weight.axis;
         macro_rules! squares {
             ($($times:literal)*) => {
                 match weight.exponent.trailing_zeros() {
                     $($times if weight.exponent.is_power_of_two() => {
-                        arch.dispatch(Sum { light, spans, column, weight: Squares::<$times> { axis } })
+                        level.run(Sum { light, spans, column, weight: Squares::<$times> { axis } })
                     })*
-                    _ => arch.dispatch(self),
+                    _ => level.run(self),
                 }
             };
         }
@@ -94,7 +96,8 @@ impl<W: Weight> pulp::WithSimd for Sum<'_, W> {
                 if segment.is_empty() {
                     continue;
                 }
-                // Vectors past the end meet texels of this row beside the cap, with their true weight, or dark ones.
+                // Vectors past the end meet texels of this row beside the cap, with their true weight, or
+                // dark ones.
                 let reach = segment.start..segment.start + segment.len().next_multiple_of(S::F32_LANES);
                 let vectors = |numbers| S::as_simd_f32s(numbers).0;
                 let cosine = vectors(&self.light.cosine[reach.clone()]);
@@ -106,9 +109,9 @@ impl<W: Weight> pulp::WithSimd for Sum<'_, W> {
                 let colours = red.iter().zip(green).zip(blue);
                 for ((&cosine, &sine), ((&red, &green), &blue)) in cosine.iter().zip(sine).zip(colours) {
                     let weight = self.weight.at(simd, row, cosine, sine);
-                    sums[0] = simd.mul_add_e_f32s(weight, red, sums[0]);
-                    sums[1] = simd.mul_add_e_f32s(weight, green, sums[1]);
-                    sums[2] = simd.mul_add_e_f32s(weight, blue, sums[2]);
+                    sums[0] = simd.mul_add_f32s(weight, red, sums[0]);
+                    sums[1] = simd.mul_add_f32s(weight, green, sums[1]);
+                    sums[2] = simd.mul_add_f32s(weight, blue, sums[2]);
                 }
                 pending += cosine.len();
             }
@@ -147,7 +150,7 @@ fn dot_row<S: Simd>(simd: S, axis: DVec3, row: Row) -> [S::f32s; 3] {
 
 #[inline(always)]
 fn clamped_dot<S: Simd>(simd: S, row: [S::f32s; 3], cosine: S::f32s, sine: S::f32s) -> S::f32s {
-    let dot = simd.mul_add_e_f32s(row[2], sine, simd.mul_add_e_f32s(row[1], cosine, row[0]));
+    let dot = simd.mul_add_f32s(row[2], sine, simd.mul_add_f32s(row[1], cosine, row[0]));
     simd.max_f32s(dot, simd.splat_f32s(0.0))
 }
 
@@ -211,7 +214,7 @@ impl<const TIMES: u32> Weight for Squares<TIMES> {
     }
 }
 
-/// max(0, axis . L)^exponent, 0 where the cosine is not above 0.
+/// max(0, axis . L)^exponent, 0 if the cosine is not above 0.
 #[derive(Clone, Copy)]
 pub(super) struct Power {
     pub(super) axis: DVec3,
@@ -235,7 +238,7 @@ impl Weight for Power {
     }
 }
 
-/// e^(-(theta_h / sigma)^2) where N . L > 0; theta_h lies between N and H = (L + V) / |L + V|.
+/// e^(-(theta_h / sigma)^2) if N . L > 0, otherwise 0; theta_h lies between N and H = (L + V) / |L + V|.
 #[derive(Clone, Copy)]
 pub(super) struct Gaussian {
     pub(super) normal: DVec3,
@@ -257,11 +260,11 @@ impl Weight for Gaussian {
     fn at<S: Simd>(&self, simd: S, row: Self::Row<S>, cosine: S::f32s, sine: S::f32s) -> S::f32s {
         let splat = |value: f64| simd.splat_f32s(value as f32);
         let [sin_theta, zz, nz] = row;
-        let x = simd.mul_add_e_f32s(sin_theta, cosine, splat(self.view.x));
-        let y = simd.mul_add_e_f32s(sin_theta, sine, splat(self.view.y));
-        let squared = simd.mul_add_e_f32s(x, x, simd.mul_add_e_f32s(y, y, zz));
+        let x = simd.mul_add_f32s(sin_theta, cosine, splat(self.view.x));
+        let y = simd.mul_add_f32s(sin_theta, sine, splat(self.view.y));
+        let squared = simd.mul_add_f32s(x, x, simd.mul_add_f32s(y, y, zz));
         let along =
-            simd.mul_add_e_f32s(splat(self.normal.x), x, simd.mul_add_e_f32s(splat(self.normal.y), y, nz));
+            simd.mul_add_f32s(splat(self.normal.x), x, simd.mul_add_f32s(splat(self.normal.y), y, nz));
         let one = simd.splat_f32s(1.0);
         let cosine_h = simd.min_f32s(simd.div_f32s(along, simd.sqrt_f32s(squared)), one);
         let below = simd.sub_f32s(one, cosine_h);
@@ -279,7 +282,7 @@ impl Weight for Gaussian {
 fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: [f32; N], x: S::f32s) -> S::f32s {
     let mut sum = simd.splat_f32s(coefficients[N - 1]);
     for &coefficient in coefficients[..N - 1].iter().rev() {
-        sum = simd.mul_add_e_f32s(sum, x, simd.splat_f32s(coefficient));
+        sum = simd.mul_add_f32s(sum, x, simd.splat_f32s(coefficient));
     }
     sum
 }
@@ -335,7 +338,7 @@ fn log2<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let mantissa =
         simd.add_u32s(simd.and_u32s(bits, simd.splat_u32s(0x007f_ffff)), simd.splat_u32s(HALF_ROOT));
     let t = simd.sub_f32s(simd.transmute_f32s_u32s(mantissa), simd.splat_f32s(1.0));
-    simd.mul_add_e_f32s(t, polynomial(simd, A, t), whole)
+    simd.mul_add_f32s(t, polynomial(simd, A, t), whole)
 }
 
 #[cfg(test)]
@@ -376,16 +379,16 @@ mod tests {
     /// The polynomials' errors, and a few roundings of f32 (6e-8 each).
     #[test]
     fn powers_logarithms_and_angles_are_those_of_the_standard_library() {
-        for arch in [pulp::Arch::new(), pulp::Arch::Scalar] {
-            let exp2 = arch.dispatch(Apply(&grid(-20.0, 0.0), |y| f64::from(y).exp2(), 0));
+        for level in [Level::detect(), Level::Portable] {
+            let exp2 = level.run(Apply(&grid(-20.0, 0.0), |y| f64::from(y).exp2(), 0));
             // Relative, down to 1e-3 of absolute error near x = 1.
-            let log2 = arch.dispatch(Apply(&grid(1e-6, 1.0), |x| f64::from(x).log2(), 1));
+            let log2 = level.run(Apply(&grid(1e-6, 1.0), |x| f64::from(x).log2(), 1));
             let angle = |u| {
                 let u = f64::from(u);
                 // arccos(1 - u) = 2 arcsin(sqrt(u / 2)).
                 (2.0 * (u / 2.0).sqrt().asin()).powi(2) / u
             };
-            let angle = arch.dispatch(Apply(&grid(1e-4, 1.0), angle, 2));
+            let angle = level.run(Apply(&grid(1e-4, 1.0), angle, 2));
             eprintln!("exp2 {exp2:.1e}, log2 {log2:.1e}, angle {angle:.1e}");
             assert!(exp2 < 3e-7 && log2 < 3e-7 && angle < 5e-7);
         }

@@ -1,34 +1,37 @@
-//! Cube maps: along a column of a side face beta is constant, and b_pq is a Fourier series of degree F in alpha.
+//! Cube maps: along a column of a side face beta is constant, and b_pq is a Fourier series of degree F in
+//! alpha.
 //!
 //! The great circle through a column of a side face runs on through the opposite face's column at beta + pi:
 //! b_pq(-alpha, beta) = (-1)^q b_pq(alpha, beta + pi), so that one series serves both. In two dimensions,
 //!
 //! > b_pq(alpha, beta) = sum over k, m of t_km (cos or sin)(k alpha) (cos or sin)(m beta),
 //!
-//! with cosines of k where m + q is even and sines where it is odd. The t_km of one pair of faces come from F + 1
-//! rows of constant alpha ([`super::spin`]), by a discrete cosine or sine transform that is exact to degree F.
+//! with cosines of k if m + q is even and sines if it is odd. The t_km of one pair of faces come from F + 1
+//! rows of constant alpha ([`super::spin`]), by a discrete cosine or sine transform that is exact to degree
+//! F.
 //!
-//! Every pair of opposite faces is made the pair at beta = 0 and pi by turning the lighting: about +Z for +-X of the cube
-//! coordinates, by 90 degrees about +Y for +-Y. There the frames at the two images C and C' = Q C of a
-//! direction differ by a turn about C: with frame(C') = Q frame(C) R_z(psi), b_p,q + i b_p,-q takes the phase e^(i q psi).
+//! Every pair of opposite faces is made the pair at beta = 0 and pi by turning the lighting: about +Z for +-X
+//! of the cube coordinates, by 90 degrees about +Y for +-Y. There the frames at the two images C and C' = Q C
+//! of a direction differ by a turn about C: with frame(C') = Q frame(C) R_z(psi), b_p,q + i b_p,-q takes the
+//! phase e^(i q psi).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::f64x4::LANES;
 use sh::{Expansion, rotate};
 use sphere::{Cube, DVec3, Face, Rotation};
 
-use super::quarters::mirror;
+use super::parity_split_fourier::mirror;
+use super::plan::SynthesisPlan;
 use super::spin::Rows;
-use super::{Plan, Spin};
 use crate::Terms;
 
 /// The values of all texels, [texels, rows].
-pub(super) fn synthesise(plan: &Plan<'_>, cube: Cube) -> Vec<[f32; 3]> {
+pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Vec<[f32; 3]> {
     let edge = cube.edge;
-    let spin = Spin::new(plan.f);
-    let pairs: Vec<Pair> = PAIRS.par_iter().map(|pair| Pair::new(plan, &spin, pair)).collect();
+    let pairs: Vec<Pair> = PAIRS.par_iter().map(|pair| Pair::new(plan, pair)).collect();
     let half = edge.div_ceil(2);
     let block = half.div_ceil(16).max(4);
     let mut values = vec![[0.0_f32; 3]; cube.len() * plan.rows()];
@@ -52,7 +55,7 @@ pub(super) fn synthesise(plan: &Plan<'_>, cube: Cube) -> Vec<[f32; 3]> {
             (left, right) = (rest, others);
         }
     }
-    tasks.into_par_iter().with_max_len(1).for_each(|task| plan.arch.dispatch(task));
+    tasks.into_par_iter().with_max_len(1).for_each(|task| plan.level.run(task));
     values
 }
 
@@ -84,35 +87,35 @@ const PAIRS: [Faces; 3] = [
 /// The field around a pair of faces.
 struct Pair<'a> {
     faces: &'a Faces,
-    /// t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) where m + q is even, of sin(k alpha) else.
+    /// t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
+    /// sin(k alpha).
     terms: Vec<f64>,
 }
 
 impl<'a> Pair<'a> {
-    fn new(plan: &Plan<'_>, spin: &Spin, faces: &'a Faces) -> Self {
+    fn new(plan: &SynthesisPlan<'_>, faces: &'a Faces) -> Self {
         let lighting: Expansion = rotate(plan.reflection.lighting(), (faces.turn)());
         let count = plan.f + 1;
-        let lanes = plan.lanes();
         let half = count.div_ceil(2);
         // Rows alpha_i = pi (i + 1/2) / (F + 1), the southern half from the last row upward.
         let mut north = vec![0.0; half * plan.series()];
         let mut south = vec![0.0; half * plan.series()];
-        let chunk = lanes * plan.series();
+        let chunk = LANES * plan.series();
         for (task, (north, south)) in north.chunks_mut(chunk).zip(south.chunks_mut(chunk)).enumerate() {
             let rows = north.len() / plan.series();
             let alphas: Vec<f64> =
-                (0..rows).map(|row| PI * ((task * lanes + row) as f64 + 0.5) / count as f64).collect();
-            plan.arch.dispatch(Rows { plan, spin, lighting: &lighting, alphas: &alphas, north, south });
+                (0..rows).map(|row| PI * ((task * LANES + row) as f64 + 0.5) / count as f64).collect();
+            plan.level.run(Rows { plan, lighting: &lighting, alphas: &alphas, north, south });
         }
-        let mut terms = vec![0.0; plan.quarters.len() * count * plan.padded];
-        plan.arch.dispatch(Colatitude { plan, north: &north, south: &south, terms: &mut terms });
+        let mut terms = vec![0.0; plan.fourier.len() * count * plan.padded];
+        plan.level.run(Colatitude { plan, north: &north, south: &south, terms: &mut terms });
         Self { faces, terms }
     }
 }
 
 /// From samples at the rows to the series in alpha, for every term in beta.
 struct Colatitude<'a> {
-    plan: &'a Plan<'a>,
+    plan: &'a SynthesisPlan<'a>,
     north: &'a [f64],
     south: &'a [f64],
     terms: &'a mut [f64],
@@ -140,9 +143,10 @@ impl WithSimd for Colatitude<'_> {
         let mut sums = vec![0.0; 2 * half * padded];
         let mut line = vec![0.0; 2 * padded];
         for m in 0..=f {
-            let places = [Some(plan.quarters.cosine(m)), (m > 0).then(|| plan.quarters.sine(m))];
+            let places = [Some(plan.fourier.cosine(m)), (m > 0).then(|| plan.fourier.sine(m))];
             for place in places.into_iter().flatten() {
-                // Sums and differences of mirrored rows: cos(k (pi - alpha)) = (-1)^k cos(k alpha), sines the opposite.
+                // Sums and differences of mirrored rows: cos(k (pi - alpha)) = (-1)^k cos(k alpha), sines the
+                // opposite.
                 let (plus, minus) = sums.split_at_mut(half * padded);
                 for row in 0..half {
                     let from = row * plan.series() + place * padded;
@@ -180,7 +184,7 @@ impl WithSimd for Colatitude<'_> {
 
 /// Some columns from the left of every face, and their mirrors from the right.
 struct Task<'a> {
-    plan: &'a Plan<'a>,
+    plan: &'a SynthesisPlan<'a>,
     cube: Cube,
     pairs: &'a [Pair<'a>],
     /// Columns first .. last.
@@ -214,22 +218,22 @@ impl WithSimd for Task<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let (plan, edge) = (self.plan, self.cube.edge);
-        let (quarters, padded, count) = (plan.quarters, plan.padded, plan.f + 1);
+        let (fourier, padded, count) = (plan.fourier, plan.padded, plan.f + 1);
         let (width, half) = (count * padded, edge.div_ceil(2));
         let columns = self.first..self.last;
         let direction = |row, column| self.cube.direction(Face::PositiveZ, row, column);
-        let mut betas = vec![0.0; columns.len() * quarters.len()];
-        let mut alphas = vec![0.0; columns.len() * half * quarters.len()];
+        let mut betas = vec![0.0; columns.len() * fourier.len()];
+        let mut alphas = vec![0.0; columns.len() * half * fourier.len()];
         let mut places = Vec::with_capacity(columns.len() * half);
         for (column, (beta, alpha)) in columns
             .clone()
-            .zip(betas.chunks_exact_mut(quarters.len()).zip(alphas.chunks_exact_mut(half * quarters.len())))
+            .zip(betas.chunks_exact_mut(fourier.len()).zip(alphas.chunks_exact_mut(half * fourier.len())))
         {
             let top = direction(0, column);
-            quarters.angle(top.phi().sin_cos(), beta);
-            for (row, alpha) in alpha.chunks_exact_mut(quarters.len()).enumerate() {
+            fourier.angle(top.phi().sin_cos(), beta);
+            for (row, alpha) in alpha.chunks_exact_mut(fourier.len()).enumerate() {
                 let v = direction(row, column).vector();
-                quarters.angle(((v.x * v.x + v.y * v.y).sqrt(), v.z), alpha);
+                fourier.angle(((v.x * v.x + v.y * v.y).sqrt(), v.z), alpha);
                 places.push(v);
             }
         }
@@ -239,10 +243,10 @@ impl WithSimd for Task<'_> {
         let mut four = vec![0.0; 4 * padded];
         let flip: Vec<f64> = plan.odd.iter().map(|odd| if *odd { -1.0 } else { 1.0 }).collect();
         for pair in self.pairs {
-            quarters.sum(simd, &betas, &pair.terms, width, &mut across);
+            fourier.sum(simd, &betas, &pair.terms, width, &mut across);
             for (index, column) in columns.clone().enumerate() {
                 let across = &across[index * 4 * width..][..4 * width];
-                let alphas = &alphas[index * half * quarters.len()..][..half * quarters.len()];
+                let alphas = &alphas[index * half * fourier.len()..][..half * fourier.len()];
                 let places = &places[index * half..][..half];
                 for mirrored in [false, true] {
                     let column = if mirrored { edge - 1 - column } else { column };
@@ -250,7 +254,7 @@ impl WithSimd for Task<'_> {
                         continue;
                     }
                     circle(plan, across, mirrored, &mut series);
-                    quarters.sum(simd, alphas, &series, padded, &mut sums);
+                    fourier.sum(simd, alphas, &series, padded, &mut sums);
                     for (row, sums) in sums.chunks_exact(4 * padded).enumerate() {
                         // At alpha, pi - alpha, -alpha and alpha + pi: the last two on the far face.
                         mirror(sums, &mut four);
@@ -298,21 +302,21 @@ impl Task<'_> {
 
 /// The series in alpha of one column from the partial sums over m: at the column's beta, or at -beta.
 #[inline(always)]
-fn circle(plan: &Plan<'_>, across: &[f64], mirrored: bool, series: &mut [f64]) {
+fn circle(plan: &SynthesisPlan<'_>, across: &[f64], mirrored: bool, series: &mut [f64]) {
     let (padded, width) = (plan.padded, across.len() / 4);
     let sign = if mirrored { -1.0 } else { 1.0 };
     for k in 0..=plan.f {
         let part = |part: usize| &across[part * width + k * padded..][..padded];
         let [ce, co, se, so] = [part(0), part(1), part(2), part(3)];
-        let cosine = plan.quarters.cosine(k) * padded;
-        // Even m makes cosines of k where q is even, and sines where it is odd.
+        let cosine = plan.fourier.cosine(k) * padded;
+        // Even m makes cosines of k if q is even, and sines if it is odd.
         let out = &mut series[cosine..][..padded];
         for i in 0..padded {
             let (even, odd) = (ce[i] + sign * se[i], co[i] + sign * so[i]);
             out[i] = if plan.odd[i] { odd } else { even };
         }
         if k > 0 {
-            let sine = plan.quarters.sine(k) * padded;
+            let sine = plan.fourier.sine(k) * padded;
             let out = &mut series[sine..][..padded];
             for i in 0..padded {
                 let (even, odd) = (ce[i] + sign * se[i], co[i] + sign * so[i]);
@@ -324,8 +328,9 @@ fn circle(plan: &Plan<'_>, across: &[f64], mirrored: bool, series: &mut [f64]) {
 
 /// [cos(psi), sin(psi)] with frame(C') = Q frame(C) R_z(psi), Q the turn by 90 degrees about +Y, at C' = Q C.
 ///
-/// frame(C) takes +X and +Y to south and east at C = Q^-1 C' = (-z', y', x'). South at C', turned back, is cos(psi)
-/// south + sin(psi) east at C: with C' on the unit sphere, -(x' z', y') / sqrt((x'^2 + y'^2) (z'^2 + y'^2)).
+/// frame(C) takes +X and +Y to south and east at C = Q^-1 C' = (-z', y', x'). South at C', turned back, is
+/// cos(psi) south + sin(psi) east at C: with C' on the unit sphere, -(x' z', y') / sqrt((x'^2 + y'^2) (z'^2 +
+/// y'^2)).
 fn frame_turn(turned: DVec3) -> [f64; 2] {
     let y = turned.y * turned.y;
     let size = ((turned.x * turned.x + y) * (turned.z * turned.z + y)).sqrt();
@@ -333,7 +338,8 @@ fn frame_turn(turned: DVec3) -> [f64; 2] {
     if size == 0.0 { [turned.x, 0.0] } else { [-turned.x * turned.z / size, -turned.y / size] }
 }
 
-/// Turns coefficients about their +Z by psi: c' = c cos(q psi) - s sin(q psi), s' = c sin(q psi) + s cos(q psi).
+/// Turns coefficients about their +Z by psi: c' = c cos(q psi) - s sin(q psi), s' = c sin(q psi) + s cos(q
+/// psi).
 fn spin_by([cosine, sine]: [f64; 2], p: usize, values: &mut [f64]) {
     let (mut x, mut y) = (cosine, sine);
     for q in 1..=p {

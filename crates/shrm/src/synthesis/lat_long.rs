@@ -1,48 +1,46 @@
 //! Lat-long maps: a series in beta for each row, evaluated at the columns four at a time.
 //!
-//! Columns mirror each other at -beta, and where their number is even at pi - beta and beta + pi too.
+//! Columns mirror each other at -beta, and if their number is even, also at pi - beta and beta + pi.
 
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::f64x4::LANES;
 use sphere::LatLong;
 
-use super::quarters::mirror;
+use super::parity_split_fourier::mirror;
+use super::plan::SynthesisPlan;
 use super::spin::Rows;
-use super::{Plan, Spin};
 
 /// The values of all texels, [texels, rows].
-pub(super) fn synthesise(plan: &Plan<'_>, grid: LatLong) -> Vec<[f32; 3]> {
-    let lanes = plan.lanes();
-    let spin = Spin::new(plan.f);
+pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3]> {
     let count = if grid.width.is_multiple_of(2) { grid.width.div_ceil(4) } else { grid.width.div_ceil(2) };
-    let mut angles = vec![0.0; count * plan.quarters.len()];
-    for (column, angle) in angles.chunks_exact_mut(plan.quarters.len()).enumerate() {
-        plan.quarters.angle(grid.phi(column).sin_cos(), angle);
+    let mut angles = vec![0.0; count * plan.fourier.len()];
+    for (column, angle) in angles.chunks_exact_mut(plan.fourier.len()).enumerate() {
+        plan.fourier.angle(grid.phi(column).sin_cos(), angle);
     }
     let line = grid.width * plan.rows();
     let mut values = vec![[0.0_f32; 3]; grid.height * line];
     // Each task has some northern rows and their mirrors; the equator of an odd height has none.
     let (north, south) = values.split_at_mut(grid.height.div_ceil(2) * line);
-    let norths: Vec<_> = north.chunks_mut(lanes * line).collect();
-    let mut souths: Vec<_> = south.rchunks_mut(lanes * line).collect();
+    let norths: Vec<_> = north.chunks_mut(LANES * line).collect();
+    let mut souths: Vec<_> = south.rchunks_mut(LANES * line).collect();
     souths.resize_with(norths.len(), Default::default);
     norths.into_par_iter().zip(souths).enumerate().for_each(|(task, (north, south))| {
-        let alphas: Vec<f64> = (0..north.len() / line).map(|row| grid.theta(task * lanes + row)).collect();
+        let alphas: Vec<f64> = (0..north.len() / line).map(|row| grid.theta(task * LANES + row)).collect();
         let mut series = vec![0.0; 2 * alphas.len() * plan.series()];
         let (above, below) = series.split_at_mut(alphas.len() * plan.series());
-        plan.arch.dispatch(Rows {
+        plan.level.run(Rows {
             plan,
-            spin: &spin,
             lighting: plan.reflection.lighting(),
             alphas: &alphas,
             north: above,
             south: below,
         });
         for (values, series) in north.chunks_exact_mut(line).zip(above.chunks_exact(plan.series())) {
-            plan.arch.dispatch(Line { plan, grid, angles: &angles, series, values });
+            plan.level.run(Line { plan, grid, angles: &angles, series, values });
         }
         for (values, series) in south.rchunks_exact_mut(line).zip(below.chunks_exact(plan.series())) {
-            plan.arch.dispatch(Line { plan, grid, angles: &angles, series, values });
+            plan.level.run(Line { plan, grid, angles: &angles, series, values });
         }
     });
     values
@@ -50,7 +48,7 @@ pub(super) fn synthesise(plan: &Plan<'_>, grid: LatLong) -> Vec<[f32; 3]> {
 
 /// One row of a map from its series.
 struct Line<'a> {
-    plan: &'a Plan<'a>,
+    plan: &'a SynthesisPlan<'a>,
     grid: LatLong,
     /// [columns, orders] for the columns that are not mirrors.
     angles: &'a [f64],
@@ -70,9 +68,9 @@ impl WithSimd for Line<'_> {
         let values = values.as_flattened_mut();
         let mut sums = vec![0.0; BLOCK * 4 * padded];
         let mut four = vec![0.0; 4 * padded];
-        for (block, angles) in angles.chunks(BLOCK * plan.quarters.len()).enumerate() {
-            let count = angles.len() / plan.quarters.len();
-            plan.quarters.sum(simd, angles, series, padded, &mut sums[..count * 4 * padded]);
+        for (block, angles) in angles.chunks(BLOCK * plan.fourier.len()).enumerate() {
+            let count = angles.len() / plan.fourier.len();
+            plan.fourier.sum(simd, angles, series, padded, &mut sums[..count * 4 * padded]);
             for (column, sums) in (block * BLOCK..).zip(sums[..count * 4 * padded].chunks_exact(4 * padded)) {
                 mirror(sums, &mut four);
                 let places = if width.is_multiple_of(2) {

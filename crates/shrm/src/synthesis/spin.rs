@@ -1,69 +1,35 @@
-//! Rows of constant colatitude: the Fourier series in beta of every coefficient, as many alphas at once as a vector
-//! has lanes.
+//! Rows of constant colatitude: the Fourier series in beta of every coefficient, as many alphas at once as a
+//! vector has lanes.
 //!
 //! Real rows c_lm, s_lm of the lighting (m > 0: cosine and sine) enter the frame R_z(beta) R_y(alpha) as
 //!
 //! > a_l,q - i a_l,-q = sum over m of (E^l_qm Re + i O^l_qm Im) (c_lm - i s_lm) e^(i m beta),
 //!
-//! with E = d_qm + (-1)^m d_q,-m and O = d_qm - (-1)^m d_q,-m, each times 1 / sqrt(2) for q = 0 and for m = 0. Hence the
-//! series of b_p,q has the cosine and sine coefficients sum over l of rho_lpq E (c_lm, s_lm), that of b_p,-q
-//! sum over l of rho_lpq O (s_lm, -c_lm).
+//! with E = d_qm + (-1)^m d_q,-m and O = d_qm - (-1)^m d_q,-m, each times 1 / sqrt(2) for q = 0 and for m =
+//! 0. Hence the series of b_p,q has the cosine and sine coefficients sum over l of rho_lpq E (c_lm, s_lm),
+//! that of b_p,-q sum over l of rho_lpq O (s_lm, -c_lm).
 //!
-//! Both families G = d_qm and H = (-1)^m d_q,-m climb in l, upper sign for G (Varshalovich, Moskalev and Khersonskii
-//! 1988, 4.8, eq. 14; w_ln = sqrt(l^2 - n^2)):
+//! The families G = d_qm and H = (-1)^m d_q,-m climb in l ([`sh::wigner`]): from T_mq and (-1)^q
+//! T_m,-q if q < m, otherwise from (-1)^(q+m) T_qm and (-1)^q T_q,-m.
 //!
-//! w_l+1,m w_l+1,q f^(l+1) = ((2l+1) / l) (l (l+1) cos(alpha) -+ m q) f^l - ((l+1) / l) w_lm w_lq f^(l-1)
-//!
-//! from l = max(q, m), with T_lk = sqrt(binomial(2l, l+k)) c^(l+k) s^(l-k), c and s of alpha / 2: where m > q,
-//! G = T_mq and H = (-1)^q T_m,-q; where m <= q, G = (-1)^(q+m) T_qm and H = (-1)^q T_q,-m. Starts are carried times 2^600:
-//! what still underflows then never matters below degree 2048 (as in `sh::Basis`, sin^m(alpha) at most).
-//!
-//! At pi - alpha, E takes the sign (-1)^(l+m+q) and O the opposite one: terms with even and odd l + m, summed apart,
-//! give both rows.
+//! At pi - alpha, E takes the sign (-1)^(l+m+q) and O the opposite one: terms with even and odd l + m, summed
+//! apart, give both rows.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use pulp::{Simd, WithSimd};
 use sh::Expansion;
+use sh::f64x4::{F64x4, LANES, load, store};
+use sh::scaled::Scaled;
+use sh::wigner::Pair;
 
-use super::Plan;
+use super::plan::SynthesisPlan;
 use crate::Terms;
 
-const LIFT: f64 = f64::from_bits((1023 + 600) << 52);
-const LOWER: f64 = f64::from_bits((1023 - 600) << 52);
-
-/// More lanes than any vector of f64 has here.
-const MOST_LANES: usize = 16;
-
-/// The constants of the recurrence up to a degree.
-pub(super) struct Spin {
-    f: usize,
-    /// w_ln and 1 / w_ln in row l, place n <= P; row F + 1 included.
-    roots: Vec<[f64; 2]>,
-}
-
-impl Spin {
-    pub(super) fn new(f: usize) -> Self {
-        let mut roots = Vec::with_capacity((f + 2) * (f + 2));
-        for l in 0..f + 2 {
-            for n in 0..f + 2 {
-                let w = if n < l { (((l - n) * (l + n)) as f64).sqrt() } else { 0.0 };
-                roots.push([w, if n < l { 1.0 / w } else { 0.0 }]);
-            }
-        }
-        Self { f, roots }
-    }
-
-    fn root(&self, l: usize, n: usize) -> [f64; 2] {
-        self.roots[l * (self.f + 2) + n]
-    }
-}
-
-/// The series at some colatitudes, at most as many as there are lanes, and at pi minus each.
+/// The series at up to four colatitudes, and at pi minus each.
 pub(super) struct Rows<'a> {
-    pub(super) plan: &'a Plan<'a>,
-    pub(super) spin: &'a Spin,
-    /// The lighting of the plan's reflection, or that lighting turned.
+    pub(super) plan: &'a SynthesisPlan<'a>,
+    /// The lighting of the plan's reflection, or that lighting rotated.
     pub(super) lighting: &'a Expansion,
     /// Colatitudes.
     pub(super) alphas: &'a [f64],
@@ -79,43 +45,36 @@ impl WithSimd for Rows<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let (f, p) = (self.plan.f, self.plan.reflection.brdf().p().get());
-        let mut half = [[0.0; MOST_LANES]; 3];
+        let (mut sine, mut cosine) = (F64x4::ZERO, F64x4::ZERO);
         for (lane, alpha) in self.alphas.iter().enumerate() {
-            (half[0][lane], half[1][lane]) = (alpha / 2.0).sin_cos();
-            half[2][lane] = alpha.cos();
+            (sine.0[lane], cosine.0[lane]) = (alpha / 2.0).sin_cos();
         }
-        let [sine, cosine, turn] = [0, 1, 2].map(|i| S::as_simd_f64s(&half[i]).0[0]);
-        let both = simd.mul_f64s(sine, cosine);
-        let powers = |base: S::f64s| {
-            let mut value = simd.splat_f64s(1.0);
-            let mut all = Vec::with_capacity(2 * p + 1);
-            for _ in 0..=2 * p {
-                all.push(value);
-                value = simd.mul_f64s(value, base);
-            }
-            all
+        let both = F64x4::from_fn(|lane| sine.0[lane] * cosine.0[lane]);
+        let t = load(simd, &F64x4::from_fn(|lane| 2.0 * sine.0[lane] * sine.0[lane]));
+        let powers = |base: F64x4| {
+            let next = move |power: &Scaled| Some(power.times_plain(base));
+            std::iter::successors(Some(Scaled::ONE), next).take(2 * p + 1).collect::<Vec<_>>()
         };
         let (sines, cosines) = (powers(sine), powers(cosine));
+        let sign = |odd: bool| if odd { -1.0 } else { 1.0 };
         let mut sums = vec![[simd.splat_f64s(0.0); PARTS]; 2 * (p + 1)];
         let most = if self.plan.terms == Terms::Zonal { 0 } else { p.min(f) };
         for q in 0..=most {
-            let mut start = [simd.splat_f64s(0.0); 2];
+            let mut start = [Scaled::ZERO; 2];
             for m in 0..=f {
                 if m <= q {
                     // T_q,m = sqrt(binomial(2q, q+m)) c^(q+m) s^(q-m)
-                    let size = simd.splat_f64s(LIFT * binomial(2 * q, q + m).sqrt());
-                    let g = simd.mul_f64s(cosines[q + m], sines[q - m]);
-                    let h = simd.mul_f64s(cosines[q - m], sines[q + m]);
-                    start = [simd.mul_f64s(size, g), simd.mul_f64s(size, h)];
+                    let size = F64x4([binomial(2 * q, q + m).sqrt(); LANES]);
+                    start = [(q + m, q - m), (q - m, q + m)]
+                        .map(|(c, s)| cosines[c].times(sines[s]).times_plain(size));
                 } else {
-                    // T_m,q / T_m-1,q = sqrt(2m (2m-1) / ((m+q) (m-q))) s c
-                    let ratio = ((2 * m * (2 * m - 1)) as f64).sqrt() * self.spin.root(m, q)[1];
-                    let ratio = simd.mul_f64s(simd.splat_f64s(ratio), both);
-                    start = start.map(|value| simd.mul_f64s(value, ratio));
+                    let ratio = self.plan.recurrence.ratio_of_starts(m, q);
+                    start = start.map(|value| value.times_plain(F64x4(both.0.map(|both| ratio * both))));
                 }
-                let g = if m < q && (q + m) % 2 == 1 { simd.neg_f64s(start[0]) } else { start[0] };
-                let h = if q % 2 == 1 { simd.neg_f64s(start[1]) } else { start[1] };
-                self.climb(simd, turn, [q, m], [g, h], &mut sums);
+                let signs = [sign(m < q && (q + m) % 2 == 1), sign(q % 2 == 1)];
+                let mut pair = Pair::new(simd);
+                pair.start(simd, [0, 1].map(|family| start[family].with_sign(signs[family])));
+                self.climb(simd, t, [q, m], pair, &mut sums);
                 self.store(simd, [q, m], &sums);
             }
         }
@@ -131,74 +90,72 @@ impl Rows<'_> {
     fn climb<S: Simd>(
         &self,
         simd: S,
-        turn: S::f64s,
+        t: S::f64s,
         [q, m]: [usize; 2],
-        [mut g, mut h]: [S::f64s; 2],
+        mut pair: Pair<S>,
         sums: &mut [[S::f64s; PARTS]],
     ) {
-        let (f, brdf) = (self.plan.f, self.plan.reflection.brdf());
-        let p = brdf.p().get();
+        let (f, p) = (self.plan.f, self.plan.reflection.brdf().p().get());
         let zero = simd.splat_f64s(0.0);
         sums[..2 * (p + 1 - q)].fill([zero; PARTS]);
         let norm = [1.0, FRAC_1_SQRT_2, 0.5][usize::from(q == 0) + usize::from(m == 0)];
-        let (mut g_below, mut h_below) = (zero, zero);
-        let product = simd.splat_f64s((q * m) as f64);
+        let orders = simd.splat_f64s((q * m) as f64);
+        let recurrence = &self.plan.recurrence;
+        let (from_q, from_m) = (recurrence.steps(q), recurrence.steps(m));
         for l in q.max(m)..=f {
-            let middle = l * l + l;
-            let rows = self.lighting.rows();
-            let cosine = rows[middle + m].map(|v| simd.splat_f64s(v * norm));
-            let sine = if m == 0 { [zero; 3] } else { rows[middle - m].map(|v| simd.splat_f64s(v * norm)) };
-            let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
-            let parity = (l + m) % 2;
-            let parts: [[S::f64s; 3]; 4] = [
-                cosine.map(|c| simd.mul_f64s(even, c)),
-                sine.map(|s| simd.mul_f64s(even, s)),
-                sine.map(|s| simd.mul_f64s(odd, s)),
-                cosine.map(|c| simd.neg_f64s(simd.mul_f64s(odd, c))),
-            ];
-            for p in q..=p {
-                let rho = brdf.get(l, p, q).map(|v| simd.splat_f64s(v));
-                let sum = &mut sums[2 * (p - q) + parity];
-                for part in 0..if q == 0 { 2 } else { 4 } {
-                    for channel in 0..3 {
-                        let place = 3 * part + channel;
-                        sum[place] = simd.mul_add_e_f64s(rho[channel], parts[part][channel], sum[place]);
-                    }
+            if let Some(values) = pair.values(simd) {
+                self.add(simd, [l, m, q], values, norm, sums);
+            }
+            let ([a, b, product], [inverse_q, ratio_q], [inverse_m, ratio_m]) =
+                (recurrence.degree(l), from_q[l - q], from_m[l - m]);
+            let [ahead, behind, product] =
+                [a * inverse_q * inverse_m, b * ratio_q * ratio_m, product].map(|v| simd.splat_f64s(v));
+            let centre = simd.negate_mul_add_f64s(product, t, product);
+            pair.climb(simd, [ahead, behind], centre, orders);
+        }
+    }
+
+    /// Adds the terms of one l.
+    #[inline(always)]
+    fn add<S: Simd>(
+        &self,
+        simd: S,
+        [l, m, q]: [usize; 3],
+        [g, h]: [S::f64s; 2],
+        norm: f64,
+        sums: &mut [[S::f64s; PARTS]],
+    ) {
+        let (brdf, zero) = (self.plan.reflection.brdf(), simd.splat_f64s(0.0));
+        let middle = l * l + l;
+        let rows = self.lighting.coefficients();
+        let cosine = rows[middle + m].map(|v| simd.splat_f64s(v * norm));
+        let sine = if m == 0 { [zero; 3] } else { rows[middle - m].map(|v| simd.splat_f64s(v * norm)) };
+        let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
+        let parity = (l + m) % 2;
+        let parts: [[S::f64s; 3]; 4] = [
+            cosine.map(|c| simd.mul_f64s(even, c)),
+            sine.map(|s| simd.mul_f64s(even, s)),
+            sine.map(|s| simd.mul_f64s(odd, s)),
+            cosine.map(|c| simd.neg_f64s(simd.mul_f64s(odd, c))),
+        ];
+        for p in q..=brdf.p().get() {
+            let rho = brdf.get(l, p, q).map(|v| simd.splat_f64s(v));
+            let sum = &mut sums[2 * (p - q) + parity];
+            for part in 0..if q == 0 { 2 } else { 4 } {
+                for channel in 0..3 {
+                    let place = 3 * part + channel;
+                    sum[place] = simd.mul_add_f64s(rho[channel], parts[part][channel], sum[place]);
                 }
             }
-            if l == f {
-                break;
-            }
-            // From l = 0 the step is d^1_00 = cos(alpha).
-            let degree = l as f64;
-            let [ahead, behind, centre] = if l == 0 {
-                [1.0, 0.0, 1.0]
-            } else {
-                let inverse = self.spin.root(l + 1, m)[1] * self.spin.root(l + 1, q)[1];
-                let here = self.spin.root(l, m)[0] * self.spin.root(l, q)[0];
-                [
-                    (2.0 * degree + 1.0) / degree * inverse,
-                    (degree + 1.0) / degree * here * inverse,
-                    degree * (degree + 1.0),
-                ]
-            };
-            let [ahead, behind, centre] = [ahead, behind, centre].map(|v| simd.splat_f64s(v));
-            let centre = simd.mul_f64s(centre, turn);
-            let to_g = simd.mul_f64s(ahead, simd.sub_f64s(centre, product));
-            let to_h = simd.mul_f64s(ahead, simd.add_f64s(centre, product));
-            let next_g = simd.sub_f64s(simd.mul_f64s(to_g, g), simd.mul_f64s(behind, g_below));
-            let next_h = simd.sub_f64s(simd.mul_f64s(to_h, h), simd.mul_f64s(behind, h_below));
-            (g_below, h_below, g, h) = (g, h, next_g, next_h);
         }
     }
 
     /// Writes the sums of one (q, m) into the series.
     #[inline(always)]
     fn store<S: Simd>(&mut self, simd: S, [q, m]: [usize; 2], sums: &[[S::f64s; PARTS]]) {
-        let (padded, quarters) = (self.plan.padded, self.plan.quarters);
+        let (padded, fourier) = (self.plan.padded, self.plan.fourier);
         let series = self.plan.series();
-        let lower = simd.splat_f64s(LOWER);
-        let places = [Some(quarters.cosine(m)), (m > 0).then(|| quarters.sine(m))];
+        let places = [Some(fourier.cosine(m)), (m > 0).then(|| fourier.sine(m))];
         for p in q..=self.plan.reflection.brdf().p().get() {
             let [even, odd] = [sums[2 * (p - q)], sums[2 * (p - q) + 1]];
             let row = if self.plan.terms == Terms::Zonal { p } else { p * p + p };
@@ -209,17 +166,15 @@ impl Rows<'_> {
                 let negate = (q + part / 2) % 2 == 1;
                 for channel in 0..3 {
                     let (even, odd) = (even[3 * part + channel], odd[3 * part + channel]);
-                    let even = simd.mul_f64s(even, lower);
-                    let odd = simd.mul_f64s(odd, lower);
                     let south = if negate { simd.sub_f64s(odd, even) } else { simd.sub_f64s(even, odd) };
-                    let mut lanes = [[0.0; MOST_LANES]; 2];
-                    S::as_mut_simd_f64s(&mut lanes[0]).0[0] = simd.add_f64s(even, odd);
-                    S::as_mut_simd_f64s(&mut lanes[1]).0[0] = south;
+                    let mut lanes = [F64x4::ZERO; 2];
+                    store(simd, simd.add_f64s(even, odd), &mut lanes[0]);
+                    store(simd, south, &mut lanes[1]);
                     let target = place * padded + 3 * row + channel;
-                    for (lane, value) in self.north.chunks_exact_mut(series).zip(&lanes[0]) {
+                    for (lane, value) in self.north.chunks_exact_mut(series).zip(&lanes[0].0) {
                         lane[target] = *value;
                     }
-                    for (lane, value) in self.south.chunks_exact_mut(series).zip(&lanes[1]) {
+                    for (lane, value) in self.south.chunks_exact_mut(series).zip(&lanes[1].0) {
                         lane[target] = *value;
                     }
                 }

@@ -17,8 +17,8 @@ const GRIDS: [MapGrid; 9] = [
     MapGrid::Cube(Cube { edge: 11 }),
 ];
 
-/// The largest difference between a local map's texels and the coefficients at their own central directions, relative
-/// to the largest coefficient.
+/// The largest difference between a local map's texels and the coefficients at their own central directions,
+/// relative to the largest coefficient.
 fn error(reflection: &Reflection, map: &Shrm) -> f64 {
     let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
     for texel in 0..map.grid().len() {

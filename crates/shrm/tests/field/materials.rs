@@ -33,14 +33,14 @@ pub(crate) fn lighting(f: usize, seed: u64) -> Expansion {
     let mut noise = Noise::new(seed);
     let mut sky = Expansion::zero(degree(f));
     for l in 0..=f {
-        for row in &mut sky.rows_mut()[l * l..(l + 1) * (l + 1)] {
+        for row in &mut sky.coefficients_mut()[l * l..(l + 1) * (l + 1)] {
             *row = noise.rgb().map(|v| v / (l + 1) as f64);
         }
     }
     sky
 }
 
-/// A tensor of noise, falling with l and p, zero where q > min(l, p); q = 0 only where `azimuth` is false.
+/// A tensor of noise, falling with l and p, zero if q > min(l, p); only q = 0 if `azimuth` is false.
 pub(crate) fn tensor(f: usize, p: usize, azimuth: bool, seed: u64) -> BrdfCoefficients {
     let mut noise = Noise::new(seed);
     let mut rho = vec![[0.0; 3]; (f + 1) * (p + 1) * (p + 1)];

@@ -33,8 +33,8 @@ fn measured(reflection: &Reflection, grid: MapGrid, view: View) -> f64 {
     (error / energy).sqrt()
 }
 
-/// The estimate is right for fine maps (0.85 to 1) and cautious for coarse ones, where h k is not small. Samples add
-/// about 2 percent.
+/// The estimate is right for fine maps (0.85 to 1) and cautious for coarse ones, where h k is not small.
+/// Samples add about 2 percent.
 #[test]
 fn look_ups_are_as_accurate_as_estimated() {
     let zonal = Reflection::convolve(&lighting(10, 2), &tensor(10, 3, false, 8));
@@ -62,7 +62,8 @@ fn look_ups_are_as_accurate_as_estimated() {
     }
 }
 
-/// Texels of a global map are the same functions of V, so that blending them before or after evaluation is too.
+/// Texels of a global map are the same functions of V, so that blending them before or after evaluation is
+/// too.
 #[test]
 fn global_maps_are_looked_up_with_the_same_error() {
     let reflection = reflection(12, 2, true);

@@ -1,5 +1,5 @@
-//! The brute-force reference against integrals that other code made of a smooth lighting, with 24 central directions
-//! and views for each material.
+//! The brute-force reference against integrals that other code made of a smooth lighting, with 24 central
+//! directions and views for each material.
 
 use envmap::Environment;
 use serde_json::Value;
@@ -33,10 +33,10 @@ fn image(file: &Value, rows: usize) -> Environment {
     Environment::new(grid, pixels.collect()).unwrap()
 }
 
-/// With 512 rows, h = 6.1e-3. The midpoint rule with exact solid angles errs by h^2 / 24 = 1.6e-6 times the second
-/// derivative relative to the largest radiance, below 50 for lighting times lobe: 8e-5. The microfacet model jumps at the
-/// horizon: the texels on that great circle, h of 4 pi sr each side, are wrong by up to a half of the jump with signs that
-/// mostly cancel along it, which is allowed as much again.
+/// With 512 rows, h = 6.1e-3. The midpoint rule with exact solid angles errs by h^2 / 24 = 1.6e-6 times the
+/// second derivative relative to the largest radiance, below 50 for lighting times lobe: 8e-5. The microfacet
+/// model jumps at the horizon: the texels on that great circle, h of 4 pi sr each side, are wrong by up to a
+/// half of the jump with signs that mostly cancel along it, which is allowed as much again.
 #[test]
 fn all_six_reference_tables_come_back_from_an_image() {
     let test = "all_six_reference_tables_come_back_from_an_image";

@@ -1,4 +1,4 @@
-//! What the reference files say: directions, the lighting, the materials.
+//! What the reference files hold: directions, the lighting, the materials.
 
 use std::f64::consts::PI;
 
@@ -39,12 +39,12 @@ pub(crate) fn lobe(sharpness: f64, top: usize) -> Vec<f64> {
 pub(crate) fn lighting(file: &Value, top: usize) -> Expansion {
     let constant = triple(&file["constant"]);
     let mut sum = Expansion::zero(degree(top));
-    sum.rows_mut()[0] = constant.map(|v| v * (4.0 * PI).sqrt());
+    sum.coefficients_mut()[0] = constant.map(|v| v * (4.0 * PI).sqrt());
     for part in file["lobes"].as_array().unwrap() {
         let (amplitude, u) = (triple(&part["amplitude"]), lobe(part["sharpness"].as_f64().unwrap(), top));
         let part =
             Expansion::zonal(direction(&part["direction"]), degree(top), |l| amplitude.map(|a| a * u[l]));
-        for (row, add) in sum.rows_mut().iter_mut().zip(part.rows()) {
+        for (row, add) in sum.coefficients_mut().iter_mut().zip(part.coefficients()) {
             for channel in 0..3 {
                 row[channel] += add[channel];
             }

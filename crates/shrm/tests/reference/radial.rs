@@ -30,7 +30,7 @@ fn the_reference_lighting_has_its_published_coefficients() {
     let found = lighting(&file, 12);
     let expected: Vec<_> = file["sh"].as_array().unwrap().iter().map(triple).collect();
     assert_eq!(expected.len(), 169);
-    for (row, (found, expected)) in found.rows().iter().zip(&expected).enumerate() {
+    for (row, (found, expected)) in found.coefficients().iter().zip(&expected).enumerate() {
         for channel in 0..3 {
             assert!((found[channel] - expected[channel]).abs() < 1e-12, "row {row}: {found:?} {expected:?}");
         }
@@ -78,13 +78,15 @@ fn some_light(top: usize, gain: f64) -> Expansion {
     let mut light = Expansion::zonal(Direction::from_angles(0.7, 2.0), degree(top), |l| {
         [gain * u[l], 0.5 * u[l], 2.0 * u[l]]
     });
-    light.rows_mut()[0][1] += 0.1;
+    light.coefficients_mut()[0][1] += 0.1;
     light
 }
 
 #[test]
 fn a_furnace_reflects_the_albedo() {
-    let sky = Expansion::from_rows(Degree::ZERO, vec![[(4.0 * PI).sqrt(); 3]]).unwrap().to_degree(degree(9));
+    let sky = Expansion::from_coefficients(Degree::ZERO, vec![[(4.0 * PI).sqrt(); 3]])
+        .unwrap()
+        .to_degree(degree(9));
     for material in [lambert([0.9, 0.5, 0.0]), phong(0.0, [0.9, 0.5, 0.0]), phong(77.3, [0.9, 0.5, 0.0])] {
         let field = Reflection::convolve(&sky, &coefficients(&material, 9)).radial().unwrap();
         for theta in [0.0, 1.0, 3.0] {
@@ -117,13 +119,13 @@ fn reflection_is_linear_in_the_light() {
     let brdf = coefficients(&phong(20.0, [0.1, 0.5, 1.0]), 12);
     let reflect = |light: &Expansion| Reflection::convolve(light, &brdf).radial().unwrap();
     let mut sum = a.clone();
-    for (row, add) in sum.rows_mut().iter_mut().zip(b.rows()) {
+    for (row, add) in sum.coefficients_mut().iter_mut().zip(b.coefficients()) {
         for channel in 0..3 {
             row[channel] += 2.0 * add[channel];
         }
     }
     let (fa, fb, fsum) = (reflect(&a), reflect(&b), reflect(&sum));
-    for ((a, b), sum) in fa.rows().iter().zip(fb.rows()).zip(fsum.rows()) {
+    for ((a, b), sum) in fa.coefficients().iter().zip(fb.coefficients()).zip(fsum.coefficients()) {
         for channel in 0..3 {
             assert!((a[channel] + 2.0 * b[channel] - sum[channel]).abs() < 1e-14);
         }
@@ -138,7 +140,7 @@ fn reflection_commutes_with_rotation() {
     let rotation = sphere::Rotation::from_yaw_pitch_roll(0.3, 1.0, -2.0);
     let reflect = |light: &Expansion| Reflection::convolve(light, &brdf).radial().unwrap();
     let (before, after) = (reflect(&sh::rotate(&light, rotation)), sh::rotate(&reflect(&light), rotation));
-    for (before, after) in before.rows().iter().flatten().zip(after.rows().iter().flatten()) {
+    for (before, after) in before.coefficients().iter().flatten().zip(after.coefficients().iter().flatten()) {
         assert!((before - after).abs() < 1e-13);
     }
 }

@@ -14,9 +14,9 @@ const DEGREES: usize = 3;
 pub(super) fn difference(environment: &Environment, lighting: &Expansion) -> Option<String> {
     let degree = Degree::new(DEGREES.min(lighting.degree().get())).ok()?;
     let own = Transform::new(environment.grid(), degree).ok()?.analyse(environment.pixels());
-    let rows = |expansion: &Expansion, l: usize| expansion.rows()[l * l..(l + 1) * (l + 1)].to_vec();
+    let rows = |expansion: &Expansion, l: usize| expansion.coefficients()[l * l..(l + 1) * (l + 1)].to_vec();
     let energy = |values: &[[f64; 3]]| values.as_flattened().iter().map(|value| value * value).sum::<f64>();
-    let whole = energy(own.rows());
+    let whole = energy(own.coefficients());
     (1..=degree.get()).find_map(|l| {
         let (ours, theirs) = (rows(&own, l), rows(lighting, l));
         let product: f64 = ours.as_flattened().iter().zip(theirs.as_flattened()).map(|(a, b)| a * b).sum();

@@ -441,9 +441,9 @@ fn parts_of_textures_are_checked() {
 #[test]
 fn values_past_the_largest_half_are_told() {
     let mut bright = reflection(2, 2);
-    let lighting = sh::Expansion::from_rows(
+    let lighting = sh::Expansion::from_coefficients(
         bright.0.lighting().degree(),
-        bright.0.lighting().rows().iter().map(|row| row.map(|value| 1e6 * value)).collect(),
+        bright.0.lighting().coefficients().iter().map(|row| row.map(|value| 1e6 * value)).collect(),
     );
     bright = Reflection(shrm::Reflection::convolve(&lighting.unwrap(), bright.0.brdf()));
     for (kind, parameters) in [
@@ -463,7 +463,7 @@ fn values_past_the_largest_half_are_told() {
 #[test]
 fn negative_values_that_rgbe_cannot_hold_are_told() {
     let mut lighting = sky_lighting().0;
-    lighting.rows_mut().iter_mut().for_each(|row| *row = row.map(|value| -value));
+    lighting.coefficients_mut().iter_mut().for_each(|row| *row = row.map(|value| -value));
     let dark = Reflection(shrm::Reflection::convolve(&lighting, reflection(2, 2).0.brdf()));
     let ran =
         case("export-cabral", "resolution = 2\nformat = \"rgbe\"").input("reflection", dark).run().unwrap();

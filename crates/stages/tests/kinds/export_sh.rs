@@ -34,7 +34,7 @@ fn a_preset_takes_the_degrees_that_it_holds_and_says_so() {
     assert_eq!(rows.len(), 9);
     // three.js has our +Z as +Y: its row 1 (y) is our row 2 (z).
     let found = rows[1][0].as_f64().unwrap();
-    assert!((found - lighting.0.rows()[2][0]).abs() < 1e-12, "{found}");
+    assert!((found - lighting.0.coefficients()[2][0]).abs() < 1e-12, "{found}");
 }
 
 #[test]

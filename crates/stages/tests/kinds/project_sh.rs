@@ -15,7 +15,7 @@ fn a_constant_sky_has_one_coefficient() {
     let one = (4.0 * PI).sqrt();
     let mut expected = vec![[0.0; 3]; 25];
     expected[0] = [one, 2.0 * one, 0.5 * one];
-    assert!(difference(lighting.0.rows(), &expected) < 1e-13);
+    assert!(difference(lighting.0.coefficients(), &expected) < 1e-13);
 }
 
 #[test]
@@ -66,8 +66,8 @@ fn windows_scale_each_degree() {
     ] {
         let windowed = project(&format!("degree = 2\n{window}")).artifact::<Lighting>();
         let expected: Vec<_> =
-            (0..9_usize).map(|row| plain.rows()[row].map(|value| value * factors[row.isqrt()])).collect();
-        assert!(difference(windowed.0.rows(), &expected) < 1e-12, "{window}");
+            (0..9_usize).map(|row| plain.coefficients()[row].map(|value| value * factors[row.isqrt()])).collect();
+        assert!(difference(windowed.0.coefficients(), &expected) < 1e-12, "{window}");
     }
 }
 

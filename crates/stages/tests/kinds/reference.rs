@@ -65,7 +65,7 @@ fn the_reference_lighting_comes_back_from_an_exr_file() {
     let expected: Vec<[f64; 3]> = truth["sh"].as_array().unwrap().iter().map(triple).collect();
     assert_eq!(expected.len(), 169);
     let largest = expected.as_flattened().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    let error = difference(pipeline.lighting("sh.safetensors").rows(), &expected) / largest;
+    let error = difference(pipeline.lighting("sh.safetensors").coefficients(), &expected) / largest;
     eprintln!("169 coefficients within {error:.1e} of the largest");
     assert!(error < 2e-6, "{error:e}");
     assert_eq!(pipeline.build(1).ran, 0, "nothing is to do again");

@@ -63,8 +63,8 @@ fn convolution_works_to_the_smaller_degree() {
     let lighting = sky_lighting().0;
     for (row, factor) in [(0, 0.5), (2, 0.5 * 2.0 / 3.0), (4, 0.5 * 0.25)] {
         for channel in 0..3 {
-            let expected = lighting.rows()[row][channel] * factor;
-            assert!((field.rows()[row][channel] - expected).abs() < 1e-14);
+            let expected = lighting.coefficients()[row][channel] * factor;
+            assert!((field.coefficients()[row][channel] - expected).abs() < 1e-14);
         }
     }
 }

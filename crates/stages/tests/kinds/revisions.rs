@@ -110,11 +110,11 @@ fn numbers(case: &Case) -> Vec<f64> {
                 let environment = Environment::decode(&bytes).unwrap().0;
                 environment.pixels().as_flattened().iter().map(|&value| value.into()).collect()
             }
-            Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.rows()),
+            Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.coefficients()),
             Brdf::TYPE => colours(Brdf::decode(&bytes).unwrap().0.rho()),
             Reflection::TYPE => {
                 let reflection = Reflection::decode(&bytes).unwrap().0;
-                [colours(reflection.lighting().rows()), colours(reflection.brdf().rho())].concat()
+                [colours(reflection.lighting().coefficients()), colours(reflection.brdf().rho())].concat()
             }
             Shrm::TYPE => {
                 let map = Shrm::decode(&bytes).unwrap().0;

@@ -1,20 +1,20 @@
 //! Fourier series of many values at once, at four angles that mirror each other.
 //!
-//! A real series sum over m of a_m cos(m x) + b_m sin(m x) falls into four parts: cosines and sines of even and of odd
-//! order. At -x the sines change sign, at pi - x the odd cosines and the even sines, and at x + pi all odd ones. So
-//! four partial sums at one angle give the values at four. Each is a product of matrices, [angles, orders] times
-//! [orders, values], and is computed in tiles that stay in registers.
+//! A real series sum over m of a_m cos(m x) + b_m sin(m x) falls into four parts: cosines and sines of even
+//! and of odd order. At -x the sines change sign, at pi - x the odd cosines and the even sines, and at x + pi
+//! all odd ones. So four partial sums at one angle give the values at four. Each is a product of matrices,
+//! [angles, orders] times [orders, values], and is computed in tiles that stay in registers.
 
 use pulp::Simd;
 
 /// Where the orders of a series of one degree lie: even cosines, odd cosines, even sines, odd sines.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Quarters {
+pub(super) struct ParitySplitFourier {
     /// Where each part starts, and the end.
     starts: [usize; 5],
 }
 
-impl Quarters {
+impl ParitySplitFourier {
     pub(super) fn new(degree: usize) -> Self {
         let lengths = [degree / 2 + 1, degree.div_ceil(2), degree / 2, degree.div_ceil(2)];
         let mut starts = [0; 5];
@@ -63,7 +63,7 @@ impl Quarters {
         let (series, _) = S::as_simd_f64s(series);
         let (sums, _) = S::as_mut_simd_f64s(sums);
         let vectors = values / S::F64_LANES;
-        let product = Product { quarters: *self, angles, series, vectors };
+        let product = Product { fourier: *self, angles, series, vectors };
         let mut first = 0;
         while first < vectors {
             first += match vectors - first {
@@ -78,7 +78,7 @@ impl Quarters {
 
 /// A product of matrices, in vectors.
 struct Product<'a, V> {
-    quarters: Quarters,
+    fourier: ParitySplitFourier,
     angles: &'a [f64],
     series: &'a [V],
     /// Vectors in a row of `series`.
@@ -94,7 +94,7 @@ impl<V: Copy> Product<'_, V> {
         first: usize,
         sums: &mut [V],
     ) -> usize {
-        let count = self.angles.len() / self.quarters.len();
+        let count = self.angles.len() / self.fourier.len();
         let whole = count / TALL * TALL;
         for part in 0..4 {
             for angle in (0..whole).step_by(TALL) {
@@ -116,8 +116,8 @@ impl<V: Copy> Product<'_, V> {
         angle: usize,
         sums: &mut [V],
     ) {
-        let (start, end) = (self.quarters.starts[part], self.quarters.starts[part + 1]);
-        let len = self.quarters.len();
+        let (start, end) = (self.fourier.starts[part], self.fourier.starts[part + 1]);
+        let len = self.fourier.len();
         let angles: [&[f64]; TALL] = std::array::from_fn(|i| &self.angles[(angle + i) * len..][start..end]);
         let mut total = [[simd.splat_f64s(0.0); WIDE]; TALL];
         for order in 0..end - start {
@@ -125,7 +125,7 @@ impl<V: Copy> Product<'_, V> {
             for i in 0..TALL {
                 let factor = simd.splat_f64s(angles[i][order]);
                 for j in 0..WIDE {
-                    total[i][j] = simd.mul_add_e_f64s(factor, row[j], total[i][j]);
+                    total[i][j] = simd.mul_add_f64s(factor, row[j], total[i][j]);
                 }
             }
         }

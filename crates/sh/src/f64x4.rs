@@ -1,0 +1,70 @@
+//! Four doubles at a time: the one SIMD layer of the kernels.
+//!
+//! A kernel is a [`pulp::WithSimd`] over vectors of four `f64` (or eight `f32`). It is compiled twice: with
+//! AVX2 and FMA, and in plain Rust for every other CPU. Both have the same lanes, and multiply-adds are fused
+//! in both, so that their results are the same to the last bit. An x86 CPU without FMA computes them in
+//! software, slowly.
+
+use pulp::{Scalar256b, Simd, WithSimd};
+
+/// The number of doubles in a vector, on every CPU.
+pub const LANES: usize = 4;
+
+/// Four doubles in memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(32))]
+pub struct F64x4(pub [f64; LANES]);
+
+impl F64x4 {
+    /// Four zeros.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    /// The vector of a lane-by-lane function.
+    #[inline(always)]
+    pub fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
+        Self(std::array::from_fn(f))
+    }
+}
+
+/// From memory into a register of a kernel.
+#[inline(always)]
+pub fn load<S: Simd>(_: S, value: &F64x4) -> S::f64s {
+    pulp::cast(value.0)
+}
+
+/// From a register of a kernel into memory.
+#[inline(always)]
+pub fn store<S: Simd>(_: S, vector: S::f64s, value: &mut F64x4) {
+    value.0 = pulp::cast(vector);
+}
+
+/// The instructions that kernels run on.
+#[derive(Clone, Copy, Debug)]
+pub enum Level {
+    /// AVX2 and FMA, found on this CPU.
+    #[cfg(target_arch = "x86_64")]
+    V3(pulp::x86::V3),
+    /// Any CPU.
+    Portable,
+}
+
+impl Level {
+    /// The best level of this CPU.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v3) = pulp::x86::V3::try_new() {
+            return Self::V3(v3);
+        }
+        Self::Portable
+    }
+
+    /// Runs a kernel compiled for this level. Everything that it calls with vectors is `#[inline(always)]`.
+    #[inline]
+    pub fn run<K: WithSimd>(self, kernel: K) -> K::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::V3(v3) => Simd::vectorize(v3, kernel),
+            Self::Portable => Scalar256b.vectorize(kernel),
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! The rotation of coefficients about +Y, by Wigner's d functions ([`crate::wigner`]).
+//!
+//! Between real harmonics the matrix of degree l splits: for m, n >= 0, and up to factors sqrt(2) where m or
+//! n is 0, cosines mix by g + h and sines by g - h, with g^l_mn = (-1)^(m+n) d^l_mn and h^l_mn = (-1)^m
+//! d^l_m,-n.
+//!
+//! A block is four adjacent orders m. For each n its functions climb in l while their terms are added to the
+//! sums.
+
+use pulp::{Simd, WithSimd};
+
+use crate::f64x4::{F64x4, LANES, Level, load, store};
+use crate::scaled::Scaled;
+use crate::wigner::{Pair, Recurrence, column};
+
+/// Values per (l, m): cosine and sine parts of three channels.
+pub(crate) const PARTS: usize = 6;
+
+/// Those of four orders.
+pub(crate) type Row = [F64x4; PARTS];
+
+/// A rotation about +Y by an angle beta in [0, pi / 2], for coefficients up to a degree.
+pub(crate) struct RotationAboutY {
+    level: Level,
+    degree: usize,
+    sine: f64,
+    cosine: f64,
+    recurrence: Recurrence,
+    /// sqrt(k) and 1 / sqrt(k), k = 0 ..= 2 degree + 6.
+    roots: Vec<[f64; 2]>,
+    /// T_mm = c^(2m) of each block.
+    peaks: Vec<Scaled>,
+    /// Terms with |m - n| from here on are below 1e-36 and left out.
+    reach: usize,
+}
+
+impl RotationAboutY {
+    /// For the angle whose half has this sine and cosine.
+    pub(crate) fn new(degree: usize, sine: f64, cosine: f64) -> Self {
+        // |d^l_mn| <= (l beta)^a / a! with a = |m - n|: J_y has norm l and reaches from m to n only in a steps,
+        // so that the first a terms of exp(-i beta J_y) vanish there. beta <= pi s / sqrt(2) on [0, pi / 2].
+        let widest = degree as f64 * sine * 2.2215;
+        let (mut reach, mut bound) = (0, 1.0);
+        while bound > 1e-36 && reach <= 2 * degree {
+            reach += 1;
+            bound *= widest / reach as f64;
+        }
+        let roots = (0..=2 * (degree + LANES)).map(|k| (k as f64).sqrt()).map(|root| [root, 1.0 / root]);
+        let square = cosine * cosine;
+        let first = Scaled::ONE.times_plain(F64x4([1.0, square, square.powi(2), square.powi(3)]));
+        let next = |block: &Scaled| Some(block.times_plain(F64x4([square.powi(4); LANES])));
+        Self {
+            level: Level::detect(),
+            degree,
+            sine,
+            cosine,
+            recurrence: Recurrence::new(degree),
+            roots: roots.collect(),
+            peaks: std::iter::successors(Some(first), next).take(degree / LANES + 1).collect(),
+            reach,
+        }
+    }
+
+    /// Rotates coefficients; the result is for the orders m from 4 `block` on.
+    ///
+    /// `input` holds [`PARTS`] values for l = n ..= degree, n after n. The result is for l = m ..= degree
+    /// with m the block's first order; entries with m > l are zero.
+    pub(crate) fn apply(&self, block: usize, input: &[[f64; PARTS]]) -> Vec<Row> {
+        let mut output = vec![[F64x4::ZERO; PARTS]; self.degree + 1 - block * LANES];
+        self.level.run(Block { rotation: self, first: block * LANES, input, output: &mut output });
+        output
+    }
+
+    /// Whether functions that start out of range stay so up to the last degree F.
+    ///
+    /// Below its turning point l_t = sqrt(m^2 + n^2 - 2 m n cos(beta)) / sin(beta) a function falls by kappa
+    /// each step, sinh(kappa) >= sin(beta) sqrt(l_t^2 - l^2) / l (the recurrence with slowly varying
+    /// factors), so that it is below e^-84 = 1e-36 at F if l_t sin(beta) > F sin(beta) + 20 (F
+    /// sin(beta))^(1/3).
+    fn stay_small(&self, first: usize, n: usize) -> bool {
+        let turn = 1.0 - 2.0 * self.sine * self.sine;
+        let horizon = self.degree as f64 * 2.0 * self.sine * self.cosine;
+        let n = n as f64;
+        // The order of the block that comes nearest.
+        let m = (n * turn).clamp(first as f64, (first + LANES - 1) as f64);
+        (m * m + n * n - 2.0 * m * n * turn).sqrt() > horizon + 20.0 * horizon.cbrt()
+    }
+
+    /// What the functions of a block start from, at l = max(m, n), for each n.
+    #[inline(always)]
+    fn starts(&self, first: usize) -> Vec<[Scaled; 2]> {
+        let sign = |odd: usize| if odd.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let mut starts = vec![[Scaled::ZERO; 2]; self.degree + LANES];
+        // n <= m: T_mk for k = m, m - 1, ..., -m, with T_m,k-1 / T_mk = sqrt((m+k) / (m-k+1)) s / c.
+        let tangent = self.sine / self.cosine;
+        let mut edge = self.peaks[first / LANES];
+        for i in 0..=2 * (first + LANES - 1) {
+            if i > 0 {
+                edge = edge.times_plain(F64x4::from_fn(|lane| {
+                    self.roots[(2 * (first + lane) + 1).saturating_sub(i)][0] * self.roots[i][1] * tangent
+                }));
+            }
+            for lane in 0..LANES {
+                let m = first + lane;
+                if i <= m {
+                    starts[m - i][0].set_lane(lane, edge);
+                }
+                if (m..=2 * m).contains(&i) {
+                    starts[i - m][1].set_lane(lane, edge.with_sign(sign(i - m)));
+                }
+            }
+        }
+        // n > m: T_n,m and T_n,-m.
+        let mut corner = [Scaled::ZERO; 2];
+        for n in first..=self.degree {
+            let factors = F64x4::from_fn(|lane| match first + lane {
+                m if m < n => self.recurrence.ratio_of_starts(n, m) * (self.sine * self.cosine),
+                _ => 0.0,
+            });
+            corner = corner.map(|value| value.times_plain(factors));
+            for lane in 0..LANES {
+                let m = first + lane;
+                let signs = [sign(n + m), sign(n)];
+                for family in 0..2 {
+                    if m < n {
+                        starts[n][family].set_lane(lane, corner[family].with_sign(signs[family]));
+                    } else if m == n {
+                        corner[family].set_lane(lane, starts[n][family].with_sign(signs[family]));
+                    }
+                }
+            }
+        }
+        starts
+    }
+}
+
+struct Block<'a> {
+    rotation: &'a RotationAboutY,
+    first: usize,
+    input: &'a [[f64; PARTS]],
+    output: &'a mut [Row],
+}
+
+impl WithSimd for Block<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Block { rotation, first, input, output } = self;
+        let (recurrence, top) = (&rotation.recurrence, rotation.degree);
+        let last = first + LANES - 1;
+        let t = 2.0 * rotation.sine * rotation.sine;
+        // The factors of each l that n does not change; zero in the lanes that have not started.
+        let factors: Vec<([F64x4; 2], f64)> = (first..=top)
+            .map(|l| {
+                let [a, b, product] = recurrence.degree(l);
+                let step = |lane: usize| match first + lane {
+                    m if m <= l => recurrence.steps(m)[l - m],
+                    _ => [0.0; 2],
+                };
+                let [ahead, behind] =
+                    [(0, a), (1, b)].map(|(i, scale)| F64x4::from_fn(|lane| scale * step(lane)[i]));
+                ([ahead, behind], product - product * t)
+            })
+            .collect();
+        let orders = load(simd, &F64x4::from_fn(|lane| (first + lane) as f64));
+        let starts = rotation.starts(first);
+        for n in 0..=top {
+            let apart = first.saturating_sub(n).max(n.saturating_sub(last));
+            let out_of_range = |start: &Scaled| start.exponent.0.iter().all(|exponent| *exponent > 0.0);
+            if apart >= rotation.reach || starts[n].iter().all(out_of_range) && rotation.stay_small(first, n)
+            {
+                continue;
+            }
+            let mut pair = Pair::new(simd);
+            let product = simd.mul_f64s(orders, simd.splat_f64s(n as f64));
+            let from = first.max(n);
+            let input = &input[column(top, n) + from - n..][..top + 1 - from];
+            let steps = &recurrence.steps(n)[from - n..];
+            let rows = output[from - first..].iter_mut().zip(&factors[from - first..]);
+            for ((l, (row, (lanes, centre))), (input, [inverse, ratio])) in
+                (from..).zip(rows).zip(input.iter().zip(steps))
+            {
+                if l == from || l <= last {
+                    pair.start(simd, starts[n].map(|start| start.only(|lane| n.max(first + lane) == l)));
+                }
+                if let Some([g, h]) = pair.values(simd) {
+                    let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
+                    for part in 0..PARTS {
+                        let mixed = if part < PARTS / 2 { even } else { odd };
+                        let sum =
+                            simd.mul_add_f64s(mixed, simd.splat_f64s(input[part]), load(simd, &row[part]));
+                        store(simd, sum, &mut row[part]);
+                    }
+                }
+                let ahead = simd.mul_f64s(load(simd, &lanes[0]), simd.splat_f64s(*inverse));
+                let behind = simd.mul_f64s(load(simd, &lanes[1]), simd.splat_f64s(*ratio));
+                pair.climb(simd, [ahead, behind], simd.splat_f64s(*centre), product);
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! What analysis and synthesis on one grid share.
+
+
+use parking_lot::Mutex;
+
+use super::fourier::Fourier;
+use super::grid::Grid;
+use super::sums::{self, Group, Rows};
+use crate::f64x4::{F64x4, Level};
+
+/// Why a grid cannot carry a transform.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TransformError {
+    /// The grid has no pixel.
+    #[error("a grid of {columns} columns and {rows} rows has no pixel")]
+    Empty {
+        /// Columns of the grid.
+        columns: usize,
+        /// Rows of the grid.
+        rows: usize,
+    },
+    /// Too few columns to distinguish the cosines and sines of every order.
+    #[error("{columns} columns are too few for degree {degree}: at least {} are needed", 2 * degree + 1)]
+    TooFewColumns {
+        /// Columns of the grid.
+        columns: usize,
+        /// The requested degree.
+        degree: usize,
+    },
+    /// Too few rows to distinguish the degrees.
+    #[error("{rows} rows are too few for degree {degree}: at least {} are needed", degree + 1)]
+    TooFewRows {
+        /// Rows of the grid.
+        rows: usize,
+        /// The requested degree.
+        degree: usize,
+    },
+}
+
+/// What both directions share.
+pub(super) struct TransformPlan {
+    pub(super) grid: Grid,
+    pub(super) degree: usize,
+    pub(super) level: Level,
+    pub(super) rows: Rows,
+    pub(super) fourier: Fourier,
+    /// Memory of finished calls.
+    spare: Mutex<Vec<Workspace>>,
+}
+
+/// Memory of one call.
+#[derive(Default)]
+pub(super) struct Workspace {
+    /// Fourier coefficients along the rows: one group for each m and each four pairs of rows.
+    pub(super) groups: Vec<Group>,
+    /// Coefficients by rising m, then l: (cosine, sine) of each channel.
+    pub(super) orders: Vec<[f64; 6]>,
+}
+
+impl TransformPlan {
+    pub(super) fn new(level: Level, grid: Grid, degree: usize) -> Self {
+        let northern: Vec<(f64, f64)> =
+            (0..grid.height().div_ceil(2)).map(|row| grid.cosine_sine(row)).collect();
+        Self {
+            degree,
+            level,
+            rows: Rows::new(&northern, degree),
+            fourier: Fourier::new(level, grid.width(), grid.height(), degree),
+            spare: Mutex::default(),
+            grid,
+        }
+    }
+
+    /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
+    pub(super) fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace) -> R) -> R {
+        let spare = || self.spare.lock();
+        let mut workspace = spare().pop().unwrap_or_default();
+        let orders = self.degree + 1;
+        workspace.groups.resize(orders * self.rows.groups(), [F64x4::ZERO; sums::PARTS]);
+        workspace.orders.resize(orders * (orders + 1) / 2, [0.0; 6]);
+        let result = work(&mut workspace);
+        spare().push(workspace);
+        result
+    }
+}
+
+/// The pairs (m, m + 1) for even m up to `degree`, as ranges.
+pub(super) fn order_pairs(degree: usize) -> Vec<std::ops::Range<usize>> {
+    (0..=degree).step_by(2).map(|m| m..(m + 2).min(degree + 1)).collect()
+}
+
+/// Cuts a slice into consecutive parts of the given lengths.
+pub(super) fn split<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    lengths
+        .map(|length| {
+            let (part, rest) = std::mem::take(&mut slice).split_at_mut(length);
+            slice = rest;
+            part
+        })
+        .collect()
+}
