@@ -19,3 +19,9 @@ pub use models::{
     Range, Shape, TorranceSparrow, Value, Values, WEIGHT, Ward,
 };
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::models::REVISION as MODELS;
+    pub use crate::projection::REVISION as PROJECTION;
+}

@@ -11,6 +11,9 @@ use glam::DVec3;
 
 use crate::normals::{double, unit};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// The most triangles around a vertex for which MikkTSpace is asked: its time grows with the square of it, and its
 /// stack with it. A mesh that has more gets tangents as one without coordinates.
 const MOST_AROUND: u32 = 1024;

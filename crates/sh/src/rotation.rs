@@ -17,6 +17,9 @@ use sphere::{Rotation, Zyz};
 use crate::Expansion;
 use crate::wigner::{PARTS, Wigner, triangle};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// Below this degree a rotation takes less time than waking threads does.
 const PARALLEL_FROM: usize = 40;
 

@@ -30,6 +30,9 @@ use fourier::Fourier;
 use lanes::{Lane, Level};
 use sums::{Group, Rows};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// Why a grid cannot carry a transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

@@ -39,6 +39,9 @@ pub use ward::Ward;
 use crate::clamped_cosine::ClampedCosine;
 use crate::{Centre, Measured};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// A reflection model: what its file says about it.
 pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// The name in material files.

@@ -32,6 +32,9 @@ use choice::{energies, least, not_finite};
 use slice::Source;
 use tabulation::{ACCURACY, coarse, tabulate};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Choice {
