@@ -488,8 +488,7 @@ fn stage_facts(plan: &Plan) -> Vec<StageFacts> {
         for (name, from) in &stage.inputs {
             let port = stage.ports.iter().find(|port| port.name == *name);
             if let (Some(port), Some((made, decoder))) = (port, &mut facts[*from].artifact) {
-                let place = port.types.iter().position(|taken| taken == made);
-                *decoder = decoder.or(place.map(|place| port.decoders[place]));
+                *decoder = decoder.or(port.decoder(made));
             }
         }
     }

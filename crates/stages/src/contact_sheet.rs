@@ -35,7 +35,7 @@ use std::f64::consts::PI;
 
 use brdf::Centre;
 use containers::write_png;
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, parameters};
 use envmap::{Environment, ToneMap, middle_grey_exposure};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
@@ -43,25 +43,17 @@ use shrm::{MapGrid, Plain, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
+use crate::choices::ToneMapName;
 use crate::sheet::{Lighting, MAP, Material, RECONSTRUCTION, Reconstruction, Sheet, stops};
-
-choice! {
-    /// The curve from exposed radiance to what is shown.
-    pub(crate) enum Curve {
-        /// A film-like shoulder: highlights keep their shape.
-        Filmic = "filmic",
-        /// None: what is brighter than white is white.
-        Plain = "plain",
-    }
-}
 
 parameters! {
     /// Parameters of `contact-sheet`.
     pub(crate) struct Parameters {
         /// Stops by which all radiance is multiplied before it is shown. Without it, from the environment.
+        #[range(-60.0..=60.0)]
         exposure: Option<f64> = None,
         /// How exposed radiance is shown: with a film's shoulder, or cut at white.
-        curve: Curve = Curve::Filmic,
+        curve: ToneMapName = ToneMapName(ToneMap::Filmic),
         /// The degrees up to which the environment is put together again. Those past the lighting's are left out,
         /// and the lighting's own is added.
         degrees: Vec<usize> = vec![2, 5, 10, 20],
@@ -70,8 +62,6 @@ parameters! {
 
 /// The most `degrees` of a sheet.
 const MOST: usize = 100;
-/// The largest `exposure`, up and down.
-const MOST_STOPS: f64 = 60.0;
 /// The mean of an environment is not shown brighter than this: two stops above middle grey.
 const BRIGHTEST_MEAN: f64 = 0.72;
 
@@ -86,6 +76,7 @@ impl Kind for ContactSheet {
 
     const NAME: &'static str = "contact-sheet";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -102,14 +93,10 @@ impl Kind for ContactSheet {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Some(exposure) = parameters.exposure.filter(|exposure| exposure.abs() > MOST_STOPS) {
-            faults.push(("exposure", format!("exposure: {exposure} is not -{MOST_STOPS} to {MOST_STOPS}")));
+        match parameters.degrees.len() {
+            ..=MOST => Vec::new(),
+            many => vec![("degrees", format!("{many} are more than {MOST}"))],
         }
-        if parameters.degrees.len() > MOST {
-            faults.push(("degrees", format!("degrees: {} are more than {MOST}", parameters.degrees.len())));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -120,9 +107,10 @@ impl Kind for ContactSheet {
 
         let (exposure, reason) = exposure(parameters, environment);
         let mut facts = vec![format!("exposure {} {reason}", stops(exposure))];
-        facts.push(match parameters.curve {
-            Curve::Filmic => "filmic curve".into(),
-            Curve::Plain => "no curve".into(),
+        let ToneMapName(tone) = parameters.curve;
+        facts.push(match tone {
+            ToneMap::Filmic => "filmic curve".into(),
+            ToneMap::Plain => "no curve".into(),
         });
         facts.push("all pictures alike".into());
         let lighting = match &lighting {
@@ -138,10 +126,6 @@ impl Kind for ContactSheet {
         context.check_cancelled()?;
 
         let title = if own.is_empty() { "Environment".into() } else { own.to_string() };
-        let tone = match parameters.curve {
-            Curve::Filmic => ToneMap::Filmic,
-            Curve::Plain => ToneMap::Plain,
-        };
         let subtitle = facts.join(" · ");
         let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone };
         let picture = sheet.draw();
@@ -270,7 +254,8 @@ mod tests {
         }
     }
 
-    const DEFAULTS: Parameters = Parameters { exposure: None, curve: Curve::Filmic, degrees: Vec::new() };
+    const DEFAULTS: Parameters =
+        Parameters { exposure: None, curve: ToneMapName(ToneMap::Filmic), degrees: Vec::new() };
 
     fn key(pairs: &[(&str, &str)]) -> ItemKey {
         pairs.iter().copied().collect()

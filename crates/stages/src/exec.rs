@@ -19,8 +19,8 @@
 //!
 //! A program without a `/` is looked up in PATH; any other is relative to the manifest's folder. An argument
 //! that names an existing file of the manifest's folder becomes its full path, as `tools/grade.py` in the example.
-//! `inputs` may have any port names, or there may be none; a port takes every type of artifact. The command must use
-//! every port, and `{output}`.
+//! `inputs` may have any port names, or there may be none; a port takes every type of artifact, also the types of a
+//! studio's own kinds. The command must use every port, and `{output}`.
 //!
 //! ## What a port's file holds
 //!
@@ -28,7 +28,8 @@
 //! | --- | --- |
 //! | `environment` | `exr`: the `lat-long` of `import-environment`, RGB, 32-bit float, every bit kept; `hdr`: Radiance RGBE, which rounds; `safetensors` |
 //! | `lighting` | `safetensors`; `json`: that of `export-sh` with its preset `specula` |
-//! | `material`, `brdf`, `reflection`, `shrm` | `safetensors` |
+//! | `material`, `brdf`, `reflection`, `shrm`, `mesh` | `safetensors` |
+//! | a type of a studio's own kind | `bin`: the bytes as that kind encodes them |
 //!
 //! `formats = { NAME = "hdr" }` chooses another for a port. `specula inspect` and the manual pages of the exports tell
 //! the tensors' names and shapes, CONVENTIONS.md the frame.
@@ -89,6 +90,7 @@ mod tools;
 
 use std::ffi::OsString;
 use std::fs;
+use std::ops::Bound;
 use std::path::Path;
 use std::time::Duration;
 
@@ -98,7 +100,6 @@ use self::command::{Command, Piece};
 use self::exchange::{Formats, Made};
 use self::process::Process;
 use self::tools::Variables;
-use crate::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
 
 parameters! {
     /// Parameters of `exec`.
@@ -113,7 +114,8 @@ parameters! {
         tools: Vec<String> = Vec::new(),
         /// The environment variables that the program may see.
         env: Variables = Variables::default(),
-        /// Seconds after which the program is killed, more than 0, at most 86400.
+        /// Seconds after which the program is killed.
+        #[range((Bound::Excluded(0.0), Bound::Included(LONGEST)))]
         timeout: f64 = 60.0,
     }
 }
@@ -132,11 +134,11 @@ impl Kind for Exec {
     const TEXT: &'static str = include_str!("exec.rs");
 
     fn ports() -> Vec<Port> {
-        vec![port("input").optional()]
+        vec![Port::any("input").optional()]
     }
 
     fn ports_named(names: &[&str]) -> Vec<Port> {
-        names.iter().filter(|name| command::is_word(name)).map(|name| port(name)).collect()
+        names.iter().filter(|name| command::is_word(name)).map(|name| Port::any(*name)).collect()
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -144,15 +146,10 @@ impl Kind for Exec {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if !(parameters.timeout > 0.0 && parameters.timeout <= LONGEST) {
-            let message = format!("timeout: {} is not more than 0 and at most {LONGEST}", parameters.timeout);
-            faults.push(("timeout", message));
+        match parameters.tools.iter().any(|tool| tool.is_empty() || tool.contains('\0')) {
+            true => vec![("tools", "a name is empty or has a NUL".into())],
+            false => Vec::new(),
         }
-        if parameters.tools.iter().any(|tool| tool.is_empty() || tool.contains('\0')) {
-            faults.push(("tools", "tools: a name is empty or has a NUL".into()));
-        }
-        faults
     }
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
@@ -196,16 +193,6 @@ impl Kind for Exec {
         tools::read(parameters, context)?;
         parameters.output.read(&work, &process.name, context)
     }
-}
-
-/// A port that takes every type.
-fn port(name: &str) -> Port {
-    Port::one::<Environment>(name)
-        .or::<Lighting>()
-        .or::<Material>()
-        .or::<Brdf>()
-        .or::<Reflection>()
-        .or::<Shrm>()
 }
 
 /// An argument with its placeholders filled in.

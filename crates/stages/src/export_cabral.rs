@@ -62,15 +62,18 @@
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use containers::{Encoded, Texture, write_dds, write_exr, write_rgbe};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{Cabral, MapGrid, Shrm, Terms, View, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps};
+use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use shrm::{
+    Cabral, MapGrid, MapLayout, Shrm, Terms, View, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps,
+};
 use sphere::LatLong;
 
 use crate::artifacts;
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
+use crate::export_reflection_map::tell_overflow;
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use crate::map_input::{ERROR, MOST, MapLayout, Resolution};
+use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
 use crate::share::share;
 
@@ -104,11 +107,12 @@ parameters! {
         /// How the sphere of central directions lies on a file; see Files.
         layout: Layout = Layout::Cube,
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Left out: "auto".
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: Format = Format::Exr,
         /// With format "exr" or "dds": 16-bit or 32-bit numbers.
-        precision: Numbers = Numbers::Half,
+        precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": what is done with values past 65504; see Numbers.
         overflow: Overflow = Overflow::Clamp,
     }
@@ -122,6 +126,7 @@ impl Kind for ExportCabral {
 
     const NAME: &'static str = "export-cabral";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_cabral.rs");
 
     fn ports() -> Vec<Port> {
@@ -133,14 +138,22 @@ impl Kind for ExportCabral {
         Product::Files(maps.chain(["/cabral.json".to_owned()]).collect())
     }
 
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let layout = match parameters.layout {
+            Layout::Cube => MapLayout::Cube,
+            Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
+        };
+        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+    }
+
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let numbers = (parameters.format != Format::Rgbe).then_some(parameters.precision);
-        let mut faults: Vec<_> =
-            map_source::check_overflow(parameters.overflow, numbers).into_iter().collect();
-        if parameters.precision != Numbers::Half && parameters.format == Format::Rgbe {
-            faults.push(("precision", "precision: format = \"rgbe\" has its own".into()));
+        let PrecisionName(precision) = parameters.precision;
+        let used = (parameters.format != Format::Rgbe).then_some(precision);
+        let mut errors: Vec<_> = map_source::check_overflow(parameters.overflow, used).into_iter().collect();
+        if precision != Precision::Half && parameters.format == Format::Rgbe {
+            errors.push(("precision", "format = \"rgbe\" has its own".into()));
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -233,7 +246,7 @@ fn for_spheres(
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
             let map = reflection.synthesise(MapGrid::LatLong(LatLong::with_rows(rows)), View::Local)?;
-            let needed = reflection.resolution(shrm::MapLayout::LatLong, ERROR).texels;
+            let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }
     }
@@ -267,7 +280,7 @@ fn encode(
     pixels: &[[f32; 3]],
     context: &Context<'_>,
 ) -> Result<Encoded, Failure> {
-    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
+    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
     match parameters.format {
         Format::Exr => Ok(write_exr(&map_source::picture(size, pixels)?, precision, recipe)?),
         Format::Rgbe => Ok(write_rgbe(&map_source::picture(size, pixels)?, recipe)?),

@@ -42,13 +42,14 @@
 //! path = "{environment}/{material}/kautz-mccool"
 //! ```
 
-use containers::{Texture, write_dds, write_exr, write_ktx2};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{KautzMcCool, View, azimuthal_share};
+use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
 
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
+use crate::export_reflection_map::tell_overflow;
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use crate::map_input::{MapLayout, Resolution};
+use crate::map_input;
 use crate::map_source::{self, MapSource};
 use crate::share::share;
 
@@ -68,21 +69,20 @@ parameters! {
     /// Parameters of `export-kautz-mccool`.
     pub(crate) struct Parameters {
         /// Rows of a slice, which has twice as many columns. Left out: "auto".
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
-        /// How many angles, 2 to 256. A field of degree P needs P + 1 to come back, and several times that to look
-        /// smooth when it is interpolated.
+        /// How many angles. A field of degree P needs P + 1 to come back, and several times that to look smooth when it is
+        /// interpolated.
+        #[range(2..=256)]
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
         format: Format = Format::Dds,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
+        precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": whether values past 65504, in either direction, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
 }
-
-/// The most slices.
-const MOST: usize = 256;
 
 /// The kind `export-kautz-mccool`.
 pub(crate) struct ExportKautzMcCool;
@@ -92,6 +92,7 @@ impl Kind for ExportKautzMcCool {
 
     const NAME: &'static str = "export-kautz-mccool";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_kautz_mccool.rs");
 
     fn ports() -> Vec<Port> {
@@ -109,13 +110,14 @@ impl Kind for ExportKautzMcCool {
         Product::Files(files)
     }
 
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let edge = edge_of(parameters.resolution, MapLayout::LatLong);
+        MapSizes { edge, slices: Some(parameters.slices) }
+    }
+
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults: Vec<_> =
-            map_source::check_overflow(parameters.overflow, Some(parameters.precision)).into_iter().collect();
-        if !(2..=MOST).contains(&parameters.slices) {
-            faults.push(("slices", format!("slices: {} is not 2 to {}", parameters.slices, MOST)));
-        }
-        faults
+        let error = map_source::check_overflow(parameters.overflow, Some(parameters.precision.0));
+        error.into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -185,7 +187,7 @@ fn encode(
     texture: &KautzMcCool,
     context: &Context<'_>,
 ) -> Result<(Vec<Vec<u8>>, usize), Failure> {
-    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
+    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
     let size @ [width, height] = map_source::picture_size(texture.grid());
     let depth = texture.angles().len();
     let volume = || {

@@ -61,11 +61,12 @@ use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
+use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
 use crate::share::share;
 
 choice! {
     /// Which map stands for a material that changes with the view.
-    pub(crate) enum View {
+    pub(crate) enum PlainName: Plain {
         /// The mean over all views.
         Mean = "mean",
         /// The surface looked at straight.
@@ -99,48 +100,27 @@ choice! {
     }
 }
 
-choice! {
-    /// The numbers of an OpenEXR file.
-    pub(crate) enum Numbers {
-        /// 16 bits.
-        Half = "half",
-        /// 32 bits.
-        Float = "float",
-    }
-}
-
-choice! {
-    /// What is done with values past the largest half.
-    pub(crate) enum Overflow {
-        /// Each becomes the largest half.
-        Clamp = "clamp",
-        /// The item fails.
-        Error = "error",
-    }
-}
-
 parameters! {
     /// Parameters of `export-reflection-map`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the written images; see Files.
         layout: Layout = Layout::LatLong,
-        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face. 1 to 4096.
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        #[range(1..=MOST)]
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
+        precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": what is done with values past 65504; see there.
         overflow: Overflow = Overflow::Clamp,
-        /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
+        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        #[range(STOPS)]
         exposure: f64 = 0.0,
         /// Of a material that changes with the view (P > 0): the mean over views, or the surface looked at straight.
-        view: View = View::Mean,
+        view: PlainName = PlainName(Plain::Mean),
     }
 }
-
-/// The largest `resolution`: a cube of this edge has 100 million texels.
-const MOST: usize = 4096;
 
 /// The kind `export-reflection-map`.
 pub(crate) struct ExportReflectionMap;
@@ -150,6 +130,7 @@ impl Kind for ExportReflectionMap {
 
     const NAME: &'static str = "export-reflection-map";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
     fn ports() -> Vec<Port> {
@@ -169,35 +150,28 @@ impl Kind for ExportReflectionMap {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if !(1..=MOST).contains(&parameters.resolution) {
-            faults.push(("resolution", format!("resolution: {} is not 1 to {MOST}", parameters.resolution)));
-        }
+        let PrecisionName(precision) = parameters.precision;
+        let mut errors = Vec::new();
         if parameters.exposure != 0.0 && parameters.format != Format::Png {
-            faults.push(("exposure", "exposure: only format = \"png\" uses it".into()));
-        }
-        if parameters.exposure.abs() > 100.0 {
-            faults.push(("exposure", format!("exposure: {} is not -100 to 100 stops", parameters.exposure)));
+            errors.push(("exposure", "only format = \"png\" uses it".into()));
         }
         if parameters.overflow != Overflow::Clamp
-            && (parameters.format, parameters.precision) != (Format::Exr, Numbers::Half)
+            && (parameters.format, precision) != (Format::Exr, Precision::Half)
         {
-            faults.push((
-                "overflow",
-                "overflow: only format = \"exr\" with precision = \"half\" uses it".into(),
-            ));
+            errors.push(("overflow", "only format = \"exr\" with precision = \"half\" uses it".into()));
         }
-        if parameters.precision != Numbers::Half && parameters.format != Format::Exr {
-            faults.push(("precision", "precision: only format = \"exr\" uses it".into()));
+        if precision != Precision::Half && parameters.format != Format::Exr {
+            errors.push(("precision", "only format = \"exr\" uses it".into()));
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reflection = context.get::<artifacts::Reflection>("reflection")?;
-        let (plain, words) = match parameters.view {
-            View::Mean => (Plain::Mean, "the mean over all views"),
-            View::HeadOn => (Plain::HeadOn, "the surface looked at straight"),
+        let PlainName(plain) = parameters.view;
+        let words = match plain {
+            Plain::Mean => "the mean over all views",
+            Plain::HeadOn => "the surface looked at straight",
         };
         let lost = view_dependent_share(&reflection.0);
         if lost > 0.0 {
@@ -347,12 +321,8 @@ pub(crate) fn tell_overflow(
 
 /// The file of an image, and how many of its values the format could not hold.
 fn encode(parameters: &Parameters, image: &Image, recipe: Option<&str>) -> Result<Encoded, Failure> {
-    let precision = match parameters.precision {
-        Numbers::Half => Precision::Half,
-        Numbers::Float => Precision::Float,
-    };
     match parameters.format {
-        Format::Exr => Ok(write_exr(image, precision, recipe)?),
+        Format::Exr => Ok(write_exr(image, parameters.precision.0, recipe)?),
         Format::Rgbe => Ok(write_rgbe(image, recipe)?),
         Format::Png => {
             let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);

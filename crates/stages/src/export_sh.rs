@@ -108,7 +108,8 @@
 //! path = "{environment}/sh"
 //! ```
 
-use containers::{lighting_json, tensors};
+use containers::lighting_json::{self, Preset};
+use containers::tensors;
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 
 use crate::artifacts;
@@ -125,21 +126,21 @@ choice! {
 
 choice! {
     /// The convention of the coefficients.
-    pub(crate) enum Preset {
+    pub(crate) enum PresetName: Preset {
         /// Specula's own.
-        Specula = "specula",
+        Specula,
         /// DirectXMath and cmft.
-        DirectX = "directx",
+        DirectX,
         /// Unreal Engine.
-        Unreal = "unreal",
+        Unreal,
         /// Unity.
-        Unity = "unity",
+        Unity,
         /// Filament.
-        Filament = "filament",
+        Filament,
         /// three.js.
-        Three = "three",
+        Three,
         /// Babylon.js.
-        Babylon = "babylon",
+        Babylon,
     }
 }
 
@@ -149,21 +150,7 @@ parameters! {
         /// The container: JSON for people and engines, safetensors for programs.
         format: Format = Format::Json,
         /// With format "json": the convention of the coefficients; see the table.
-        preset: Preset = Preset::Specula,
-    }
-}
-
-impl Preset {
-    fn definition(self) -> lighting_json::Preset {
-        match self {
-            Self::Specula => lighting_json::Preset::Specula,
-            Self::DirectX => lighting_json::Preset::DirectX,
-            Self::Unreal => lighting_json::Preset::Unreal,
-            Self::Unity => lighting_json::Preset::Unity,
-            Self::Filament => lighting_json::Preset::Filament,
-            Self::Three => lighting_json::Preset::Three,
-            Self::Babylon => lighting_json::Preset::Babylon,
-        }
+        preset: PresetName = PresetName(Preset::Specula),
     }
 }
 
@@ -189,8 +176,8 @@ impl Kind for ExportSh {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.format == Format::Safetensors && parameters.preset != Preset::Specula {
-            return vec![("preset", "preset: safetensors hold Specula's own coefficients only".into())];
+        if parameters.format == Format::Safetensors && parameters.preset.0 != Preset::Specula {
+            return vec![("preset", "safetensors hold Specula's own coefficients only".into())];
         }
         Vec::new()
     }
@@ -201,7 +188,7 @@ impl Kind for ExportSh {
         if parameters.format == Format::Safetensors {
             return Ok(Output::Files(vec![tensors::encode_lighting(lighting, recipe)?]));
         }
-        let preset = parameters.preset.definition();
+        let PresetName(preset) = parameters.preset;
         let (given, written) = (lighting.degree().get(), preset.degree(lighting.degree()));
         if written < given {
             context.note(format!(

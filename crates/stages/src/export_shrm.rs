@@ -129,11 +129,12 @@ use std::ops::Range;
 use containers::{
     Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
 };
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{Shrm, Terms};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use shrm::{MapLayout, Shrm, Terms};
 
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
-use crate::map_input::{MapInput, MapLayout, Resolution};
+use crate::choices::{MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of};
+use crate::export_reflection_map::tell_overflow;
+use crate::map_input::{self, MapInput};
 
 choice! {
     /// The container.
@@ -147,31 +148,23 @@ choice! {
     }
 }
 
-choice! {
-    /// The directions that the coefficients are over.
-    pub(crate) enum View {
-        /// The view in the frame of the texel.
-        Local = "local",
-        /// The view in the world.
-        Global = "global",
-    }
-}
-
 parameters! {
     /// Parameters of `export-shrm`.
     pub(crate) struct Parameters {
         /// Where the texels lie. Left out: "cube", or as the map that arrives has it.
-        layout: Option<MapLayout> = None,
+        layout: Option<MapLayoutName> = None,
         /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto", or as the map that arrives has it.
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Left out: 0.01.
+        #[range(1e-6..1.0)]
         error: Option<f64> = None,
         /// The frame of the views that the coefficients are over. Left out: "local", or as the map that arrives has it.
-        view: Option<View> = None,
+        view: Option<ViewName> = None,
         /// The container; see Files.
         format: Format = Format::Safetensors,
         /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504. Safetensors hold 32-bit numbers.
-        precision: Numbers = Numbers::Half,
+        precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": what is done with values past 65504; see there.
         overflow: Overflow = Overflow::Clamp,
     }
@@ -179,11 +172,8 @@ parameters! {
 
 impl Parameters {
     fn input(&self) -> MapInput {
-        let view = self.view.map(|view| match view {
-            View::Local => shrm::View::Local,
-            View::Global => shrm::View::Global,
-        });
-        MapInput { layout: self.layout, resolution: self.resolution, error: self.error, view }
+        let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
+        MapInput { layout, resolution: self.resolution, error: self.error, view }
     }
 }
 
@@ -195,6 +185,7 @@ impl Kind for ExportShrm {
 
     const NAME: &'static str = "export-shrm";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
     fn ports() -> Vec<Port> {
@@ -209,29 +200,32 @@ impl Kind for ExportShrm {
         }])
     }
 
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
+        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+    }
+
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = parameters.input().check();
+        let PrecisionName(precision) = parameters.precision;
+        let mut errors = parameters.input().check();
         let textures = parameters.format != Format::Safetensors;
-        if parameters.overflow != Overflow::Clamp && !(textures && parameters.precision == Numbers::Half) {
-            faults.push((
+        if parameters.overflow != Overflow::Clamp && !(textures && precision == Precision::Half) {
+            errors.push((
                 "overflow",
-                "overflow: only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
+                "only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
             ));
         }
-        if parameters.precision != Numbers::Half && !textures {
-            faults.push(("precision", "precision: only format = \"exr\" or \"ktx2\" uses it".into()));
+        if precision != Precision::Half && !textures {
+            errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let map = parameters.input().map(context)?;
         context.check_cancelled()?;
         let recipe = Some(context.recipe());
-        let precision = match parameters.precision {
-            Numbers::Half => Precision::Half,
-            Numbers::Float => Precision::Float,
-        };
+        let PrecisionName(precision) = parameters.precision;
         let file = match parameters.format {
             Format::Safetensors => Encoded { bytes: tensors::encode_shrm(&map.0, recipe)?, clamped: 0 },
             Format::Exr => layers(&map.0, precision, recipe)?,

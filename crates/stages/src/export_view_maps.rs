@@ -42,24 +42,15 @@
 //! path = "{environment}/{material}/view-maps"
 //! ```
 
-use containers::{write_dds, write_exr, write_ktx2};
+use containers::{Precision, write_dds, write_exr, write_ktx2};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::ViewMaps;
+use shrm::{MapLayout, View, ViewMaps};
 
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::choices::{MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName};
+use crate::export_reflection_map::tell_overflow;
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use crate::map_input::{MapLayout, Resolution};
+use crate::map_input;
 use crate::map_source::{self, MapSource};
-
-choice! {
-    /// Which directions the views are.
-    pub(crate) enum View {
-        /// V in the world.
-        Global = "global",
-        /// w_o in the frame of the texel.
-        Local = "local",
-    }
-}
 
 choice! {
     /// The container of the maps.
@@ -76,25 +67,24 @@ choice! {
 parameters! {
     /// Parameters of `export-view-maps`.
     pub(crate) struct Parameters {
-        /// T: the maps are for T x T views. 1 to 64.
+        /// T: the maps are for T x T views.
+        #[range(1..=64)]
         views: usize = 9,
         /// Which directions the views are; see the table.
-        view: View = View::Global,
+        view: ViewName = ViewName(View::Global),
         /// Where the texels of a map lie.
-        layout: MapLayout = MapLayout::Cube,
+        layout: MapLayoutName = MapLayoutName(MapLayout::Cube),
         /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto".
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: Format = Format::Ktx2,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
+        precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": whether values past 65504, in either direction, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
 }
-
-/// The largest T.
-const MOST: usize = 64;
 
 /// The kind `export-view-maps`.
 pub(crate) struct ExportViewMaps;
@@ -104,6 +94,7 @@ impl Kind for ExportViewMaps {
 
     const NAME: &'static str = "export-view-maps";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 
     fn ports() -> Vec<Port> {
@@ -120,25 +111,14 @@ impl Kind for ExportViewMaps {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if !(1..=MOST).contains(&parameters.views) {
-            faults.push(("views", format!("views: {} is not 1 to {MOST}", parameters.views)));
-        }
-        faults.extend(map_source::check_overflow(parameters.overflow, Some(parameters.precision)));
-        faults
+        let error = map_source::check_overflow(parameters.overflow, Some(parameters.precision.0));
+        error.into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = MapSource::of(context)?;
-        let (view, views) = match parameters.view {
-            View::Global => (shrm::View::Global, Views::Global),
-            View::Local => (shrm::View::Local, Views::Local),
-        };
-        let layout = match parameters.layout {
-            MapLayout::Cube => FileLayout::Cube,
-            MapLayout::LatLong => FileLayout::LatLong,
-        };
-        let map = source.map(parameters.layout, parameters.resolution, view, context)?;
+        let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
+        let map = source.map(layout, parameters.resolution, view, context)?;
         let side = parameters.views;
         map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
         context.check_cancelled()?;
@@ -158,20 +138,27 @@ impl Kind for ExportViewMaps {
         let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
             let layer = (parameters.format != Format::Exr).then_some(k);
             let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
-            match parameters.view {
+            match view {
                 View::Global => entry.seen_from(direction),
                 View::Local => entry.seen_from_local(direction),
             }
         });
+        let layout = match layout {
+            MapLayout::Cube => FileLayout::Cube,
+            MapLayout::LatLong => FileLayout::LatLong,
+        };
         let index = NewIndex {
             method: "view-maps",
             centre: table.centre(),
-            views,
+            views: match view {
+                View::Global => Views::Global,
+                View::Local => Views::Local,
+            },
             layout,
             resolution: table.grid().shape()[1],
             degree: source.p(),
             lookup: lookup_text(layout).into(),
-            interpolation: interpolation(parameters.view, side),
+            interpolation: interpolation(view, side),
             maps: entries.collect(),
             triangles: None,
         };
@@ -210,7 +197,7 @@ fn encode(
     table: &ViewMaps,
     context: &Context<'_>,
 ) -> Result<(Vec<Vec<u8>>, usize), Failure> {
-    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
+    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
     let count = table.side() * table.side();
     let array = || map_source::texture(table.grid(), count, table.maps().to_vec());
     let encoded = match parameters.format {

@@ -75,65 +75,67 @@
 use std::path::Path;
 
 use containers::{Decoded, OpenExrEnvmap, ReadOptions, read_image};
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use envmap::{Environment, Image, repair, stack_faces};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use envmap::{BadPixels, Environment, Image, Layout, repair, stack_faces};
 use sphere::{Face, LatLong};
 
 use crate::artifacts;
+use crate::choices::STOPS;
 use crate::six_faces::{self, FaceName};
 
 choice! {
-    /// How the sphere lies on the image.
-    pub(crate) enum Layout {
-        /// As the source says: a folder, or the `envmap` attribute; else lat-long.
-        Auto = "auto",
+    /// How the sphere lies on an image.
+    pub(crate) enum LayoutName: Layout {
         /// Latitude and longitude, pixel centres at half texels.
-        LatLong = "lat-long",
+        LatLong,
         /// OpenEXR's lat-long, with pixels on the poles.
-        OpenExrLatLong = "openexr-lat-long",
+        OpenExrLatLong,
         /// OpenEXR's cube.
-        OpenExrCube = "openexr-cube",
+        OpenExrCube,
         /// An angular map.
-        Probe = "probe",
+        Probe,
         /// A chrome ball.
-        MirrorBall = "mirror-ball",
+        MirrorBall,
         /// Six files.
-        Cube = "cube",
+        Cube,
         /// A cross of faces.
-        CubeCross = "cube-cross",
+        CubeCross,
         /// A strip of faces.
-        CubeStrip = "cube-strip",
+        CubeStrip,
     }
 }
 
 choice! {
-    /// What is done with NaN, infinite and negative values.
-    pub(crate) enum BadPixels {
+    /// What happens to NaN, infinite and negative values.
+    pub(crate) enum BadPixelsName: BadPixels {
         /// The item fails.
-        Error = "error",
+        Error,
         /// The value becomes 0.
-        Zero = "zero",
+        Zero,
         /// The value becomes the nearest that is not bad.
-        Clamp = "clamp",
+        Clamp,
     }
 }
 
 parameters! {
     /// Parameters of `import-environment`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the image; see Layouts.
-        layout: Layout = Layout::Auto,
+        /// How the sphere lies on the image; see Layouts. "auto" is as the source says: a folder, or the `envmap`
+        /// attribute; otherwise lat-long.
+        layout: OrAuto<LayoutName> = OrAuto::Auto,
         /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Without it, the first
         /// that holds colour.
         layer: Option<String> = None,
-        /// Stops by which the radiance is multiplied, -100 to 100: 1 doubles it.
+        /// Stops by which the radiance is multiplied: 1 doubles it.
+        #[range(STOPS)]
         exposure: f64 = 0.0,
-        /// Rows of the result, 1 to 8192, which has twice as many columns. Without it, a lat-long image keeps its size, and others
+        /// Rows of the result, which has twice as many columns. Without it, a lat-long image keeps its size, and others
         /// keep the density of pixels that they have at the centre of the image or face: half the rows of a
         /// probe, 0.79 of a mirror ball's, twice those of a cube's face.
+        #[range(1..=MOST_ROWS)]
         resolution: Option<usize> = None,
         /// What is done with NaN, infinite and negative values; see Bad pixels.
-        bad_pixels: BadPixels = BadPixels::Error,
+        bad_pixels: BadPixelsName = BadPixelsName(BadPixels::Error),
     }
 }
 
@@ -148,6 +150,7 @@ impl Kind for ImportEnvironment {
 
     const NAME: &'static str = "import-environment";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
 
@@ -159,27 +162,11 @@ impl Kind for ImportEnvironment {
         Product::Artifact(artifacts::Environment::TYPE)
     }
 
-    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Some(rows) = parameters.resolution.filter(|rows| !(1..=MOST_ROWS).contains(rows)) {
-            faults.push(("resolution", format!("resolution: {rows} is not 1 to {MOST_ROWS}")));
-        }
-        if parameters.exposure.abs() > 100.0 {
-            faults.push(("exposure", format!("exposure: {} is not -100 to 100 stops", parameters.exposure)));
-        }
-        faults
-    }
-
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
         let (image, layout) = read_source(source, parameters, context)?;
         context.check_cancelled()?;
-        let policy = match parameters.bad_pixels {
-            BadPixels::Error => envmap::BadPixels::Error,
-            BadPixels::Zero => envmap::BadPixels::Zero,
-            BadPixels::Clamp => envmap::BadPixels::Clamp,
-        };
-        let (image, found) = repair(image, layout, policy).map_err(|error| {
+        let (image, found) = repair(image, layout, parameters.bad_pixels.0).map_err(|error| {
             let bad = matches!(error, envmap::Error::BadPixels(_));
             let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
             match bad {
@@ -192,7 +179,7 @@ impl Kind for ImportEnvironment {
             context.warn(format!("bad pixels were replaced: {found}"));
         }
         let grid = parameters.resolution.map(LatLong::with_rows);
-        if layout != envmap::Layout::LatLong {
+        if layout != Layout::LatLong {
             let LatLong { width, height } =
                 grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
             context.note(format!(
@@ -216,15 +203,17 @@ fn read_source(
     source: &Path,
     parameters: &Parameters,
     context: &Context<'_>,
-) -> Result<(Image, envmap::Layout), Failure> {
+) -> Result<(Image, Layout), Failure> {
     if context.is_folder(source) {
         return match parameters.layout {
-            Layout::Auto | Layout::Cube => read_faces(source, None, parameters, context),
+            OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => {
+                read_faces(source, None, parameters, context)
+            }
             _ => Err(Failure::new(format!("{} is a folder, which can only be six cube faces", name(source)))
                 .help("name a file as the source, or leave layout out")),
         };
     }
-    if parameters.layout == Layout::Cube {
+    if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
         let face = FaceName::parse(&name(source)).ok_or_else(|| {
             Failure::new(format!(
                 "{} does not end in a face's word, and is not a folder of six faces",
@@ -246,13 +235,13 @@ fn read_faces(
     like: Option<&FaceName>,
     parameters: &Parameters,
     context: &Context<'_>,
-) -> Result<(Image, envmap::Layout), Failure> {
+) -> Result<(Image, Layout), Failure> {
     let names = six_faces::find(&context.list(folder)?, like, &name(folder))?;
     let faces = names.iter().map(|name| Ok(read_picture(&folder.join(name), parameters, context)?.image));
     let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
     let faces = <[Image; Face::ALL.len()]>::try_from(faces)
         .map_err(|faces| Failure::new(format!("{} faces are not six", faces.len())))?;
-    Ok((stack_faces(faces)?, envmap::Layout::Cube))
+    Ok((stack_faces(faces)?, Layout::Cube))
 }
 
 /// The picture of one file; what its decoder has to say becomes warnings.
@@ -268,21 +257,14 @@ fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> 
 }
 
 /// The layout that was asked for, or that the file declares.
-fn layout_of(wanted: Layout, decoded: &Decoded, context: &Context<'_>) -> envmap::Layout {
+fn layout_of(wanted: OrAuto<LayoutName>, decoded: &Decoded, context: &Context<'_>) -> Layout {
     let declared = decoded.openexr_envmap.map(|envmap| match envmap {
-        OpenExrEnvmap::LatLong => envmap::Layout::OpenExrLatLong,
-        OpenExrEnvmap::Cube => envmap::Layout::OpenExrCube,
+        OpenExrEnvmap::LatLong => Layout::OpenExrLatLong,
+        OpenExrEnvmap::Cube => Layout::OpenExrCube,
     });
     let layout = match wanted {
-        Layout::Auto => declared.unwrap_or(envmap::Layout::LatLong),
-        Layout::LatLong => envmap::Layout::LatLong,
-        Layout::OpenExrLatLong => envmap::Layout::OpenExrLatLong,
-        Layout::OpenExrCube => envmap::Layout::OpenExrCube,
-        Layout::Probe => envmap::Layout::Probe,
-        Layout::MirrorBall => envmap::Layout::MirrorBall,
-        Layout::Cube => envmap::Layout::Cube,
-        Layout::CubeCross => envmap::Layout::CubeCross,
-        Layout::CubeStrip => envmap::Layout::CubeStrip,
+        OrAuto::Auto => declared.unwrap_or(Layout::LatLong),
+        OrAuto::Fixed(LayoutName(layout)) => layout,
     };
     if let Some(declared) = declared.filter(|declared| *declared != layout) {
         context.warn(format!(

@@ -86,20 +86,20 @@ use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, 
 use sphere::{Cube, Direction, LatLong};
 
 use crate::artifacts;
+use crate::choices::MOST;
 use crate::map_index::{Entry, FileLayout, Index, Views};
 
 parameters! {
     /// Parameters of `import-reflection-maps`.
     pub(crate) struct Parameters {
-        /// P of the result, 0 to 64. Left out: that of the index, as far as the views determine it well.
+        /// P of the result. Left out: that of the index, as far as the views determine it well.
+        #[range(0..=64)]
         degree: Option<usize> = None,
-        /// With sphere maps: the edge of the cube that they are interpolated onto, 1 to 4096. Left out: half of theirs.
+        /// With sphere maps: the edge of the cube that they are interpolated onto. Left out: half of theirs.
+        #[range(1..=MOST)]
         resolution: Option<usize> = None,
     }
 }
-
-/// The highest P, and the largest edge of a cube.
-const MOST: [usize; 2] = [64, 4096];
 
 /// The kind `import-reflection-maps`.
 pub(crate) struct ImportReflectionMaps;
@@ -109,6 +109,7 @@ impl Kind for ImportReflectionMaps {
 
     const NAME: &'static str = "import-reflection-maps";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[shrm::revisions::FIT];
     const TEXT: &'static str = include_str!("import_reflection_maps.rs");
     const SOURCE: bool = true;
 
@@ -118,17 +119,6 @@ impl Kind for ImportReflectionMaps {
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Shrm::TYPE)
-    }
-
-    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Some(degree) = parameters.degree.filter(|degree| *degree > MOST[0]) {
-            faults.push(("degree", format!("degree: {degree} is not 0 to {}", MOST[0])));
-        }
-        if let Some(edge) = parameters.resolution.filter(|edge| !(1..=MOST[1]).contains(edge)) {
-            faults.push(("resolution", format!("resolution: {edge} is not 1 to {}", MOST[1])));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {

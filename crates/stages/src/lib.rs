@@ -4,10 +4,11 @@
 //! adds its own kinds to the list: `stages::kinds().with(ItsKind)`. They speak to these through [`artifacts`].
 
 pub mod artifacts;
+mod choices;
 mod colour;
 mod contact_sheet;
 mod convolve;
-mod degree_choice;
+mod degree_pair;
 mod exec;
 mod export_cabral;
 mod export_kautz_mccool;

@@ -3,66 +3,24 @@
 
 use std::sync::Arc;
 
-use engine::{Artifact, Context, Diagnostic, Failure, Parameter, Port, Value, ValueKind, choice, unexpected};
-use serde_json::json;
-use shrm::{MapGrid, Shrm, Terms, View};
+use engine::{Artifact, Context, Failure, Port};
+use shrm::{MapGrid, MapLayout, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
+use crate::choices::{MOST, Resolution};
 
-choice! {
-    /// Where the texels of a map lie.
-    pub(crate) enum MapLayout {
-        /// Six faces.
-        Cube = "cube",
-        /// Rows of latitude.
-        LatLong = "lat-long",
-    }
-}
-
-/// The largest resolution: what a texture unit takes.
-pub(crate) const MOST: usize = 4096;
+/// The revisions of the kernels that make maps.
+pub(crate) const KERNELS: &[u32] = &[
+    sh::revisions::TRANSFORM,
+    sh::revisions::ROTATION,
+    shrm::revisions::SYNTHESIS,
+    shrm::revisions::RESAMPLING,
+    shrm::revisions::FIT,
+];
 
 /// The interpolation error that `"auto"` is chosen for where none is given.
 pub(crate) const ERROR: f64 = 0.01;
-
-/// The edge of a cube's face or the rows of a lat-long map; or what an error needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Resolution {
-    /// The least that meets the error.
-    Auto,
-    /// This many.
-    Fixed(usize),
-}
-
-impl Parameter for Resolution {
-    fn expected() -> String {
-        format!("a whole number from 1 to {MOST} or \"auto\"")
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        match &value.kind {
-            ValueKind::String(word) if word == "auto" => Ok(Self::Auto),
-            ValueKind::String(_) => Err(unexpected(value, &Self::expected()).help("did you mean \"auto\"?")),
-            ValueKind::Integer(number) => match usize::try_from(*number) {
-                Ok(number) if (1..=MOST).contains(&number) => Ok(Self::Fixed(number)),
-                _ => Err(unexpected(value, &Self::expected())),
-            },
-            _ => Err(unexpected(value, &Self::expected())),
-        }
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        match self {
-            Self::Auto => "auto".into(),
-            Self::Fixed(number) => (*number).into(),
-        }
-    }
-
-    fn schema() -> serde_json::Value {
-        json!({ "type": ["integer", "string"], "minimum": 1, "maximum": MOST, "pattern": "^auto$" })
-    }
-}
 
 /// What the parameters ask for; what is left out is the reflection's default, or as the map that arrives has it.
 #[derive(Clone, Copy, Debug)]
@@ -87,10 +45,7 @@ impl MapInput {
     pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
         match (self.error, self.resolution) {
             (Some(_), Some(Resolution::Fixed(_))) => {
-                vec![("error", "error: only resolution = \"auto\" uses it".into())]
-            }
-            (Some(error), _) if !(1e-6..1.0).contains(&error) => {
-                vec![("error", format!("error: {error} is not 0.000001 or more and below 1"))]
+                vec![("error", "only resolution = \"auto\" uses it".into())]
             }
             _ => Vec::new(),
         }
@@ -121,13 +76,7 @@ impl MapInput {
     fn grid(&self, reflection: &shrm::Reflection) -> (MapGrid, String) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
         let error = self.error.unwrap_or(ERROR);
-        let auto = reflection.resolution(
-            match layout {
-                MapLayout::Cube => shrm::MapLayout::Cube,
-                MapLayout::LatLong => shrm::MapLayout::LatLong,
-            },
-            error,
-        );
+        let auto = reflection.resolution(layout, error);
         let resolution = match self.resolution.unwrap_or(Resolution::Auto) {
             Resolution::Fixed(resolution) => resolution,
             Resolution::Auto => auto.texels.min(MOST),

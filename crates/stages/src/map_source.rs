@@ -5,12 +5,12 @@ use std::sync::Arc;
 use containers::{Precision, Texture};
 use engine::{Artifact, Context, Failure, Port};
 use envmap::Image;
-use shrm::{MapGrid, View};
+use shrm::{MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::export_reflection_map::{Numbers, Overflow};
-use crate::map_input::{MapInput, MapLayout, Resolution};
+use crate::choices::{Overflow, Resolution};
+use crate::map_input::MapInput;
 
 /// Maps are made from a reflection, exactly, or from a spherical harmonic reflection map, interpolated where its
 /// grid is another.
@@ -116,16 +116,11 @@ pub(crate) fn check_total(texels: usize, maps: usize, count: Option<&str>) -> Re
     Err(Failure::new(format!("{maps} maps of {texels} texels are more than {most} texels")).help(lower))
 }
 
-/// The precision of a file.
-pub(crate) fn precision(numbers: Numbers) -> Precision {
-    match numbers {
-        Numbers::Half => Precision::Half,
-        Numbers::Float => Precision::Float,
-    }
-}
-
-/// The fault of an `overflow` that nothing would come of.
-pub(crate) fn check_overflow(overflow: Overflow, numbers: Option<Numbers>) -> Option<(&'static str, String)> {
-    (overflow != Overflow::Clamp && numbers != Some(Numbers::Half))
-        .then(|| ("overflow", "overflow: only precision = \"half\" uses it".into()))
+/// The error of an `overflow` that has no effect.
+pub(crate) fn check_overflow(
+    overflow: Overflow,
+    precision: Option<Precision>,
+) -> Option<(&'static str, String)> {
+    (overflow != Overflow::Clamp && precision != Some(Precision::Half))
+        .then(|| ("overflow", "only precision = \"half\" uses it".into()))
 }

@@ -65,6 +65,7 @@
 //! turn = "light"
 //! ```
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use containers::{write_apng, write_png};
@@ -74,7 +75,8 @@ use preview::{Camera, Light, Look, MapSizes, Mode, RenderError, Scene, Shot, Sho
 use sphere::Rotation;
 
 use crate::artifacts;
-use crate::contact_sheet::{Curve, exposure_of};
+use crate::choices::{STOPS, ToneMapName};
+use crate::contact_sheet::exposure_of;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
 use easel::Easel;
@@ -99,38 +101,23 @@ choice! {
 
 choice! {
     /// By what the reflected light is known.
-    pub(crate) enum ModeName {
+    pub(crate) enum ModeName: Mode {
         /// The local SHRM at every pixel.
-        LocalShrm = "local-shrm",
+        LocalShrm,
         /// The global SHRM, once a frame.
-        GlobalShrm = "global-shrm",
+        GlobalShrm,
         /// Cabral's twelve maps.
-        Cabral = "cabral",
+        Cabral,
         /// Kautz and McCool's texture.
-        KautzMcCool = "kautz-mccool",
+        KautzMcCool,
         /// One reflection map, the mean over all views.
-        Prefiltered = "prefiltered",
+        Prefiltered,
         /// Nine coefficients of the light, for a white matte surface.
-        Irradiance = "irradiance",
+        Irradiance,
         /// The environment, for a perfect mirror.
-        Mirror = "mirror",
+        Mirror,
         /// The sum of all light, by many samples.
-        BruteForce = "brute-force",
-    }
-}
-
-impl ModeName {
-    fn mode(self) -> Mode {
-        match self {
-            Self::LocalShrm => Mode::LocalShrm,
-            Self::GlobalShrm => Mode::GlobalShrm,
-            Self::Cabral => Mode::Cabral,
-            Self::KautzMcCool => Mode::KautzMcCool,
-            Self::Prefiltered => Mode::Prefiltered,
-            Self::Irradiance => Mode::Irradiance,
-            Self::Mirror => Mode::Mirror,
-            Self::BruteForce => Mode::BruteForce,
-        }
+        BruteForce,
     }
 }
 
@@ -174,51 +161,68 @@ parameters! {
         /// Pixels of each picture: the edge of a square, or [width, height]. 16 to 4096.
         size: Size = Size([512; 2]),
         /// How the surface is shaded, side by side; see Modes.
-        modes: Vec<ModeName> = vec![ModeName::LocalShrm],
+        modes: Vec<ModeName> = vec![ModeName(Mode::LocalShrm)],
         /// The mode that the others are compared with. Without it, nothing is compared.
         compare: Option<ModeName> = None,
-        /// How many times stronger differences are shown, 1 to 1000.
+        /// How many times stronger differences are shown.
+        #[range(1.0..=1000.0)]
         amplify: f64 = 8.0,
         /// Where the camera stands, in degrees around +Z.
+        #[range(DEGREES)]
         camera_yaw: f64 = 0.0,
-        /// How high the camera stands, -90 to 90 degrees.
+        /// How high the camera stands, in degrees.
+        #[range(-90.0..=90.0)]
         camera_pitch: f64 = 10.0,
-        /// How near the camera comes, 0.1 to 100; see Camera and light.
+        /// How near the camera comes; see Camera and light.
+        #[range(0.1..=100.0)]
         zoom: f64 = 0.9,
-        /// The field of view over the shorter side of the picture, 1 to 120 degrees.
+        /// The field of view over the shorter side of the picture, in degrees.
+        #[range(1.0..=120.0)]
         field: f64 = 30.0,
         /// The turn of the light around +Z, in degrees.
+        #[range(DEGREES)]
         light_yaw: f64 = 0.0,
         /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
+        #[range(DEGREES)]
         light_pitch: f64 = 0.0,
         /// Stops by which all radiance is multiplied before it is shown. Without it, from the environment, as in
         /// contact-sheet.
+        #[range(STOPS)]
         exposure: Option<f64> = None,
         /// How exposed radiance is shown: with a film's shoulder, or cut at white.
-        curve: Curve = Curve::Filmic,
+        curve: ToneMapName = ToneMapName(ToneMap::Filmic),
         /// What lies behind the mesh: the environment, what its harmonics up to degree 30 hold of it, or a colour, which
         /// exposure leaves alone.
         background: Behind = Behind::Environment,
-        /// Texels along the edge of a cube's face, of every map. 4 to 512.
+        /// Texels along the edge of a cube's face, of every map.
+        #[range(4..=512)]
         resolution: usize = 64,
-        /// Slices of Kautz and McCool's texture, 2 to 256.
+        /// Slices of Kautz and McCool's texture.
+        #[range(2..=256)]
         slices: usize = 16,
-        /// Samples along each side of a pixel, 1 to 4.
+        /// Samples along each side of a pixel.
+        #[range(1..=4)]
         samples: usize = 2,
-        /// Samples of light at each sample of a pixel in brute-force, 1 to 65536.
+        /// Samples of light at each sample of a pixel in brute-force.
+        #[range(1..=65536)]
         light_samples: usize = 64,
-        /// Pictures of one whole turn, 1 to 360.
+        /// Pictures of one whole turn.
+        #[range(1..=360)]
         frames: usize = 1,
         /// With several frames: what turns.
         turn: Turn = Turn::Camera,
         /// What is written. Without it, "png" of one frame and "apng" of several.
         format: Option<Format> = None,
-        /// With format "apng": seconds of one whole turn, 0.1 to 600.
+        /// With format "apng": seconds of one whole turn.
+        #[range(0.1..=600.0)]
         seconds: f64 = 4.0,
         /// What draws; see there.
         backend: Backend = Backend::Cpu,
     }
 }
+
+/// Angles: any number of turns that keeps their fractions.
+const DEGREES: RangeInclusive<f64> = -1e6..=1e6;
 
 /// The most pixels of all frames together: 192 MiB of codes, and as much again where they become a strip.
 const MOST_PIXELS: usize = 1 << 26;
@@ -229,12 +233,12 @@ impl Parameters {
     }
 
     fn compare(&self) -> Option<Mode> {
-        self.compare.map(ModeName::mode)
+        self.compare.map(|name| name.0)
     }
 
     /// The modes as they stand side by side: what the others are compared with comes first.
     fn columns(&self) -> Vec<Mode> {
-        let others = self.modes.iter().map(|name| name.mode());
+        let others = self.modes.iter().map(|name| name.0);
         self.compare().into_iter().chain(others.filter(|mode| Some(*mode) != self.compare())).collect()
     }
 
@@ -265,6 +269,14 @@ impl Kind for Preview {
 
     const NAME: &'static str = "preview";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        sh::revisions::ROTATION,
+        brdf::revisions::MODELS,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::RESAMPLING,
+        envmap::revisions::RESAMPLING,
+    ];
     const TEXT: &'static str = include_str!("preview.rs");
 
     fn ports() -> Vec<Port> {
@@ -325,60 +337,31 @@ impl Kind for Preview {
 
 fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
     let mut faults = Vec::new();
-    for (name, value, least, most) in [
-        ("amplify", parameters.amplify, 1.0, 1000.0),
-        ("camera-yaw", parameters.camera_yaw, -1e6, 1e6),
-        ("camera-pitch", parameters.camera_pitch, -90.0, 90.0),
-        ("zoom", parameters.zoom, 0.1, 100.0),
-        ("field", parameters.field, 1.0, 120.0),
-        ("light-yaw", parameters.light_yaw, -1e6, 1e6),
-        ("light-pitch", parameters.light_pitch, -1e6, 1e6),
-        ("exposure", parameters.exposure.unwrap_or(0.0), -100.0, 100.0),
-        ("seconds", parameters.seconds, 0.1, 600.0),
-    ] {
-        if !(least..=most).contains(&value) {
-            faults.push((name, format!("{name}: {value} is not {least} to {most}")));
-        }
-    }
-    for (name, value, least, most) in [
-        ("resolution", parameters.resolution, 4, 512),
-        ("slices", parameters.slices, 2, 256),
-        ("samples", parameters.samples, 1, 4),
-        ("light-samples", parameters.light_samples, 1, 65536),
-        ("frames", parameters.frames, 1, 360),
-    ] {
-        if !(least..=most).contains(&value) {
-            faults.push((name, format!("{name}: {value} is not {least} to {most}")));
-        }
-    }
     if parameters.modes.is_empty() {
-        faults.push(("modes", "modes: there is none; name one, such as \"local-shrm\"".into()));
+        faults.push(("modes", "there is none; name one, such as \"local-shrm\"".into()));
     }
     for (place, mode) in parameters.modes.iter().enumerate() {
         if parameters.modes[..place].contains(mode) {
-            faults.push(("modes", format!("modes: {:?} is there twice", mode.mode().name())));
+            faults.push(("modes", format!("{:?} is there twice", mode.0.name())));
         }
     }
     if parameters.compare.is_some() && parameters.columns().len() == 1 {
-        faults.push(("compare", "compare: modes names no other mode to compare with it".into()));
+        faults.push(("compare", "modes names no other mode to compare with it".into()));
     }
     match parameters.format() {
         Format::Png if parameters.frames > 1 => {
             let frames = parameters.frames;
-            faults.push(("format", format!("format: {frames} frames are an \"apng\" or a \"strip\"")));
+            faults.push(("format", format!("{frames} frames are an \"apng\" or a \"strip\"")));
         }
         Format::Apng | Format::Strip if parameters.frames == 1 => {
-            faults.push(("format", "format: one frame is a \"png\"; frames says how many there are".into()));
+            faults.push(("format", "one frame is a \"png\"; frames says how many there are".into()));
         }
         _ => {}
     }
     let [width, height] = parameters.board().size();
     let pixels = width.saturating_mul(height).saturating_mul(parameters.frames);
     if pixels > MOST_PIXELS {
-        faults.push((
-            "size",
-            format!("size: all pictures together have {pixels} pixels, more than {MOST_PIXELS}"),
-        ));
+        faults.push(("size", format!("all pictures together have {pixels} pixels, more than {MOST_PIXELS}")));
     }
     faults
 }
@@ -450,10 +433,7 @@ fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> S
         show: Show::One(Mode::LocalShrm),
         background: parameters.background.background(),
         exposure,
-        tone: match parameters.curve {
-            Curve::Filmic => ToneMap::Filmic,
-            Curve::Plain => ToneMap::Plain,
-        },
+        tone: parameters.curve.0,
         light_samples: parameters.light_samples as u32,
     }
 }
@@ -514,26 +494,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_mode_and_shape_has_its_word() {
-        let words = Mode::ALL.map(|mode| format!("{:?}", mode.name()));
-        assert_eq!(ModeName::expected(), words.join(" or "));
+    fn every_shape_has_its_word() {
         let shapes = mesh::SHAPES.map(|name| format!("{name:?}"));
         assert_eq!(Shape::expected(), shapes.join(" or "));
         for shape in [Shape::Sphere, Shape::TorusKnot, Shape::Plane] {
             assert!(built_in(shape).is_ok());
-        }
-        for mode in Mode::ALL {
-            let named = [
-                ModeName::LocalShrm,
-                ModeName::GlobalShrm,
-                ModeName::Cabral,
-                ModeName::KautzMcCool,
-                ModeName::Prefiltered,
-                ModeName::Irradiance,
-                ModeName::Mirror,
-                ModeName::BruteForce,
-            ];
-            assert_eq!(named.iter().filter(|name| name.mode() == mode).count(), 1);
         }
     }
 }

@@ -299,8 +299,6 @@ struct Connections {
     consumers: Vec<Vec<ItemIndex>>,
     /// For each stage, whether a stage after it exports it and nothing beside it.
     leads_to_files: Vec<bool>,
-    /// For each stage, what it fixes.
-    fixed: Vec<Fixed>,
 }
 
 impl Connections {
@@ -316,7 +314,7 @@ impl Connections {
                 leads_to_files[*from] |= !is_many(stage, port);
             }
         }
-        Self { consumers, leads_to_files, fixed: plan.stages.iter().map(Fixed::of).collect() }
+        Self { consumers, leads_to_files }
     }
 
     /// The exhibit of an item that reflects an environment.
@@ -330,7 +328,8 @@ impl Connections {
         origin.ancestry.sort_unstable();
         let (environment, turn) = origin.environment?;
         let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
-        let sizes = sizes(exports.iter().map(|export| self.fixed[plan.items[*export].stage]));
+        let sizes =
+            sizes(exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes()));
         Some(CatalogEntry {
             reflection: item,
             environment,
@@ -411,37 +410,13 @@ impl Origin {
     }
 }
 
-/// What an export fixes of the sizes of maps.
-#[derive(Clone, Copy, Default)]
-struct Fixed {
-    edge: Option<usize>,
-    slices: Option<usize>,
-}
-
-impl Fixed {
-    fn of(stage: &Stage) -> Self {
-        let parameters = stage.configured.canonical();
-        let number = |name: &str| parameters[name].as_u64().and_then(|number| usize::try_from(number).ok());
-        // A face looks at half of the angle of a lat-long map's rows.
-        let edge = |resolution: usize| match parameters["layout"].as_str() {
-            Some("cube") => resolution,
-            None if stage.kind.name() == "export-shrm" => resolution,
-            _ => resolution.div_ceil(2),
-        };
-        match stage.kind.name() {
-            "export-shrm" | "export-cabral" => Self { edge: number("resolution").map(edge), slices: None },
-            "export-kautz-mccool" => Self { edge: number("resolution").map(edge), slices: number("slices") },
-            _ => Self::default(),
-        }
-    }
-}
-
 /// The first sizes that exports fix, and the default for the rest.
-fn sizes(exports: impl Iterator<Item = Fixed>) -> MapSizes {
-    let first =
-        |sum: Fixed, one: Fixed| Fixed { edge: sum.edge.or(one.edge), slices: sum.slices.or(one.slices) };
-    let (fixed, default) = (exports.fold(Fixed::default(), first), MapSizes::default());
-    MapSizes { edge: fixed.edge.unwrap_or(default.edge), slices: fixed.slices.unwrap_or(default.slices) }
+fn sizes(exports: impl Iterator<Item = engine::MapSizes> + Clone) -> MapSizes {
+    let default = MapSizes::default();
+    MapSizes {
+        edge: exports.clone().find_map(|sizes| sizes.edge).unwrap_or(default.edge),
+        slices: exports.clone().find_map(|sizes| sizes.slices).unwrap_or(default.slices),
+    }
 }
 
 #[cfg(test)]

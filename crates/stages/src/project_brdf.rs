@@ -52,7 +52,8 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 use sh::Tolerance;
 
 use crate::artifacts;
-use crate::degree_choice::DegreePair;
+use crate::choices::SHARE;
+use crate::degree_pair::DegreePair;
 use crate::share::share;
 
 parameters! {
@@ -60,7 +61,8 @@ parameters! {
     pub(crate) struct Parameters {
         /// The degrees [F, P], instead of a tolerance.
         degree: Option<DegreePair> = None,
-        /// The share of the energy that may be lost, above 0 and below 1. Without it and a degree, 0.01.
+        /// The share of the energy that may be lost. Without it and a degree, 0.01.
+        #[range(SHARE)]
         tolerance: Option<f64> = None,
     }
 }
@@ -102,6 +104,7 @@ impl Kind for ProjectBrdf {
 
     const NAME: &'static str = "project-brdf";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::PROJECTION];
     const TEXT: &'static str = include_str!("project_brdf.rs");
 
     fn ports() -> Vec<Port> {
@@ -113,14 +116,10 @@ impl Kind for ProjectBrdf {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Err(error) = Tolerance::new(parameters.tolerance()) {
-            faults.push(("tolerance", error.to_string()));
+        match (parameters.tolerance, parameters.degree) {
+            (Some(_), Some(_)) => vec![("tolerance", "degree already sets the degrees".into())],
+            _ => Vec::new(),
         }
-        if parameters.tolerance.is_some() && parameters.degree.is_some() {
-            faults.push(("tolerance", "tolerance: degree already sets the degrees".into()));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {

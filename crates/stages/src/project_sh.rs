@@ -43,7 +43,7 @@
 //! window = "lanczos"
 //! ```
 
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
     Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree,
@@ -52,7 +52,7 @@ use sh::{
 use sphere::LatLong;
 
 use crate::artifacts;
-use crate::degree_choice::DegreeChoice;
+use crate::choices::SHARE;
 use crate::share::share;
 
 choice! {
@@ -75,12 +75,15 @@ parameters! {
     /// Parameters of `project-sh`.
     pub(crate) struct Parameters {
         /// The highest l, inclusive, or "auto" for the least degree that meets `tolerance`.
-        degree: DegreeChoice = DegreeChoice::Auto,
-        /// With degree "auto": the share of the energy that may be lost, above 0 and below 1. Without it, 0.01.
+        #[range(0..=Degree::MAX.get())]
+        degree: OrAuto<usize> = OrAuto::Auto,
+        /// With degree "auto": the share of the energy that may be lost. Without it, 0.01.
+        #[range(SHARE)]
         tolerance: Option<f64> = None,
         /// What is done against ringing.
         window: Window = Window::None,
-        /// With window "laplacian": the weight of the penalty, 0 or more.
+        /// With window "laplacian": the weight of the penalty.
+        #[range(0.0..)]
         lambda: Option<f64> = None,
     }
 }
@@ -102,6 +105,7 @@ impl Kind for ProjectSh {
 
     const NAME: &'static str = "project-sh";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, sh::revisions::WINDOW];
     const TEXT: &'static str = include_str!("project_sh.rs");
 
     fn ports() -> Vec<Port> {
@@ -113,32 +117,25 @@ impl Kind for ProjectSh {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Err(error) = Tolerance::new(parameters.tolerance()) {
-            faults.push(("tolerance", error.to_string()));
-        }
-        if parameters.tolerance.is_some() && parameters.degree != DegreeChoice::Auto {
-            faults.push(("tolerance", "tolerance: only degree = \"auto\" uses it".into()));
+        let mut errors = Vec::new();
+        if parameters.tolerance.is_some() && parameters.degree != OrAuto::Auto {
+            errors.push(("tolerance", "only degree = \"auto\" uses it".into()));
         }
         match (parameters.window, parameters.lambda) {
             (Window::Laplacian, None) => {
-                faults
-                    .push(("window", "window: \"laplacian\" needs lambda, the weight of its penalty".into()));
+                errors.push(("window", "\"laplacian\" needs lambda, the weight of its penalty".into()));
             }
-            (Window::Laplacian, Some(lambda)) => {
-                faults.extend(Penalty::new(lambda).err().map(|error| ("lambda", format!("lambda: {error}"))));
-            }
-            (_, Some(_)) => faults.push(("lambda", "lambda: only window = \"laplacian\" uses it".into())),
-            (_, None) => {}
+            (Window::Laplacian, Some(_)) | (_, None) => {}
+            (_, Some(_)) => errors.push(("lambda", "only window = \"laplacian\" uses it".into())),
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let environment = &context.get::<artifacts::Environment>("environment")?.0;
         let lighting = match parameters.degree {
-            DegreeChoice::Fixed(degree) => fixed(environment, degree, context)?,
-            DegreeChoice::Auto => least(environment, Tolerance::new(parameters.tolerance())?, context)?,
+            OrAuto::Fixed(degree) => fixed(environment, Degree::new(degree)?, context)?,
+            OrAuto::Auto => least(environment, Tolerance::new(parameters.tolerance())?, context)?,
         };
         context.check_cancelled()?;
         let lighting = match parameters.window {

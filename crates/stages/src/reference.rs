@@ -35,18 +35,20 @@
 //! ```
 
 use brdf::Centre;
+use containers::Precision;
 use engine::{
     Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters,
     unexpected,
 };
 use serde_json::json;
 use sh::Tolerance;
-use shrm::View;
 use shrm::reference::{Cull, Reference};
+use shrm::{Plain, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use crate::artifacts;
-use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout, Numbers, Overflow};
+use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
+use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout};
 
 /// Where the viewer is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,22 +103,26 @@ parameters! {
         /// Where the viewer is; see there.
         view: Viewer = Viewer::HeadOn,
         /// Rows of the environment that is summed over: a finer one is averaged down to it first, by exact areas, to
-        /// twice as many columns. 1 to 4096.
+        /// twice as many columns.
+        #[range(1..=MOST)]
         rows: usize = 128,
         /// The share of a lobe that may be left out: lambert, phong and microfacet sum over the cap that holds the rest.
-        /// 0 sums over everything; below 1.
+        /// 0 sums over everything.
+        #[range(0.0..1.0)]
         cull: f64 = 0.0,
         /// How the sphere lies on the written images, as in export-reflection-map.
         layout: Layout = Layout::LatLong,
-        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face. 1 to 4096.
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        #[range(1..=MOST)]
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
+        precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": what is done with values past 65504: each becomes it, or the item fails.
         overflow: Overflow = Overflow::Clamp,
-        /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
+        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        #[range(STOPS)]
         exposure: f64 = 0.0,
     }
 }
@@ -131,18 +137,14 @@ impl Parameters {
             precision: self.precision,
             overflow: self.overflow,
             exposure: self.exposure,
-            view: picture::View::Mean,
+            view: picture::PlainName(Plain::Mean),
         }
     }
 
-    fn cull(&self) -> Option<Cull> {
-        let some = || Tolerance::new(self.cull).ok().map(Cull::Energy);
-        if self.cull == 0.0 { Some(Cull::None) } else { some() }
+    fn cull(&self) -> Cull {
+        Tolerance::new(self.cull).map_or(Cull::None, Cull::Energy)
     }
 }
-
-/// The most rows of the environment.
-const MOST: usize = 4096;
 
 /// Rows of the map between two looks at whether the build was told to stop.
 const BAND: usize = 4;
@@ -155,6 +157,8 @@ impl Kind for ReferenceMap {
 
     const NAME: &'static str = "reference";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] =
+        &[brdf::revisions::MODELS, shrm::revisions::REFERENCE, envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("reference.rs");
 
     fn ports() -> Vec<Port> {
@@ -166,14 +170,7 @@ impl Kind for ReferenceMap {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = ExportReflectionMap::check(&parameters.picture());
-        if !(1..=MOST).contains(&parameters.rows) {
-            faults.push(("rows", format!("rows: {} is not 1 to {MOST}", parameters.rows)));
-        }
-        if parameters.cull().is_none() {
-            faults.push(("cull", format!("cull: {} is not 0, nor a share below 1", parameters.cull)));
-        }
-        faults
+        ExportReflectionMap::check(&parameters.picture())
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -184,8 +181,7 @@ impl Kind for ReferenceMap {
             .then(|| environment.0.downsampled(LatLong::with_rows(parameters.rows)))
             .transpose()?;
         let light = coarse.as_ref().unwrap_or(&environment.0);
-        let cull = parameters.cull().unwrap_or(Cull::None);
-        let reference = Reference::new(light, &material.0, cull);
+        let reference = Reference::new(light, &material.0, parameters.cull());
         let (view, toward) = match parameters.view {
             Viewer::HeadOn => match material.0.centre() {
                 Centre::Reflection | Centre::Normal => (View::Local, Direction::Z),

@@ -61,8 +61,9 @@ use serde_json::value::RawValue;
 use sh::Tolerance;
 
 use crate::artifacts;
+use crate::choices::SHARE;
 use crate::contact_sheet::exposure_of;
-use crate::degree_choice::DegreePair;
+use crate::degree_pair::DegreePair;
 use crate::sheet::percent;
 use figures::{MaterialFigures, PairFigures, Report, Settings};
 use study::{Exported, Lit};
@@ -70,19 +71,25 @@ use study::{Exported, Lit};
 parameters! {
     /// Parameters of `report`.
     pub(crate) struct Parameters {
-        /// The relative RMS error up to which an export is good enough, above 0 and below 1.
+        /// The relative RMS error up to which an export is good enough.
+        #[range(SHARE)]
         accept: f64 = 0.05,
         /// The degrees [F, P] of every material, instead of a tolerance.
         degree: Option<DegreePair> = None,
-        /// The share of a material's energy that may be lost, above 0 and below 1. Without it and a degree, 0.03.
+        /// The share of a material's energy that may be lost. Without it and a degree, 0.03.
+        #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Texels along the edge of a cube's face of the exports that are compared, 4 to 512.
+        /// Texels along the edge of a cube's face of the exports that are compared.
+        #[range(4..=512)]
         resolution: usize = 64,
-        /// Pixels along the edge of a picture of a sphere, 32 to 256.
+        /// Pixels along the edge of a picture of a sphere.
+        #[range(32..=256)]
         sphere: usize = 96,
-        /// The most rows of an environment that brute force adds up, 32 to 512.
+        /// The most rows of an environment that brute force adds up.
+        #[range(32..=512)]
         reference_rows: usize = 96,
-        /// How many times stronger the second row of differences is shown, 1 to 100.
+        /// How many times stronger the second row of differences is shown.
+        #[range(1.0..=100.0)]
         amplify: f64 = 8.0,
     }
 }
@@ -101,6 +108,14 @@ impl Kind for ReportKind {
 
     const NAME: &'static str = "report";
     const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        brdf::revisions::MODELS,
+        brdf::revisions::PROJECTION,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::REFERENCE,
+        envmap::revisions::RESAMPLING,
+    ];
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -117,29 +132,10 @@ impl Kind for ReportKind {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Err(error) = Tolerance::new(parameters.tolerance()) {
-            faults.push(("tolerance", error.to_string()));
+        match (parameters.tolerance, parameters.degree) {
+            (Some(_), Some(_)) => vec![("tolerance", "degree already sets the degrees".into())],
+            _ => Vec::new(),
         }
-        if parameters.tolerance.is_some() && parameters.degree.is_some() {
-            faults.push(("tolerance", "tolerance: degree already sets the degrees".into()));
-        }
-        if !(parameters.accept > 0.0 && parameters.accept < 1.0) {
-            faults.push(("accept", format!("accept: {} is not above 0 and below 1", parameters.accept)));
-        }
-        for (name, value, least, most) in [
-            ("resolution", parameters.resolution, 4, 512),
-            ("sphere", parameters.sphere, 32, 256),
-            ("reference-rows", parameters.reference_rows, 32, 512),
-        ] {
-            if !(least..=most).contains(&value) {
-                faults.push((name, format!("{name}: {value} is not {least} to {most}")));
-            }
-        }
-        if !(1.0..=100.0).contains(&parameters.amplify) {
-            faults.push(("amplify", format!("amplify: {} is not 1 to 100", parameters.amplify)));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {

@@ -100,6 +100,7 @@ impl Kind for Rotate {
 
     const NAME: &'static str = "rotate";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[sh::revisions::ROTATION, envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("rotate.rs");
 
     fn ports() -> Vec<Port> {
@@ -115,10 +116,7 @@ impl Kind for Rotate {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let angles = [parameters.yaw, parameters.pitch, parameters.roll];
         if parameters.quaternion.is_some() && angles != [0.0; 3] {
-            return vec![(
-                "quaternion",
-                "quaternion: the rotation is already given by yaw, pitch or roll".into(),
-            )];
+            return vec![("quaternion", "the rotation is already given by yaw, pitch or roll".into())];
         }
         Vec::new()
     }

@@ -81,7 +81,7 @@ fn a_fault_of_its_parameter_has_a_place() {
     let built = example.studio(&["build"]);
     let said = String::from_utf8_lossy(&built.stderr);
     assert_eq!(built.status.code(), Some(3), "{said}");
-    for words in ["limit: 0 is not more than 0", &format!("pipeline.toml:{line}:9")] {
+    for words in ["limit: 0.0 is not a number above 0", &format!("pipeline.toml:{line}:9")] {
         assert!(said.contains(words), "no {words:?} in {said}");
     }
 }

@@ -177,12 +177,10 @@ impl Graph {
             let port = edge.port.map(|port| &ports[port]);
             let made = if edge.from < place { self.nodes[edge.from].product.as_ref() } else { None };
             types = match (port, made) {
-                (Some(port), Some(Product::Artifact(made))) if port.types.contains(made) => {
-                    types.map(|mut types| {
-                        types.push((port.name.clone(), *made));
-                        types
-                    })
-                }
+                (Some(port), Some(Product::Artifact(made))) if port.takes(made) => types.map(|mut types| {
+                    types.push((port.name.clone(), *made));
+                    types
+                }),
                 (Some(_), Some(_)) => {
                     unfit.push((place, index));
                     None
@@ -308,7 +306,7 @@ impl Graph {
         let edge = &node.edges[edge];
         let index = edge.port.unwrap_or_default();
         let port = &node.ports[index];
-        let (from, types) = (&self.nodes[edge.from], port.types.join(" or "));
+        let (from, types) = (&self.nodes[edge.from], port.takes_text());
         let made = match &from.product {
             Some(Product::Artifact(made)) => format!("makes {made}"),
             _ => "exports files".into(),
@@ -327,15 +325,14 @@ impl Graph {
             needs[index] |= self.nodes[index].edges.iter().any(|edge| needs[edge.from]);
         }
         let makers = self.nodes.iter().zip(&needs).filter(|(node, needs)| {
-            let fits = |made: &Product| matches!(made, Product::Artifact(made) if port.types.contains(made));
+            let fits = |made: &Product| matches!(made, Product::Artifact(made) if port.takes(made));
             !**needs && node.product.as_ref().is_some_and(fits)
         });
         let names: Vec<_> = makers.map(|(node, _)| &node.name).collect();
         match names.len() {
-            0 => format!("no stage makes {}", port.types.join(" or ")),
-            1 => format!("stage {:?} does", names[0])
-                .replace("does", &format!("makes {}", port.types.join(" or "))),
-            _ => format!("these make {}: {}", port.types.join(" or "), listed(names)),
+            0 => format!("no stage makes {}", port.takes_text()),
+            1 => format!("stage {:?} makes {}", names[0], port.takes_text()),
+            _ => format!("these make {}: {}", port.takes_text(), listed(names)),
         }
     }
 }
@@ -455,9 +452,7 @@ fn source(
             let fault = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
             let fault = fault.expected("expected no \"source\"");
             faults.push(match kind.ports().first() {
-                Some(port) => {
-                    fault.help(format!("it takes {} by input = \"STAGE\"", port.types.join(" or ")))
-                }
+                Some(port) => fault.help(format!("it takes {} by input = \"STAGE\"", port.takes_text())),
                 None => fault,
             });
             None

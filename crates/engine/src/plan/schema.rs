@@ -145,9 +145,9 @@ fn connections(
 }
 
 fn of_port(port: &Port) -> Value {
-    let takes = port.types.join(" or ");
+    let takes = port.takes_text();
     let many = if port.many { ", every item that agrees" } else { "" };
-    let optional = if port.optional { "; may be left out" } else { "" };
+    let optional = if port.optional { "; optional" } else { "" };
     let description =
         format!("The stage that makes what arrives at `{}`: {takes}{many}{optional}.", port.name);
     json!({ "type": "string", "description": description })
@@ -156,7 +156,7 @@ fn of_port(port: &Port) -> Value {
 /// Whether stages of this kind may export files, and so have a `path`.
 fn exports(kind: &dyn ErasedKind) -> bool {
     let ports = kind.ports();
-    let types = ports.iter().filter_map(|port| Some((port.name.as_str(), *port.types.first()?)));
+    let types = ports.iter().filter_map(|port| Some((port.name.as_str(), port.types().next()?)));
     match kind.configure(&Table::default()) {
         Ok(configured) => matches!(configured.product(&types.collect::<Vec<_>>()), Product::Files(_)),
         // What it makes may depend on what has to be given.

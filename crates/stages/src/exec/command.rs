@@ -82,11 +82,12 @@ impl Command {
             let ports = if index < Diagnostics::SHOWN { ports } else { &[] };
             let near = nearest(name, ports.iter().copied());
             let near = near.map_or_else(String::new, |near| format!("; did you mean {}?", written(near)));
-            format!("command: {} names no input of the stage: {there}{near}", written(name))
+            format!("{} names no input of the stage: {there}{near}", written(name))
         });
-        let unused = ports.iter().filter(|port| !is_used.contains(*port)).map(|port| {
-            format!("command: the input {port:?} is not used: expected {} in an argument", written(port))
-        });
+        let unused = ports
+            .iter()
+            .filter(|port| !is_used.contains(*port))
+            .map(|port| format!("the input {port:?} is not used: expected {} in an argument", written(port)));
         unknown.chain(unused).collect()
     }
 }

@@ -8,13 +8,13 @@ use std::path::Path;
 use containers::{OpenExrEnvmap, Precision, ReadOptions, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{
     Artifact, Context, Diagnostic, Failure, Output, Parameter, Product, Table, Value, ValueKind, choice,
-    unexpected, unknown_keys,
+    nearest, unexpected, unknown_keys,
 };
 use envmap::{BadPixels, Image, Layout, repair};
 use serde_json::{Map, json};
 
 use super::command::is_word;
-use crate::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
+use crate::artifacts::{Brdf, Environment, Lighting, Material, Mesh, Reflection, Shrm};
 
 choice! {
     /// The container of an artifact.
@@ -27,6 +27,8 @@ choice! {
         Json = "json",
         /// Safetensors.
         Safetensors = "safetensors",
+        /// The bytes of an artifact whose type only another kind knows.
+        Bin = "bin",
     }
 }
 
@@ -44,7 +46,8 @@ fn formats_of(type_name: &str) -> &'static [Format] {
     match type_name {
         Environment::TYPE => &[Format::Exr, Format::Hdr, Format::Safetensors],
         Lighting::TYPE => &[Format::Safetensors, Format::Json],
-        _ => &[Format::Safetensors],
+        _ if ARTIFACTS.iter().any(|(name, _)| *name == type_name) => &[Format::Safetensors],
+        _ => &[Format::Bin],
     }
 }
 
@@ -68,12 +71,12 @@ impl Formats {
         let types: HashMap<&str, &str> = types.iter().copied().collect();
         let misfit = |(port, format): &(String, Format)| {
             let Some(arrives) = types.get(port.as_str()) else {
-                return Some(format!("formats: the stage has no input {port:?}"));
+                return Some(format!("the stage has no input {port:?}"));
             };
             let expected = formats_of(arrives);
             (!expected.contains(format)).then(|| {
                 format!(
-                    "formats: {port} is {arrives}: expected {}, not {format:?}",
+                    "{port} is {arrives}: expected {}, not {format:?}",
                     listed(expected),
                     format = format.name()
                 )
@@ -145,26 +148,19 @@ pub(super) fn write_input(
     Ok(name)
 }
 
-choice! {
-    /// What a program makes.
-    pub(crate) enum MadeType {
-        /// An environment.
-        Environment = "environment",
-        /// SH lighting.
-        Lighting = "lighting",
-        /// A material.
-        Material = "material",
-        /// BRDF coefficients.
-        Brdf = "brdf",
-        /// A reflection.
-        Reflection = "reflection",
-        /// A reflection map.
-        Shrm = "shrm",
-        /// A file to be published.
-        File = "file",
-        /// Files to be published.
-        Files = "files",
-    }
+/// The artifacts that a program can make: their types, and how the default format's bytes become one.
+const ARTIFACTS: [(&str, fn(&[u8]) -> Result<Output, Failure>); 7] = [
+    (Environment::TYPE, decoded::<Environment>),
+    (Lighting::TYPE, decoded::<Lighting>),
+    (Material::TYPE, decoded::<Material>),
+    (Brdf::TYPE, decoded::<Brdf>),
+    (Reflection::TYPE, decoded::<Reflection>),
+    (Shrm::TYPE, decoded::<Shrm>),
+    (Mesh::TYPE, decoded::<Mesh>),
+];
+
+fn decoded<T: Artifact>(bytes: &[u8]) -> Result<Output, Failure> {
+    Output::artifact(T::decode(bytes)?)
 }
 
 /// What a program makes, and where it writes that.
@@ -245,18 +241,14 @@ impl Parameter for Made {
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
+        let types = ARTIFACTS.iter().map(|(name, _)| *name).chain(["file", "files"]).collect::<Vec<_>>();
+        let expected = types.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(" or ");
         let Some(what) = table.get("type") else {
             return Err(Diagnostic::at(value.span.clone(), "there is no type")
-                .expected(format!("expected type = {}", MadeType::expected())));
+                .expected(format!("expected type = {expected}")));
         };
-        match MadeType::parse(&what.value)? {
-            MadeType::Environment => artifact(Environment::TYPE, table),
-            MadeType::Lighting => artifact(Lighting::TYPE, table),
-            MadeType::Material => artifact(Material::TYPE, table),
-            MadeType::Brdf => artifact(Brdf::TYPE, table),
-            MadeType::Reflection => artifact(Reflection::TYPE, table),
-            MadeType::Shrm => artifact(Shrm::TYPE, table),
-            MadeType::File => {
+        match String::parse(&what.value)?.as_str() {
+            "file" => {
                 only(table, &["type", "format"])?;
                 let format = wanted(table, "format", "the file's ending, such as \"png\"")?;
                 let ending = String::parse(format)?;
@@ -265,7 +257,7 @@ impl Parameter for Made {
                     false => Err(unexpected(format, "an ending without its dot, such as \"png\"")),
                 }
             }
-            MadeType::Files => {
+            "files" => {
                 only(table, &["type", "names"])?;
                 let value = wanted(table, "names", "the names of the files")?;
                 let names = Vec::<String>::parse(value)?;
@@ -284,6 +276,16 @@ impl Parameter for Made {
                 }
                 if names.is_empty() { fault("there are no names".into()) } else { Ok(Self::Files(names)) }
             }
+            given => match ARTIFACTS.iter().find(|(name, _)| *name == given) {
+                Some((name, _)) => artifact(name, table),
+                None => {
+                    let error = unexpected(&what.value, &expected);
+                    Err(match nearest(given, types) {
+                        Some(near) => error.help(format!("did you mean {near:?}?")),
+                        None => error,
+                    })
+                }
+            },
         }
     }
 
@@ -308,9 +310,7 @@ impl Parameter for Made {
             let formats: Vec<String> = formats_of(name).iter().map(|format| format.name()).collect();
             object(&[name], json!({ "format": { "enum": formats } }), &["type"])
         };
-        let types =
-            [Environment::TYPE, Lighting::TYPE, Material::TYPE, Brdf::TYPE, Reflection::TYPE, Shrm::TYPE];
-        let mut choices: Vec<_> = types.into_iter().map(artifact).collect();
+        let mut choices: Vec<_> = ARTIFACTS.iter().map(|(name, _)| artifact(name)).collect();
         choices.push(object(&["file"], json!({ "format": { "type": "string" } }), &["type", "format"]));
         let names =
             json!({ "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true });
@@ -364,12 +364,10 @@ fn decode(name: &str, format: Format, bytes: &[u8], context: &Context<'_>) -> Re
         (Environment::TYPE, Format::Exr) => image(containers::Format::OpenExr, bytes, context),
         (Environment::TYPE, Format::Hdr) => image(containers::Format::Radiance, bytes, context),
         (Lighting::TYPE, Format::Json) => Output::artifact(Lighting(lighting_json::decode(bytes)?)),
-        (Environment::TYPE, _) => Output::artifact(Environment::decode(bytes)?),
-        (Lighting::TYPE, _) => Output::artifact(Lighting::decode(bytes)?),
-        (Material::TYPE, _) => Output::artifact(Material::decode(bytes)?),
-        (Brdf::TYPE, _) => Output::artifact(Brdf::decode(bytes)?),
-        (Reflection::TYPE, _) => Output::artifact(Reflection::decode(bytes)?),
-        _ => Output::artifact(Shrm::decode(bytes)?),
+        _ => match ARTIFACTS.iter().find(|(known, _)| *known == name) {
+            Some((_, decode)) => decode(bytes),
+            None => Err(Failure::new(format!("{name} is not an artifact that a program can make"))),
+        },
     }
 }
 

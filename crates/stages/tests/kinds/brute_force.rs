@@ -103,9 +103,9 @@ fn a_culled_map_says_so_and_is_darker_by_its_share() {
 #[test]
 fn impossible_parameters_are_faults() {
     for (parameters, expected) in [
-        ("cull = 1", "cull: 1 is not 0, nor a share below 1"),
-        ("rows = 0", "rows: 0 is not 1 to 4096"),
-        ("resolution = 9999", "resolution: 9999 is not 1 to 4096"),
+        ("cull = 1", "cull: 1 is not a number, 0 or more and below 1"),
+        ("rows = 0", "rows: 0 is not a whole number from 1 to 4096"),
+        ("resolution = 9999", "resolution: 9999 is not a whole number from 1 to 4096"),
         ("view = [1, 2, 3]", "view: 3 numbers are not [yaw, pitch]"),
         ("view = \"above\"", "view: \"above\" is not \"head-on\" or [yaw, pitch] in degrees"),
     ] {

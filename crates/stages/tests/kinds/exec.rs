@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use engine::{BuildOptions, Cancel, Event, Plan, Reason, Summary};
 use envmap::Image;
+use stages::artifacts::Mesh;
 use tempfile::TempDir;
 
 use crate::fixture::{case, environment, exr, pixels, sky};
@@ -195,6 +196,17 @@ fn coefficients_travel_as_safetensors_or_json() {
         let back = case("exec", &parameters).input("input", sent.clone());
         assert_eq!(*back.artifact::<stages::artifacts::Lighting>(), sent);
     }
+}
+
+#[test]
+fn a_mesh_travels_as_safetensors() {
+    let parameters = "command = [\"sh\", \"-c\", \"cp $0 $1\", \"{input.mesh}\", \"{output}\"]
+        output = { type = \"mesh\" }";
+    let knot = mesh::shape("torus-knot").unwrap();
+    let copied = case("exec", parameters).input("mesh", Mesh(knot.clone())).artifact::<Mesh>();
+    assert_eq!(copied.0, knot);
+    let exec = stages::kinds().get("exec").unwrap().ports_named(&["mesh"]);
+    assert!(exec[0].takes("mesh") && exec[0].takes("a-type-of-a-studio"), "{exec:?}");
 }
 
 #[test]

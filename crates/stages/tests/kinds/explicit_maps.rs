@@ -483,10 +483,10 @@ fn parameters_that_would_have_no_effect_or_no_sense_are_faults() {
             "precision = \"float\"\noverflow = \"error\"",
             "overflow: only precision = \"half\" uses it",
         ),
-        ("export-kautz-mccool", "slices = 1", "slices: 1 is not 2 to 256"),
-        ("export-view-maps", "views = 65", "views: 65 is not 1 to 64"),
-        ("import-reflection-maps", "degree = 65", "degree: 65 is not 0 to 64"),
-        ("import-reflection-maps", "resolution = 0", "resolution: 0 is not 1 to 4096"),
+        ("export-kautz-mccool", "slices = 1", "slices: 1 is not a whole number from 2 to 256"),
+        ("export-view-maps", "views = 65", "views: 65 is not a whole number from 1 to 64"),
+        ("import-reflection-maps", "degree = 65", "degree: 65 is not a whole number from 0 to 64"),
+        ("import-reflection-maps", "resolution = 0", "resolution: 0 is not a whole number from 1 to 4096"),
     ] {
         assert_eq!(case(kind, parameters).faults(), [expected]);
     }

@@ -160,12 +160,12 @@ fn values_past_the_largest_half_are_told() {
 #[test]
 fn parameters_that_would_have_no_effect_are_faults() {
     for (parameters, expected) in [
-        ("resolution = 0", "resolution: 0 is not 1 to 4096"),
+        ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096"),
         (
             "overflow = \"error\"\nprecision = \"float\"",
             "overflow: only format = \"exr\" with precision = \"half\" uses it",
         ),
-        ("format = \"png\"\nexposure = 101", "exposure: 101 is not -100 to 100 stops"),
+        ("format = \"png\"\nexposure = 101", "exposure: 101 is not a number from -100 to 100"),
         ("exposure = 1", "exposure: only format = \"png\" uses it"),
         ("format = \"png\"\nprecision = \"float\"", "precision: only format = \"exr\" uses it"),
     ] {

@@ -347,7 +347,7 @@ fn parameters_that_would_have_no_effect_are_faults() {
         ("resolution = 5000", "resolution: 5000 is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = \"best\"", "resolution: \"best\" is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = 8\nerror = 0.1", "error: only resolution = \"auto\" uses it"),
-        ("error = 1", "error: 1 is not 0.000001 or more and below 1"),
+        ("error = 1", "error: 1 is not a number, 0.000001 or more and below 1"),
         ("precision = \"float\"", "precision: only format = \"exr\" or \"ktx2\" uses it"),
         (
             "overflow = \"error\"",

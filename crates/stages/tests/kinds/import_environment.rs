@@ -51,7 +51,7 @@ fn resolution_resizes() {
     // A texel is the mean of four: with the sky's slope below 1 a radian, off by h^2 / 8 times its bend at most.
     assert!(difference(imported.0.pixels(), environment(4, sky).0.pixels()) < 0.1);
     let message = &case("import-environment", "resolution = 0").faults()[0];
-    assert_eq!(message, "resolution: 0 is not 1 to 8192");
+    assert_eq!(message, "resolution: 0 is not a whole number from 1 to 8192");
 }
 
 /// The same sky in OpenEXR's own lat-long and cube, whose pixel centres lie on the poles and the edges.

@@ -87,7 +87,7 @@ fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
     }
     let configured = kind.configure(&Table::default()).unwrap();
     let Some(first) = kind.ports().into_iter().next() else { return vec![configured.product(&[])] };
-    first.types.iter().map(|arrives| configured.product(&[(&first.name, arrives)])).collect()
+    first.types().map(|arrives| configured.product(&[(&first.name, arrives)])).collect()
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn every_type_that_a_port_takes_has_a_producer() {
         .collect();
     for kind in kinds.iter() {
         for port in kind.ports() {
-            assert!(port.types.iter().all(|name| made.contains(name)), "{} {}", kind.name(), port.name);
+            assert!(port.types().all(|name| made.contains(name)), "{} {}", kind.name(), port.name);
         }
     }
 }

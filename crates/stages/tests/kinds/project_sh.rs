@@ -86,7 +86,7 @@ fn the_non_negative_window_leaves_nothing_negative() {
 fn parameters_that_would_have_no_effect_are_faults() {
     for (parameters, expected) in [
         ("degree = 3\ntolerance = 0.1", "tolerance: only degree = \"auto\" uses it"),
-        ("tolerance = 1.0", "tolerance 1 is not above 0 and below 1"),
+        ("tolerance = 1.0", "tolerance: 1.0 is not a number above 0 and below 1"),
         ("lambda = 0.1", "lambda: only window = \"laplacian\" uses it"),
         ("window = \"laplacian\"", "window: \"laplacian\" needs lambda, the weight of its penalty"),
         ("window = \"laplacian\"\nlambda = -1", "lambda: penalty -1 is not a finite number of 0 or more"),
