@@ -7,7 +7,7 @@ use engine::{OrAuto, choice};
 use envmap::ToneMap;
 use shrm::{MapLayout, View};
 
-/// A share that is neither nothing nor all.
+/// A share above 0 and below 1.
 pub(crate) const SHARE: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Excluded(1.0));
 
 /// Stops: factors of two.
@@ -19,8 +19,8 @@ pub(crate) const MOST: usize = 4096;
 /// The edge of a cube's face or the rows of a lat-long map; `"auto"` is the least that meets an error.
 pub(crate) type Resolution = OrAuto<usize>;
 
-/// The edge of a cube's face that is as fine as a map, if its resolution is fixed: a face looks at half of the angle of
-/// a lat-long map's rows.
+/// The edge of a cube's face that is as fine as a map, if its resolution is fixed: a face looks at half of
+/// the angle of a lat-long map's rows.
 pub(crate) fn edge_of(resolution: Option<Resolution>, layout: MapLayout) -> Option<usize> {
     match (resolution, layout) {
         (Some(Resolution::Fixed(edge)), MapLayout::Cube) => Some(edge),
@@ -30,7 +30,7 @@ pub(crate) fn edge_of(resolution: Option<Resolution>, layout: MapLayout) -> Opti
 }
 
 choice! {
-    /// Where the texels of a map lie.
+    /// The layout of the texels of a map.
     pub(crate) enum MapLayoutName: MapLayout {
         /// Six faces.
         Cube = "cube",

@@ -1,22 +1,23 @@
 //! Reflects a lighting off a material: the reflected light field in spherical harmonics.
 //!
-//! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one direction,
-//! and this is the convolution of Ramamoorthi and Hanrahan (2002):
+//! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one
+//! direction, and this is the convolution of Ramamoorthi and Hanrahan (2002):
 //!
 //! > B_lm = Lambda_l rho_l L_lm, with Lambda_l = sqrt(4 pi / (2 l + 1))
 //!
-//! In general it depends on the view too, and its coefficients are
+//! In general the field depends on the view too, and its coefficients are
 //!
 //! > B_lmpq = L_lm rho_lpq,
 //!
-//! l up to F for the central direction (the reflection vector, the normal or the tangent, as the material has
-//! it), p up to P for the view about it. They are kept as their two factors. From them `export-shrm` makes reflection maps
-//! with (P+1)^2 coefficients in each texel, of which P+1 are not zero where the material has no dependence on azimuth;
-//! `export-reflection-map` makes one plain map, which is exact for P = 0.
+//! l up to F for the central direction (the reflection vector, the normal or the tangent, depending on the
+//! material), p up to P for the view about it. The artifact holds the two factors. From them `export-shrm`
+//! makes reflection maps with (P+1)^2 coefficients in each texel, of which only P+1 are not zero if the
+//! material does not depend on the azimuth; `export-reflection-map` makes one plain map, which is exact for P
+//! = 0.
 //!
-//! Lighting and material are cut to the smaller of their degrees: light that the material blurs away, or detail
-//! that the lighting does not hold, costs nothing. The build notes F and P, and says where the lighting's degree is
-//! the smaller one, since the material then looks blurrier than it is.
+//! Lighting and material are cut to the smaller of their degrees: light that the material blurs away, or
+//! detail that the lighting does not hold, costs nothing. The build notes F and P. If the lighting's degree
+//! is the smaller one, the note says so, because the material then looks blurrier than it is.
 //!
 //! ## Example
 //!

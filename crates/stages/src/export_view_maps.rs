@@ -1,35 +1,37 @@
 //! Writes explicit reflection maps for T x T views: the whole reflected light field as a table.
 //!
-//! Each map is a plain reflection map for one view, so that a renderer without spherical harmonics can show a material
-//! that changes with the view, to any accuracy that its disk holds (Ramamoorthi and Hanrahan 2002, section 5.2 and
-//! appendix C). It is the largest of the exports: T x T maps against the (P+1)^2 coefficients of `export-shrm`.
+//! Each map is a plain reflection map for one view, so a renderer without spherical harmonics can show a
+//! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and Hanrahan
+//! 2002, section 5.2 and appendix C). It is the largest of the exports: T x T maps, compared with the (P+1)^2
+//! coefficients of `export-shrm`.
 //!
-//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and
-//! phi_k = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly, as in such
-//! an image; past a pole lies the same row half a turn away, which for an odd T is half way between two columns. T = 2 P + 1 keeps all that a field of degree P has, for `import-reflection-maps` to find again; for bilinear
-//! interpolation that nobody sees take about 10 P.
+//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and phi_k
+//! = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly,
+//! as in such an image; past a pole the same row continues half a turn away, which for an odd T is half way
+//! between two columns. With T = 2 P + 1 `import-reflection-maps` can recover a field of degree P completely;
+//! for bilinear interpolation without visible error take about 10 P.
 //!
 //! | `view` | the views are | |
 //! | --- | --- | --- |
 //! | `global` | V in the world | each map is smooth over the sphere: look up the maps around V with one central direction |
-//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of the paper; frames turn around the poles, so that each texel of a look-up needs its own w_o, and maps are not to be filtered |
+//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of the paper; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
 //!
-//! The input is a reflection, which is evaluated at each texel, or an SHRM, which is used as it is where layout and
-//! resolution are its own and else interpolated, with a note. With `resolution = "auto"`, or left out, a reflection gets
-//! the least texels between which it is interpolated with an error of 1 %, and an SHRM keeps its own. Values take O(P)
-//! operations each.
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
+//! and an SHRM keeps its own. Each value takes O(P) operations.
 //!
 //! ## Files
 //!
-//! After the item's `path`, a folder, and in it
+//! After the item's `path`, a folder that holds
 //!
 //! | `format` | files |
 //! | --- | --- |
 //! | `ktx2`, `dds` | `/maps.ktx2` or `/maps.dds`: an array of T x T layers, of 2D images or of cubes |
 //! | `exr` | `/view-000.exr` ...: a picture for each view; six faces of a cube lie below each other |
 //!
-//! and last `/view-maps.json`, the index: the file, layer and view of each map, how a direction finds its texel, how to
-//! interpolate. The manual of `import-reflection-maps` lists its members.
+//! and last `/view-maps.json`, the index: the file, layer and view of each map, how to look up a direction,
+//! how to interpolate. The manual of `import-reflection-maps` lists its members.
 //!
 //! ## Example
 //!
@@ -47,7 +49,7 @@ use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use shrm::{MapLayout, View, ViewMaps};
 
 use crate::choices::{MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName};
-use crate::export_reflection_map::tell_overflow;
+use crate::export_reflection_map::report_overflow;
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
@@ -67,21 +69,21 @@ choice! {
 parameters! {
     /// Parameters of `export-view-maps`.
     pub(crate) struct Parameters {
-        /// T: the maps are for T x T views.
+        /// T: there are maps for T x T views.
         #[range(1..=64)]
         views: usize = 9,
-        /// Which directions the views are; see the table.
+        /// The frame in which the views are given; see the table.
         view: ViewName = ViewName(View::Global),
-        /// Where the texels of a map lie.
+        /// The layout of a map's texels.
         layout: MapLayoutName = MapLayoutName(MapLayout::Cube),
-        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto".
+        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto".
         #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: Format = Format::Ktx2,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": whether values past 65504, in either direction, become +-65504 or fail the item.
+        /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -93,7 +95,7 @@ impl Kind for ExportViewMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-view-maps";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 
@@ -123,7 +125,7 @@ impl Kind for ExportViewMaps {
         map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
         context.check_cancelled()?;
         let table = ViewMaps::from_shrm(&map.0, side)
-            .ok_or_else(|| Failure::new(format!("{side} x {side} views are no table")))?;
+            .ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
         context.check_cancelled()?;
         if side < 2 * source.p() + 1 {
             context.note(format!(
@@ -134,7 +136,7 @@ impl Kind for ExportViewMaps {
             ));
         }
         let (mut files, clamped) = encode(parameters, &table, context)?;
-        tell_overflow(clamped, parameters.overflow, context)?;
+        report_overflow(clamped, parameters.overflow, context)?;
         let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
             let layer = (parameters.format != Format::Exr).then_some(k);
             let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
@@ -191,7 +193,7 @@ fn file(view: usize, format: Format) -> String {
     }
 }
 
-/// The files of the maps, and how many values were clamped.
+/// The files of the maps, and the number of clamped values.
 fn encode(
     parameters: &Parameters,
     table: &ViewMaps,

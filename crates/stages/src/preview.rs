@@ -1,15 +1,16 @@
 //! Draws a mesh under an environment, shaded with the maps that engines will use: a picture, or a turntable.
 //!
-//! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`);
-//! `environment` is the light that it was made of, which is seen behind the mesh and in mirrors. Where the lighting was
-//! turned on its way, connect the environment turned alike: `rotate` turns both. `material` is needed by `brute-force` alone.
-//! `mesh` is drawn in place of the built-in shape.
+//! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
+//! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
+//! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Only
+//! `brute-force` needs `material`. `mesh` is drawn instead of the built-in shape.
 //!
 //! ## Modes
 //!
-//! `modes` says how the surface is shaded. Several stand side by side in one picture, each with its name.
+//! `modes` says how the surface is shaded. Several modes are drawn side by side in one picture, each with its
+//! name.
 //!
-//! | mode | the reflected light is known by |
+//! | mode | the reflected light comes from |
 //! | --- | --- |
 //! | `local-shrm` | the local SHRM, evaluated at every pixel |
 //! | `global-shrm` | the global SHRM, evaluated once a frame into a reflection map for a far viewer |
@@ -20,32 +21,36 @@
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel |
 //!
-//! `compare` names the mode that the others are judged by. Its picture comes first, and below each other mode stands its
-//! absolute difference, amplified, with the root of the mean squared difference over the pixels that see only mesh, as a
-//! share of that of what it is compared with. Brute force is noisy itself: more `light-samples` tell more.
+//! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
+//! mode is its absolute difference, amplified, with the relative RMS: the root of the mean squared difference
+//! over the pixels that show only the mesh, divided by the RMS of the reference. Brute force is noisy itself;
+//! more `light-samples` reduce the noise.
 //!
-//! Maps are made as the exports make them, on cubes of `resolution`; Kautz and McCool's texture has `slices`.
+//! Maps are made as the exports make them, on cubes with an edge of `resolution`; Kautz and McCool's texture
+//! has `slices` slices.
 //!
 //! ## Camera and light
 //!
-//! The camera circles the mesh. At yaw 0 it stands on the +X side, before the front of glTF models, and has the centre of
-//! the environment's image behind it; a positive yaw moves it toward +Y, a positive pitch up. At `zoom` 1 the ball around the
-//! mesh touches the picture's shorter side, whatever the mesh's size. The light is turned as `rotate` turns it, by
-//! `light-yaw` and then `light-pitch`.
+//! The camera circles the mesh. At yaw 0 it is on the +X side, in front of glTF models, with the centre of
+//! the environment's image behind it; a positive yaw moves it toward +Y, a positive pitch moves it up. At
+//! `zoom` 1 the bounding ball of the mesh fits the picture's shorter side, whatever the mesh's size. The
+//! light is turned as `rotate` turns it, by `light-yaw` and then `light-pitch`.
 //!
-//! With `frames` there are so many pictures of one whole turn of the camera, or of the light around +Z, counter-clockwise
-//! as seen from above: an animation, or a strip of all of them.
+//! `frames` is the number of pictures of one whole turn of the camera, or of the light around +Z,
+//! counter-clockwise as seen from above. They become an animation, or a strip of all frames.
 //!
-//! ## Where it is drawn
+//! ## CPU and GPU
 //!
-//! With `backend = "cpu"` outputs are the same to the bit, as those of all stages. A graphics device (`"gpu"`) draws the same within two
-//! steps of 255 for all but a few pixels, and faster; what it draws depends on the device, which no key holds. Where there is none, or
-//! where it cannot draw this, the CPU does, with a warning that says why. Its picture is kept like any result: once there is a
-//! device, set `backend` to `"cpu"` or change another parameter, or move `.specula` away, to have it drawn anew.
+//! With `backend = "cpu"` the output is bit-identical on every run, as for all stages. A graphics device
+//! (`"gpu"`) is faster and draws the same to within two steps of 255 for all but a few pixels; its output
+//! depends on the device, which is not part of the key. If there is no device, or it cannot draw the scene,
+//! the CPU draws instead, with a warning that says why. That picture is cached like any result: to redraw it
+//! later on a device, change a parameter or move `.specula` away.
 //!
 //! ## Files
 //!
-//! `.png`: 8-bit sRGB. An animation is an animated PNG, of which a program that knows of none shows the first frame.
+//! `.png`: 8-bit sRGB. An animation is an animated PNG; programs that do not support those show the first
+//! frame.
 //!
 //! ## Example
 //!
@@ -79,17 +84,17 @@ use crate::choices::{STOPS, ToneMapName};
 use crate::contact_sheet::exposure_of;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
-use easel::Easel;
-use values::{Behind, Size};
+use fallback_renderer::FallbackRenderer;
+use values::{BackgroundChoice, Size};
 
 mod comparison;
-mod easel;
-mod light;
+mod fallback_renderer;
+mod light_mismatch;
 mod values;
 
 choice! {
     /// A built-in mesh.
-    pub(crate) enum Shape {
+    pub(crate) enum BuiltInMesh {
         /// A sphere.
         Sphere = "sphere",
         /// A trefoil knot, which shows every direction of the normal at several depths.
@@ -100,7 +105,7 @@ choice! {
 }
 
 choice! {
-    /// By what the reflected light is known.
+    /// What the reflected light comes from.
     pub(crate) enum ModeName: Mode {
         /// The local SHRM at every pixel.
         LocalShrm,
@@ -132,7 +137,7 @@ choice! {
 }
 
 choice! {
-    /// What is written of several frames.
+    /// How several frames are written.
     pub(crate) enum Format {
         /// One picture.
         Png = "png",
@@ -146,9 +151,9 @@ choice! {
 choice! {
     /// What draws.
     pub(crate) enum Backend {
-        /// The CPU: the same to the bit.
+        /// The CPU, with bit-identical output.
         Cpu = "cpu",
-        /// A graphics device, where there is one.
+        /// A graphics device, if there is one.
         Gpu = "gpu",
     }
 }
@@ -156,24 +161,24 @@ choice! {
 parameters! {
     /// Parameters of `preview`.
     pub(crate) struct Parameters {
-        /// The built-in mesh that is drawn where no mesh is connected.
-        mesh: Shape = Shape::Sphere,
-        /// Pixels of each picture: the edge of a square, or [width, height]. 16 to 4096.
+        /// The built-in mesh that is drawn if no mesh is connected.
+        mesh: BuiltInMesh = BuiltInMesh::Sphere,
+        /// Pixels of each picture: the edge of a square, or [width, height].
         size: Size = Size([512; 2]),
         /// How the surface is shaded, side by side; see Modes.
         modes: Vec<ModeName> = vec![ModeName(Mode::LocalShrm)],
-        /// The mode that the others are compared with. Without it, nothing is compared.
+        /// The mode that the others are compared with. Default: none.
         compare: Option<ModeName> = None,
-        /// How many times stronger differences are shown.
+        /// The factor by which differences are amplified.
         #[range(1.0..=1000.0)]
         amplify: f64 = 8.0,
-        /// Where the camera stands, in degrees around +Z.
+        /// The camera's yaw around +Z, in degrees.
         #[range(DEGREES)]
         camera_yaw: f64 = 0.0,
-        /// How high the camera stands, in degrees.
+        /// The camera's pitch, in degrees: up is positive.
         #[range(-90.0..=90.0)]
         camera_pitch: f64 = 10.0,
-        /// How near the camera comes; see Camera and light.
+        /// The size of the mesh in the picture; see Camera and light.
         #[range(0.1..=100.0)]
         zoom: f64 = 0.9,
         /// The field of view over the shorter side of the picture, in degrees.
@@ -185,16 +190,16 @@ parameters! {
         /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
         #[range(DEGREES)]
         light_pitch: f64 = 0.0,
-        /// Stops by which all radiance is multiplied before it is shown. Without it, from the environment, as in
-        /// contact-sheet.
+        /// Stops by which all radiance is multiplied before it is shown. Default: chosen for the environment,
+        /// as in contact-sheet.
         #[range(STOPS)]
         exposure: Option<f64> = None,
-        /// How exposed radiance is shown: with a film's shoulder, or cut at white.
+        /// The tone curve of exposed radiance: with a film's shoulder, or cut at white.
         curve: ToneMapName = ToneMapName(ToneMap::Filmic),
-        /// What lies behind the mesh: the environment, what its harmonics up to degree 30 hold of it, or a colour, which
-        /// exposure leaves alone.
-        background: Behind = Behind::Environment,
-        /// Texels along the edge of a cube's face, of every map.
+        /// The background: the environment, its reconstruction from harmonics up to degree 30, or a colour,
+        /// which exposure does not change.
+        background: BackgroundChoice = BackgroundChoice::Environment,
+        /// Texels along the edge of a cube's face, for every map.
         #[range(4..=512)]
         resolution: usize = 64,
         /// Slices of Kautz and McCool's texture.
@@ -206,25 +211,25 @@ parameters! {
         /// Samples of light at each sample of a pixel in brute-force.
         #[range(1..=65536)]
         light_samples: usize = 64,
-        /// Pictures of one whole turn.
+        /// The number of pictures of one whole turn.
         #[range(1..=360)]
         frames: usize = 1,
         /// With several frames: what turns.
         turn: Turn = Turn::Camera,
-        /// What is written. Without it, "png" of one frame and "apng" of several.
+        /// What is written. Default: "png" for one frame and "apng" for several.
         format: Option<Format> = None,
         /// With format "apng": seconds of one whole turn.
         #[range(0.1..=600.0)]
         seconds: f64 = 4.0,
-        /// What draws; see there.
+        /// What draws; see CPU and GPU.
         backend: Backend = Backend::Cpu,
     }
 }
 
-/// Angles: any number of turns that keeps their fractions.
+/// Angles: any number of turns, as long as fractions of a degree stay exact.
 const DEGREES: RangeInclusive<f64> = -1e6..=1e6;
 
-/// The most pixels of all frames together: 192 MiB of codes, and as much again where they become a strip.
+/// The most pixels of all frames together: 192 MiB of codes, and as much again if they become a strip.
 const MOST_PIXELS: usize = 1 << 26;
 
 impl Parameters {
@@ -236,23 +241,23 @@ impl Parameters {
         self.compare.map(|name| name.0)
     }
 
-    /// The modes as they stand side by side: what the others are compared with comes first.
+    /// The modes from left to right: the one that the others are compared with comes first.
     fn columns(&self) -> Vec<Mode> {
         let others = self.modes.iter().map(|name| name.0);
         self.compare().into_iter().chain(others.filter(|mode| Some(*mode) != self.compare())).collect()
     }
 
-    /// The frames as they lie in the written picture: columns and rows.
+    /// The arrangement of the frames in the written picture: columns and rows.
     fn strip(&self) -> [usize; 2] {
         match self.format() {
-            // A single picture is laid beside the next; a row of them below.
+            // Frames of a single picture are side by side; rows of several pictures are stacked.
             Format::Strip if self.columns().len() == 1 => [self.frames, 1],
             Format::Strip => [1, self.frames],
             Format::Png | Format::Apng => [1, 1],
         }
     }
 
-    fn board(&self) -> ComparisonSheet {
+    fn sheet(&self) -> ComparisonSheet {
         ComparisonSheet {
             picture: self.size.0,
             columns: self.columns().len(),
@@ -304,21 +309,21 @@ impl Kind for Preview {
             None => exposure_of(scene.light.environment()),
         };
         context.note(format!("exposure {} {reason}", crate::sheet::stops(exposure)));
-        let mut easel = Easel::new(parameters.backend, context);
-        let board = parameters.board();
+        let mut renderer = FallbackRenderer::new(parameters.backend, context);
+        let sheet = parameters.sheet();
         let mut frames = Vec::new();
         let mut worst = Vec::new();
         for frame in 0..parameters.frames {
             let turned = 360.0 * frame as f64 / parameters.frames as f64;
             let shot = shot(parameters, &scene, exposure, turned);
-            frames.push(board.draw(&panels(parameters, &scene, &shot, &mut easel, &mut worst)?));
+            frames.push(sheet.draw(&panels(parameters, &scene, &shot, &mut renderer, &mut worst)?));
             context.check_cancelled()?;
         }
         for (mode, rms) in worst {
             let most = if parameters.frames > 1 { " at most" } else { "" };
             context.note(format!("{}: relative RMS {}{most}", mode.label(), percent(rms)));
         }
-        let [width, height] = board.size();
+        let [width, height] = sheet.size();
         let recipe = Some(context.recipe());
         let bytes = match parameters.format() {
             Format::Apng => {
@@ -327,7 +332,7 @@ impl Kind for Preview {
             }
             Format::Png | Format::Strip => {
                 let [columns, rows] = parameters.strip();
-                let strip = comparison::strip(&frames, board.size(), columns);
+                let strip = comparison::strip(&frames, sheet.size(), columns);
                 write_png(columns * width, rows * height, &strip, recipe)?
             }
         };
@@ -336,34 +341,37 @@ impl Kind for Preview {
 }
 
 fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-    let mut faults = Vec::new();
+    let mut errors = Vec::new();
     if parameters.modes.is_empty() {
-        faults.push(("modes", "there is none; name one, such as \"local-shrm\"".into()));
+        errors.push(("modes", "the list is empty; name one, such as \"local-shrm\"".into()));
     }
     for (place, mode) in parameters.modes.iter().enumerate() {
         if parameters.modes[..place].contains(mode) {
-            faults.push(("modes", format!("{:?} is there twice", mode.0.name())));
+            errors.push(("modes", format!("{:?} is listed twice", mode.0.name())));
         }
     }
     if parameters.compare.is_some() && parameters.columns().len() == 1 {
-        faults.push(("compare", "modes names no other mode to compare with it".into()));
+        errors.push(("compare", "`modes` has no other mode to compare with it".into()));
     }
     match parameters.format() {
         Format::Png if parameters.frames > 1 => {
             let frames = parameters.frames;
-            faults.push(("format", format!("{frames} frames are an \"apng\" or a \"strip\"")));
+            errors.push(("format", format!("{frames} frames need \"apng\" or \"strip\"")));
         }
         Format::Apng | Format::Strip if parameters.frames == 1 => {
-            faults.push(("format", "one frame is a \"png\"; frames says how many there are".into()));
+            errors.push(("format", "one frame needs \"png\"; set frames to the number of frames".into()));
         }
         _ => {}
     }
-    let [width, height] = parameters.board().size();
+    let [width, height] = parameters.sheet().size();
     let pixels = width.saturating_mul(height).saturating_mul(parameters.frames);
     if pixels > MOST_PIXELS {
-        faults.push(("size", format!("all pictures together have {pixels} pixels, more than {MOST_PIXELS}")));
+        errors.push((
+            "size",
+            format!("all pictures together have {pixels} pixels, which is more than {MOST_PIXELS}"),
+        ));
     }
-    faults
+    errors
 }
 
 /// The mesh with its look.
@@ -371,7 +379,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     let environment = context.get::<artifacts::Environment>("environment")?;
     let material = context.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
     if material.is_none() && parameters.columns().contains(&Mode::BruteForce) {
-        return Err(Failure::new("brute-force needs the material, and the port material is not connected")
+        return Err(Failure::new("brute-force needs a material, but the port material is not connected")
             .help("add material = \"...\" to the stage's inputs"));
     }
     let mesh = match context.optional::<artifacts::Mesh>("mesh")? {
@@ -390,7 +398,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         }
         _ => {
             let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
-            if let Some(difference) = light::difference(light.environment(), reflection.lighting()) {
+            if let Some(difference) = light_mismatch::difference(light.environment(), reflection.lighting()) {
                 context.warn(difference);
             }
             Look::new(light, reflection, material, sizes)
@@ -399,16 +407,16 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     Ok(Scene::of(Arc::new(mesh), Arc::new(look)))
 }
 
-fn built_in(shape: Shape) -> Result<mesh::Mesh, Failure> {
+fn built_in(shape: BuiltInMesh) -> Result<mesh::Mesh, Failure> {
     let name = match shape {
-        Shape::Sphere => "sphere",
-        Shape::TorusKnot => "torus-knot",
-        Shape::Plane => "plane",
+        BuiltInMesh::Sphere => "sphere",
+        BuiltInMesh::TorusKnot => "torus-knot",
+        BuiltInMesh::Plane => "plane",
     };
-    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no shape {name:?}")))
+    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no built-in mesh {name:?}")))
 }
 
-/// How a frame is seen, its camera or light turned by so many degrees.
+/// The shot of a frame, with the camera or the light turned by this many degrees.
 fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> Shot {
     let [around, about] = match parameters.turn {
         Turn::Camera => [turned, 0.0],
@@ -438,18 +446,18 @@ fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> S
     }
 }
 
-/// The pictures of a frame. `worst` gathers the greatest relative RMS of each mode.
+/// The pictures of a frame. `worst` collects the greatest relative RMS of each mode.
 fn panels(
     parameters: &Parameters,
     scene: &Scene,
     shot: &Shot,
-    easel: &mut Easel<'_, '_>,
+    renderer: &mut FallbackRenderer<'_, '_>,
     worst: &mut Vec<(Mode, f64)>,
 ) -> Result<Vec<Panel>, Failure> {
     let mut panels = Vec::new();
     let mut first = None;
     for mode in parameters.columns() {
-        let picture = easel.draw(scene, &Shot { show: Show::One(mode), ..shot.clone() })?;
+        let picture = renderer.draw(scene, &Shot { show: Show::One(mode), ..shot.clone() })?;
         let mut panel = Panel {
             label: mode.label(),
             detail: String::new(),
@@ -496,8 +504,8 @@ mod tests {
     #[test]
     fn every_shape_has_its_word() {
         let shapes = mesh::SHAPES.map(|name| format!("{name:?}"));
-        assert_eq!(Shape::expected(), shapes.join(" or "));
-        for shape in [Shape::Sphere, Shape::TorusKnot, Shape::Plane] {
+        assert_eq!(BuiltInMesh::expected(), shapes.join(" or "));
+        for shape in [BuiltInMesh::Sphere, BuiltInMesh::TorusKnot, BuiltInMesh::Plane] {
             assert!(built_in(shape).is_ok());
         }
     }

@@ -1,26 +1,27 @@
-//! Writes a reflection map by brute force: the integral that the other kinds are faster forms of.
+//! Writes a reflection map by brute force: the integral that the other kinds compute faster.
 //!
-//! Each texel sums the environment's texels, radiance times the material's transfer function times solid angle:
+//! Each texel sums the environment's texels, radiance times rho_hat (the BRDF with its cosine) times solid
+//! angle:
 //!
 //! > B(C, V) = sum over w of L(w) rho_hat(w, V) dOmega
 //!
-//! No harmonics, no degree, no ringing: use it to see what a degree or an export loses. The central direction C of a
-//! texel is its own direction, as in `export-reflection-map`: the reflection vector, or the normal of a lambert
-//! material, or the tangent of a kajiya-kay one. The time is that of (texels of the map) x (lit texels of the
-//! environment); `rows` bounds the second.
+//! There are no harmonics, no degree and no ringing: use it to see what a degree or an export loses. The
+//! central direction C of a texel is its own direction, as in `export-reflection-map`: the reflection vector,
+//! or the normal of a lambert material, or the tangent of a kajiya-kay one. The time is proportional to
+//! (texels of the map) x (lit texels of the environment); `rows` limits the second factor.
 //!
 //! ## The view
 //!
 //! | `view` | what a texel shows |
 //! | --- | --- |
-//! | `"head-on"` | each surface seen straight: the view, the normal and the reflection vector are one; of kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
-//! | `[yaw, pitch]` | every central direction seen from one far viewer, who stands where +X is turned to by these degrees (a positive pitch lowers it, as in `rotate`) |
+//! | `"head-on"` | each surface viewed straight on: the view, the normal and the reflection vector are one; for kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
+//! | `[yaw, pitch]` | every central direction seen by one distant viewer, in the direction +X turned by these degrees (a positive pitch lowers it, as in `rotate`) |
 //!
-//! Of a material that is the same from every view (lambert, phong) the map is the same for all.
+//! For a material that looks the same from every view (lambert, phong) the map does not depend on `view`.
 //!
 //! ## Files
 //!
-//! As those of `export-reflection-map` with the same `layout` and `format`.
+//! The same files as `export-reflection-map` writes with the same `layout` and `format`.
 //!
 //! ## Example
 //!
@@ -50,12 +51,12 @@ use crate::artifacts;
 use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout};
 
-/// Where the viewer is.
+/// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Viewer {
     /// Straight above each surface.
     HeadOn,
-    /// Far away: +X turned by yaw and pitch, in degrees.
+    /// A distant viewer: +X turned by yaw and pitch, in degrees.
     Far {
         /// About +Z, after the pitch.
         yaw: f64,
@@ -100,14 +101,14 @@ impl Parameter for Viewer {
 parameters! {
     /// Parameters of `reference`.
     pub(crate) struct Parameters {
-        /// Where the viewer is; see there.
+        /// The direction of the viewer; see The view.
         view: Viewer = Viewer::HeadOn,
-        /// Rows of the environment that is summed over: a finer one is averaged down to it first, by exact areas, to
-        /// twice as many columns.
+        /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
+        /// first averaged down to this, by exact areas.
         #[range(1..=MOST)]
         rows: usize = 128,
-        /// The share of a lobe that may be left out: lambert, phong and microfacet sum over the cap that holds the rest.
-        /// 0 sums over everything.
+        /// The share of a lobe that may be ignored: lambert, phong and microfacet sum over the cap that holds
+        /// the rest. 0 sums over everything.
         #[range(0.0..1.0)]
         cull: f64 = 0.0,
         /// How the sphere lies on the written images, as in export-reflection-map.
@@ -119,7 +120,7 @@ parameters! {
         format: Format = Format::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: PrecisionName = PrecisionName(Precision::Half),
-        /// With precision "half": what is done with values past 65504: each becomes it, or the item fails.
+        /// With precision "half": what happens to values past 65504: they become 65504, or the item fails.
         overflow: Overflow = Overflow::Clamp,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]
@@ -128,7 +129,7 @@ parameters! {
 }
 
 impl Parameters {
-    /// What is said of the written files.
+    /// The parameters of the written files.
     fn picture(&self) -> picture::Parameters {
         picture::Parameters {
             layout: self.layout,
@@ -146,7 +147,7 @@ impl Parameters {
     }
 }
 
-/// Rows of the map between two looks at whether the build was told to stop.
+/// Rows of the map between two checks for cancellation.
 const BAND: usize = 4;
 
 /// The kind `reference`.
@@ -185,7 +186,8 @@ impl Kind for ReferenceMap {
         let (view, toward) = match parameters.view {
             Viewer::HeadOn => match material.0.centre() {
                 Centre::Reflection | Centre::Normal => (View::Local, Direction::Z),
-                // A normal of the tangent: +X of the texel's frame, one of a circle that are all alike.
+                // A normal of the tangent: +X of the texel's frame. All normals of the tangent are
+                // equivalent.
                 Centre::Tangent => (View::Local, Direction::X),
             },
             Viewer::Far { yaw, pitch } => {
@@ -202,13 +204,13 @@ impl Kind for ReferenceMap {
             let rows = first..(first + BAND).min(faces * height);
             pixels.extend(reference.rows(grid, rows, view, toward));
         }
-        tell_sizes(light.grid(), whole, &reference, grid.len(), context);
+        note_sizes(light.grid(), whole, &reference, grid.len(), context);
         picture::write(&picture, &picture::arrange(&picture, pixels)?, context)
     }
 }
 
 /// Says what was summed over.
-fn tell_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
+fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
     let from = if used == whole {
         String::new()
     } else {

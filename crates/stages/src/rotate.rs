@@ -4,12 +4,12 @@
 //!
 //! > R = R_z(yaw) R_y(pitch) R_x(roll)
 //!
-//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch lowers
-//! what was at +X. Instead of angles a `quaternion` may be given.
+//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch
+//! lowers what was at +X. A `quaternion` may be given instead of angles.
 //!
-//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever the
-//! angles. An environment's pixels are resampled, which loses a little sharpness: rotate the lighting where both
-//! would do.
+//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever
+//! the angles. An environment's pixels are resampled, which loses a little sharpness: if both would do,
+//! rotate the lighting.
 //!
 //! ## Example
 //!
@@ -80,7 +80,7 @@ impl Parameters {
     }
 }
 
-/// How a stage turns the lighting that arrives; not at all where it is of another kind.
+/// How a stage turns the lighting that arrives; the identity if the stage is of another kind.
 pub(crate) fn turn_of(stage: &Stage) -> Rotation {
     if stage.kind.name() != Rotate::NAME {
         return Rotation::IDENTITY;
@@ -107,7 +107,7 @@ impl Kind for Rotate {
         vec![Port::one::<artifacts::Lighting>("lighting").or::<artifacts::Environment>()]
     }
 
-    /// The type that arrives leaves.
+    /// The same type as arrives.
     fn product(_: &Parameters, types: &[(&str, &'static str)]) -> Product {
         let arrives = types.iter().find(|(port, _)| *port == "lighting").map(|(_, arrives)| *arrives);
         Product::Artifact(arrives.unwrap_or(artifacts::Lighting::TYPE))

@@ -1,7 +1,8 @@
 //! A clear day: Preetham's sky, its sun, thin clouds, hills, and a paved place in the grass.
 //!
-//! A. J. Preetham, P. Shirley, B. Smits, *A practical analytic model for daylight*, SIGGRAPH 1999: appendix A.2
-//! gives Perez' coefficients and the zenith as functions of the turbidity. Luminance is scaled from kcd/m^2.
+//! A. J. Preetham, P. Shirley, B. Smits, *A practical analytic model for daylight*, SIGGRAPH 1999: appendix
+//! A.2 gives Perez' coefficients and the zenith as functions of the turbidity. Luminance is scaled from
+//! kcd/m^2.
 
 use std::f64::consts::PI;
 
@@ -169,7 +170,8 @@ fn ground(sky: &Sky, direction: DVec3) -> DVec3 {
     };
     let border = 7.0 + 0.5 * (octaves(0.8 * x, 0.8 * y, 3) - 0.5);
     let albedo = grass.lerp(stone, ((border - flat) / 0.15 + 0.5).clamp(0.0, 1.0));
-    // The sky's irradiance on level ground is near pi times its radiance half-way up, on the mean of all sides.
+    // The sky's irradiance on level ground is near pi times its radiance half-way up, on the mean of all
+    // sides.
     let sides = [(0.6, -0.5), (-0.6, -0.5), (0.6, 0.5), (-0.6, 0.5)];
     let sides = sides.map(|(x, y)| sky.radiance(DVec3::new(x, y, 0.5).normalize()));
     let irradiance = SUN_IRRADIANCE * sun().z + PI / 4.0 * sides.into_iter().sum::<DVec3>();

@@ -1,4 +1,4 @@
-//! Artifacts as files of other programs, and back.
+//! Writes artifacts to files for other programs, and reads them back.
 
 use std::collections::HashMap;
 use std::fs;
@@ -66,10 +66,10 @@ impl Formats {
         chosen.unwrap_or(formats_of(type_name)[0])
     }
 
-    /// What does not fit what arrives.
-    pub(super) fn misfits(&self, types: &[(&str, &'static str)]) -> Vec<String> {
+    /// The formats that do not fit the artifacts that arrive.
+    pub(super) fn mismatches(&self, types: &[(&str, &'static str)]) -> Vec<String> {
         let types: HashMap<&str, &str> = types.iter().copied().collect();
-        let misfit = |(port, format): &(String, Format)| {
+        let mismatch = |(port, format): &(String, Format)| {
             let Some(arrives) = types.get(port.as_str()) else {
                 return Some(format!("the stage has no input {port:?}"));
             };
@@ -82,7 +82,7 @@ impl Formats {
                 )
             })
         };
-        self.0.iter().filter_map(misfit).collect()
+        self.0.iter().filter_map(mismatch).collect()
     }
 }
 
@@ -143,7 +143,7 @@ pub(super) fn write_input(
     let name = format!("input/{port}.{}", format.name());
     let written = fs::create_dir_all(work.join("input")).and_then(|()| fs::write(work.join(&name), bytes));
     written.map_err(|error| {
-        Failure::from(error).context(format!("cannot write {name} in the scratch folder")).system_error()
+        Failure::from(error).context(format!("cannot write {name} to the scratch folder")).system_error()
     })?;
     Ok(name)
 }
@@ -163,7 +163,7 @@ fn decoded<T: Artifact>(bytes: &[u8]) -> Result<Output, Failure> {
     Output::artifact(T::decode(bytes)?)
 }
 
-/// What a program makes, and where it writes that.
+/// What a program makes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Made {
     /// An artifact of this type.
@@ -186,7 +186,7 @@ impl Made {
         }
     }
 
-    /// What `{output}` stands for, from the working folder.
+    /// The value of `{output}`, relative to the working folder.
     fn place(&self) -> String {
         match self {
             Self::Artifact(_, format) => format!("output.{}", format.name()),
@@ -195,11 +195,11 @@ impl Made {
         }
     }
 
-    /// Makes the place ready for the program, and says what `{output}` stands for.
+    /// Prepares the place of the output, and returns the value of `{output}`.
     pub(super) fn prepare(&self, work: &Path) -> Result<String, Failure> {
         if matches!(self, Self::Files(_)) {
             fs::create_dir(work.join(self.place())).map_err(|error| {
-                Failure::from(error).context("cannot make the folder for the output").system_error()
+                Failure::from(error).context("cannot create the folder for the output").system_error()
             })?;
         }
         Ok(self.place())
@@ -208,14 +208,14 @@ impl Made {
     /// Reads what the program wrote.
     ///
     /// # Errors
-    /// Where it is not there or not what it should be.
+    /// If it is missing or invalid.
     pub(super) fn read(&self, work: &Path, program: &str, context: &Context<'_>) -> Result<Output, Failure> {
         let place = self.place();
         match self {
             Self::Artifact(name, format) => {
                 let bytes = read_file(work, &place, program)?;
                 decode(name, *format, &bytes, context)
-                    .map_err(|failure| failure.context(format!("{program} wrote no sound {name}")))
+                    .map_err(|failure| failure.context(format!("{program} did not write a valid {name}")))
             }
             Self::File(_) => {
                 let recipe = containers::texture_sidecar(Some(context.recipe()), &[])?;
@@ -244,17 +244,17 @@ impl Parameter for Made {
         let types = ARTIFACTS.iter().map(|(name, _)| *name).chain(["file", "files"]).collect::<Vec<_>>();
         let expected = types.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(" or ");
         let Some(what) = table.get("type") else {
-            return Err(Diagnostic::at(value.span.clone(), "there is no type")
+            return Err(Diagnostic::at(value.span.clone(), "\"type\" is missing")
                 .expected(format!("expected type = {expected}")));
         };
         match String::parse(&what.value)?.as_str() {
             "file" => {
                 only(table, &["type", "format"])?;
-                let format = wanted(table, "format", "the file's ending, such as \"png\"")?;
+                let format = wanted(table, "format", "the file's extension, such as \"png\"")?;
                 let ending = String::parse(format)?;
                 match ending.split('.').all(is_word) {
                     true => Ok(Self::File(ending)),
-                    false => Err(unexpected(format, "an ending without its dot, such as \"png\"")),
+                    false => Err(unexpected(format, "an extension without its dot, such as \"png\"")),
                 }
             }
             "files" => {
@@ -262,19 +262,19 @@ impl Parameter for Made {
                 let value = wanted(table, "names", "the names of the files")?;
                 let names = Vec::<String>::parse(value)?;
                 let expected = "expected file names of A-Z, a-z, 0-9, _, - and single dots, each once";
-                let fault =
+                let error =
                     |message: String| Err(Diagnostic::at(value.span.clone(), message).expected(expected));
                 let mut lower = vec!["recipe.json".to_owned()];
                 for name in &names {
                     if !name.split('.').all(is_word) {
-                        return fault(format!("{name:?} is no name of a file"));
+                        return error(format!("{name:?} is not a valid file name"));
                     }
                     if lower.contains(&name.to_ascii_lowercase()) {
-                        return fault(format!("{name:?} is there twice, or is the recipe's name"));
+                        return error(format!("{name:?} is listed twice, or is the recipe's name"));
                     }
                     lower.push(name.to_ascii_lowercase());
                 }
-                if names.is_empty() { fault("there are no names".into()) } else { Ok(Self::Files(names)) }
+                if names.is_empty() { error("the list is empty".into()) } else { Ok(Self::Files(names)) }
             }
             given => match ARTIFACTS.iter().find(|(name, _)| *name == given) {
                 Some((name, _)) => artifact(name, table),
@@ -330,14 +330,14 @@ fn artifact(name: &'static str, table: &Table) -> Result<Made, Diagnostic> {
 }
 
 fn only(table: &Table, known: &[&str]) -> Result<(), Diagnostic> {
-    let mut faults = Vec::new();
-    unknown_keys(table, &known.iter().map(|&key| key.to_owned()).collect::<Vec<_>>(), &mut faults);
-    faults.into_iter().next().map_or(Ok(()), Err)
+    let mut errors = Vec::new();
+    unknown_keys(table, &known.iter().map(|&key| key.to_owned()).collect::<Vec<_>>(), &mut errors);
+    errors.into_iter().next().map_or(Ok(()), Err)
 }
 
 fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Diagnostic> {
     let missing = || {
-        Diagnostic::at(table.span.clone(), format!("there is no {key}"))
+        Diagnostic::at(table.span.clone(), format!("\"{key}\" is missing"))
             .expected(format!("expected {key}: {what}"))
     };
     table.get(key).map(|entry| &entry.value).ok_or_else(missing)
@@ -347,14 +347,14 @@ fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Diag
 fn read_file(work: &Path, place: &str, program: &str) -> Result<Vec<u8>, Failure> {
     let path = work.join(place);
     let bytes = fs::symlink_metadata(&path).and_then(|file| match file.len() {
-        _ if !file.is_file() => Err(io::Error::other("it is no plain file")),
+        _ if !file.is_file() => Err(io::Error::other("it is not a regular file")),
         0 => Err(io::Error::other("it is empty")),
         MOST_BYTES.. => Err(io::Error::other("it is larger than 4 GiB")),
         _ => fs::read(&path),
     });
     bytes.map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => Failure::new(format!("{program} ended well, but did not write {place}"))
-            .help("the file that {output} names is relative to the folder that the program is started in"),
+        io::ErrorKind::NotFound => Failure::new(format!("{program} succeeded, but did not write {place}"))
+            .help("{output} is a path relative to the program's working folder"),
         _ => Failure::from(error).context(format!("{program} wrote {place}, which cannot be used")),
     })
 }
@@ -374,7 +374,7 @@ fn decode(name: &str, format: Format, bytes: &[u8], context: &Context<'_>) -> Re
 fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Result<Output, Failure> {
     if let Some(found) = containers::Format::sniff(bytes).filter(|found| *found != format) {
         let message = format!("the file is {}, not {}", found.name(), format.name());
-        return Err(Failure::new(message).help("output: format must be what the program writes"));
+        return Err(Failure::new(message).help("output: format must be the format that the program writes"));
     }
     let decoded = read_image(bytes, &ReadOptions::default())?;
     decoded.warnings.iter().for_each(|warning| context.warn(format!("the output: {warning}")));
@@ -384,7 +384,7 @@ fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Res
         Some(OpenExrEnvmap::Cube) => Layout::OpenExrCube,
     };
     let (image, _) = repair(decoded.image, layout, BadPixels::Error).map_err(|error| {
-        Failure::from(error).help("the program must write values that are finite, and 0 or more")
+        Failure::from(error).help("the program must write values that are finite and not negative")
     })?;
     Output::artifact(Environment(envmap::Environment::from_image(image, layout, None)?))
 }

@@ -1,8 +1,9 @@
 //! The sphere that every picture of a report shows: seen from far away along +X, up is +Z.
 //!
-//! The camera is orthographic, so that the view V = -X is the same for every pixel, and the pixel itself is the
-//! normal: N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. About the reflection vector, R = 2 (N.V) N
-//! - V runs over the whole sphere and w_o over every angle to it, so that one picture asks a map for all of its views.
+//! The camera is orthographic, so that the view V = -X is the same for every pixel, and the pixel itself is
+//! the normal: N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. About the reflection vector,
+//! R = 2 (N.V) N
+//! - V runs over the whole sphere and w_o over every angle to it, so one picture tests all views of a map.
 
 use brdf::Centre;
 use sphere::{DVec3, Direction};
@@ -16,7 +17,8 @@ pub(crate) struct Sphere {
 struct Pixel {
     index: usize,
     normal: Direction,
-    /// Whether the pixel's centre sees the sphere; the ring around it is there for the outline in pictures only.
+    /// Whether the pixel's centre sees the sphere. The ring of pixels around it only completes the outline in
+    /// pictures.
     inside: bool,
 }
 
@@ -57,8 +59,9 @@ impl Sphere {
         self.pixels[pixel].inside
     }
 
-    /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of the mean
-    /// of `truth` squared. Both in the order of [`Sphere::central`]. Of a black truth: 0 if equal, else infinite.
+    /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of
+    /// the mean of `truth` squared. Both in the order of [`Sphere::central`]. If the truth is black: 0 if
+    /// both are equal, infinite otherwise.
     pub(crate) fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
         let (mut difference, mut energy) = (0.0, 0.0);
         for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
@@ -72,7 +75,7 @@ impl Sphere {
         if difference == 0.0 { 0.0 } else { (difference / energy).sqrt() }
     }
 
-    /// The whole picture, black where the sphere is not, of values in the order of [`Sphere::central`].
+    /// The whole picture, black outside the sphere, of values in the order of [`Sphere::central`].
     pub(crate) fn picture(&self, values: &[[u8; 3]]) -> Vec<[u8; 3]> {
         let mut picture = vec![[0; 3]; self.edge * self.edge];
         for (pixel, value) in self.pixels.iter().zip(values) {

@@ -35,7 +35,8 @@ fn a_map_holds_the_integral_of_the_environment_that_it_names() {
     assert!(difference(&found, &expected) < 1e-5);
 }
 
-/// Head-on, a lobe about N = R = V; its map is rounder than one toward a far viewer, and they are not the same.
+/// Head-on, a lobe about N = R = V; its map is rounder than one toward a far viewer, and they are not the
+/// same.
 #[test]
 fn the_view_matters_for_a_microfacet_surface_and_not_for_phong() {
     let maps = ["", "view = [0, 0]", "view = [10, 80]"].map(|view| pixels(&truth(view).files()[0]).2);
@@ -66,8 +67,8 @@ fn it_agrees_with_harmonics_on_every_layout() {
     }
 }
 
-/// Head-on, a strand is seen from its side by both kinds. F = 2 holds all of this sky; with P = 16 the maps differ by the
-/// 1.3e-3 of the midpoint rule, with P = 8 by 5e-3.
+/// Head-on, a strand is seen from its side by both kinds. F = 2 holds all of this sky; with P = 16 the maps
+/// differ by the 1.3e-3 of the midpoint rule, with P = 8 by 5e-3.
 #[test]
 fn a_tangent_is_seen_from_its_side() {
     let strand = || brdf::Material::KajiyaKay(brdf::KajiyaKay::new(4.0, [0.5; 3]).unwrap());

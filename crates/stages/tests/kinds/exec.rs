@@ -1,4 +1,4 @@
-//! Programs of others, run by the engine: what they see, when they run again, how they fail.
+//! External programs, run by the engine: what they see, when they rerun, how they fail.
 //!
 //! The programs are lines of `sh`, which every Unix has.
 
@@ -39,8 +39,8 @@ struct Project {
     cancel: Cancel,
 }
 
-/// What a build told.
-struct Told {
+/// The events of a build.
+struct Built {
     events: Vec<Event>,
     summary: Summary,
 }
@@ -76,24 +76,24 @@ impl Project {
         Plan::load(&self.path("pipeline.toml"), &stages::kinds())
     }
 
-    /// The faults of the manifest, on one line each.
+    /// The errors of the manifest, one per line.
     fn faults(&self) -> String {
         self.plan().err().unwrap().to_string()
     }
 
-    fn build(&self) -> Told {
+    fn build(&self) -> Built {
         let events = Mutex::new(Vec::new());
         let options = BuildOptions { jobs: Some(2), keep_going: true, ..BuildOptions::default() };
         let tell = |event| events.lock().unwrap().push(event);
         let summary = engine::build(&self.plan().unwrap(), &options, &self.cancel, &tell).unwrap();
-        // Whatever happened, nothing is left of scratch folders.
+        // No scratch folder is left, whatever happened.
         let left: Vec<_> = fs::read_dir(self.path(".specula/tmp")).unwrap().collect();
         assert!(left.is_empty(), "{left:?}");
-        Told { events: events.into_inner().unwrap(), summary }
+        Built { events: events.into_inner().unwrap(), summary }
     }
 }
 
-impl Told {
+impl Built {
     /// Each item of `graded` that ran, with the reasons.
     fn graded(&self) -> Vec<(String, Vec<Reason>)> {
         let started = self.events.iter().filter_map(|event| match event {
@@ -117,7 +117,7 @@ impl Told {
     }
 }
 
-/// A stage that publishes a text of a program's.
+/// A stage that publishes a text that a program wrote.
 const SCRIPT: &str = r#"
 command = ["sh", "tools/tool.sh", "{input}", "{output}"]
 input = "sky"
@@ -217,7 +217,7 @@ fn a_tool_that_is_edited_runs_again_and_no_other() {
     let project = Project::new(&stage, &files);
     assert_eq!(project.build().summary.ran, 4);
     assert_eq!(project.read("out/graded/a.txt"), "one");
-    assert!(project.read("out/graded/a.txt.json").contains("\"exec\""), "the recipe lies beside it");
+    assert!(project.read("out/graded/a.txt.json").contains("\"exec\""), "the recipe is beside it");
     assert_eq!(project.build().summary.ran, 0, "nothing changed");
 
     project.write("tools/lib/words", b"two");
@@ -272,7 +272,7 @@ fn a_failing_program_fails_its_item_alone_and_is_quoted() {
 }
 
 #[test]
-fn what_is_wrong_with_an_output_is_told() {
+fn an_invalid_output_is_reported() {
     let nan = exr(4, 2, vec![[f32::NAN; 3]; 8]);
     let wide = exr(4, 4, vec![[1.0; 3]; 16]);
     let negative = exr(4, 2, vec![[-1.0; 3]; 8]);
@@ -280,13 +280,13 @@ fn what_is_wrong_with_an_output_is_told() {
     let image = Image::new(4, 2, vec![[1.0; 3]; 8]).unwrap();
     let radiance = containers::write_rgbe(&image, None).unwrap().bytes;
     let cases: [(&str, &[u8], &[&str]); 9] = [
-        ("true", b"", &["ended well", "did not write output.exr"]),
+        ("true", b"", &["succeeded", "did not write output.exr"]),
         ("echo whole > $1; kill -9 $$", b"", &["ended with signal: 9"]),
         (": > $1", b"", &["output.exr", "empty"]),
-        ("mkdir $1", b"", &["no plain file"]),
-        ("cp $0 $1", &whole[..whole.len() / 2], &["wrote no sound environment"]),
+        ("mkdir $1", b"", &["not a regular file"]),
+        ("cp $0 $1", &whole[..whole.len() / 2], &["did not write a valid environment"]),
         ("cp $0 $1", &nan, &["NaN", "finite"]),
-        ("cp $0 $1", &negative, &["negative", "0 or more"]),
+        ("cp $0 $1", &negative, &["negative", "not negative"]),
         ("cp $0 $1", &wide, &["4 x 4"]),
         ("cp $0 $1", &radiance, &["Radiance, not OpenEXR"]),
     ];
@@ -305,7 +305,7 @@ fn what_is_wrong_with_an_output_is_told() {
 }
 
 #[test]
-fn a_program_that_is_not_there_is_told_and_found_when_it_comes() {
+fn a_missing_program_is_reported_and_found_when_it_appears() {
     let stage = "command = [\"specula-has-no-such-tool\", \"{output}\"]\noutput = { type = \"file\", format = \"txt\" }";
     let failure = Project::new(stage, &[]).build().failures().remove(0);
     assert!(failure.contains("there is no program \"specula-has-no-such-tool\" in PATH"), "{failure}");
@@ -320,7 +320,7 @@ fn a_program_that_is_not_there_is_told_and_found_when_it_comes() {
 }
 
 #[test]
-fn the_environment_is_empty_but_for_what_is_named() {
+fn only_named_variables_are_in_the_environment() {
     // Cargo sets several variables for tests: one is named, the others must not arrive.
     let stage = r#"
 command = ["sh", "-c", "env > $0; pwd >> $0; cat >> $0", "{output}"]
@@ -456,12 +456,12 @@ path = "set"
 }
 
 #[test]
-fn what_does_not_fit_is_told_before_anything_runs() {
+fn mismatches_are_reported_before_anything_runs() {
     let sky = "inputs = { sky = \"sky\" }\noutput = { type = \"environment\" }\n";
     let cases = [
         (
             format!("command = [\"t\", \"{{input.sly}}\", \"{{output}}\"]\n{sky}"),
-            "pipeline.toml:10:11: command: {input.sly} names no input of the stage: inputs has sky; did you mean {input.sky}?",
+            "pipeline.toml:10:11: command: {input.sly} is not an input of the stage: inputs has sky; did you mean {input.sky}?",
         ),
         (format!("command = [\"t\", \"{{output}}\"]\n{sky}"), "the input \"sky\" is not used"),
         (format!("command = [\"t\", \"{{input.sky}}\"]\n{sky}"), "no argument is \"{output}\""),
@@ -487,14 +487,14 @@ fn what_does_not_fit_is_told_before_anything_runs() {
             "command = [\"t\", \"{output}\"]\noutput = { type = \"lighting\", format = \"exr\" }".into(),
             "\"exr\" is not \"safetensors\" or \"json\"",
         ),
-        ("command = [\"t\", \"{output}\"]\noutput = { type = \"file\" }".into(), "there is no format"),
+        ("command = [\"t\", \"{output}\"]\noutput = { type = \"file\" }".into(), "\"format\" is missing"),
         (
             "command = [\"t\", \"{output}\"]\noutput = { type = \"files\", names = [\"../x\"] }".into(),
-            "\"../x\" is no name of a file",
+            "\"../x\" is not a valid file name",
         ),
         (
             "command = [\"t\", \"{output}\"]\noutput = { type = \"files\", names = [\"x\", \"X\"] }".into(),
-            "is there twice",
+            "is listed twice",
         ),
         (
             "command = [\"t\", \"{input}\", \"{output}\"]\noutput = { type = \"brdf\" }".into(),

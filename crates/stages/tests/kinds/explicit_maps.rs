@@ -14,7 +14,8 @@ use crate::fixture::{Case, case, difference, pixels, sky_lighting};
 /// Values are below 3; f32 keeps 6e-8 of them, and sums of 25 coefficients some of those.
 const F32: f64 = 1e-6;
 
-/// A half keeps 11 bits, rounded: 2^-12 of values below 4; coefficients are sums of such errors times 3.5 / views.
+/// A half keeps 11 bits, rounded: 2^-12 of values below 4; coefficients are sums of such errors times 3.5 /
+/// views.
 const HALF: f64 = 2e-3;
 
 /// The reflection of the sky, F = 2, by a made-up BRDF of degree P with terms up to |q| = `azimuth`.
@@ -146,8 +147,8 @@ fn a_sphere_map_is_looked_up_as_its_index_says() {
 
 #[test]
 fn every_format_of_cabrals_maps_comes_back() {
-    // RGBE keeps 8 bits of the largest channel, cut: 2^-7 of values below 4. It has no negative values, which the field of
-    // P = 2 has.
+    // RGBE keeps 8 bits of the largest channel, cut: 2^-7 of values below 4. It has no negative values, which
+    // the field of P = 2 has.
     for (parameters, tolerance) in [
         ("format = \"exr\"\nprecision = \"float\"", F32),
         ("format = \"exr\"", HALF),
@@ -194,8 +195,8 @@ fn twelve_views_of_a_higher_degree_lose_and_tell() {
     );
 }
 
-/// The middle of a 64-texel ball has 1 / 16 radians a texel: h^2 / 8 of second derivatives up to 9 times 2; the rim spoils a
-/// few texels of each of the twelve views.
+/// The middle of a 64-texel ball has 1 / 16 radians a texel: h^2 / 8 of second derivatives up to 9 times 2;
+/// the rim spoils a few texels of each of the twelve views.
 #[test]
 fn sphere_maps_come_back_blurred_and_say_so() {
     let exported = export("export-cabral", "layout = \"sphere\"\nresolution = 64", reflection(2, 2));
@@ -367,7 +368,7 @@ fn bad_maps_are_told_by_file() {
     check(
         "/view-004.exr",
         Some(picture(3, 18, 0.5)),
-        "view-004.exr: 3 x 3 texels, but view-000.exr has 2 x 2; all maps of an index have one size",
+        "view-004.exr: 3 x 3 texels, but view-000.exr has 2 x 2; all maps of an index must have the same size",
     );
     check(
         "/view-004.exr",
@@ -476,7 +477,7 @@ fn parameters_that_would_have_no_effect_or_no_sense_are_faults() {
         (
             "export-cabral",
             "format = \"rgbe\"\nprecision = \"float\"",
-            "precision: format = \"rgbe\" has its own",
+            "precision: format = \"rgbe\" has a precision of its own",
         ),
         (
             "export-cabral",
@@ -534,8 +535,8 @@ fn a_map_or_a_view_that_is_named_twice_is_told() {
         let case = (0..9).fold(case, |case, k| case.file(&format!("old/view-00{k}.exr"), files[k].clone()));
         assert_eq!(case.source("old/i.json").run().unwrap().warnings, [expected]);
     };
-    check("file", "entries 3 and 5 of `maps` name one map, view-002.exr");
-    check("view", "entries 3 and 5 of `maps`, in view-002.exr and view-004.exr, have one view");
+    check("file", "entries 3 and 5 of `maps` name the same map, view-002.exr");
+    check("view", "entries 3 and 5 of `maps`, in view-002.exr and view-004.exr, have the same view");
 }
 
 /// Faces of a cube in one picture look where the faces of `export-reflection-map` look.

@@ -57,7 +57,8 @@ fn strip_and_cross_hold_the_faces() {
     assert_eq!(cross[0], [0.0; 3]);
 }
 
-/// What is written is read back under the same layout; cubes are resampled, and a texel of 2 / 32 blurs by its square.
+/// What is written is read back under the same layout; cubes are resampled, and a texel of 2 / 32 blurs by
+/// its square.
 #[test]
 fn every_layout_is_imported_again() {
     let truth = environment(64, irradiance);

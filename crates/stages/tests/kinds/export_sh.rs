@@ -49,7 +49,10 @@ fn every_preset_is_written() {
 #[test]
 fn safetensors_take_no_preset() {
     let faults = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").faults();
-    assert_eq!(faults, ["preset: safetensors hold Specula's own coefficients only"]);
+    assert_eq!(
+        faults,
+        ["preset: format = \"safetensors\" holds coefficients in Specula's own convention only"]
+    );
 }
 
 /// The manual says of each preset what its files say.

@@ -288,8 +288,7 @@ fn a_map_that_arrives_is_not_made_into_another() {
 fn degrees_resolution_and_size_are_told() {
     let ran = export(CUBE).run().unwrap();
     let engine::Output::Files(files) = &ran.output else { panic!("no files") };
-    let told =
-        "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups miss an estimated ";
+    let told = "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups have an estimated error of ";
     assert!(ran.notes[0].starts_with(told), "{}", ran.notes[0]);
     assert_eq!(ran.notes[1], format!("{} bytes", files[0].len()));
     let zonal = case("export-shrm", LAT_LONG).input("reflection", made_up(false)).run().unwrap();

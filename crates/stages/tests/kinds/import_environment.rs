@@ -48,7 +48,8 @@ fn exposure_is_in_stops() {
 fn resolution_resizes() {
     let imported = import("resolution = 4", "a.exr", lat_long(8)).artifact::<Environment>();
     assert_eq!(imported.0.grid(), LatLong::with_rows(4));
-    // A texel is the mean of four: with the sky's slope below 1 a radian, off by h^2 / 8 times its bend at most.
+    // A texel is the mean of four: with the sky's slope below 1 a radian, off by h^2 / 8 times its bend at
+    // most.
     assert!(difference(imported.0.pixels(), environment(4, sky).0.pixels()) < 0.1);
     let message = &case("import-environment", "resolution = 0").faults()[0];
     assert_eq!(message, "resolution: 0 is not a whole number from 1 to 8192");
@@ -56,9 +57,9 @@ fn resolution_resizes() {
 
 /// The same sky in OpenEXR's own lat-long and cube, whose pixel centres lie on the poles and the edges.
 ///
-/// Bilinear interpolation and the mean over a texel blur by (h^2 + g^2 / 2) / 12 of the Laplacian (1.8 at most; h = 2 / 15 in
-/// the middle of a face, g = pi / 32): 0.003. A texel at a pole is a triangle, whose mean lies g / 6 farther out than its
-/// centre, where the sky's slope is 0.36: 0.006.
+/// Bilinear interpolation and the mean over a texel blur by (h^2 + g^2 / 2) / 12 of the Laplacian (1.8 at
+/// most; h = 2 / 15 in the middle of a face, g = pi / 32): 0.003. A texel at a pole is a triangle, whose mean
+/// lies g / 6 farther out than its centre, where the sky's slope is 0.36: 0.006.
 #[test]
 fn openexr_envmap_attribute_is_honoured() {
     let truth = environment(32, sky);

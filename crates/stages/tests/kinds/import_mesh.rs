@@ -7,8 +7,9 @@ use stages::artifacts::Mesh;
 
 use crate::fixture::{Case, case};
 
-/// A square of side 2 that faces +X_file, our +Y, twice: with a picture on it that is turned by a quarter, so that no
-/// other rule gives its tangent, and with one coordinate everywhere, which gives none. Its numbers lie beside it.
+/// A square of side 2 that faces +X_file, our +Y, twice: with a picture on it that is turned by a quarter, so
+/// that no other rule gives its tangent, and with one coordinate everywhere, which gives none. Its numbers
+/// lie beside it.
 pub(crate) fn square() -> Case {
     let numbers: Vec<f32> = vec![
         0.0, -1.0, 1.0, 0.0, -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, // positions

@@ -79,8 +79,8 @@ fn every_parameter_is_documented() {
     }
 }
 
-/// What a kind makes with its defaults, for each type that may arrive at its first port; nothing, where its user says
-/// what it makes.
+/// What a kind makes with its defaults, for each type that may arrive at its first port; nothing, where its
+/// user says what it makes.
 fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
     if kind.name() == "exec" {
         return Vec::new();

@@ -166,8 +166,8 @@ fn turntables_have_their_frames() {
     assert!(still == turned[1]);
 }
 
-/// A turned light is the same as an environment and a lighting that were turned before, and it is told where only one of
-/// the two was.
+/// A turned light is the same as an environment and a lighting that were turned before, and it is told where
+/// only one of the two was.
 #[test]
 fn light_is_turned_as_rotate_turns_it() {
     let turn = Rotation::from_yaw_pitch_roll(90.0_f64.to_radians(), 0.0, 0.0);
@@ -226,7 +226,7 @@ fn what_is_behind_is_what_was_asked_for() {
 #[test]
 fn brute_force_needs_the_material() {
     for parameters in ["modes = [\"brute-force\"]", "compare = \"brute-force\""] {
-        let message = "brute-force needs the material, and the port material is not connected";
+        let message = "brute-force needs a material, but the port material is not connected";
         assert_eq!(bare(parameters).failure(), message);
     }
 }
@@ -245,16 +245,16 @@ fn impossible_parameters_are_faults() {
         ("samples = 5", "samples: 5 is not a whole number from 1 to 4"),
         ("light-samples = 0", "light-samples: 0 is not a whole number from 1 to 65536"),
         ("frames = 0", "frames: 0 is not a whole number from 1 to 360"),
-        ("modes = []", "modes: there is none; name one, such as \"local-shrm\""),
-        ("modes = [\"mirror\", \"mirror\"]", "modes: \"mirror\" is there twice"),
-        ("compare = \"local-shrm\"", "compare: modes names no other mode to compare with it"),
-        ("format = \"apng\"", "format: one frame is a \"png\"; frames says how many there are"),
-        ("frames = 2\nformat = \"png\"", "format: 2 frames are an \"apng\" or a \"strip\""),
+        ("modes = []", "modes: the list is empty; name one, such as \"local-shrm\""),
+        ("modes = [\"mirror\", \"mirror\"]", "modes: \"mirror\" is listed twice"),
+        ("compare = \"local-shrm\"", "compare: `modes` has no other mode to compare with it"),
+        ("format = \"apng\"", "format: one frame needs \"png\"; set frames to the number of frames"),
+        ("frames = 2\nformat = \"png\"", "format: 2 frames need \"apng\" or \"strip\""),
         (
             "frames = 300\nsize = 1000",
-            "size: all pictures together have 300000000 pixels, more than 67108864",
+            "size: all pictures together have 300000000 pixels, which is more than 67108864",
         ),
-        ("size = 8", "size: 8 is not a whole number, 16 to 4096"),
+        ("size = 8", "size: 8 is not a whole number from 16 to 4096"),
     ] {
         let faults = case("preview", parameters).faults();
         assert!(faults.contains(&expected.to_owned()), "{parameters}: {faults:?}");

@@ -20,8 +20,8 @@ fn a_constant_sky_has_one_coefficient() {
 
 #[test]
 fn auto_takes_the_least_degree_that_holds_enough() {
-    // The sky is of degree 2. Its degree 0 holds 4 pi 3; z, x and y 4 pi / 3 (3 0.25 + 2 0.09), 7 percent of the
-    // whole; xy the rest, 4 pi / 15 0.04, less than a thousandth.
+    // The sky is of degree 2. Its degree 0 holds 4 pi 3; z, x and y 4 pi / 3 (3 0.25 + 2 0.09), 7 percent of
+    // the whole; xy the rest, 4 pi / 15 0.04, less than a thousandth.
     for (tolerance, degree) in [(0.2, 0), (0.01, 1), (1e-5, 2)] {
         let ran = project(&format!("degree = \"auto\"\ntolerance = {tolerance}")).run().unwrap();
         assert_eq!(ran.artifact::<Lighting>().0.degree().get(), degree, "{tolerance}");

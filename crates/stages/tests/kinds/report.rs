@@ -107,7 +107,8 @@ fn two_environments_and_two_materials_are_four_pairs() {
         assert_eq!(pair["advice"]["method"], "reflection-map");
         assert!(rms.iter().all(|one| (one - rms[3]).abs() < 5e-3), "{rms:?}");
     }
-    // A rough surface does not: in the window's light a plain map is far off, and a texture without azimuth too.
+    // A rough surface does not: in the window's light a plain map is far off, and a texture without azimuth
+    // too.
     let rms: Vec<f64> =
         pairs[3]["exports"].as_array().unwrap().iter().map(|e| e["rms"].as_f64().unwrap()).collect();
     assert!(rms[3] < 0.07 && rms[1] > 1.5 * rms[3] && rms[0] > 2.0 * rms[1], "{rms:?}");
@@ -151,8 +152,9 @@ fn the_figures_of_a_material_are_those_of_its_projection() {
     assert_eq!(bytes, [6 * 144, 16 * 24 * 48, 12 * 6 * 144, rows * 6 * 144]);
 }
 
-/// The error of the SHRM, computed again from coefficients at each pixel's own direction. The map's resolution adds
-/// the error of bilinear texels of 90 / 48 degrees, (F h)^2 / 8 = 0.002 of the detail at degree F = 4.
+/// The error of the SHRM, computed again from coefficients at each pixel's own direction. The map's
+/// resolution adds the error of bilinear texels of 90 / 48 degrees, (F h)^2 / 8 = 0.002 of the detail at
+/// degree F = 4.
 #[test]
 fn the_error_on_the_sphere_is_that_of_the_kernels() {
     let material = microfacet(0.5);
@@ -216,7 +218,7 @@ fn connected_coefficients_are_those_that_are_shown() {
     assert_eq!((&json["materials"][0]["f"], &json["materials"][0]["p"]), (&5.into(), &0.into()));
     let other = with_material(with_environment(case("report", SMALL), "day", sky), "gold", phong(8.0));
     let other = other.keyed_input("brdf", &[("material", "brass")], Brdf(brdf.coefficients));
-    assert_eq!(other.failure(), "gold: no coefficients of this material arrive at brdf");
+    assert_eq!(other.failure(), "gold: the port brdf receives no coefficients of this material");
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! The revision guard: a kind whose output changes beyond rounding must raise its revision, or old results in
 //! caches would pass for new ones.
 //!
-//! [`TABLE`] holds, for each kind, its revision and a fingerprint of what its fixture makes: how many numbers, their
-//! sum, the sum of their sizes and two sums with weights that tell their order. When a test fails because a change was
-//! meant, raise `REVISION` in the kind's file and put the printed line into the table.
+//! [`TABLE`] holds, for each kind, its revision and a fingerprint of what its fixture makes: how many
+//! numbers, their sum, the sum of their sizes and two sums with weights that tell their order. When a test
+//! fails because a change was meant, raise `REVISION` in the kind's file and put the printed line into the
+//! table.
 
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
@@ -186,7 +187,8 @@ fn an_output_that_changes_has_a_new_revision() {
             None => faults.push(format!("add: {line}")),
             Some((_, revision, _)) if *revision != kind.revision() => faults.push(format!("update: {line}")),
             Some((_, _, expected)) => {
-                // Rounding of another processor or of 8 and 16-bit files moves sums by less than 1e-5 of their size.
+                // Rounding of another processor or of 8 and 16-bit files moves sums by less than 1e-5 of
+                // their size.
                 let same = found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-5 * found[2].max(1.0));
                 if !same {
                     faults.push(format!("raise the revision of {0}, then update: {line}", kind.name()));
