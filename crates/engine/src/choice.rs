@@ -33,7 +33,7 @@ impl<T: Choice> Parameter for T {
         T::words().into_iter().find(|(.., value)| value == self).map(|(word, ..)| word).into()
     }
 
-    /// The meanings stand in the description for all editors, and once more where Taplo looks for them.
+    /// The meanings are in the description for all editors, and again in the member that Taplo reads.
     fn schema() -> serde_json::Value {
         let words = T::words();
         let lines = words.iter().map(|(word, meaning, _)| format!("- `{word:?}`: {}", meaning.trim()));
@@ -62,8 +62,8 @@ impl<T: Choice> Parameter for T {
 /// assert_eq!(<Turn as engine::Parameter>::expected(), "\"camera\" or \"light\"");
 /// ```
 ///
-/// `Name: Enum` gives the words of an enum that is there already: `Name` is a struct that holds one of its values. A
-/// value without a word has the one that its `name()` returns. Every value must be listed.
+/// `Name: Enum` gives the words of an enum that is there already: `Name` is a struct that holds one of its
+/// values. A value without a word has the one that its `name()` returns. Every value must be listed.
 ///
 /// ```
 /// # #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,11 +14,12 @@ pub struct Port {
     types: Option<Vec<PortType>>,
     /// Whether it receives every item that agrees (a gather) rather than one.
     pub many: bool,
-    /// Whether it need not be connected.
+    /// Whether it may stay unconnected.
     pub optional: bool,
 }
 
-/// The name of an artifact type, and how the engine decodes a stored artifact, once, before its consumers run.
+/// The name of an artifact type, and how the engine decodes a stored artifact, once, before its consumers
+/// run.
 type PortType = (&'static str, Decoder);
 
 /// Decodes the bytes of an artifact into its value.
@@ -29,8 +30,8 @@ fn port_type<T: Artifact>() -> PortType {
 }
 
 impl Port {
-    /// A port that takes one artifact of any type, also of types that only other kinds know. The kind asks for its type
-    /// with [`Context::type_at`] and for its bytes with [`Context::bytes`].
+    /// A port that takes one artifact of any type, including types that only other kinds know.
+    /// [`Context::type_at`] returns its type, and [`Context::bytes`] its bytes.
     pub fn any(name: impl Into<String>) -> Self {
         Self { name: name.into(), types: None, many: false, optional: false }
     }
@@ -52,7 +53,7 @@ impl Port {
         self
     }
 
-    /// The same port, which need not be connected.
+    /// The same port, which may stay unconnected.
     #[must_use]
     pub fn optional(mut self) -> Self {
         self.optional = true;
@@ -110,7 +111,7 @@ impl Output {
     /// An artifact.
     ///
     /// # Errors
-    /// Where it cannot be encoded.
+    /// If it cannot be encoded.
     pub fn artifact<T: Artifact>(value: T) -> Result<Self, Failure> {
         Ok(Self::Artifact { bytes: value.encode()?, value: Arc::new(value) })
     }
@@ -133,20 +134,20 @@ pub trait Kind: Send + Sync + 'static {
     const NAME: &'static str;
     /// Raised by the author when the output of equal inputs changes because of the kind's own code.
     const REVISION: u32;
-    /// The revisions of the kernels that it calls, such as `&[sh::REVISION]`. They are added to [`Kind::REVISION`], so that a
-    /// kernel whose results change raises its own number only.
+    /// The revisions of the kernels that it calls, such as `&[sh::revisions::TRANSFORM]`. They are added to
+    /// [`Kind::REVISION`], so if a kernel's results change, only the kernel's own number must be raised.
     const KERNELS: &'static [u32] = &[];
     /// The text of the kind's own source file (`include_str!`): its `//!` lines are the manual page.
     const TEXT: &'static str;
     /// Whether the kind reads a file or folder named by `source`.
     const SOURCE: bool = false;
-    /// Whether the kind shows items' names (labels), so that they are part of its key.
+    /// Whether the kind shows items' names (labels). Then they are part of its key.
     const SHOWS_KEYS: bool = false;
 
     /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
     fn ports() -> Vec<Port>;
 
-    /// The ports of a stage whose `inputs` name these: for a kind that leaves it to its user what arrives.
+    /// The ports of a stage whose `inputs` have these names, for a kind whose ports are chosen by its user.
     fn ports_named(_names: &[&str]) -> Vec<Port> {
         Self::ports()
     }
@@ -156,18 +157,19 @@ pub trait Kind: Send + Sync + 'static {
     /// Whether that is an artifact or files must not depend on an optional parameter.
     fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
 
-    /// How large the maps are that a stage with these parameters exports, so that a preview can show maps of that size.
+    /// The sizes of the maps that a stage with these parameters exports. A preview shows maps of the same
+    /// sizes.
     fn map_sizes(_parameters: &Self::Parameters) -> MapSizes {
         MapSizes::default()
     }
 
-    /// What is wrong with parameters that are each valid alone: pairs of a parameter's name and a message, before which the
-    /// engine puts the name.
+    /// The errors of parameters that are each valid by themselves: pairs of a parameter's name and a message.
+    /// The engine puts the name before the message.
     fn check(_parameters: &Self::Parameters) -> Vec<(&'static str, String)> {
         Vec::new()
     }
 
-    /// As [`Kind::check`], when it is known what arrives: with the types that [`Kind::product`] is given.
+    /// The same, given the types that arrive, as [`Kind::product`] gets them.
     fn check_inputs(
         _parameters: &Self::Parameters,
         _types: &[(&str, &'static str)],
@@ -178,14 +180,15 @@ pub trait Kind: Send + Sync + 'static {
     /// Makes the output of one item.
     ///
     /// # Errors
-    /// Where the input cannot be used: a message that says what, where, what was expected and what to do.
+    /// If the input cannot be used. The message says what is wrong and where, what was expected and what to
+    /// do.
     fn run(parameters: &Self::Parameters, context: &Context<'_>) -> Result<Output, Failure>;
 }
 
 /// The sizes of the maps that an export writes, as far as its parameters say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MapSizes {
-    /// Texels along the edge of a cube's face that is as fine as the map.
+    /// Texels along the edge of a cube's face with the same angular resolution as the map.
     pub edge: Option<usize>,
     /// The slices of a 3D texture.
     pub slices: Option<usize>,
@@ -222,7 +225,7 @@ pub trait ErasedKind: Send + Sync {
     /// Parses a stage's parameters: the entries of its table less those that the engine owns.
     ///
     /// # Errors
-    /// All faults of the parameters.
+    /// If there are errors in the parameters: all of them.
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>>;
 }
 
@@ -270,8 +273,8 @@ impl Kinds {
         Self::default()
     }
 
-    /// Sets how recipes are found in what the kinds export. By its recipe a build knows an earlier export whose record is
-    /// lost; without this there are none.
+    /// Sets how recipes are found in exported files. A build recognises an earlier export whose record is
+    /// lost by its recipe; without this function there are no recipes.
     #[must_use]
     pub fn with_recipe_reader(self, recipe_reader: RecipeReader) -> Self {
         Self { recipe_reader, ..self }
@@ -284,16 +287,16 @@ impl Kinds {
     /// Adds a kind.
     ///
     /// # Panics
-    /// Where a kind of that name is there already: a mistake in the program, not in its input.
+    /// If there is already a kind of that name, which is a mistake in the program and not in its input.
     #[must_use]
     pub fn with<K: Kind>(self, kind: K) -> Self {
         self.with_erased(Arc::new(Erased(kind)))
     }
 
-    /// Adds a kind that is erased already.
+    /// Adds a kind that is already erased.
     ///
     /// # Panics
-    /// Where the name is taken.
+    /// If there is already a kind of that name.
     #[must_use]
     pub fn with_erased(mut self, kind: Arc<dyn ErasedKind>) -> Self {
         assert!(self.get(kind.name()).is_none(), "two kinds are named {}", kind.name());
@@ -349,17 +352,17 @@ impl<K: Kind> ErasedKind for Erased<K> {
     }
 
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
-        let mut faults = Vec::new();
-        let parameters = K::Parameters::parse(table, &mut faults);
+        let mut errors = Vec::new();
+        let parameters = K::Parameters::parse(table, &mut errors);
         if let Some(parameters) = &parameters {
             for (name, message) in K::check(parameters) {
                 let span = table.get(name).map_or(table.span.clone(), |entry| entry.value.span.clone());
-                faults.push(Diagnostic::at(span, format!("{name}: {message}")));
+                errors.push(Diagnostic::at(span, format!("{name}: {message}")));
             }
         }
         match parameters {
-            Some(parameters) if faults.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
-            _ => Err(faults),
+            Some(parameters) if errors.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
+            _ => Err(errors),
         }
     }
 }

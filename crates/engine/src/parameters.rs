@@ -1,7 +1,7 @@
 //! Parameters declared once: name, type, default and manual text in one place.
 //!
-//! [`parameters!`](crate::parameters) makes a struct of them, [`choice!`](crate::choice) an enum of words. Both are parsed
-//! from a [`Table`], and all their errors are reported at once.
+//! [`parameters!`](crate::parameters) makes a struct of them, [`choice!`](crate::choice) an enum of words.
+//! Both are parsed from a [`Table`], and all their errors are reported at once.
 
 use serde_json::json;
 
@@ -12,19 +12,20 @@ pub trait Parameter: Sized {
     /// What is expected, for messages and manual pages: `a number`.
     fn expected() -> String;
 
-    /// The value, or what is wrong with it.
+    /// The value.
     ///
     /// # Errors
-    /// A fault at the value's place.
+    /// If the value is not what is expected: an error at its place.
     fn parse(value: &Value) -> Result<Self, Diagnostic>;
 
     /// The value as canonical JSON: equal values give equal JSON.
     fn canonical(&self) -> serde_json::Value;
 
-    /// What the manifest may hold, as JSON Schema; `true` where only [`Parameter::parse`] can tell.
+    /// The values that the manifest may hold, as JSON Schema; `true` if only [`Parameter::parse`] can decide.
     ///
-    /// Editors know least of `oneOf` and its like: several types with a constraint each (`minimum` holds for numbers,
-    /// `pattern` for strings) say the same. A `description` is shown below that of the parameter.
+    /// Editors support `oneOf` and similar keywords poorly: several types with a constraint each (`minimum`
+    /// applies to numbers, `pattern` to strings) mean the same. A `description` is shown below that of the
+    /// parameter.
     fn schema() -> serde_json::Value {
         true.into()
     }
@@ -39,7 +40,7 @@ pub struct Field {
     pub expected: String,
     /// What it expects, as JSON Schema.
     pub schema: serde_json::Value,
-    /// The default, or `None` where the parameter must be given.
+    /// The default; `None` if the parameter is required.
     pub default: Option<serde_json::Value>,
     /// The manual text, one paragraph.
     pub doc: String,
@@ -50,14 +51,14 @@ pub trait Parameters: Sized + Send + Sync + 'static {
     /// The parameters in the order of their declaration.
     fn fields() -> Vec<Field>;
 
-    /// Parses a table, adding every fault that it finds; `None` where there was one.
-    fn parse(table: &Table, faults: &mut Vec<Diagnostic>) -> Option<Self>;
+    /// Parses a table and adds every error that it finds to `errors`; `None` if there was one.
+    fn parse(table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Self>;
 
     /// The parameters with defaults filled in, as canonical JSON.
     fn canonical(&self) -> serde_json::Value;
 }
 
-/// The fault of a value that is not what was expected.
+/// The error of a value that is not what was expected.
 pub fn unexpected(value: &Value, expected: &str) -> Diagnostic {
     let found = match &value.kind {
         ValueKind::Boolean(value) => format!("{value}"),
@@ -72,20 +73,20 @@ pub fn unexpected(value: &Value, expected: &str) -> Diagnostic {
         .expected(format!("expected {expected}"))
 }
 
-/// The faults of keys that are not among `known`, each with the nearest spelling.
-pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Diagnostic>) {
+/// Adds an error for each key that is not among `known`, with the nearest spelling.
+pub fn unknown_keys(table: &Table, known: &[String], errors: &mut Vec<Diagnostic>) {
     for entry in &table.entries {
         if !known.contains(&entry.key) {
-            let mut fault = Diagnostic::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
+            let mut error = Diagnostic::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
                 .expected(if known.is_empty() {
                     "expected no key".into()
                 } else {
                     format!("expected one of: {}", known.join(", "))
                 });
             if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
-                fault = fault.help(format!("did you mean {near:?}?"));
+                error = error.help(format!("did you mean {near:?}?"));
             }
-            faults.push(fault);
+            errors.push(error);
         }
     }
 }
@@ -132,7 +133,7 @@ impl Parameter for String {
     }
 }
 
-/// `None` stands for a parameter that was left out; give it the default `None`.
+/// An optional parameter; its default should be `None`.
 impl<T: Parameter> Parameter for Option<T> {
     fn expected() -> String {
         T::expected()
@@ -174,8 +175,9 @@ impl<T: Parameter> Parameter for Vec<T> {
 
 /// Declares parameters: a struct whose field `bad_pixels` is the manifest's key `bad-pixels`.
 ///
-/// A field with `= default` is optional in the manifest. The doc comments are the manual text. `#[range(...)]` limits
-/// numbers; the manual page and the schema show the range, so that the doc comment need not.
+/// A field with `= default` is optional in the manifest. The doc comments are the manual text.
+/// `#[range(...)]` limits numbers; the manual page and the schema show the range, so the doc comment need
+/// not.
 ///
 /// ```
 /// engine::parameters! {
@@ -215,18 +217,18 @@ macro_rules! parameters {
             }
 
             #[allow(unused_variables, clippy::unused_unit)]
-            fn parse(table: &$crate::Table, faults: &mut Vec<$crate::Diagnostic>) -> Option<Self> {
-                let before = faults.len();
+            fn parse(table: &$crate::Table, errors: &mut Vec<$crate::Diagnostic>) -> Option<Self> {
+                let before = errors.len();
                 let known = <Self as $crate::Parameters>::fields()
                     .into_iter().map(|field| field.name).collect::<Vec<_>>();
-                $crate::unknown_keys(table, &known, faults);
+                $crate::unknown_keys(table, &known, errors);
                 $(
                     let name = stringify!($field).replace('_', "-");
                     let $field: Option<$type> = match table.get(&name) {
                         Some(entry) => match $crate::parameters!(@call $type, parse, parse_in, (&entry.value,) $(, $range)?) {
                             Ok(value) => Some(value),
-                            Err(fault) => {
-                                faults.push($crate::Diagnostic { message: format!("{name}: {}", fault.message), ..fault });
+                            Err(error) => {
+                                errors.push($crate::Diagnostic { message: format!("{name}: {}", error.message), ..error });
                                 None
                             }
                         },
@@ -234,14 +236,14 @@ macro_rules! parameters {
                             let default: Option<$type> = $crate::parameters!(@default $type $(, $default)?);
                             if default.is_none() {
                                 let expected = $crate::parameters!(@call $type, expected, expected_in, () $(, $range)?);
-                                faults.push($crate::Diagnostic::at(table.span.clone(), format!("{name:?} is missing"))
+                                errors.push($crate::Diagnostic::at(table.span.clone(), format!("{name:?} is missing"))
                                     .expected(format!("expected {name} = {expected}")));
                             }
                             default
                         }
                     };
                 )*
-                if faults.len() > before {
+                if errors.len() > before {
                     return None;
                 }
                 Some(Self { $($field: $field?,)* })
@@ -321,10 +323,10 @@ mod tests {
 
     fn parse(text: &str) -> Result<Everything, Diagnostics> {
         let table = Table::parse(text).unwrap();
-        let mut faults = Vec::new();
-        let parsed = Everything::parse(&table, &mut faults);
-        assert_eq!(parsed.is_none(), !faults.is_empty());
-        parsed.ok_or_else(|| Diagnostics::new("x.toml", text, faults))
+        let mut errors = Vec::new();
+        let parsed = Everything::parse(&table, &mut errors);
+        assert_eq!(parsed.is_none(), !errors.is_empty());
+        parsed.ok_or_else(|| Diagnostics::new("x.toml", text, errors))
     }
 
     fn check(text: &str, expected: Expect) {
@@ -363,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_is_told_with_its_place() {
+    fn every_error_has_its_place() {
         check(
             "exposure = \"much\"\ncount = -1\nmirored = true\nlayer-name = 3\nweights = [1, \"two\"]\nfilter = \"hannin\"\nq = 1",
             expect![[r#"

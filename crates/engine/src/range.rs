@@ -6,7 +6,8 @@ use serde_json::json;
 
 use crate::{Diagnostic, Parameter, Value, ValueKind, nearest, unexpected};
 
-/// The numbers that a parameter accepts, as `#[range(1..=64)]` in [`parameters!`](crate::parameters) gives them.
+/// The numbers that a parameter accepts, as `#[range(1..=64)]` in [`parameters!`](crate::parameters) gives
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     least: Bound<f64>,

@@ -227,7 +227,8 @@ fn shown(function: &Expansion, grid: LatLong) -> Result<Environment, Failure> {
     let grid = LatLong::with_rows(grid.height * (function.degree().get() / grid.height + 1));
     let pixels = Synthesis::new(grid, function.degree())?.synthesise(function);
     Environment::new(grid, pixels).ok_or_else(|| {
-        Failure::new("the values of a map are past the largest f32").help("import the environment darker")
+        Failure::new("a map has values above the largest f32")
+            .help("import the environment with a lower exposure")
     })
 }
 
@@ -382,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn items_are_named_by_what_tells_them_apart() {
+    fn items_are_named_by_what_distinguishes_them() {
         let own = key(&[("environment", "sky")]);
         assert_eq!(name(&own, &key(&[("environment", "sky"), ("material", "gold")])), "gold");
         assert_eq!(name(&own, &own), "Reflection");

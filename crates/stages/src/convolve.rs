@@ -64,7 +64,7 @@ impl Kind for Convolve {
     }
 }
 
-/// What the reflection holds, beside the degree that the material asked for.
+/// The degrees of the reflection, compared with those of the material.
 fn degrees(reflection: &Reflection, asked: usize) -> String {
     let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
     let terms = match (p, reflection.is_azimuth_free()) {
@@ -73,7 +73,7 @@ fn degrees(reflection: &Reflection, asked: usize) -> String {
         (_, false) => format!("{} coefficients over the view", (p + 1) * (p + 1)),
     };
     let cut = if f < asked {
-        format!("; the lighting ends at {f}, the material goes to {asked}")
+        format!("; the lighting ends at degree {f}, the material at {asked}")
     } else {
         String::new()
     };
@@ -87,7 +87,7 @@ mod tests {
     use sh::{Degree, Expansion};
 
     #[test]
-    fn the_note_tells_what_the_reflection_holds() {
+    fn the_note_says_what_the_reflection_holds() {
         for (f, p, entry, expected) in [
             (2, 0, [0, 0], "F = 2, P = 0: the same for every view"),
             (2, 2, [1, 0], "F = 2, P = 2: 3 coefficients over the view, without azimuth"),
@@ -96,7 +96,7 @@ mod tests {
                 5,
                 0,
                 [0, 0],
-                "F = 3, P = 0: the same for every view; the lighting ends at 3, the material goes to 5",
+                "F = 3, P = 0: the same for every view; the lighting ends at degree 3, the material at 5",
             ),
         ] {
             let degree = |l| Degree::new(l).unwrap();

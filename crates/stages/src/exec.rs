@@ -167,7 +167,7 @@ impl Kind for Exec {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let program = tools::program(&parameters.command, context)?;
-        tools::read(parameters, context)?;
+        tools::read(&parameters.command, &parameters.tools, context)?;
         let scratch = Scratch::new(context)?;
         let work = scratch.folder.path().join(WORK);
         let mut written = Vec::new();
@@ -198,7 +198,7 @@ impl Kind for Exec {
         // Read a second time: if a tool file changed meanwhile, the engine sees two contents and discards the
         // result.
         tools::program(&parameters.command, context)?;
-        tools::read(parameters, context)?;
+        tools::read(&parameters.command, &parameters.tools, context)?;
         parameters.output.read(&work, &process.name, context)
     }
 }

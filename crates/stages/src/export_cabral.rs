@@ -187,7 +187,7 @@ impl Kind for ExportCabral {
         let clamped = encoded.iter().map(|file| file.clamped).sum();
         match parameters.format {
             Format::Rgbe if clamped > 0 => {
-                context.warn(format!("{clamped} values are negative, and RGBE has them as 0"));
+                context.warn(format!("{clamped} values are negative; RGBE stores them as 0"));
             }
             _ => report_overflow(clamped, parameters.overflow, context)?,
         }
@@ -269,7 +269,7 @@ fn note_lost(map: &Shrm, context: &Context<'_>) {
     }
     if lost > 0.0 {
         context.note(format!(
-            "{} of the reflected energy changes with the view faster (P = 3 to {}) than twelve views follow",
+            "{} of the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold",
             share(lost / all),
             map.p().get()
         ));

@@ -250,7 +250,7 @@ pub(crate) fn grid(parameters: &Parameters) -> MapGrid {
     }
 }
 
-/// The images that show the values of the texels.
+/// The images of the texels' values.
 pub(crate) fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
     let resolution = parameters.resolution;
     match parameters.layout {
@@ -265,7 +265,7 @@ pub(crate) fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<
     }
 }
 
-/// The vertical cross, each of its pixels taken from the texel that looks the same way.
+/// The vertical cross: each pixel has the value of the texel in the same direction.
 fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
     let edge = cube.edge;
     let (width, height) = (3 * edge, 4 * edge);
@@ -281,13 +281,13 @@ fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
 }
 
 /// A picture of these pixels.
-fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
+pub(crate) fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
     let found = pixels.len();
     Image::new(width, height, pixels)
         .ok_or_else(|| Failure::new(format!("{found} pixels do not fill {width} x {height}")))
 }
 
-/// Counts what rings below zero.
+/// Reports how many values are negative because of ringing.
 fn report_negatives(format: Format, images: &[Image], context: &Context<'_>) {
     let values = || images.iter().flat_map(|image| image.pixels().as_flattened()).copied();
     let negative = values().filter(|value| *value < 0.0).count();
@@ -296,7 +296,7 @@ fn report_negatives(format: Format, images: &[Image], context: &Context<'_>) {
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
     let found = format!(
-        "{negative} of {total} values are negative, the least {least:.3e}, because the series is cut"
+        "{negative} of {total} values are negative, the least is {least:.3e}, because the series is truncated"
     );
     match format {
         Format::Exr => context.note(found),
@@ -314,16 +314,16 @@ pub(crate) fn report_overflow(
         _ if clamped == 0 => Ok(()),
         Overflow::Clamp => {
             context.warn(format!(
-                "{clamped} values are past 65504, the largest half, and became it; precision = \"float\" keeps them"
+                "{clamped} values exceed 65504, the largest half, and were clamped to it; precision = \"float\" keeps them"
             ));
             Ok(())
         }
-        Overflow::Error => Err(Failure::new(format!("{clamped} values are past 65504, the largest half"))
-            .help("precision = \"float\" keeps them, overflow = \"clamp\" makes them 65504")),
+        Overflow::Error => Err(Failure::new(format!("{clamped} values exceed 65504, the largest half"))
+            .help("precision = \"float\" keeps them, overflow = \"clamp\" clamps them to 65504")),
     }
 }
 
-/// The file of an image, and how many of its values the format could not hold.
+/// The file of an image, and the number of values that the format could not hold.
 fn encode(parameters: &Parameters, image: &Image, recipe: Option<&str>) -> Result<Encoded, Failure> {
     match parameters.format {
         Format::Exr => Ok(write_exr(image, parameters.precision.0, recipe)?),

@@ -173,7 +173,7 @@ fn interpolation(view: View, side: usize) -> String {
     let frame = match view {
         View::Global => "with the view (x, y, z) in the frame of `view`",
         View::Local => {
-            "with (x, y, z) = R^-1 V of the view V for each texel of its own, R = R_z(beta) R_y(alpha), (alpha, beta) the \
+            "with (x, y, z) = R^-1 V of the view V separately for each texel, R = R_z(beta) R_y(alpha), (alpha, beta) the \
              angles of the texel's central direction"
         }
     };

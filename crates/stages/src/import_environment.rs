@@ -213,8 +213,11 @@ fn read_source(
             OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => {
                 read_faces(source, None, parameters, context)
             }
-            _ => Err(Failure::new(format!("{} is a folder, which can only be six cube faces", name(source)))
-                .help("name a file as the source, or leave layout out")),
+            _ => Err(Failure::new(format!(
+                "{} is a folder, but only six cube faces can be read from a folder",
+                name(source)
+            ))
+            .help("name a file as the source, or remove layout")),
         };
     }
     if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {

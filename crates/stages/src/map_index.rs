@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_say_what_was_expected() {
+    fn errors_say_what_was_expected() {
         let check = |from: &str, to: &str, expected: &str| {
             let text = String::from_utf8(written(vec![Entry::of_file("a.exr")])).unwrap();
             assert!(text.contains(from), "{from}");

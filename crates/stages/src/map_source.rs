@@ -10,6 +10,7 @@ use sphere::{Cube, LatLong};
 
 use crate::artifacts;
 use crate::choices::{Overflow, Resolution};
+use crate::export_reflection_map::image;
 use crate::map_input::MapInput;
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
@@ -96,8 +97,7 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
 
 /// A picture of these pixels.
 pub(crate) fn picture([width, height]: [usize; 2], pixels: &[[f32; 3]]) -> Result<Image, Failure> {
-    Image::new(width, height, pixels.to_vec())
-        .ok_or_else(|| Failure::new(format!("{} pixels do not fill {width} x {height}", pixels.len())))
+    image(width, height, pixels.to_vec())
 }
 
 /// A texture of a map, or an array of `layers` maps.

@@ -76,7 +76,7 @@ use std::sync::Arc;
 use containers::{write_apng, write_png};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::ToneMap;
-use preview::{Camera, Light, Look, MapSizes, Mode, RenderError, Scene, Shot, Show};
+use preview::{Camera, Light, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
 
 use crate::artifacts;
@@ -85,7 +85,7 @@ use crate::contact_sheet::exposure_of;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
 use fallback_renderer::FallbackRenderer;
-use values::{BackgroundChoice, Size};
+use values::{Backend, BackgroundChoice, Size};
 
 mod comparison;
 mod fallback_renderer;
@@ -145,16 +145,6 @@ choice! {
         Apng = "apng",
         /// All frames in one picture.
         Strip = "strip",
-    }
-}
-
-choice! {
-    /// What draws.
-    pub(crate) enum Backend {
-        /// The CPU, with bit-identical output.
-        Cpu = "cpu",
-        /// A graphics device, if there is one.
-        Gpu = "gpu",
     }
 }
 
@@ -485,14 +475,6 @@ fn panels(
         panels.push(panel);
     }
     Ok(panels)
-}
-
-/// The failure of an item whose picture could not be drawn.
-fn failure(error: RenderError) -> Failure {
-    match error {
-        RenderError::Cancelled => Failure::cancelled(),
-        error => Failure::from(error),
-    }
 }
 
 #[cfg(test)]

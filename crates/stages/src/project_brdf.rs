@@ -134,14 +134,14 @@ impl Kind for ProjectBrdf {
         let projection = project(&material.0, choice)?;
         if projection.anisotropic {
             context.warn(format!(
-                "{} is anisotropic here: its mean over all turns about the normal is taken",
+                "{} is anisotropic; it is replaced by its mean over all turns about the normal",
                 material.0.name()
             ));
         }
         if projection.captured < 1.0 - parameters.tolerance() - 1e-9 && parameters.degree.is_none() {
             context.warn(format!(
-                "no higher degrees are tried, and these hold less than the {} that the tolerance asks for; most of \
-                 the rest is at grazing views: give `degree`, such as [30, 8], or a larger tolerance",
+                "these are the highest degrees that are tried, and they hold less than the {} that the tolerance \
+                 requires; most of the rest is at grazing views: set `degree`, such as [30, 8], or a larger tolerance",
                 share(1.0 - parameters.tolerance())
             ));
         }

@@ -209,7 +209,7 @@ impl Kind for ReferenceMap {
     }
 }
 
-/// Says what was summed over.
+/// Notes what was summed over.
 fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
     let from = if used == whole {
         String::new()
@@ -218,7 +218,7 @@ fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usiz
     };
     let width = reference.width();
     let cap = if width < 1.0 {
-        format!(", of them those in a cap of {:.2} % of the sphere", 100.0 * width)
+        format!(", limited to a cap of {:.2} % of the sphere", 100.0 * width)
     } else {
         String::new()
     };

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_face_is_named_beside_what_was_found() {
+    fn a_missing_face_is_named_with_the_faces_that_were_found() {
         let failure =
             find(&files(&["px.hdr", "nx.hdr", "py.hdr", "pz.hdr", "nz.hdr"]), None, "sky").unwrap_err();
         let message = failure.to_string();
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sets_in_a_folder_are_told_apart_by_a_face() {
+    fn two_sets_in_a_folder_are_distinguished_by_a_face() {
         let names =
             ["a_px", "a_nx", "a_py", "a_ny", "a_pz", "a_nz", "b_px", "b_nx", "b_py", "b_ny", "b_pz", "b_nz"];
         let names = names.map(|name| format!("{name}.hdr"));
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_inside_a_word_is_no_face() {
+    fn a_word_inside_a_word_is_not_a_face() {
         for name in ["group.hdr", "copy.hdr", "px", "px.txt", "sky.hdr", "desktop.png"] {
             assert_eq!(FaceName::parse(name), None, "{name}");
         }

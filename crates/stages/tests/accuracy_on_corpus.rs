@@ -1,4 +1,4 @@
-//! Real environments: what truncation loses of their reflections, against what was foretold and against brute
+//! Real environments: what truncation loses of their reflections, compared with the prediction and with brute
 //! force.
 
 #![allow(clippy::unwrap_used)] // a test may panic
@@ -16,7 +16,7 @@ fn degree(l: usize) -> Degree {
     Degree::new(l).unwrap()
 }
 
-/// A picture of the corpus on a lat-long grid of so many rows.
+/// A picture of the corpus on a lat-long grid of this many rows.
 fn environment(test: &str, file: &str, layout: Layout, rows: usize) -> Option<Environment> {
     let path = test_data::folder(test, "SPECULA_CORPUS")?.join("env").join(file);
     let bytes = std::fs::read(&path).unwrap();

@@ -1,8 +1,8 @@
 //! Darkens single pixels that are far too bright.
 //!
-//! A path tracer leaves *fireflies*: pixels that hold the light of a whole lamp. One of them outshines the sky in every
-//! coefficient. A pixel whose luminance is above `limit` is scaled down to it; its hue stays. A note
-//! says how many there were.
+//! A path tracer leaves *fireflies*: pixels that hold the light of a whole lamp. One of them outshines the
+//! sky in every coefficient. A pixel whose luminance is above `limit` is scaled down to it; its hue stays. A
+//! note says how many there were.
 //!
 //! ## Example
 //!

@@ -72,7 +72,7 @@ fn a_firefly_leaves_no_trace_in_the_coefficients() {
 }
 
 #[test]
-fn a_fault_of_its_parameter_has_a_place() {
+fn an_error_of_its_parameter_has_a_place() {
     let example = Example::new(&sky_with_a_firefly());
     let pipeline = example.folder().join("pipeline.toml");
     let text = fs::read_to_string(&pipeline).unwrap();

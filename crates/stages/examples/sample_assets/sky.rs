@@ -15,7 +15,7 @@ const TURBIDITY: f64 = 2.6;
 const SUN: (f64, f64) = (58.0 * PI / 180.0, 128.0 * PI / 180.0);
 /// The angle from the sun's centre to its edge: 0.267 degrees, against 0.7 for a texel.
 const SUN_RADIUS: f64 = 0.267 * PI / 180.0;
-/// What the sun gives to a surface that faces it: about twice the sky, as through haze.
+/// The sun's irradiance of a surface that faces it: about twice that of the sky, as through haze.
 const SUN_IRRADIANCE: DVec3 = DVec3::new(2.3, 2.0, 1.62);
 /// Units of radiance in a kcd/m^2.
 const SCALE: f64 = 0.055;
@@ -179,7 +179,7 @@ fn ground(sky: &Sky, direction: DVec3) -> DVec3 {
     lit.lerp(haze(sky, direction), 1.0 - (-flat / 400.0).exp())
 }
 
-/// Adds the sun's disc, each texel its share, and all together exactly the sun's irradiance.
+/// Adds the sun's disc: each texel gets its share, and together they have exactly the sun's irradiance.
 fn add_sun(grid: LatLong, pixels: &mut [[f32; 3]]) {
     const SIDE: usize = 32;
     let fine = LatLong { width: grid.width * SIDE, height: grid.height * SIDE };

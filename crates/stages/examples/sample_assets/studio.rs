@@ -45,7 +45,7 @@ impl Lamp {
         self.radiance * weave * (1.0 - 0.35 * (u * u + v * v) / 2.0)
     }
 
-    /// How far along a ray the lamp stands, and what it shows there.
+    /// The distance of the lamp along a ray, and its radiance there.
     fn seen(&self, origin: DVec3, ray: DVec3) -> Option<(f64, DVec3)> {
         let normal = self.normal();
         let slope = ray.dot(normal);

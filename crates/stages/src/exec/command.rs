@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_fall_into_pieces() {
+    fn arguments_are_split_into_pieces() {
         let text = |text: &str| Piece::Text(text.into());
         assert_eq!(pieces("a{{b}}c"), Ok(vec![text("a{b}c")]));
         assert_eq!(pieces("{output}"), Ok(vec![Piece::Output]));

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use engine::{Context, Diagnostic, Digest, Failure, Parameter, Value};
 
-use super::Parameters;
 use super::command::{Command, Piece};
 
 /// The home folder in the scratch folder.
@@ -105,8 +104,8 @@ pub(super) fn program(command: &Command, context: &Context<'_>) -> Result<PathBu
 ///
 /// # Errors
 /// If a file or folder in `tools` cannot be read.
-pub(super) fn read(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-    for pieces in parameters.command.arguments() {
+pub(super) fn read(command: &Command, tools: &[String], context: &Context<'_>) -> Result<(), Failure> {
+    for pieces in command.arguments() {
         if let Some(file) = named_file(pieces, context) {
             context.read(&file)?;
         } else if let Some(file) = absent(pieces, context) {
@@ -114,7 +113,7 @@ pub(super) fn read(parameters: &Parameters, context: &Context<'_>) -> Result<(),
             let _ = context.read(&file);
         }
     }
-    for tool in &parameters.tools {
+    for tool in tools {
         let tool = Path::new(tool);
         let read =
             if context.is_folder(tool) { read_folder(tool, context) } else { context.read(tool).map(drop) };

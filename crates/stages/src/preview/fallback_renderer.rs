@@ -3,7 +3,7 @@
 use engine::{Context, Failure};
 use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Scene, Shot};
 
-use super::{Backend, failure};
+use super::values::Backend;
 
 /// The device is not part of the key, so that another device does not make a result out of date.
 const KEPT: &str = "; this picture stays until a parameter or an input changes";
@@ -54,6 +54,14 @@ impl<'a, 'b> FallbackRenderer<'a, 'b> {
             }
         }
         self.cpu.render(scene, shot, &stop).map_err(failure)
+    }
+}
+
+/// The failure of an item whose picture could not be drawn.
+fn failure(error: RenderError) -> Failure {
+    match error {
+        RenderError::Cancelled => Failure::cancelled(),
+        error => Failure::from(error),
     }
 }
 

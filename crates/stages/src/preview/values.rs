@@ -1,10 +1,20 @@
 //! Types of the parameters of a preview.
 
-use engine::{Diagnostic, Parameter, Range, Ranged, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Parameter, Range, Ranged, Value, ValueKind, choice, unexpected};
 use preview::Background;
 use serde_json::json;
 
 use crate::Rgb;
+
+choice! {
+    /// What draws.
+    pub(crate) enum Backend {
+        /// The CPU, with bit-identical output.
+        Cpu = "cpu",
+        /// A graphics device, if there is one.
+        Gpu = "gpu",
+    }
+}
 
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -154,7 +154,7 @@ impl PreviewCatalog {
 fn handle(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
     results.get(item).ok_or_else(|| {
         let (stage, key) = (super::stage_name(plan, item), &plan.items[item].key);
-        Failure::new(format!("{stage} [{key}] has not been made yet, or its result is gone"))
+        Failure::new(format!("{stage} [{key}] has not been built yet, or its result was removed"))
             .help("run `specula build` and fix what it reports")
     })
 }

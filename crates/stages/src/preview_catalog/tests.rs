@@ -190,7 +190,7 @@ fn meshes_of_the_graph_come_before_the_built_in_ones() {
     assert!(mesh("plane").is_ok());
     assert_eq!(
         mesh("helmet").unwrap_err().chain[0],
-        "mesh [helmet] has not been made yet, or its result is gone"
+        "mesh [helmet] has not been built yet, or its result was removed"
     );
 }
 
@@ -230,7 +230,7 @@ fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_
     let entry = |material: &str| catalog.entry("east", material).unwrap().unwrap().clone();
     let empty = ResultsSnapshot::open(&plan).unwrap();
     let failure = scenes.look(&plan, &empty, &entry("gold")).unwrap_err();
-    assert_eq!(failure.chain[0], "environment [east] has not been made yet, or its result is gone");
+    assert_eq!(failure.chain[0], "environment [east] has not been built yet, or its result was removed");
 
     let results = build(&plan);
     let scene = scenes.scene(&catalog, &results, &entry("gold"), "sphere").unwrap();

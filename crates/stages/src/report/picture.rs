@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_of_what_is_seen() {
+    fn differences_are_between_pictures_as_shown() {
         let found = difference(&[[10, 200, 0]], &[[20, 100, 0]], 8.0);
         assert_eq!(found, [[80, 255, 0]]);
     }

@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_middle_looks_back_and_the_outline_ahead() {
+    fn the_middle_reflects_backward_and_the_outline_forward() {
         let sphere = Sphere::new(65);
         let middle = sphere.pixels.iter().position(|pixel| pixel.index == 32 * 65 + 32).unwrap();
         let reflected = sphere.central(Centre::Reflection);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_relative_to_what_is_there() {
+    fn errors_are_relative_to_the_truth() {
         let sphere = Sphere::new(16);
         let count = sphere.pixels.len();
         let (truth, off) = (vec![[2.0_f32; 3]; count], vec![[2.5_f32; 3]; count]);

@@ -102,7 +102,7 @@ fn a_culled_map_says_so_and_is_darker_by_its_share() {
 }
 
 #[test]
-fn impossible_parameters_are_faults() {
+fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
         ("cull = 1", "cull: 1 is not a number, 0 or more and below 1"),
         ("rows = 0", "rows: 0 is not a whole number from 1 to 4096"),
@@ -110,6 +110,6 @@ fn impossible_parameters_are_faults() {
         ("view = [1, 2, 3]", "view: 3 numbers are not [yaw, pitch]"),
         ("view = \"above\"", "view: \"above\" is not \"head-on\" or [yaw, pitch] in degrees"),
     ] {
-        assert_eq!(case("reference", parameters).faults(), [expected]);
+        assert_eq!(case("reference", parameters).errors(), [expected]);
     }
 }

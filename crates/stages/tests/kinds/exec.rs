@@ -77,15 +77,15 @@ impl Project {
     }
 
     /// The errors of the manifest, one per line.
-    fn faults(&self) -> String {
+    fn errors(&self) -> String {
         self.plan().err().unwrap().to_string()
     }
 
     fn build(&self) -> Built {
         let events = Mutex::new(Vec::new());
         let options = BuildOptions { jobs: Some(2), keep_going: true, ..BuildOptions::default() };
-        let tell = |event| events.lock().unwrap().push(event);
-        let summary = engine::build(&self.plan().unwrap(), &options, &self.cancel, &tell).unwrap();
+        let record = |event| events.lock().unwrap().push(event);
+        let summary = engine::build(&self.plan().unwrap(), &options, &self.cancel, &record).unwrap();
         // No scratch folder is left, whatever happened.
         let left: Vec<_> = fs::read_dir(self.path(".specula/tmp")).unwrap().collect();
         assert!(left.is_empty(), "{left:?}");
@@ -210,7 +210,7 @@ fn a_mesh_travels_as_safetensors() {
 }
 
 #[test]
-fn a_tool_that_is_edited_runs_again_and_no_other() {
+fn only_a_tool_that_is_edited_reruns() {
     let stage = format!("{SCRIPT}\ntools = [\"tools/lib\"]\n");
     let script = "cat \"$(dirname \"$0\")/lib/words\" > $2";
     let files = [("tools/tool.sh", script), ("tools/lib/words", "one"), ("tools/lib/.words.swp", "")];
@@ -221,8 +221,8 @@ fn a_tool_that_is_edited_runs_again_and_no_other() {
     assert_eq!(project.build().summary.ran, 0, "nothing changed");
 
     project.write("tools/lib/words", b"two");
-    let told = project.build();
-    let reasons: Vec<_> = told.graded().into_iter().flat_map(|(_, reasons)| reasons).collect();
+    let built = project.build();
+    let reasons: Vec<_> = built.graded().into_iter().flat_map(|(_, reasons)| reasons).collect();
     let is_words = |reason: &Reason| matches!(reason, Reason::File { path, .. } if path == "tools/lib/words");
     assert!(reasons.len() == 2 && reasons.iter().all(is_words), "{reasons:?}");
     assert_eq!(project.read("out/graded/b.txt"), "two");
@@ -236,7 +236,7 @@ fn a_tool_that_is_edited_runs_again_and_no_other() {
 }
 
 #[test]
-fn an_equal_result_stops_what_comes_after() {
+fn an_equal_result_stops_later_stages() {
     let stage = r#"
 command = ["sh", "tool.sh", "{input}", "{output}"]
 input = "sky"
@@ -254,15 +254,15 @@ degree = 1
 }
 
 #[test]
-fn a_failing_program_fails_its_item_alone_and_is_quoted() {
+fn a_failing_program_fails_only_its_item_and_its_output_is_shown() {
     // One file is larger than the other; its size is all that a shell can see of it.
     let script = "if [ $(wc -c < $1) -gt 20000 ]; then echo 'no luck' >&2; exit 3; fi; echo good > $2";
     let stage = format!("{SCRIPT}\nformats = {{ input = \"safetensors\" }}");
     let project = Project::new(&stage, &[("tools/tool.sh", script)]);
     project.write("skies/b.exr", &exr(64, 32, (0..2048).map(|i| [i as f32, 1.0, 0.5]).collect()));
-    let told = project.build();
-    let failures = told.failures();
-    assert_eq!((told.summary.failed, failures.len()), (1, 1));
+    let built = project.build();
+    let failures = built.failures();
+    assert_eq!((built.summary.failed, failures.len()), (1, 1));
     for word in ["graded [b]", "sh tools/tool.sh", "exit status: 3", "standard error", "no luck"] {
         assert!(failures[0].contains(word), "no {word:?} in {}", failures[0]);
     }
@@ -328,9 +328,9 @@ output = { type = "file", format = "txt" }
 env = ["CARGO_PKG_NAME", "SPECULA_NOT_SET"]
 "#;
     let project = Project::new(stage, &[]);
-    let told = project.build();
+    let built = project.build();
     let warned = |event: &Event| matches!(event, Event::Warning { message, .. } if message.contains("SPECULA_NOT_SET"));
-    assert!(told.events.iter().any(warned));
+    assert!(built.events.iter().any(warned));
     let text = project.read("out/graded.txt");
     let value = |name: &str| text.lines().find_map(|line| line.strip_prefix(&format!("{name}=")));
     assert_eq!(value("CARGO_PKG_NAME"), Some("stages"));
@@ -375,7 +375,7 @@ fn is_alive(process: &str) -> bool {
     probe.unwrap().success() && !is_zombie(process)
 }
 
-/// Where nobody waits for orphans (as in some containers) a killed process stays in the list.
+/// If no process waits for orphans (as in some containers), a killed process stays in the list.
 fn is_zombie(process: &str) -> bool {
     let state = Command::new("ps").args(["-o", "stat=", "-p", process]).output();
     state.is_ok_and(|state| String::from_utf8_lossy(&state.stdout).trim_start().starts_with('Z'))
@@ -390,7 +390,7 @@ fn wait_for(what: &str, condition: impl Fn() -> bool) {
 }
 
 #[test]
-fn when_time_is_up_all_that_was_started_is_killed() {
+fn after_the_timeout_all_processes_are_killed() {
     let stage = format!(
         "command = [\"sh\", \"-c\", \"{LINGERS}\", \"{{output}}\"]\noutput = {{ type = \"file\", format = \"txt\" }}\ntimeout = 2"
     );
@@ -402,7 +402,7 @@ fn when_time_is_up_all_that_was_started_is_killed() {
 }
 
 #[test]
-fn what_a_program_leaves_running_holds_nothing_up_and_is_killed() {
+fn processes_that_a_program_leaves_running_are_killed_without_delay() {
     let script = "sleep 600 & echo $! > {folder}/child; echo done > $0";
     let stage = format!(
         "command = [\"sh\", \"-c\", \"{script}\", \"{{output}}\"]\noutput = {{ type = \"file\", format = \"txt\" }}"
@@ -427,15 +427,15 @@ fn a_cancelled_build_kills_the_program() {
             });
             project.cancel.cancel();
         });
-        let told = project.build();
-        assert!(told.summary.cancelled && told.failures().is_empty());
+        let built = project.build();
+        assert!(built.summary.cancelled && built.failures().is_empty());
     });
     let child = project.read("child").trim().to_owned();
     wait_for("the child's end", || !is_alive(&child));
 }
 
 #[test]
-fn a_program_that_never_stops_talking_is_killed() {
+fn a_program_that_never_stops_writing_is_killed() {
     let stage = "command = [\"sh\", \"-c\", \"yes 0123456789012345678901234567890123456789\", \"{output}\"]
         output = { type = \"file\", format = \"txt\" }\ntimeout = 600";
     let failure = Project::new(stage, &[]).build().failures().remove(0);
@@ -502,8 +502,8 @@ fn mismatches_are_reported_before_anything_runs() {
         ),
     ];
     for (stage, expected) in cases {
-        let faults = Project::new(&stage, &[]).faults();
-        assert!(faults.contains(expected), "no {expected:?} in {faults}\n{stage}");
+        let errors = Project::new(&stage, &[]).errors();
+        assert!(errors.contains(expected), "no {expected:?} in {errors}\n{stage}");
     }
 }
 

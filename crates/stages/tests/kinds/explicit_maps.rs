@@ -54,7 +54,7 @@ fn vector(value: &Value) -> [f64; 3] {
     serde_json::from_value(value.clone()).unwrap()
 }
 
-/// The three weights by the rule that the index tells, from nothing but the index.
+/// The three weights by the rule in the index, from nothing but the index.
 fn blend(index: &Value, view: Direction) -> Vec<(usize, f64)> {
     let vertex =
         |k: &Value| sphere::DVec3::from_array(vector(&index["maps"][k.as_u64().unwrap() as usize]["view"]));
@@ -178,12 +178,12 @@ fn every_format_of_cabrals_maps_comes_back() {
 }
 
 #[test]
-fn twelve_views_of_a_higher_degree_lose_and_tell() {
+fn twelve_views_of_a_higher_degree_lose_energy_with_a_note() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(4, 2));
     let note = &exported.run().unwrap().notes;
     assert!(
         note.iter()
-            .any(|note| note.ends_with("changes with the view faster (P = 3 to 4) than twelve views follow"))
+            .any(|note| note.ends_with("changes faster with the view (P = 3 to 4) than twelve views can hold"))
     );
     let ran = import("", &exported).run().unwrap();
     assert_eq!(ran.artifact::<Shrm>().0.p().get(), 2);
@@ -293,8 +293,8 @@ fn view_maps_hold_every_view_and_come_back() {
         }
     }
     let few = export("export-view-maps", "views = 4\nresolution = 3", reflection(2, 2)).run().unwrap();
-    let told = "4 x 4 views hold P = 1; the field has P = 2, for which views = 5 is enough";
-    assert!(few.notes.iter().any(|note| note == told), "{:?}", few.notes);
+    let message = "4 x 4 views hold P = 1; the field has P = 2, for which views = 5 is enough";
+    assert!(few.notes.iter().any(|note| note == message), "{:?}", few.notes);
 }
 
 /// A map that arrives is taken as it is on its own texels, and interpolated on others.
@@ -327,7 +327,7 @@ fn maps_are_made_from_a_map_too() {
 
 /// The exports of what came back are those of what was written.
 #[test]
-fn what_came_back_is_exported_again() {
+fn an_imported_map_is_exported_again() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(2, 2));
     let back = import("", &exported).artifact::<Shrm>();
     let again = case("export-cabral", "precision = \"float\"").input("reflection", (*back).clone());
@@ -337,7 +337,7 @@ fn what_came_back_is_exported_again() {
 }
 
 #[test]
-fn bad_maps_are_told_by_file() {
+fn bad_maps_are_reported_by_file() {
     let exported =
         export("export-view-maps", "views = 3\nformat = \"exr\"\nresolution = 2", reflection(1, 1));
     let files = exported.files();
@@ -400,7 +400,7 @@ fn bad_maps_are_told_by_file() {
     );
     check("/view-maps.json", edit("view-001.exr", "../new/view-001.exr"), "view-001.exr: cannot read ");
     check("/view-maps.json", Some(b"{}".to_vec()), "missing field `format`");
-    // Nine views, eight of them alike, determine one coefficient.
+    // Nine views, eight of them equal, determine one coefficient.
     let mut value: Value = serde_json::from_slice(&files[9]).unwrap();
     for k in 1..9 {
         value["maps"][k]["view"] = value["maps"][0]["view"].clone();
@@ -440,7 +440,7 @@ fn parts_of_textures_are_checked() {
 }
 
 #[test]
-fn values_past_the_largest_half_are_told() {
+fn values_past_the_largest_half_are_reported() {
     let mut bright = reflection(2, 2);
     let lighting = sh::Expansion::from_rows(
         bright.0.lighting().degree(),
@@ -462,17 +462,17 @@ fn values_past_the_largest_half_are_told() {
 }
 
 #[test]
-fn negative_values_that_rgbe_cannot_hold_are_told() {
+fn negative_values_that_rgbe_cannot_hold_are_reported() {
     let mut lighting = sky_lighting().0;
     lighting.rows_mut().iter_mut().for_each(|row| *row = row.map(|value| -value));
     let dark = Reflection(shrm::Reflection::convolve(&lighting, reflection(2, 2).0.brdf()));
     let ran =
         case("export-cabral", "resolution = 2\nformat = \"rgbe\"").input("reflection", dark).run().unwrap();
-    assert!(ran.warnings[0].ends_with("values are negative, and RGBE has them as 0"), "{:?}", ran.warnings);
+    assert!(ran.warnings[0].ends_with("values are negative; RGBE stores them as 0"), "{:?}", ran.warnings);
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_or_no_sense_are_faults() {
+fn parameters_without_effect_or_out_of_range_are_errors() {
     for (kind, parameters, expected) in [
         (
             "export-cabral",
@@ -489,7 +489,7 @@ fn parameters_that_would_have_no_effect_or_no_sense_are_faults() {
         ("import-reflection-maps", "degree = 65", "degree: 65 is not a whole number from 0 to 64"),
         ("import-reflection-maps", "resolution = 0", "resolution: 0 is not a whole number from 1 to 4096"),
     ] {
-        assert_eq!(case(kind, parameters).faults(), [expected]);
+        assert_eq!(case(kind, parameters).errors(), [expected]);
     }
 }
 
@@ -520,7 +520,7 @@ fn more_maps_than_a_file_holds_are_refused() {
 
 /// A line of a hand-written index that was copied and not changed.
 #[test]
-fn a_map_or_a_view_that_is_named_twice_is_told() {
+fn a_map_or_a_view_that_is_named_twice_is_reported() {
     let exported =
         export("export-view-maps", "views = 3\nformat = \"exr\"\nresolution = 2", reflection(1, 1));
     assert!(import("", &exported).run().unwrap().warnings.is_empty());

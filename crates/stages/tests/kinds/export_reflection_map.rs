@@ -112,7 +112,7 @@ fn ringing(parameters: &str) -> Case {
 }
 
 #[test]
-fn what_rings_below_zero_is_counted_and_kept_where_it_can_be() {
+fn negative_ringing_is_counted_and_kept_if_the_format_can() {
     let ran = ringing("resolution = 16").run().unwrap();
     assert!(ran.notes[0].contains("values are negative, the least -"), "{:?}", ran.notes);
     assert!(ran.warnings.is_empty());
@@ -136,30 +136,30 @@ fn bright(parameters: &str) -> Case {
 }
 
 #[test]
-fn values_past_the_largest_half_are_told() {
+fn values_past_the_largest_half_are_reported() {
     let past = |found: &[[f32; 3]]| found.iter().flatten().filter(|value| **value > 65504.0).count();
     for layout in ["lat-long", "cube"] {
         let shape = format!("layout = \"{layout}\"\nresolution = 4\n");
         let exact = bright(&format!("{shape}precision = \"float\"")).files();
         let count: usize = exact.iter().map(|file| past(&pixels(file).2)).sum();
         assert!(count > 0);
-        let told = format!("{count} values are past 65504, the largest half");
+        let message = format!("{count} values exceed 65504, the largest half");
         // One warning for all the files of an item.
         let ran = bright(&shape).run().unwrap();
         assert_eq!(
             ran.warnings,
-            [format!("{told}, and became it; precision = \"float\" keeps them")],
+            [format!("{message}, and were clamped to it; precision = \"float\" keeps them")],
             "{layout}"
         );
         assert!(bright(&shape).files().iter().all(|file| past(&pixels(file).2) == 0));
         let failure = bright(&format!("{shape}overflow = \"error\"")).run().err().unwrap();
-        assert_eq!((failure.chain, failure.help.is_some()), (vec![told], true));
+        assert_eq!((failure.chain, failure.help.is_some()), (vec![message], true));
     }
     assert!(export("overflow = \"error\"").run().unwrap().warnings.is_empty());
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_are_faults() {
+fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [
         ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096"),
         (
@@ -170,7 +170,7 @@ fn parameters_that_would_have_no_effect_are_faults() {
         ("exposure = 1", "exposure: only format = \"png\" uses it"),
         ("format = \"png\"\nprecision = \"float\"", "precision: only format = \"exr\" uses it"),
     ] {
-        assert_eq!(case("export-reflection-map", parameters).faults(), [expected]);
+        assert_eq!(case("export-reflection-map", parameters).errors(), [expected]);
     }
 }
 
@@ -222,8 +222,8 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
     }
     let accuracy = shrm::accuracy::Accuracy::of(&field, [0.0; 3], 0.0);
     let lost = 100.0 * accuracy.at(2, 0).truth;
-    let told: f64 = notes[0].split("; ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!(lost > 1.0 && (told - lost).abs() < 1e-3, "{notes:?}, not {lost}");
+    let noted: f64 = notes[0].split("; ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(lost > 1.0 && (noted - lost).abs() < 1e-3, "{notes:?}, not {lost}");
 }
 
 #[test]

@@ -48,9 +48,9 @@ fn every_preset_is_written() {
 
 #[test]
 fn safetensors_take_no_preset() {
-    let faults = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").faults();
+    let errors = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").errors();
     assert_eq!(
-        faults,
+        errors,
         ["preset: format = \"safetensors\" holds coefficients in Specula's own convention only"]
     );
 }
@@ -62,7 +62,7 @@ fn the_manual_holds_every_preset_in_full() {
     let manual = manual.split_whitespace().collect::<Vec<_>>().join(" ");
     for preset in containers::lighting_json::Preset::ALL {
         let definition = preset.definition();
-        let told = format!(
+        let message = format!(
             "`{}` - frame: {} - yaw: {} - signs: {} - scale: {} - source: {}",
             preset.name(),
             definition.frame,
@@ -71,6 +71,6 @@ fn the_manual_holds_every_preset_in_full() {
             definition.scale,
             definition.source
         );
-        assert!(manual.contains(&told), "{told}");
+        assert!(manual.contains(&message), "{message}");
     }
 }

@@ -240,7 +240,7 @@ fn map(grid: MapGrid, view: View) -> Shrm {
 }
 
 #[test]
-fn a_map_that_arrives_is_written_as_it_is() {
+fn a_map_that_arrives_is_written_unchanged() {
     for (shape, grid) in grids() {
         for view in [View::Local, View::Global] {
             let from_map =
@@ -280,20 +280,20 @@ fn a_map_that_arrives_is_not_made_into_another() {
         let failure =
             case("export-shrm", parameters).input("reflection", map(cube, view)).run().err().unwrap();
         assert_eq!(failure.to_string(), message);
-        assert!(failure.help.unwrap().contains("out, or make the map anew"));
+        assert!(failure.help.unwrap().contains(", or make a new map"));
     }
 }
 
 #[test]
-fn degrees_resolution_and_size_are_told() {
+fn degrees_resolution_and_size_are_noted() {
     let ran = export(CUBE).run().unwrap();
     let engine::Output::Files(files) = &ran.output else { panic!("no files") };
-    let told = "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups have an estimated error of ";
-    assert!(ran.notes[0].starts_with(told), "{}", ran.notes[0]);
+    let message = "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups have an estimated error of ";
+    assert!(ran.notes[0].starts_with(message), "{}", ran.notes[0]);
     assert_eq!(ran.notes[1], format!("{} bytes", files[0].len()));
     let zonal = case("export-shrm", LAT_LONG).input("reflection", made_up(false)).run().unwrap();
-    let told = "a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0, all others being zero; bilinear";
-    assert!(zonal.notes[0].contains(told), "{}", zonal.notes[0]);
+    let message = "a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0; all others are zero; bilinear";
+    assert!(zonal.notes[0].contains(message), "{}", zonal.notes[0]);
     let lambert = case("export-shrm", CUBE).input("reflection", reflection(lambert(0.5), 2)).run().unwrap();
     assert!(lambert.notes[0].starts_with("F = 2, P = 0: "), "{}", lambert.notes[0]);
 }
@@ -307,8 +307,8 @@ fn an_error_chooses_the_resolution() {
             let ran = case.run().unwrap();
             let [_, rows, _] = tensors::decode_shrm(&case.files()[0]).unwrap().grid().shape();
             assert_eq!(rows, expected.texels, "{words}, {error}");
-            let told = format!("estimated {:.1e} of RMS radiance", expected.estimated_error);
-            assert!(ran.notes[0].ends_with(&told), "{}", ran.notes[0]);
+            let message = format!("estimated error of {:.1e} of the RMS radiance", expected.estimated_error);
+            assert!(ran.notes[0].ends_with(&message), "{}", ran.notes[0]);
         }
     }
     // Degree 2 asks for no more than an edge of 10, to the next multiple of 4.
@@ -320,7 +320,7 @@ fn an_error_chooses_the_resolution() {
 }
 
 #[test]
-fn values_past_the_largest_half_are_told() {
+fn values_past_the_largest_half_are_reported() {
     let bright = |parameters: &str| {
         let values = vec![[7e4, 1.0, -7e4]; 6];
         let cube = MapGrid::Cube(Cube { edge: 1 });
@@ -330,9 +330,12 @@ fn values_past_the_largest_half_are_told() {
     };
     for format in ["exr", "ktx2"] {
         let ran = bright(&format!("format = \"{format}\"")).run().unwrap();
-        let told = "12 values are past 65504, the largest half";
-        assert_eq!(ran.warnings, [format!("{told}, and became it; precision = \"float\" keeps them")]);
-        assert_eq!(bright(&format!("format = \"{format}\"\noverflow = \"error\"")).failure(), told);
+        let message = "12 values exceed 65504, the largest half";
+        assert_eq!(
+            ran.warnings,
+            [format!("{message}, and were clamped to it; precision = \"float\" keeps them")]
+        );
+        assert_eq!(bright(&format!("format = \"{format}\"\noverflow = \"error\"")).failure(), message);
         let kept = bright(&format!("format = \"{format}\"\nprecision = \"float\"")).run().unwrap();
         assert!(kept.warnings.is_empty());
     }
@@ -340,7 +343,7 @@ fn values_past_the_largest_half_are_told() {
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_are_faults() {
+fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [
         ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = 5000", "resolution: 5000 is not a whole number from 1 to 4096 or \"auto\""),
@@ -353,6 +356,6 @@ fn parameters_that_would_have_no_effect_are_faults() {
             "overflow: only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it",
         ),
     ] {
-        assert_eq!(case("export-shrm", parameters).faults(), [expected]);
+        assert_eq!(case("export-shrm", parameters).errors(), [expected]);
     }
 }

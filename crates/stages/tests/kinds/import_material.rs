@@ -83,7 +83,7 @@ fn layers_are_materials_in_an_array() {
 
 /// What is read can also be handed on: the artifact's bytes hold the deepest layers that are allowed.
 #[test]
-fn layers_may_lie_in_layers_to_a_depth() {
+fn layers_may_be_nested_to_a_depth() {
     let nested = |depth: usize| {
         let heads = (1..=depth).map(|depth| format!("[[{}]]\n", vec!["layers"; depth].join(".")));
         import(&format!("{}model = \"lambert\"\nalbedo = 0.5", heads.collect::<String>()))
@@ -125,7 +125,7 @@ fn case_of(name: &str, text: &str) -> Case {
 }
 
 #[test]
-fn faults_of_measured_files_say_what_and_where() {
+fn errors_of_measured_files_say_what_and_where() {
     for (text, expected) in [
         ("model = \"measured\"", "gold.toml:1:1: \"file\" is missing"),
         (
@@ -151,7 +151,7 @@ fn faults_of_measured_files_say_what_and_where() {
 }
 
 #[test]
-fn all_faults_are_told_each_with_its_place() {
+fn all_errors_are_reported_each_with_its_place() {
     let failure = import("model = \"phong\"\nexponant = 4\nspecular = [1, 2]\n").run().err().unwrap();
     assert_eq!(
         failure.chain,
@@ -269,9 +269,9 @@ fn a_folder_is_no_material() {
     assert!(failure.help.unwrap().contains("*.toml"));
 }
 
-/// Pictures, and tables under a foreign name, are not told fifty faults of syntax.
+/// For pictures, and tables with another extension, syntax errors are not listed.
 #[test]
-fn what_is_no_material_by_content_and_name_is_told_so() {
+fn a_file_that_is_not_a_material_is_reported_as_such() {
     for content in [&b"\x76\x2f\x31\x01\xff"[..], b"theta_i,theta_o\n1,2\n3,4\n"] {
         let failure =
             case("import-material", "").file("sky.exr", content).source("sky.exr").run().err().unwrap();

@@ -35,8 +35,8 @@ fn every_manual_has_an_example_that_parses_with_its_kind() {
                 assert_eq!(table.get("source").is_some(), kind.has_source(), "{}", kind.name());
                 let own = table.entries.iter().filter(|entry| !OWNED.contains(&entry.key.as_str()));
                 let parameters = Table { span: table.span.clone(), entries: own.cloned().collect() };
-                let faults = kind.configure(&parameters).err();
-                assert!(faults.is_none(), "{}: {faults:?}", kind.name());
+                let errors = kind.configure(&parameters).err();
+                assert!(errors.is_none(), "{}: {errors:?}", kind.name());
                 if let Some(inputs) = table.get("inputs") {
                     let ValueKind::Table(inputs) = &inputs.value.kind else { panic!("inputs") };
                     let names: Vec<_> = inputs.entries.iter().map(|entry| entry.key.as_str()).collect();
@@ -79,7 +79,7 @@ fn every_parameter_is_documented() {
     }
 }
 
-/// What a kind makes with its defaults, for each type that may arrive at its first port; nothing, where its
+/// What a kind makes with its deerrors, for each type that may arrive at its first port; nothing, where its
 /// user says what it makes.
 fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
     if kind.name() == "exec" {

@@ -1,4 +1,4 @@
-//! Previews: pictures of every mode, turntables, and what is told of what cannot be drawn.
+//! Previews: pictures of every mode, turntables, and the messages about what cannot be drawn.
 
 use std::io::Cursor;
 
@@ -121,7 +121,7 @@ fn outputs_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn comparisons_stand_below_and_tell_their_figures() {
+fn comparisons_are_below_with_their_numbers() {
     let case = sphere("modes = [\"prefiltered\", \"local-shrm\"]\ncompare = \"brute-force\"\nsize = 64");
     let ran = case.run().unwrap();
     let Output::Files(files) = &ran.output else { panic!("no files") };
@@ -166,7 +166,7 @@ fn turntables_have_their_frames() {
     assert!(still == turned[1]);
 }
 
-/// A turned light is the same as an environment and a lighting that were turned before, and it is told where
+/// A turned light is the same as an environment and a lighting that were turned before, and it is message where
 /// only one of the two was.
 #[test]
 fn light_is_turned_as_rotate_turns_it() {
@@ -214,7 +214,7 @@ fn a_map_or_a_mesh_may_be_connected() {
 }
 
 #[test]
-fn what_is_behind_is_what_was_asked_for() {
+fn the_background_is_the_one_that_was_asked_for() {
     let corner = |parameters: &str| picture(&bare(&format!("size = 16\nsamples = 1\n{parameters}"))).1[0];
     assert_eq!(corner("background = 0\nexposure = 3"), [0; 3]);
     assert_eq!(corner("background = [0, 1, 0]\ncurve = \"plain\"\nexposure = -3"), [0, 255, 0]);
@@ -232,7 +232,7 @@ fn brute_force_needs_the_material() {
 }
 
 #[test]
-fn impossible_parameters_are_faults() {
+fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
         ("amplify = 0", "amplify: 0 is not a number from 1 to 1000"),
         ("camera-pitch = 91", "camera-pitch: 91 is not a number from -90 to 90"),
@@ -256,17 +256,17 @@ fn impossible_parameters_are_faults() {
         ),
         ("size = 8", "size: 8 is not a whole number from 16 to 4096"),
     ] {
-        let faults = case("preview", parameters).faults();
-        assert!(faults.contains(&expected.to_owned()), "{parameters}: {faults:?}");
+        let errors = case("preview", parameters).errors();
+        assert!(errors.contains(&expected.to_owned()), "{parameters}: {errors:?}");
     }
-    let faults = case("preview", "modes = [\"local\"]\nmesh = \"teapot\"\nbackground = \"sky\"").faults();
-    assert_eq!(faults.len(), 3, "{faults:?}");
+    let errors = case("preview", "modes = [\"local\"]\nmesh = \"teapot\"\nbackground = \"sky\"").errors();
+    assert_eq!(errors.len(), 3, "{errors:?}");
 }
 
 /// A real mesh under a real light.
 #[test]
-fn a_helmet_stands_in_a_studio() {
-    let Some(corpus) = test_data::folder("a_helmet_stands_in_a_studio", "SPECULA_CORPUS") else { return };
+fn a_helmet_is_drawn_in_a_studio() {
+    let Some(corpus) = test_data::folder("a_helmet_is_drawn_in_a_studio", "SPECULA_CORPUS") else { return };
     let bytes = std::fs::read(corpus.join("env/cc0/studio.hdr")).unwrap();
     let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
     let grid = sphere::LatLong { width: image.width(), height: image.height() };

@@ -83,7 +83,7 @@ fn the_non_negative_window_leaves_nothing_negative() {
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_are_faults() {
+fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [
         ("degree = 3\ntolerance = 0.1", "tolerance: only degree = \"auto\" uses it"),
         ("tolerance = 1.0", "tolerance: 1.0 is not a number above 0 and below 1"),
@@ -92,6 +92,6 @@ fn parameters_that_would_have_no_effect_are_faults() {
         ("window = \"laplacian\"\nlambda = -1", "lambda: penalty -1 is not a finite number of 0 or more"),
         ("degree = \"all\"", "degree: \"all\" is not a degree from 0 to 2048 or \"auto\""),
     ] {
-        assert_eq!(project(parameters).faults(), [expected]);
+        assert_eq!(project(parameters).errors(), [expected]);
     }
 }

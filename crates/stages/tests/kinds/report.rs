@@ -245,7 +245,7 @@ fn the_files_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn impossible_parameters_are_faults() {
+fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
         ("accept = 0", "accept: 0 is not a number above 0 and below 1"),
         ("sphere = 31", "sphere: 31 is not a whole number from 32 to 256"),
@@ -254,6 +254,6 @@ fn impossible_parameters_are_faults() {
         ("amplify = 0.5", "amplify: 0.5 is not a number from 1 to 100"),
         ("tolerance = 0.1\ndegree = [3, 1]", "tolerance: degree already sets the degrees"),
     ] {
-        assert_eq!(case("report", parameters).faults(), [expected]);
+        assert_eq!(case("report", parameters).errors(), [expected]);
     }
 }
