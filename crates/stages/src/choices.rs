@@ -78,3 +78,15 @@ choice! {
         Plain = "plain",
     }
 }
+
+choice! {
+    /// How a set of maps is written.
+    pub(crate) enum MapsFormat {
+        /// One KTX2 texture.
+        Ktx2 = "ktx2",
+        /// One DDS texture.
+        Dds = "dds",
+        /// An OpenEXR picture for each map.
+        Exr = "exr",
+    }
+}

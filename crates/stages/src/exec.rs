@@ -101,7 +101,7 @@ use std::time::Duration;
 use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 
 use self::command::{Command, Piece};
-use self::exchange::{Formats, Made};
+use self::exchange::{Formats, ProgramOutput};
 use self::process::Process;
 use self::tools::Variables;
 
@@ -111,7 +111,7 @@ parameters! {
         /// The program and its arguments; see The command.
         command: Command,
         /// What the program makes; see What the program makes.
-        output: Made,
+        output: ProgramOutput,
         /// The format of an input's file, by port; see What a port's file holds.
         formats: Formats = Formats::default(),
         /// Files and folders, relative to the manifest, that the program uses in addition to those in the

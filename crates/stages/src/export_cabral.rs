@@ -73,7 +73,7 @@ use sphere::LatLong;
 
 use crate::artifacts;
 use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
-use crate::export_reflection_map::report_overflow;
+use crate::export_reflection_map::{image, report_overflow};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
@@ -284,9 +284,10 @@ fn encode(
     context: &Context<'_>,
 ) -> Result<Encoded, Failure> {
     let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
+    let picture = || image(size[0], size[1], pixels.to_vec());
     match parameters.format {
-        Format::Exr => Ok(write_exr(&map_source::picture(size, pixels)?, precision, recipe)?),
-        Format::Rgbe => Ok(write_rgbe(&map_source::picture(size, pixels)?, recipe)?),
+        Format::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
+        Format::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
         Format::Dds => {
             let faces = if parameters.layout == Layout::Cube { 6 } else { 1 };
             let [width, height] = size;

@@ -45,28 +45,15 @@
 //! path = "{environment}/{material}/kautz-mccool"
 //! ```
 
-use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use containers::{Precision, Texture};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, parameters};
 use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
 
-use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
-use crate::export_reflection_map::report_overflow;
+use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge_of};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
 use crate::share::share;
-
-choice! {
-    /// The container of the texture.
-    pub(crate) enum Format {
-        /// A DDS volume.
-        Dds = "dds",
-        /// A KTX2 volume.
-        Ktx2 = "ktx2",
-        /// OpenEXR slices.
-        Exr = "exr",
-    }
-}
 
 parameters! {
     /// Parameters of `export-kautz-mccool`.
@@ -79,7 +66,7 @@ parameters! {
         #[range(2..=256)]
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
-        format: Format = Format::Dds,
+        format: MapsFormat = MapsFormat::Dds,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
@@ -104,8 +91,8 @@ impl Kind for ExportKautzMcCool {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let mut files: Vec<String> = match parameters.format {
-            Format::Exr => {
-                (0..parameters.slices).map(|slice| format!("/{}", file(slice, Format::Exr))).collect()
+            MapsFormat::Exr => {
+                (0..parameters.slices).map(|slice| format!("/{}", file(slice, MapsFormat::Exr))).collect()
             }
             format => vec![format!("/{}", file(0, format))],
         };
@@ -149,10 +136,13 @@ impl Kind for ExportKautzMcCool {
             .ok_or_else(|| {
                 Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
             })?;
-        let (mut files, clamped) = encode(parameters, &texture, context)?;
-        report_overflow(clamped, parameters.overflow, context)?;
+        let [width, height] = map_source::picture_size(texture.grid());
+        let (depth, pixels) = (texture.angles().len(), texture.slices().to_vec());
+        let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };
+        let format = (parameters.format, parameters.precision.0, parameters.overflow);
+        let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
         let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
-            let of_volume = (parameters.format != Format::Exr).then_some(slice);
+            let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
             Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
         });
         let index = NewIndex {
@@ -178,37 +168,10 @@ impl Kind for ExportKautzMcCool {
 }
 
 /// The name of the file that holds a slice.
-fn file(slice: usize, format: Format) -> String {
+fn file(slice: usize, format: MapsFormat) -> String {
     match format {
-        Format::Dds => "texture.dds".into(),
-        Format::Ktx2 => "texture.ktx2".into(),
-        Format::Exr => format!("slice-{slice:02}.exr"),
+        MapsFormat::Dds => "texture.dds".into(),
+        MapsFormat::Ktx2 => "texture.ktx2".into(),
+        MapsFormat::Exr => format!("slice-{slice:02}.exr"),
     }
-}
-
-/// The files of the slices, and the number of clamped values.
-fn encode(
-    parameters: &Parameters,
-    texture: &KautzMcCool,
-    context: &Context<'_>,
-) -> Result<(Vec<Vec<u8>>, usize), Failure> {
-    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
-    let size @ [width, height] = map_source::picture_size(texture.grid());
-    let depth = texture.angles().len();
-    let volume = || {
-        let pixels = texture.slices().to_vec();
-        Texture { width, height, depth, layers: 0, faces: 1, pixels }
-    };
-    let encoded = match parameters.format {
-        Format::Dds => vec![write_dds(&volume(), precision)?],
-        Format::Ktx2 => vec![write_ktx2(&volume(), precision, recipe, &[("specula.kind", "kautz-mccool")])?],
-        Format::Exr => {
-            let slices = (0..depth).map(|slice| {
-                Ok(write_exr(&map_source::picture(size, texture.slice(slice))?, precision, recipe)?)
-            });
-            slices.collect::<Result<Vec<_>, Failure>>()?
-        }
-    };
-    let clamped = encoded.iter().map(|file| file.clamped).sum();
-    Ok((encoded.into_iter().map(|file| file.bytes).collect(), clamped))
 }

@@ -44,27 +44,14 @@
 //! path = "{environment}/{material}/view-maps"
 //! ```
 
-use containers::{Precision, write_dds, write_exr, write_ktx2};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use containers::{Precision, Texture};
+use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 use shrm::{MapLayout, View, ViewMaps};
 
-use crate::choices::{MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName};
-use crate::export_reflection_map::report_overflow;
+use crate::choices::{MOST, MapLayoutName, MapsFormat, Overflow, PrecisionName, Resolution, ViewName};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
-
-choice! {
-    /// The container of the maps.
-    pub(crate) enum Format {
-        /// A KTX2 array.
-        Ktx2 = "ktx2",
-        /// A DDS array.
-        Dds = "dds",
-        /// OpenEXR pictures.
-        Exr = "exr",
-    }
-}
 
 parameters! {
     /// Parameters of `export-view-maps`.
@@ -80,7 +67,7 @@ parameters! {
         #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
-        format: Format = Format::Ktx2,
+        format: MapsFormat = MapsFormat::Ktx2,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
@@ -105,8 +92,8 @@ impl Kind for ExportViewMaps {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let count = match parameters.format {
-            Format::Exr => parameters.views * parameters.views,
-            Format::Ktx2 | Format::Dds => 1,
+            MapsFormat::Exr => parameters.views * parameters.views,
+            MapsFormat::Ktx2 | MapsFormat::Dds => 1,
         };
         let files = (0..count).map(|view| format!("/{}", file(view, parameters.format)));
         Product::Files(files.chain(["/view-maps.json".to_owned()]).collect())
@@ -135,10 +122,13 @@ impl Kind for ExportViewMaps {
                 2 * source.p() + 1
             ));
         }
-        let (mut files, clamped) = encode(parameters, &table, context)?;
-        report_overflow(clamped, parameters.overflow, context)?;
+        let [faces, height, width] = table.grid().shape();
+        let (layers, pixels) = (side * side, table.maps().to_vec());
+        let array = Texture { width, height, depth: 1, layers, faces, pixels };
+        let format = (parameters.format, parameters.precision.0, parameters.overflow);
+        let mut files = map_source::encode(&array, format, "view-maps", context)?;
         let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
-            let layer = (parameters.format != Format::Exr).then_some(k);
+            let layer = (parameters.format != MapsFormat::Exr).then_some(k);
             let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
             match view {
                 View::Global => entry.seen_from(direction),
@@ -185,33 +175,10 @@ fn interpolation(view: View, side: usize) -> String {
 }
 
 /// The name of the file that holds a view's map.
-fn file(view: usize, format: Format) -> String {
+fn file(view: usize, format: MapsFormat) -> String {
     match format {
-        Format::Ktx2 => "maps.ktx2".into(),
-        Format::Dds => "maps.dds".into(),
-        Format::Exr => format!("view-{view:03}.exr"),
+        MapsFormat::Ktx2 => "maps.ktx2".into(),
+        MapsFormat::Dds => "maps.dds".into(),
+        MapsFormat::Exr => format!("view-{view:03}.exr"),
     }
-}
-
-/// The files of the maps, and the number of clamped values.
-fn encode(
-    parameters: &Parameters,
-    table: &ViewMaps,
-    context: &Context<'_>,
-) -> Result<(Vec<Vec<u8>>, usize), Failure> {
-    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
-    let count = table.side() * table.side();
-    let array = || map_source::texture(table.grid(), count, table.maps().to_vec());
-    let encoded = match parameters.format {
-        Format::Ktx2 => vec![write_ktx2(&array(), precision, recipe, &[("specula.kind", "view-maps")])?],
-        Format::Dds => vec![write_dds(&array(), precision)?],
-        Format::Exr => {
-            let size = map_source::picture_size(table.grid());
-            let maps = (0..count)
-                .map(|view| Ok(write_exr(&map_source::picture(size, table.map(view))?, precision, recipe)?));
-            maps.collect::<Result<Vec<_>, Failure>>()?
-        }
-    };
-    let clamped = encoded.iter().map(|file| file.clamped).sum();
-    Ok((encoded.into_iter().map(|file| file.bytes).collect(), clamped))
 }

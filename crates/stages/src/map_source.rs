@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 
-use containers::{Precision, Texture};
+use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
 use engine::{Artifact, Context, Failure, Port};
-use envmap::Image;
 use shrm::{MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::choices::{Overflow, Resolution};
-use crate::export_reflection_map::image;
+use crate::choices::{MapsFormat, Overflow, Resolution};
+use crate::export_reflection_map::{image, report_overflow};
 use crate::map_input::MapInput;
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
@@ -95,15 +94,28 @@ pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
     [width, faces * height]
 }
 
-/// A picture of these pixels.
-pub(crate) fn picture([width, height]: [usize; 2], pixels: &[[f32; 3]]) -> Result<Image, Failure> {
-    image(width, height, pixels.to_vec())
-}
-
-/// A texture of a map, or an array of `layers` maps.
-pub(crate) fn texture(grid: MapGrid, layers: usize, pixels: Vec<[f32; 3]>) -> Texture {
-    let [faces, height, width] = grid.shape();
-    Texture { width, height, depth: 1, layers, faces, pixels }
+/// The files of a texture of maps: the texture itself, or a picture for each map.
+pub(crate) fn encode(
+    texture: &Texture,
+    (format, precision, overflow): (MapsFormat, Precision, Overflow),
+    method: &str,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let recipe = Some(context.recipe());
+    let encoded = match format {
+        MapsFormat::Dds => vec![write_dds(texture, precision)?],
+        MapsFormat::Ktx2 => vec![write_ktx2(texture, precision, recipe, &[("specula.kind", method)])?],
+        MapsFormat::Exr => {
+            let (width, height) = (texture.width, texture.faces * texture.height);
+            let maps = texture
+                .pixels
+                .chunks_exact(width * height)
+                .map(|pixels| Ok(write_exr(&image(width, height, pixels.to_vec())?, precision, recipe)?));
+            maps.collect::<Result<Vec<_>, Failure>>()?
+        }
+    };
+    report_overflow(encoded.iter().map(|file| file.clamped).sum(), overflow, context)?;
+    Ok(encoded.into_iter().map(|file| file.bytes).collect())
 }
 
 /// Fails if there are more texels than a container, or `import-reflection-maps`, can hold, before the maps

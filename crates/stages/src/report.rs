@@ -67,7 +67,7 @@ use crate::contact_sheet::exposure_of;
 use crate::degree_pair::DegreePair;
 use crate::sheet::percent;
 use figures::{MaterialFigures, PairFigures, Report, Settings};
-use study::{Exported, Lit};
+use study::{Exported, ExposedEnvironment};
 
 parameters! {
     /// Parameters of `report`.
@@ -170,7 +170,7 @@ impl Kind for ReportKind {
         let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
         let environments: Vec<_> = environments
             .iter()
-            .map(|(key, environment)| Lit {
+            .map(|(key, environment)| ExposedEnvironment {
                 name: name(key, "environment"),
                 environment: &environment.0,
                 exposure: exposure_of(&environment.0).0,

@@ -165,7 +165,7 @@ fn decoded<T: Artifact>(bytes: &[u8]) -> Result<Output, Failure> {
 
 /// What a program makes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Made {
+pub(crate) enum ProgramOutput {
     /// An artifact of this type.
     Artifact(&'static str, Format),
     /// A file with this ending, without the dot.
@@ -174,7 +174,7 @@ pub(crate) enum Made {
     Files(Vec<String>),
 }
 
-impl Made {
+impl ProgramOutput {
     pub(super) fn product(&self) -> Product {
         match self {
             Self::Artifact(name, _) => Product::Artifact(name),
@@ -232,7 +232,7 @@ impl Made {
     }
 }
 
-impl Parameter for Made {
+impl Parameter for ProgramOutput {
     fn expected() -> String {
         "{ type = \"environment\", format = \"exr\" }, { type = \"file\", format = \"png\" } or \
          { type = \"files\", names = [\"...\"] }"
@@ -319,12 +319,14 @@ impl Parameter for Made {
     }
 }
 
-fn artifact(name: &'static str, table: &Table) -> Result<Made, Diagnostic> {
+fn artifact(name: &'static str, table: &Table) -> Result<ProgramOutput, Diagnostic> {
     only(table, &["type", "format"])?;
-    let Some(entry) = table.get("format") else { return Ok(Made::Artifact(name, formats_of(name)[0])) };
+    let Some(entry) = table.get("format") else {
+        return Ok(ProgramOutput::Artifact(name, formats_of(name)[0]));
+    };
     let expected = listed(formats_of(name));
     match Format::parse(&entry.value) {
-        Ok(format) if formats_of(name).contains(&format) => Ok(Made::Artifact(name, format)),
+        Ok(format) if formats_of(name).contains(&format) => Ok(ProgramOutput::Artifact(name, format)),
         _ => Err(unexpected(&entry.value, &expected).help(format!("the type is {name}"))),
     }
 }

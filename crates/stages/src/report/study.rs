@@ -124,7 +124,7 @@ impl<'a> Captured<'a> {
 }
 
 /// An environment and its exposure.
-pub(crate) struct Lit<'a> {
+pub(crate) struct ExposedEnvironment<'a> {
     pub(crate) name: String,
     pub(crate) environment: &'a Environment,
     /// Stops.
@@ -133,7 +133,7 @@ pub(crate) struct Lit<'a> {
 
 /// Renders a material under an environment in every way.
 pub(crate) fn pair(
-    lit: &Lit<'_>,
+    lit: &ExposedEnvironment<'_>,
     material: &ProjectedMaterial<'_>,
     settings: &Settings,
     context: &Context<'_>,

@@ -182,8 +182,9 @@ fn twelve_views_of_a_higher_degree_lose_energy_with_a_note() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(4, 2));
     let note = &exported.run().unwrap().notes;
     assert!(
-        note.iter()
-            .any(|note| note.ends_with("changes faster with the view (P = 3 to 4) than twelve views can hold"))
+        note.iter().any(
+            |note| note.ends_with("changes faster with the view (P = 3 to 4) than twelve views can hold")
+        )
     );
     let ran = import("", &exported).run().unwrap();
     assert_eq!(ran.artifact::<Shrm>().0.p().get(), 2);

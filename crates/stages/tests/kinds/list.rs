@@ -107,3 +107,34 @@ fn every_type_that_a_port_takes_has_a_producer() {
         }
     }
 }
+
+#[test]
+fn every_default_is_in_its_range() {
+    for kind in stages::kinds().iter() {
+        for field in kind.fields() {
+            let Some(default) = field.default.as_ref().and_then(serde_json::Value::as_f64) else { continue };
+            let bound = |name: &str| field.schema[name].as_f64();
+            let is_inside = bound("minimum").is_none_or(|least| default >= least)
+                && bound("maximum").is_none_or(|most| default <= most)
+                && bound("exclusiveMinimum").is_none_or(|least| default > least)
+                && bound("exclusiveMaximum").is_none_or(|most| default < most);
+            assert!(is_inside, "{} {}: {default}", kind.name(), field.name);
+        }
+    }
+}
+
+#[test]
+fn the_schema_has_ranges_and_the_words_of_kernels() {
+    let schema = stages::kinds().schema();
+    let parameter = |kind: &str, name: &str| schema["$defs"][kind]["properties"][name].clone();
+    let resolution = parameter("import-environment", "resolution");
+    assert_eq!((&resolution["minimum"], &resolution["maximum"]), (&1.into(), &8192.into()));
+    let tolerance = parameter("project-brdf", "tolerance");
+    assert_eq!((&tolerance["exclusiveMinimum"], &tolerance["exclusiveMaximum"]), (&0.into(), &1.into()));
+    let layouts = envmap::Layout::ALL.map(envmap::Layout::name);
+    let words = parameter("import-environment", "layout")["enum"].clone();
+    let words: Vec<_> =
+        words.as_array().unwrap().iter().map(|word| word.as_str().unwrap().to_owned()).collect();
+    assert!(layouts.iter().chain(&["auto"]).all(|name| words.iter().any(|word| word == name)), "{words:?}");
+    assert_eq!(words.len(), layouts.len() + 1);
+}
