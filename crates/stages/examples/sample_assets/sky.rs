@@ -144,7 +144,7 @@ fn scene(sky: &Sky, direction: DVec3) -> DVec3 {
     clear.lerp(DVec3::new(0.78, 0.76, 0.74) * glow, 0.55 * cover)
 }
 
-/// The sky just above the horizon, where hills and ground fade to.
+/// The sky just above the horizon, into which hills and ground fade.
 fn haze(sky: &Sky, direction: DVec3) -> DVec3 {
     sky.radiance(DVec3::new(direction.x, direction.y, 0.06).normalize())
 }

@@ -35,7 +35,7 @@ impl Lamp {
         self.half[0].cross(self.half[1]).normalize()
     }
 
-    /// The light that leaves a place of the lamp, (u, v) in [-1, 1]: brightest in the middle, none from the
+    /// The light that leaves a point of the lamp, (u, v) in [-1, 1]: brightest in the middle, none from the
     /// frame.
     fn emitted(&self, u: f64, v: f64) -> DVec3 {
         if u.abs().max(v.abs()) > 0.96 {

@@ -48,7 +48,7 @@ fn the_view_matters_for_a_microfacet_surface_and_not_for_phong() {
     assert!(of_phong("resolution = 4") == of_phong("resolution = 4\nview = [10, 80]"));
 }
 
-/// The sky is of degree 2, so that nothing is cut; the midpoint rule at 64 rows is good to h^2 / 2 = 1.2e-3.
+/// The sky is of degree 2, so nothing is cut off; the midpoint rule at 64 rows is good to h^2 / 2 = 1.2e-3.
 #[test]
 fn it_agrees_with_harmonics_on_every_layout() {
     for layout in ["lat-long", "cube", "cube-cross", "cube-strip"] {

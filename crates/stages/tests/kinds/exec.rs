@@ -126,7 +126,7 @@ output = { type = "file", format = "txt" }
 
 #[test]
 fn a_program_grades_an_environment() {
-    // EXPOSURE of a Radiance header divides, so that the second is twice as bright as the first.
+    // EXPOSURE of a Radiance header divides, so the second is twice as bright as the first.
     let graded = |script: &str| {
         let parameters = format!(
             "command = [\"sh\", \"-c\", {script:?}, \"sh\", \"{{input.sky}}\", \"{{output}}\"]

@@ -1,4 +1,4 @@
-//! Explicit maps are written, hold what the reflection says, and come back.
+//! Explicit maps are written, hold the reflection's values, and are read back.
 
 use brdf::{BrdfCoefficients, Centre};
 use containers::{ReadOptions, read_image, read_texture};
@@ -326,7 +326,7 @@ fn maps_are_made_from_a_map_too() {
     assert_eq!(pixels(&ball[0]).0, 16);
 }
 
-/// The exports of what came back are those of what was written.
+/// The exports of an imported map equal the files that were imported.
 #[test]
 fn an_imported_map_is_exported_again() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(2, 2));
@@ -540,7 +540,7 @@ fn a_map_or_a_view_that_is_named_twice_is_reported() {
     check("view", "entries 3 and 5 of `maps`, in view-002.exr and view-004.exr, have the same view");
 }
 
-/// Faces of a cube in one picture look where the faces of `export-reflection-map` look.
+/// Faces of a cube in one picture have the orientation of those of `export-reflection-map`.
 #[test]
 fn the_faces_of_a_picture_lie_in_file_order() {
     let exported = export("export-cabral", "resolution = 3\nprecision = \"float\"", reflection(1, 1));

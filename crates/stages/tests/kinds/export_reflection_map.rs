@@ -8,7 +8,7 @@ fn export(parameters: &str) -> Case {
     case("export-reflection-map", parameters).input("reflection", reflection(lambert(1.0), 2))
 }
 
-/// What a white matte surface reflects of [`sky`] where its normal is w: degree 1 times 2/3, xy times 1/4.
+/// The reflection of [`sky`] by a white matte surface with the normal w: degree 1 times 2/3, xy times 1/4.
 fn irradiance(w: sphere::DVec3) -> [f64; 3] {
     let base = 1.0 + w.z / 3.0;
     [base + 0.2 * w.x, base, base + 0.2 * w.y + 0.05 * w.x * w.y]

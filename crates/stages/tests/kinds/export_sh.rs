@@ -55,7 +55,7 @@ fn safetensors_take_no_preset() {
     );
 }
 
-/// The manual says of each preset what its files say.
+/// The manual describes each preset as its files do.
 #[test]
 fn the_manual_holds_every_preset_in_full() {
     let manual = stages::kinds().get("export-sh").unwrap().manual();

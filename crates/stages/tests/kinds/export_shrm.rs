@@ -36,12 +36,12 @@ fn grids() -> [(&'static str, MapGrid); 2] {
     [(CUBE, MapGrid::Cube(Cube { edge: 3 })), (LAT_LONG, MapGrid::LatLong(LatLong { width: 8, height: 4 }))]
 }
 
-/// Values below 8 as f32: half a unit in the last place of 2^-21, twice for what is computed before.
+/// Values below 8 as f32: half a unit in the last place of 2^-21, twice because of earlier rounding.
 const F32: f64 = 1e-6;
 /// As halves: half of 2^-8.
 const HALF: f64 = 0.002;
 
-/// The largest difference of a texel's rows from what they should be.
+/// The largest difference of a texel's rows from the expected ones.
 fn error(found: &[[f32; 3]], expected: &[[f64; 3]]) -> f64 {
     crate::fixture::difference(found, expected)
 }

@@ -206,7 +206,7 @@ impl Case {
 }
 
 impl Ran {
-    /// The artifact, which is also what its bytes decode to.
+    /// The artifact; its bytes decode to the same value.
     pub(crate) fn artifact<T: Artifact + PartialEq>(&self) -> Arc<T> {
         let Output::Artifact { bytes, value } = &self.output else { panic!("not an artifact") };
         let value = Arc::clone(value).downcast::<T>().ok().unwrap();

@@ -80,7 +80,7 @@ fn openexr_envmap_attribute_is_honoured() {
     let error = difference(imported.0.pixels(), truth.0.pixels());
     assert!(error < 0.009, "{error}");
 
-    // The manifest's word stands against the attribute's, aloud.
+    // If the manifest contradicts the attribute, the manifest wins, with a warning.
     let ran = import("layout = \"lat-long\"", "a.exr", file).run().unwrap();
     assert_eq!(
         ran.warnings,
@@ -143,7 +143,8 @@ fn crosses_and_strips_are_recognised_by_their_shape() {
     let looks = |face, row, column| sky(cube.direction(face, row, column).vector()).map(|value| value as f32);
     let strip: Vec<_> = (0..6 * 36).map(|i| looks(Face::ALL[i / 36], i / 6 % 6, i % 6)).collect();
     let imported = import("layout = \"cube-strip\"", "a.exr", exr(6, 36, strip)).artifact::<Environment>();
-    // Texels in the middle of a face span 1/3: bilinear and mean err by 0.02 where the sky bends most.
+    // Texels in the middle of a face span 1/3: where the sky bends most, interpolation and mean have an error
+    // of 0.02.
     assert!(difference(imported.0.pixels(), environment(12, sky).0.pixels()) < 0.04);
     let failure = import("layout = \"cube-cross\"", "a.exr", exr(6, 1, vec![[1.0; 3]; 6])).failure();
     assert!(failure.contains("cube cross is 4 cells wide and 3 high"), "{failure}");

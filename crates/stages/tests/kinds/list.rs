@@ -1,4 +1,4 @@
-//! What must hold for every kind of the list.
+//! Rules that hold for every kind of the list.
 
 use std::collections::HashSet;
 
@@ -79,8 +79,8 @@ fn every_parameter_is_documented() {
     }
 }
 
-/// What a kind makes with its deerrors, for each type that may arrive at its first port; nothing, where its
-/// user says what it makes.
+/// The product of a kind with its defaults, for each type that may arrive at its first port; none if its user
+/// chooses the product.
 fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
     if kind.name() == "exec" {
         return Vec::new();

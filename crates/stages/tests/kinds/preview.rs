@@ -88,7 +88,7 @@ fn with_its_defaults_it_draws_a_sphere() {
     assert_eq!((size, frames.len()), ([512, 512], 1));
 }
 
-/// What each mode shows of this sky is far from the others, and every one differs from the background alone.
+/// Every mode's picture of this sky differs clearly from the others, and from the background alone.
 #[test]
 fn every_mode_draws_a_picture_of_its_own() {
     let whole = |mode: &str| picture(&sphere(&format!("modes = [\"{mode}\"]\nsize = [40, 30]")));
@@ -126,7 +126,7 @@ fn comparisons_are_below_with_their_numbers() {
     let ran = case.run().unwrap();
     let Output::Files(files) = &ran.output else { panic!("no files") };
     let (size, _) = frames(&files[0]);
-    // Three pictures beside each other, and two rows.
+    // Three pictures side by side, in two rows.
     assert!(size[0] > 3 * 64 && size[0] < 4 * 64 && size[1] > 2 * 64 && size[1] < 4 * 64, "{size:?}");
     let figure = |mode: &str| {
         let note = ran.notes.iter().find(|note| note.starts_with(mode)).unwrap();
@@ -157,7 +157,7 @@ fn turntables_have_their_frames() {
         let own: Vec<_> = strip.chunks(120).flat_map(|row| row[24 * at..][..24].to_vec()).collect();
         assert!(own == *frame, "frame {at}");
     }
-    // Each frame is what a still with that camera is.
+    // Each frame equals a still with that camera.
     let (_, still) = picture(&sphere("camera-yaw = 144\nsize = 24"));
     assert!(still == turning[2]);
 
@@ -166,8 +166,8 @@ fn turntables_have_their_frames() {
     assert!(still == turned[1]);
 }
 
-/// A turned light is the same as an environment and a lighting that were turned before, and it is message where
-/// only one of the two was.
+/// A turned light is the same as an environment and a lighting that were turned before; if only one of the
+/// two was turned, a warning says so.
 #[test]
 fn light_is_turned_as_rotate_turns_it() {
     let turn = Rotation::from_yaw_pitch_roll(90.0_f64.to_radians(), 0.0, 0.0);
@@ -284,6 +284,6 @@ fn a_helmet_is_drawn_in_a_studio() {
     let helmet = codes.iter().filter(|code| **code != [0, 0, 255]);
     let share = helmet.clone().count() as f64 / codes.len() as f64;
     let bright = helmet.filter(|code| code[1] > 100).count() as f64 / codes.len() as f64;
-    // It stands on a plinth, higher than wide; lamps light it from both sides.
+    // It is on a plinth, higher than wide, and lamps light it from both sides.
     assert!((0.08..0.3).contains(&share) && bright > 0.02, "{share} {bright}");
 }

@@ -1,4 +1,4 @@
-//! The report: its figures against the kernels, and a page that stands by itself.
+//! The report: its figures compared with the kernels, and a page without outside references.
 
 use brdf::{Choice, project};
 use envmap::Environment as Map;
@@ -138,7 +138,7 @@ fn the_figures_of_a_material_are_those_of_its_projection() {
         let expected = project(&material, Choice::Degree { f: degree(30), p: degree(p) }).unwrap().captured;
         assert!((captured - expected).abs() < 1e-5, "P = {p}: {captured}, not {expected}");
     }
-    // Accuracies rise to 1, and what is guaranteed is never above what is measured.
+    // Accuracies rise to 1, and the guaranteed accuracy is never above the measured one.
     for key in ["accuracy", "accuracy_per_p"] {
         let accuracy = &json["pairs"][0][key];
         let [truth, bound] = ["truth", "bound"].map(|name| numbers(&accuracy[name]));

@@ -1,7 +1,7 @@
 //! The revision guard: if the output of a kind changes beyond rounding, its revision must be raised, or
 //! caches would return old results as new ones.
 //!
-//! [`TABLE`] holds, for each kind, its revision and a fingerprint of what its fixture makes: how many
+//! [`TABLE`] holds, for each kind, its revision and a fingerprint of its fixture's output: the number of
 //! numbers, their sum, the sum of their sizes and two sums with weights that depend on their order. If a test
 //! fails because of an intended change, raise `REVISION` in the file of the kind or of the kernel that
 //! changed, and put the printed line into the table.
@@ -35,7 +35,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-sh", 1, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
-/// A small run of a kind that uses what can change in it.
+/// A small run of a kind that covers what can change.
 fn fixture(kind: &str) -> Case {
     match kind {
         "import-environment" => {
@@ -142,7 +142,7 @@ fn numbers(case: &Case) -> Vec<f64> {
 
 fn file_numbers(file: &[u8]) -> Vec<f64> {
     if file.starts_with(b"<!doctype html>") {
-        // A page shows the figures of the file beside it; here count its pictures and plots.
+        // A page shows the figures of the JSON file; this counts its pictures and plots.
         let page = String::from_utf8_lossy(file);
         return ["<img", "<polyline", "<tr>"].map(|element| page.matches(element).count() as f64).into();
     }
