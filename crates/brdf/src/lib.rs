@@ -15,3 +15,9 @@ pub use coefficients::{BrdfCoefficients, Centre};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::*;
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::models::REVISION as MODELS;
+    pub use crate::projection::REVISION as PROJECTION;
+}

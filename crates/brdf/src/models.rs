@@ -1,5 +1,9 @@
 //! Reflection models, one file each, and the list of them.
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 0;
+
 /// Calls a macro with the list of the analytic models, each as `its_module::ItsType`.
 ///
 /// This is the one list of them. What needs an entry for every model makes it from here: [`Material`],

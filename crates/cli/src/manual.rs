@@ -33,7 +33,7 @@ fn page(kind: &dyn ErasedKind) -> String {
     for port in kind.ports() {
         let many = if port.many { ", every item that agrees" } else { "" };
         let optional = if port.optional { ", optional" } else { "" };
-        text += &format!("- `{}`: {}{many}{optional}.\n", port.name, port.types.join(" or "));
+        text += &format!("- `{}`: {}{many}{optional}.\n", port.name, port.takes_text());
     }
     text += "\n## Parameters\n\n";
     let fields = kind.fields();
@@ -42,9 +42,9 @@ fn page(kind: &dyn ErasedKind) -> String {
     }
     for field in fields {
         let default = match &field.default {
-            Some(serde_json::Value::Null) => "may be left out".to_owned(),
+            Some(serde_json::Value::Null) => "optional".to_owned(),
             Some(value) => format!("default {value}"),
-            None => "must be given".to_owned(),
+            None => "required".to_owned(),
         };
         text += &format!("- `{}` ({}; {default}): {}\n", field.name, field.expected, field.doc);
     }

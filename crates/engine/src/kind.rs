@@ -10,33 +10,35 @@ use crate::{Artifact, Context, Diagnostic, Digest, Failure, Field, Parameters, T
 pub struct Port {
     /// The name in `inputs = { name = "stage" }`.
     pub name: String,
-    /// The names of the artifact types that it takes.
-    pub types: Vec<&'static str>,
+    /// The artifact types that it takes; `None` for all types.
+    types: Option<Vec<PortType>>,
     /// Whether it receives every item that agrees (a gather) rather than one.
     pub many: bool,
-    /// Whether it may be left unconnected.
+    /// Whether it may stay unconnected.
     pub optional: bool,
-    /// For each of `types`, how the engine decodes a stored artifact, once, before its consumers run.
-    pub(crate) decoders: Vec<Decoder>,
 }
+
+/// The name of an artifact type, and how the engine decodes a stored artifact, once, before its consumers
+/// run.
+type PortType = (&'static str, Decoder);
 
 /// Decodes the bytes of an artifact into its value.
 pub(crate) type Decoder = fn(&[u8]) -> Result<Arc<dyn Any + Send + Sync>, Failure>;
 
-fn decode<T: Artifact>(bytes: &[u8]) -> Result<Arc<dyn Any + Send + Sync>, Failure> {
-    Ok(Arc::new(T::decode(bytes)?))
+fn port_type<T: Artifact>() -> PortType {
+    (T::TYPE, |bytes| Ok(Arc::new(T::decode(bytes)?)))
 }
 
 impl Port {
+    /// A port that takes one artifact of any type, including types that only other kinds know.
+    /// [`Context::type_at`] returns its type, and [`Context::bytes`] its bytes.
+    pub fn any(name: impl Into<String>) -> Self {
+        Self { name: name.into(), types: None, many: false, optional: false }
+    }
+
     /// A port that takes one artifact of type `T`.
     pub fn one<T: Artifact>(name: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            types: vec![T::TYPE],
-            many: false,
-            optional: false,
-            decoders: vec![decode::<T>],
-        }
+        Self { types: Some(vec![port_type::<T>()]), ..Self::any(name) }
     }
 
     /// A port that receives every item that agrees, sorted by key.
@@ -47,16 +49,38 @@ impl Port {
     /// The same port, also taking artifacts of type `T`.
     #[must_use]
     pub fn or<T: Artifact>(mut self) -> Self {
-        self.types.push(T::TYPE);
-        self.decoders.push(decode::<T>);
+        self.types.iter_mut().for_each(|types| types.push(port_type::<T>()));
         self
     }
 
-    /// The same port, which may be left unconnected.
+    /// The same port, which may stay unconnected.
     #[must_use]
     pub fn optional(mut self) -> Self {
         self.optional = true;
         self
+    }
+
+    /// The names of the types that it takes; none if it takes every type.
+    pub fn types(&self) -> impl Iterator<Item = &'static str> {
+        self.types.iter().flatten().map(|(name, _)| *name)
+    }
+
+    /// Whether it takes artifacts of this type.
+    pub fn takes(&self, type_name: &str) -> bool {
+        self.types.is_none() || self.types().any(|name| name == type_name)
+    }
+
+    /// The types that it takes, for messages and manual pages: `reflection or shrm`.
+    pub fn takes_text(&self) -> String {
+        match &self.types {
+            None => "any artifact".into(),
+            Some(_) => self.types().collect::<Vec<_>>().join(" or "),
+        }
+    }
+
+    /// How artifacts of this type are decoded; `None` if only the kind knows.
+    pub(crate) fn decoder(&self, type_name: &str) -> Option<Decoder> {
+        self.types.iter().flatten().find(|(name, _)| *name == type_name).map(|(_, decoder)| *decoder)
     }
 }
 
@@ -87,7 +111,7 @@ impl Output {
     /// An artifact.
     ///
     /// # Errors
-    /// Where it cannot be encoded.
+    /// If it cannot be encoded.
     pub fn artifact<T: Artifact>(value: T) -> Result<Self, Failure> {
         Ok(Self::Artifact { bytes: value.encode()?, value: Arc::new(value) })
     }
@@ -108,34 +132,44 @@ pub trait Kind: Send + Sync + 'static {
 
     /// The name in the manifest: `project-sh`.
     const NAME: &'static str;
-    /// Raised by the author when the output of equal inputs changes.
+    /// Raised by the author when the output of equal inputs changes because of the kind's own code.
     const REVISION: u32;
+    /// The revisions of the kernels that it calls, such as `&[sh::revisions::TRANSFORM]`. They are added to
+    /// [`Kind::REVISION`], so if a kernel's results change, only the kernel's own number must be raised.
+    const KERNELS: &'static [u32] = &[];
     /// The text of the kind's own source file (`include_str!`): its `//!` lines are the manual page.
     const TEXT: &'static str;
     /// Whether the kind reads a file or folder named by `source`.
     const SOURCE: bool = false;
-    /// Whether the kind shows items' names (labels), so that they are part of its key.
+    /// Whether the kind shows items' names (labels). Then they are part of its key.
     const SHOWS_KEYS: bool = false;
 
     /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
     fn ports() -> Vec<Port>;
 
-    /// The ports of a stage whose `inputs` name these: for a kind that leaves it to its user what arrives.
+    /// The ports of a stage whose `inputs` have these names, for a kind whose ports are chosen by its user.
     fn ports_named(_names: &[&str]) -> Vec<Port> {
         Self::ports()
     }
 
     /// What an item makes, given the type that arrives at each connected port (in the order of `ports`).
     ///
-    /// Whether that is an artifact or files must not depend on a parameter that may be left out.
+    /// Whether that is an artifact or files must not depend on an optional parameter.
     fn product(parameters: &Self::Parameters, types: &[(&str, &'static str)]) -> Product;
 
-    /// Diagnostics that a parameter alone cannot show: pairs of a parameter's name and what is wrong.
+    /// The sizes of the maps that a stage with these parameters exports. A preview shows maps of the same
+    /// sizes.
+    fn map_sizes(_parameters: &Self::Parameters) -> MapSizes {
+        MapSizes::default()
+    }
+
+    /// The errors of parameters that are each valid by themselves: pairs of a parameter's name and a message.
+    /// The engine puts the name before the message.
     fn check(_parameters: &Self::Parameters) -> Vec<(&'static str, String)> {
         Vec::new()
     }
 
-    /// Diagnostics that show only when it is known what arrives: as [`Kind::check`], given what [`Kind::product`] is given.
+    /// The same, given the types that arrive, as [`Kind::product`] gets them.
     fn check_inputs(
         _parameters: &Self::Parameters,
         _types: &[(&str, &'static str)],
@@ -146,15 +180,25 @@ pub trait Kind: Send + Sync + 'static {
     /// Makes the output of one item.
     ///
     /// # Errors
-    /// Where the input cannot be used: a message that says what, where, what was expected and what to do.
+    /// If the input cannot be used. The message says what is wrong and where, what was expected and what to
+    /// do.
     fn run(parameters: &Self::Parameters, context: &Context<'_>) -> Result<Output, Failure>;
+}
+
+/// The sizes of the maps that an export writes, as far as its parameters say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MapSizes {
+    /// Texels along the edge of a cube's face with the same angular resolution as the map.
+    pub edge: Option<usize>,
+    /// The slices of a 3D texture.
+    pub slices: Option<usize>,
 }
 
 /// A [`Kind`] as the engine sees it.
 pub trait ErasedKind: Send + Sync {
     /// [`Kind::NAME`].
     fn name(&self) -> &str;
-    /// [`Kind::REVISION`].
+    /// [`Kind::REVISION`] and the sum of [`Kind::KERNELS`].
     fn revision(&self) -> u32;
     /// The manual text, Markdown, from the `//!` lines of [`Kind::TEXT`].
     fn manual(&self) -> String;
@@ -181,7 +225,7 @@ pub trait ErasedKind: Send + Sync {
     /// Parses a stage's parameters: the entries of its table less those that the engine owns.
     ///
     /// # Errors
-    /// All faults of the parameters.
+    /// If there are errors in the parameters: all of them.
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>>;
 }
 
@@ -191,7 +235,11 @@ pub trait Configured: Send + Sync {
     fn canonical(&self) -> serde_json::Value;
     /// [`Kind::product`].
     fn product(&self, types: &[(&str, &'static str)]) -> Product;
-    /// [`Kind::check_inputs`].
+    /// [`Kind::map_sizes`].
+    fn map_sizes(&self) -> MapSizes {
+        MapSizes::default()
+    }
+    /// [`Kind::check_inputs`]; each message begins with the parameter's name.
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let _ = types;
         Vec::new()
@@ -225,8 +273,8 @@ impl Kinds {
         Self::default()
     }
 
-    /// Sets how recipes are found in what the kinds export. By its recipe a build knows an earlier export whose record is
-    /// lost; without this there are none.
+    /// Sets how recipes are found in exported files. A build recognises an earlier export whose record is
+    /// lost by its recipe; without this function there are no recipes.
     #[must_use]
     pub fn with_recipe_reader(self, recipe_reader: RecipeReader) -> Self {
         Self { recipe_reader, ..self }
@@ -239,16 +287,16 @@ impl Kinds {
     /// Adds a kind.
     ///
     /// # Panics
-    /// Where a kind of that name is there already: a mistake in the program, not in its input.
+    /// If there is already a kind of that name, which is a mistake in the program and not in its input.
     #[must_use]
     pub fn with<K: Kind>(self, kind: K) -> Self {
         self.with_erased(Arc::new(Erased(kind)))
     }
 
-    /// Adds a kind that is erased already.
+    /// Adds a kind that is already erased.
     ///
     /// # Panics
-    /// Where the name is taken.
+    /// If there is already a kind of that name.
     #[must_use]
     pub fn with_erased(mut self, kind: Arc<dyn ErasedKind>) -> Self {
         assert!(self.get(kind.name()).is_none(), "two kinds are named {}", kind.name());
@@ -275,7 +323,7 @@ impl<K: Kind> ErasedKind for Erased<K> {
     }
 
     fn revision(&self) -> u32 {
-        K::REVISION
+        K::REVISION + K::KERNELS.iter().sum::<u32>()
     }
 
     fn manual(&self) -> String {
@@ -304,17 +352,17 @@ impl<K: Kind> ErasedKind for Erased<K> {
     }
 
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {
-        let mut faults = Vec::new();
-        let parameters = K::Parameters::parse(table, &mut faults);
+        let mut errors = Vec::new();
+        let parameters = K::Parameters::parse(table, &mut errors);
         if let Some(parameters) = &parameters {
             for (name, message) in K::check(parameters) {
                 let span = table.get(name).map_or(table.span.clone(), |entry| entry.value.span.clone());
-                faults.push(Diagnostic::at(span, message));
+                errors.push(Diagnostic::at(span, format!("{name}: {message}")));
             }
         }
         match parameters {
-            Some(parameters) if faults.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
-            _ => Err(faults),
+            Some(parameters) if errors.is_empty() => Ok(Arc::new(Stage::<K>(parameters))),
+            _ => Err(errors),
         }
     }
 }
@@ -330,11 +378,64 @@ impl<K: Kind> Configured for Stage<K> {
         K::product(&self.0, types)
     }
 
+    fn map_sizes(&self) -> MapSizes {
+        K::map_sizes(&self.0)
+    }
+
     fn check_inputs(&self, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
-        K::check_inputs(&self.0, types)
+        let errors = K::check_inputs(&self.0, types).into_iter();
+        errors.map(|(name, message)| (name, format!("{name}: {message}"))).collect()
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {
         K::run(&self.0, context)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    crate::parameters! {
+        /// Parameters of a test.
+        struct NoParameters {}
+    }
+
+    struct Blur;
+
+    impl Kind for Blur {
+        type Parameters = NoParameters;
+        const NAME: &'static str = "blur";
+        const REVISION: u32 = 3;
+        const KERNELS: &'static [u32] = &[2, 5];
+        const TEXT: &'static str = "//! Blurs.";
+
+        fn ports() -> Vec<Port> {
+            vec![Port::any("picture")]
+        }
+
+        fn product(_: &NoParameters, _: &[(&str, &'static str)]) -> Product {
+            Product::Files(vec![".png".into()])
+        }
+
+        fn check_inputs(_: &NoParameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+            types.iter().map(|(_, arrives)| ("inputs", format!("{arrives} cannot be blurred"))).collect()
+        }
+
+        fn run(_: &NoParameters, _: &Context<'_>) -> Result<Output, Failure> {
+            Err(Failure::new("it is not run"))
+        }
+    }
+
+    #[test]
+    fn a_kernels_revision_is_part_of_its_kinds() {
+        assert_eq!(Erased(Blur).revision(), 10);
+    }
+
+    #[test]
+    fn the_engine_names_the_parameter_before_the_message() {
+        let stage = Stage::<Blur>(NoParameters {});
+        let expected = [("inputs", "inputs: mesh cannot be blurred".to_owned())];
+        assert_eq!(stage.check_inputs(&[("picture", "mesh")]), expected);
     }
 }

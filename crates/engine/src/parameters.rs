@@ -1,7 +1,7 @@
 //! Parameters declared once: name, type, default and manual text in one place.
 //!
-//! [`parameters!`](crate::parameters) makes a struct of them, [`choice!`](crate::choice) an enum of words. Both are
-//! parsed from a [`Table`] with all faults reported at once.
+//! [`parameters!`](crate::parameters) makes a struct of them, [`choice!`](crate::choice) an enum of words.
+//! Both are parsed from a [`Table`], and all their errors are reported at once.
 
 use serde_json::json;
 
@@ -12,19 +12,20 @@ pub trait Parameter: Sized {
     /// What is expected, for messages and manual pages: `a number`.
     fn expected() -> String;
 
-    /// The value, or what is wrong with it.
+    /// The value.
     ///
     /// # Errors
-    /// A fault at the value's place.
+    /// If the value is not what is expected: an error at its place.
     fn parse(value: &Value) -> Result<Self, Diagnostic>;
 
     /// The value as canonical JSON: equal values give equal JSON.
     fn canonical(&self) -> serde_json::Value;
 
-    /// What the manifest may hold, as JSON Schema; `true` where only [`Parameter::parse`] can tell.
+    /// The values that the manifest may hold, as JSON Schema; `true` if only [`Parameter::parse`] can decide.
     ///
-    /// Editors know least of `oneOf` and its like: several types with a constraint each (`minimum` holds for numbers,
-    /// `pattern` for strings) say the same. A `description` is shown below that of the parameter.
+    /// Editors support `oneOf` and similar keywords poorly: several types with a constraint each (`minimum`
+    /// applies to numbers, `pattern` to strings) mean the same. A `description` is shown below that of the
+    /// parameter.
     fn schema() -> serde_json::Value {
         true.into()
     }
@@ -39,7 +40,7 @@ pub struct Field {
     pub expected: String,
     /// What it expects, as JSON Schema.
     pub schema: serde_json::Value,
-    /// The default, or `None` where the parameter must be given.
+    /// The default; `None` if the parameter is required.
     pub default: Option<serde_json::Value>,
     /// The manual text, one paragraph.
     pub doc: String,
@@ -50,14 +51,14 @@ pub trait Parameters: Sized + Send + Sync + 'static {
     /// The parameters in the order of their declaration.
     fn fields() -> Vec<Field>;
 
-    /// Parses a table, adding every fault that it finds; `None` where there was one.
-    fn parse(table: &Table, faults: &mut Vec<Diagnostic>) -> Option<Self>;
+    /// Parses a table and adds every error that it finds to `errors`; `None` if there was one.
+    fn parse(table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Self>;
 
     /// The parameters with defaults filled in, as canonical JSON.
     fn canonical(&self) -> serde_json::Value;
 }
 
-/// The fault of a value that is not what was expected.
+/// The error of a value that is not what was expected.
 pub fn unexpected(value: &Value, expected: &str) -> Diagnostic {
     let found = match &value.kind {
         ValueKind::Boolean(value) => format!("{value}"),
@@ -72,81 +73,21 @@ pub fn unexpected(value: &Value, expected: &str) -> Diagnostic {
         .expected(format!("expected {expected}"))
 }
 
-/// The faults of keys that are not among `known`, each with the nearest spelling.
-pub fn unknown_keys(table: &Table, known: &[String], faults: &mut Vec<Diagnostic>) {
+/// Adds an error for each key that is not among `known`, with the nearest spelling.
+pub fn unknown_keys(table: &Table, known: &[String], errors: &mut Vec<Diagnostic>) {
     for entry in &table.entries {
         if !known.contains(&entry.key) {
-            let mut fault = Diagnostic::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
+            let mut error = Diagnostic::at(entry.key_span.clone(), format!("unknown key {:?}", entry.key))
                 .expected(if known.is_empty() {
                     "expected no key".into()
                 } else {
                     format!("expected one of: {}", known.join(", "))
                 });
             if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
-                fault = fault.help(format!("did you mean {near:?}?"));
+                error = error.help(format!("did you mean {near:?}?"));
             }
-            faults.push(fault);
+            errors.push(error);
         }
-    }
-}
-
-/// The JSON Schema of a choice of words, each with what it means.
-///
-/// The meanings stand in the description for all editors, and once more where Taplo looks for them.
-pub fn schema_of_words(words: &[(&str, &str)]) -> serde_json::Value {
-    let meanings = words.iter().map(|(_, meaning)| meaning.trim());
-    let lines = words.iter().map(|(word, meaning)| format!("- `{word:?}`: {}", meaning.trim()));
-    json!({
-        "type": "string",
-        "enum": words.iter().map(|(word, _)| *word).collect::<Vec<_>>(),
-        "description": lines.collect::<Vec<_>>().join("\n"),
-        "x-taplo": { "docs": { "enumValues": meanings.collect::<Vec<_>>() } },
-    })
-}
-
-impl Parameter for f64 {
-    fn expected() -> String {
-        "a finite number".into()
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        match value.kind {
-            ValueKind::Float(number) if number.is_finite() => Ok(number),
-            ValueKind::Integer(number) => Ok(number as f64),
-            _ => Err(unexpected(value, &Self::expected())),
-        }
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        // 30 and 30.0, 0 and -0 are one value.
-        (*self + 0.0).into()
-    }
-
-    fn schema() -> serde_json::Value {
-        json!({ "type": "number" })
-    }
-}
-
-impl Parameter for usize {
-    fn expected() -> String {
-        "a whole number, 0 or more".into()
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        match value.kind {
-            ValueKind::Integer(number) => {
-                Self::try_from(number).map_err(|_| unexpected(value, &Self::expected()))
-            }
-            _ => Err(unexpected(value, &Self::expected())),
-        }
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        (*self).into()
-    }
-
-    fn schema() -> serde_json::Value {
-        json!({ "type": "integer", "minimum": 0 })
     }
 }
 
@@ -192,7 +133,7 @@ impl Parameter for String {
     }
 }
 
-/// `None` stands for a parameter that was left out; give it the default `None`.
+/// An optional parameter; its default should be `None`.
 impl<T: Parameter> Parameter for Option<T> {
     fn expected() -> String {
         T::expected()
@@ -234,24 +175,28 @@ impl<T: Parameter> Parameter for Vec<T> {
 
 /// Declares parameters: a struct whose field `bad_pixels` is the manifest's key `bad-pixels`.
 ///
-/// A field with `= default` may be left out of the manifest. The doc comments are the manual text.
+/// A field with `= default` is optional in the manifest. The doc comments are the manual text.
+/// `#[range(...)]` limits numbers; the manual page and the schema show the range, so the doc comment need
+/// not.
 ///
 /// ```
 /// engine::parameters! {
 ///     /// Parameters of `grade`.
 ///     pub struct Grade {
 ///         /// The gain, in stops.
+///         #[range(-100.0..=100.0)]
 ///         gain: f64 = 0.0,
 ///         /// What to grade.
 ///         what: String,
 ///     }
 /// }
-/// assert_eq!(<Grade as engine::Parameters>::fields()[0].name, "gain");
+/// let gain = &<Grade as engine::Parameters>::fields()[0];
+/// assert_eq!((&*gain.name, &*gain.expected), ("gain", "a number from -100 to 100"));
 /// ```
 #[macro_export]
 macro_rules! parameters {
     ($(#[$meta:meta])* $vis:vis struct $name:ident {
-        $($(#[doc = $doc:literal])* $field:ident : $type:ty $(= $default:expr)?,)*
+        $($(#[doc = $doc:literal])* $(#[range($range:expr)])? $field:ident : $type:ty $(= $default:expr)?,)*
     }) => {
         $(#[$meta])*
         #[derive(Clone, Debug, PartialEq)]
@@ -263,8 +208,8 @@ macro_rules! parameters {
             fn fields() -> Vec<$crate::Field> {
                 vec![$($crate::Field {
                     name: stringify!($field).replace('_', "-"),
-                    expected: <$type as $crate::Parameter>::expected(),
-                    schema: <$type as $crate::Parameter>::schema(),
+                    expected: $crate::parameters!(@call $type, expected, expected_in, () $(, $range)?),
+                    schema: $crate::parameters!(@call $type, schema, schema_in, () $(, $range)?),
                     default: $crate::parameters!(@default $type $(, $default)?)
                         .map(|value: $type| $crate::Parameter::canonical(&value)),
                     doc: [$($doc),*].join("").trim().to_owned(),
@@ -272,32 +217,33 @@ macro_rules! parameters {
             }
 
             #[allow(unused_variables, clippy::unused_unit)]
-            fn parse(table: &$crate::Table, faults: &mut Vec<$crate::Diagnostic>) -> Option<Self> {
-                let before = faults.len();
+            fn parse(table: &$crate::Table, errors: &mut Vec<$crate::Diagnostic>) -> Option<Self> {
+                let before = errors.len();
                 let known = <Self as $crate::Parameters>::fields()
                     .into_iter().map(|field| field.name).collect::<Vec<_>>();
-                $crate::unknown_keys(table, &known, faults);
+                $crate::unknown_keys(table, &known, errors);
                 $(
                     let name = stringify!($field).replace('_', "-");
                     let $field: Option<$type> = match table.get(&name) {
-                        Some(entry) => match <$type as $crate::Parameter>::parse(&entry.value) {
+                        Some(entry) => match $crate::parameters!(@call $type, parse, parse_in, (&entry.value,) $(, $range)?) {
                             Ok(value) => Some(value),
-                            Err(fault) => {
-                                faults.push($crate::Diagnostic { message: format!("{name}: {}", fault.message), ..fault });
+                            Err(error) => {
+                                errors.push($crate::Diagnostic { message: format!("{name}: {}", error.message), ..error });
                                 None
                             }
                         },
                         None => {
                             let default: Option<$type> = $crate::parameters!(@default $type $(, $default)?);
                             if default.is_none() {
-                                faults.push($crate::Diagnostic::at(table.span.clone(), format!("{name:?} is missing"))
-                                    .expected(format!("expected {name} = {}", <$type as $crate::Parameter>::expected())));
+                                let expected = $crate::parameters!(@call $type, expected, expected_in, () $(, $range)?);
+                                errors.push($crate::Diagnostic::at(table.span.clone(), format!("{name:?} is missing"))
+                                    .expected(format!("expected {name} = {expected}")));
                             }
                             default
                         }
                     };
                 )*
-                if faults.len() > before {
+                if errors.len() > before {
                     return None;
                 }
                 Some(Self { $($field: $field?,)* })
@@ -311,73 +257,29 @@ macro_rules! parameters {
             }
         }
     };
+    (@call $type:ty, $plain:ident, $ranged:ident, ($($argument:expr,)*)) => {
+        <$type as $crate::Parameter>::$plain($($argument),*)
+    };
+    (@call $type:ty, $plain:ident, $ranged:ident, ($($argument:expr,)*), $range:expr) => {
+        <$type as $crate::Ranged>::$ranged(
+            $($argument,)*
+            $crate::Range::of::<<$type as $crate::Ranged>::Number>($range),
+        )
+    };
     (@default $type:ty) => { None::<$type> };
     (@default $type:ty, $default:expr) => { Some::<$type>($default) };
 }
 
-/// Declares a choice of words: an enum that the manifest writes as a string.
-///
-/// ```
-/// engine::choice! {
-///     /// What is done with bad pixels.
-///     pub enum BadPixels {
-///         /// The item fails.
-///         Error = "error",
-///         /// They become black.
-///         Zero = "zero",
-///     }
-/// }
-/// assert_eq!(<BadPixels as engine::Parameter>::expected(), "\"error\" or \"zero\"");
-/// ```
-#[macro_export]
-macro_rules! choice {
-    ($(#[$meta:meta])* $vis:vis enum $name:ident {
-        $($(#[doc = $doc:literal])* $variant:ident = $word:literal,)*
-    }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        $vis enum $name {
-            $($(#[doc = $doc])* $variant,)*
-        }
-
-        impl $crate::Parameter for $name {
-            fn expected() -> String {
-                [$(concat!("\"", $word, "\"")),*].join(" or ")
-            }
-
-            fn parse(value: &$crate::Value) -> Result<Self, $crate::Diagnostic> {
-                let fault = $crate::unexpected(value, &Self::expected());
-                match &value.kind {
-                    $($crate::ValueKind::String(word) if word == $word => Ok(Self::$variant),)*
-                    $crate::ValueKind::String(word) => Err(match $crate::nearest(word, [$($word),*]) {
-                        Some(near) => fault.help(format!("did you mean {near:?}?")),
-                        None => fault,
-                    }),
-                    _ => Err(fault),
-                }
-            }
-
-            fn canonical(&self) -> $crate::serde_json::Value {
-                match self {
-                    $(Self::$variant => $word.into(),)*
-                }
-            }
-
-            fn schema() -> $crate::serde_json::Value {
-                $crate::schema_of_words(&[$(($word, concat!($($doc),*))),*])
-            }
-        }
-    };
-}
-
 #[cfg(test)]
 mod tests {
+    use std::ops::Bound;
+
     use expect_test::{Expect, expect};
     use serde_json::json;
 
     use super::*;
-    use crate::Diagnostics;
     use crate::testkit::shown;
+    use crate::{Diagnostics, OrAuto, choice};
 
     choice! {
         /// A filter.
@@ -407,15 +309,24 @@ mod tests {
             weights: Vec<f64> = vec![1.0, 2.0],
             /// The filter.
             filter: Filter = Filter::None,
+            /// Samples of a pixel.
+            #[range(1..=64)]
+            samples: OrAuto<usize> = OrAuto::Auto,
+            /// The share that may be lost.
+            #[range((Bound::Excluded(0.0), Bound::Excluded(1.0)))]
+            share: Option<f64> = None,
+            /// What colours are multiplied with.
+            #[range(0.0..)]
+            scale: f64 = 1.0,
         }
     }
 
     fn parse(text: &str) -> Result<Everything, Diagnostics> {
         let table = Table::parse(text).unwrap();
-        let mut faults = Vec::new();
-        let parsed = Everything::parse(&table, &mut faults);
-        assert_eq!(parsed.is_none(), !faults.is_empty());
-        parsed.ok_or_else(|| Diagnostics::new("x.toml", text, faults))
+        let mut errors = Vec::new();
+        let parsed = Everything::parse(&table, &mut errors);
+        assert_eq!(parsed.is_none(), !errors.is_empty());
+        parsed.ok_or_else(|| Diagnostics::new("x.toml", text, errors))
     }
 
     fn check(text: &str, expected: Expect) {
@@ -432,9 +343,13 @@ mod tests {
             layer_name: None,
             weights: vec![1.0, 2.0],
             filter: Filter::None,
+            samples: OrAuto::Auto,
+            share: None,
+            scale: 1.0,
         };
         assert_eq!(parsed, expected);
-        let text = "count = 0\nexposure = -1\nmirrored = true\nlayer-name = \"a\"\nweights = []\nfilter = \"lanczos\"";
+        let text = "count = 0\nexposure = -1\nmirrored = true\nlayer-name = \"a\"\nweights = []\nfilter = \"lanczos\"\n\
+                    samples = 64\nshare = 0.5\nscale = 0";
         let expected = Everything {
             exposure: -1.0,
             count: 0,
@@ -442,22 +357,25 @@ mod tests {
             layer_name: Some("a".into()),
             weights: vec![],
             filter: Filter::Lanczos,
+            samples: OrAuto::Fixed(64),
+            share: Some(0.5),
+            scale: 0.0,
         };
         assert_eq!(parse(text).unwrap(), expected);
     }
 
     #[test]
-    fn every_fault_is_told_with_its_place() {
+    fn every_error_has_its_place() {
         check(
             "exposure = \"much\"\ncount = -1\nmirored = true\nlayer-name = 3\nweights = [1, \"two\"]\nfilter = \"hannin\"\nq = 1",
             expect![[r#"
                 1:12 exposure: "much" is not a finite number | expected a finite number
                 2:9 count: -1 is not a whole number, 0 or more | expected a whole number, 0 or more
-                3:1 unknown key "mirored" | expected one of: exposure, count, mirrored, layer-name, weights, filter | did you mean "mirrored"?
+                3:1 unknown key "mirored" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | did you mean "mirrored"?
                 4:14 layer-name: 3 is not a string | expected a string
                 5:15 weights: "two" is not a finite number | expected a finite number
                 6:10 filter: "hannin" is not "none" or "hanning" or "lanczos" | expected "none" or "hanning" or "lanczos" | did you mean "hanning"?
-                7:1 unknown key "q" | expected one of: exposure, count, mirrored, layer-name, weights, filter
+                7:1 unknown key "q" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale
             "#]],
         );
         check(
@@ -479,9 +397,40 @@ mod tests {
         check(
             "count = 1\nlayer_name = \"a\"",
             expect![[r#"
-            2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter | did you mean "layer-name"?
+            2:1 unknown key "layer_name" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, scale | did you mean "layer-name"?
         "#]],
         );
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_errors() {
+        check(
+            "count = 1\nsamples = 65\nshare = 1\nscale = -0.5",
+            expect![[r#"
+            2:11 samples: 65 is not a whole number from 1 to 64 or "auto" | expected a whole number from 1 to 64 or "auto"
+            3:9 share: 1 is not a number above 0 and below 1 | expected a number above 0 and below 1
+            4:9 scale: -0.5 is not a number, 0 or more | expected a number, 0 or more
+        "#]],
+        );
+        check(
+            "count = 1\nsamples = \"autp\"\nshare = \"half\"\nscale = nan",
+            expect![[r#"
+            2:11 samples: "autp" is not a whole number from 1 to 64 or "auto" | expected a whole number from 1 to 64 or "auto" | did you mean "auto"?
+            3:9 share: "half" is not a number above 0 and below 1 | expected a number above 0 and below 1
+            4:9 scale: NaN is not a number, 0 or more | expected a number, 0 or more
+        "#]],
+        );
+    }
+
+    #[test]
+    fn ranges_are_in_the_schema() {
+        let schemas = Everything::fields().split_off(6).into_iter().map(|field| field.schema);
+        let expected = [
+            json!({ "type": ["integer", "string"], "minimum": 1, "maximum": 64, "pattern": "^auto$" }),
+            json!({ "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }),
+            json!({ "type": "number", "minimum": 0 }),
+        ];
+        assert_eq!(schemas.collect::<Vec<_>>(), expected);
     }
 
     #[test]
@@ -494,7 +443,7 @@ mod tests {
             parse("count = 2").unwrap().canonical(),
             json!({
                 "count": 2, "exposure": 0.0, "filter": "none", "layer-name": null, "mirrored": false,
-                "weights": [1.0, 2.0],
+                "samples": "auto", "scale": 1.0, "share": null, "weights": [1.0, 2.0],
             })
         );
     }
@@ -503,7 +452,10 @@ mod tests {
     fn the_manual_has_every_field() {
         let fields = Everything::fields();
         let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
-        assert_eq!(names, ["exposure", "count", "mirrored", "layer-name", "weights", "filter"]);
+        assert_eq!(
+            names,
+            ["exposure", "count", "mirrored", "layer-name", "weights", "filter", "samples", "share", "scale"]
+        );
         assert_eq!(fields[1].doc, "How many. Or how few.");
         assert_eq!(fields[1].default, None);
         assert_eq!(fields[3].default, Some(serde_json::Value::Null));

@@ -170,7 +170,7 @@ impl Kind for Suffix {
 
     fn check(parameters: &SuffixParameters) -> Vec<(&'static str, String)> {
         if parameters.times > 9 {
-            vec![("times", format!("{} times is more than 9", parameters.times))]
+            vec![("times", format!("{} is more than 9", parameters.times))]
         } else {
             Vec::new()
         }

@@ -480,9 +480,8 @@ fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
         });
         for (name, from) in &stage.inputs {
             let port = stage.ports.iter().find(|port| port.name == *name);
-            if let (Some(port), Some((made, decoder))) = (port, &mut info[*from].artifact) {
-                let place = port.types.iter().position(|taken| taken == made);
-                *decoder = decoder.or(place.map(|place| port.decoders[place]));
+            if let (Some(port), Some((made, decoder))) = (port, &mut facts[*from].artifact) {
+                *decoder = decoder.or(port.decoder(made));
             }
         }
     }

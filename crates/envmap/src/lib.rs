@@ -29,3 +29,8 @@ pub use layout::Layout;
 pub use pixel_audit::{Finding, PixelAudit, Place};
 pub use texels::{Taps, Texels};
 pub use tone::{ToneMap, middle_grey_exposure, srgb_decode, srgb_encode, to_srgb8};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::resample::REVISION as RESAMPLING;
+}

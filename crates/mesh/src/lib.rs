@@ -9,3 +9,8 @@ mod tangents;
 pub use mesh::{Mesh, MeshError};
 pub use parts::Parts;
 pub use shapes::{SHAPES, shape};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::tangents::REVISION as TANGENTS;
+}

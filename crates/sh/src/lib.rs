@@ -28,3 +28,10 @@ pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
 pub use rotation::{rotate, rotate_into};
 pub use transform::{GaussGrid, Grid, Sample, Synthesis, Transform, TransformError};
 pub use window::{Penalty, PenaltyOutOfRange, Window};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::rotation::REVISION as ROTATION;
+    pub use crate::transform::REVISION as TRANSFORM;
+    pub use crate::window::REVISION as WINDOW;
+}

@@ -27,6 +27,10 @@ use crate::f64x4::Level;
 use crate::{Degree, Expansion};
 use analysis::Colatitude;
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 0;
+
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///
 /// Pixels are RGB, row by row from the top as in [`sphere::LatLong`]; coefficients are those of

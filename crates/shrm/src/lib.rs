@@ -27,3 +27,11 @@ pub use resolution::{MapLayout, Resolution};
 pub use sphere_map::{from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps};
 pub use synthesis::{MOST_VALUES, SynthesisError};
 pub use view_maps::ViewMaps;
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::fit::REVISION as FIT;
+    pub use crate::reference::REVISION as REFERENCE;
+    pub use crate::resample::REVISION as RESAMPLING;
+    pub use crate::synthesis::REVISION as SYNTHESIS;
+}

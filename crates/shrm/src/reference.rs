@@ -35,6 +35,9 @@ use crate::{MapGrid, View, frame};
 use light::{Light, Span};
 use lobes::{Gaussian, Power, Shape, Sum, Weight, WholePower};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+pub const REVISION: u32 = 0;
+
 /// Which texels are summed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cull {

@@ -10,7 +10,7 @@
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
 //!
-//! No bytes hold where a value came from: equal values are equal bytes.
+//! The bytes do not hold the origin of a value, so equal values have equal bytes.
 
 use containers::tensors;
 use engine::{Artifact, Failure};
@@ -63,7 +63,7 @@ impl Artifact for Material {
     }
 }
 
-/// The coefficients of a material's transfer function.
+/// The coefficients of a material's rho_hat: its BRDF with the cosine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Brdf(pub brdf::BrdfCoefficients);
 
@@ -91,7 +91,7 @@ impl Artifact for Reflection {
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        // The two factors are of one degree, so that nothing is cut here.
+        // The two factors have the same degree, so nothing is cut off here.
         let (lighting, brdf) = tensors::decode_reflection(bytes)?;
         Ok(Self(shrm::Reflection::convolve(&lighting, &brdf)))
     }

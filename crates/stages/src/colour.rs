@@ -1,6 +1,6 @@
-//! Colours in manifests and material files: one number means grey.
+//! Colours in manifests: one number means grey.
 
-use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Parameter, Range, Ranged, Value, ValueKind, unexpected};
 use serde_json::json;
 
 /// A linear Rec. 709 colour, each channel 0 or more.
@@ -22,10 +22,7 @@ impl Parameter for Rgb {
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let channel = |value: &Value| match f64::parse(value) {
-            Ok(number) if number >= 0.0 => Ok(number),
-            _ => Err(unexpected(value, "a number, 0 or more")),
-        };
+        let channel = |value: &Value| f64::parse_in(value, Range::of::<f64>(0.0..));
         match &value.kind {
             ValueKind::Array(channels) => match channels.as_slice() {
                 [red, green, blue] => Ok(Self([channel(red)?, channel(green)?, channel(blue)?])),
@@ -40,7 +37,7 @@ impl Parameter for Rgb {
         }
     }
 
-    /// Always three channels: a grey has one form only.
+    /// Always three channels, so that a grey has one form only.
     fn canonical(&self) -> serde_json::Value {
         self.0.iter().map(Parameter::canonical).collect()
     }

@@ -3,20 +3,21 @@
 //! A sheet shows
 //!
 //! - the environment as a lat-long picture;
-//! - with `lighting` connected: the energy of each degree (bars, on a logarithmic axis) and the sum up to it (line), both
-//!   as shares of the environment's energy, and the environment put together again from the degrees up to each of
-//!   `degrees` and up to all;
-//! - for each item at `reflection`: its reflection map, and a ball before the environment, seen along +X. The ball is
-//!   looked up by the reflection vector, the normal or the tangent, whichever the material is centred on. Of a material
-//!   that changes with the view (P > 0) the ball shows what each of its points reflects toward the camera, and
-//!   the map the mean over all views.
+//! - with `lighting` connected: the energy of each degree (bars, on a logarithmic axis) and the sum up to it
+//!   (line), both as shares of the environment's energy, and the environment reconstructed from the degrees
+//!   up to each of `degrees`, and from all;
+//! - for each item at `reflection`: its reflection map, and a ball in front of the environment, seen along
+//!   +X. The ball is looked up by the reflection vector, the normal or the tangent, whichever the material is
+//!   centred on. For a material that changes with the view (P > 0) the ball shows what each of its points
+//!   reflects toward the camera, and the map shows the mean over all views.
 //!
-//! All pictures have one exposure and one curve, so that they can be compared. Negative values, which a cut series
-//! has around bright lights, are black; the captions tell the least and the greatest value and the mean.
+//! All pictures have the same exposure and tone curve, so they can be compared. Negative values, which a
+//! truncated series has around bright lights, are black; the captions give the least and the greatest value
+//! and the mean.
 //!
-//! Without `exposure` the log-average of the environment becomes middle grey, 0.18. Where a few lights in the dark
-//! give most of the light, that would burn out everything that they shine on: the mean is then shown as 0.72, two
-//! stops above middle grey. The sheet says which, and how many stops.
+//! Without `exposure` the log-average of the environment becomes middle grey, 0.18. If a few lights in a dark
+//! environment give most of the light, everything that they shine on would burn out; the mean then becomes
+//! 0.72, two stops above middle grey. The sheet says which of the two was used, and the number of stops.
 //!
 //! ## Files
 //!
@@ -35,7 +36,7 @@ use std::f64::consts::PI;
 
 use brdf::Centre;
 use containers::write_png;
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, parameters};
 use envmap::{Environment, ToneMap, middle_grey_exposure};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
@@ -43,36 +44,26 @@ use shrm::{MapGrid, Plain, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::sheet::{Lighting, MAP, Material, RECONSTRUCTION, Reconstruction, Sheet, stops};
-
-choice! {
-    /// The curve from exposed radiance to what is shown.
-    pub(crate) enum Curve {
-        /// A film-like shoulder: highlights keep their shape.
-        Filmic = "filmic",
-        /// None: what is brighter than white is white.
-        Plain = "plain",
-    }
-}
+use crate::choices::ToneMapName;
+use crate::sheet::{Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, stops};
 
 parameters! {
     /// Parameters of `contact-sheet`.
     pub(crate) struct Parameters {
-        /// Stops by which all radiance is multiplied before it is shown. Without it, from the environment.
+        /// Stops by which all radiance is multiplied before it is shown. Default: chosen for the environment.
+        #[range(-60.0..=60.0)]
         exposure: Option<f64> = None,
-        /// How exposed radiance is shown: with a film's shoulder, or cut at white.
-        curve: Curve = Curve::Filmic,
-        /// The degrees up to which the environment is put together again. Those past the lighting's are left out,
-        /// and the lighting's own is added.
+        /// The tone curve of exposed radiance: with a film's shoulder, or cut at white.
+        curve: ToneMapName = ToneMapName(ToneMap::Filmic),
+        /// The degrees up to which the environment is reconstructed. Those above the lighting's degree are
+        /// skipped, and the lighting's own is added.
         degrees: Vec<usize> = vec![2, 5, 10, 20],
     }
 }
 
-/// The most `degrees` of a sheet.
+/// The maximum number of `degrees`.
 const MOST: usize = 100;
-/// The largest `exposure`, up and down.
-const MOST_STOPS: f64 = 60.0;
-/// The mean of an environment is not shown brighter than this: two stops above middle grey.
+/// The mean of an environment is shown at most this bright: two stops above middle grey.
 const BRIGHTEST_MEAN: f64 = 0.72;
 
 /// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
@@ -85,7 +76,8 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -102,14 +94,10 @@ impl Kind for ContactSheet {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Some(exposure) = parameters.exposure.filter(|exposure| exposure.abs() > MOST_STOPS) {
-            faults.push(("exposure", format!("exposure: {exposure} is not -{MOST_STOPS} to {MOST_STOPS}")));
+        match parameters.degrees.len() {
+            ..=MOST => Vec::new(),
+            many => vec![("degrees", format!("{many} degrees are more than {MOST}"))],
         }
-        if parameters.degrees.len() > MOST {
-            faults.push(("degrees", format!("degrees: {} are more than {MOST}", parameters.degrees.len())));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -120,11 +108,12 @@ impl Kind for ContactSheet {
 
         let (exposure, reason) = exposure(parameters, environment);
         let mut facts = vec![format!("exposure {} {reason}", stops(exposure))];
-        facts.push(match parameters.curve {
-            Curve::Filmic => "filmic curve".into(),
-            Curve::Plain => "no curve".into(),
+        let ToneMapName(tone) = parameters.curve;
+        facts.push(match tone {
+            ToneMap::Filmic => "filmic curve".into(),
+            ToneMap::Plain => "no curve".into(),
         });
-        facts.push("all pictures alike".into());
+        facts.push("the same for all pictures".into());
         let lighting = match &lighting {
             Some(lighting) => {
                 facts.push(format!("lighting of degree {}", lighting.0.degree().get()));
@@ -138,10 +127,6 @@ impl Kind for ContactSheet {
         context.check_cancelled()?;
 
         let title = if own.is_empty() { "Environment".into() } else { own.to_string() };
-        let tone = match parameters.curve {
-            Curve::Filmic => ToneMap::Filmic,
-            Curve::Plain => ToneMap::Plain,
-        };
         let subtitle = facts.join(" · ");
         let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone };
         let picture = sheet.draw();
@@ -151,7 +136,7 @@ impl Kind for ContactSheet {
     }
 }
 
-/// The exposure in stops, and where it comes from.
+/// The exposure in stops, and what it is derived from.
 fn exposure(parameters: &Parameters, environment: &Environment) -> (f64, &'static str) {
     match parameters.exposure {
         Some(exposure) => (exposure, "as given"),
@@ -159,7 +144,7 @@ fn exposure(parameters: &Parameters, environment: &Environment) -> (f64, &'stati
     }
 }
 
-/// The exposure in stops that shows an environment and what it lights, and where it comes from.
+/// The exposure in stops that suits an environment and what it lights, and what it is derived from.
 pub(crate) fn exposure_of(environment: &Environment) -> (f64, &'static str) {
     let from_log_average = middle_grey_exposure(environment);
     let [r, g, b] = environment.integral().map(|integral| integral / (4.0 * PI));
@@ -177,10 +162,10 @@ fn harmonics(
     parameters: &Parameters,
     environment: &Environment,
     lighting: &Expansion,
-) -> Result<Lighting, Failure> {
+) -> Result<Harmonics, Failure> {
     let energies: Vec<f64> = energy_per_degree(lighting).iter().map(|rgb| rgb.iter().sum()).collect();
     let image = energy(environment);
-    // Without light there is no share: nothing is missing.
+    // A black environment has no shares: nothing is missing.
     let total = if image > 0.0 { image } else { 1.0 };
     let energies: Vec<f64> = energies.iter().map(|energy| energy / total).collect();
 
@@ -195,7 +180,7 @@ fn harmonics(
         // Rounding may hold a little more than all.
         Ok(Reconstruction { degree: degree.get(), captured: captured.min(1.0), map })
     });
-    Ok(Lighting { reconstructions: reconstructions.collect::<Result<_, Failure>>()?, energies })
+    Ok(Harmonics { reconstructions: reconstructions.collect::<Result<_, Failure>>()?, energies })
 }
 
 /// The integral of the squared radiance over the sphere, all channels together.
@@ -204,7 +189,11 @@ fn energy(environment: &Environment) -> f64 {
 }
 
 /// A material's map and its labels.
-fn material(own: &ItemKey, key: &ItemKey, reflection: &shrm::Reflection) -> Result<Material, Failure> {
+fn material(
+    own: &ItemKey,
+    key: &ItemKey,
+    reflection: &shrm::Reflection,
+) -> Result<MaterialPictures, Failure> {
     let name = name(own, key);
     let brdf = reflection.brdf();
     let (f, p) = (brdf.f(), brdf.p().get());
@@ -217,11 +206,11 @@ fn material(own: &ItemKey, key: &ItemKey, reflection: &shrm::Reflection) -> Resu
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
     let field = reflection.synthesise(grid, View::Local);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
-    Ok(Material { name, detail, field, map: shown(&reflection.plain(Plain::Mean), MAP)? })
+    Ok(MaterialPictures { name, detail, field, map: shown(&reflection.plain(Plain::Mean), MAP)? })
 }
 
-/// What tells an item from the others of a sheet: the stems of the keys that are not the sheet's own. Of several, each
-/// with its stage.
+/// What distinguishes an item on a sheet: the stems of the keys that are not the sheet's own. If there are
+/// several, each has its stage.
 fn name(own: &ItemKey, key: &ItemKey) -> String {
     let rest: Vec<_> = key.iter().filter(|(stage, _)| own.get(stage).is_none()).collect();
     match rest.as_slice() {
@@ -233,12 +222,13 @@ fn name(own: &ItemKey, key: &ItemKey) -> String {
     }
 }
 
-/// A function at the texels of a grid, or of whole multiples of it where the degree asks for more rows.
+/// A function at the texels of a grid, or of a whole multiple of it if the degree needs more rows.
 fn shown(function: &Expansion, grid: LatLong) -> Result<Environment, Failure> {
     let grid = LatLong::with_rows(grid.height * (function.degree().get() / grid.height + 1));
     let pixels = Synthesis::new(grid, function.degree())?.synthesise(function);
     Environment::new(grid, pixels).ok_or_else(|| {
-        Failure::new("the values of a map are past the largest f32").help("import the environment darker")
+        Failure::new("a map has values above the largest f32")
+            .help("import the environment with a lower exposure")
     })
 }
 
@@ -270,7 +260,8 @@ mod tests {
         }
     }
 
-    const DEFAULTS: Parameters = Parameters { exposure: None, curve: Curve::Filmic, degrees: Vec::new() };
+    const DEFAULTS: Parameters =
+        Parameters { exposure: None, curve: ToneMapName(ToneMap::Filmic), degrees: Vec::new() };
 
     fn key(pairs: &[(&str, &str)]) -> ItemKey {
         pairs.iter().copied().collect()
@@ -392,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn items_are_named_by_what_tells_them_apart() {
+    fn items_are_named_by_what_distinguishes_them() {
         let own = key(&[("environment", "sky")]);
         assert_eq!(name(&own, &key(&[("environment", "sky"), ("material", "gold")])), "gold");
         assert_eq!(name(&own, &own), "Reflection");
@@ -404,7 +395,7 @@ mod tests {
     fn unusual_parameters_are_refused_before_the_run() {
         assert!(ContactSheet::check(&DEFAULTS).is_empty());
         let wild = Parameters { exposure: Some(1e3), degrees: vec![1; 101], ..DEFAULTS };
-        let faults = ContactSheet::check(&wild);
-        assert_eq!(faults.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["exposure", "degrees"]);
+        let errors = ContactSheet::check(&wild);
+        assert_eq!(errors.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["exposure", "degrees"]);
     }
 }

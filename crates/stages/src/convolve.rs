@@ -1,22 +1,23 @@
 //! Reflects a lighting off a material: the reflected light field in spherical harmonics.
 //!
-//! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one direction,
-//! and this is the convolution of Ramamoorthi and Hanrahan (2002):
+//! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one
+//! direction, and this is the convolution of Ramamoorthi and Hanrahan (2002):
 //!
 //! > B_lm = Lambda_l rho_l L_lm, with Lambda_l = sqrt(4 pi / (2 l + 1))
 //!
-//! In general it depends on the view too, and its coefficients are
+//! In general the field depends on the view too, and its coefficients are
 //!
 //! > B_lmpq = L_lm rho_lpq,
 //!
-//! l up to F for the central direction (the reflection vector, the normal or the tangent, as the material has
-//! it), p up to P for the view about it. They are kept as their two factors. From them `export-shrm` makes reflection maps
-//! with (P+1)^2 coefficients in each texel, of which P+1 are not zero where the material has no dependence on azimuth;
-//! `export-reflection-map` makes one plain map, which is exact for P = 0.
+//! l up to F for the central direction (the reflection vector, the normal or the tangent, depending on the
+//! material), p up to P for the view about it. The artifact holds the two factors. From them `export-shrm`
+//! makes reflection maps with (P+1)^2 coefficients in each texel, of which only P+1 are not zero if the
+//! material does not depend on the azimuth; `export-reflection-map` makes one plain map, which is exact for P
+//! = 0.
 //!
-//! Lighting and material are cut to the smaller of their degrees: light that the material blurs away, or detail
-//! that the lighting does not hold, costs nothing. The build notes F and P, and says where the lighting's degree is
-//! the smaller one, since the material then looks blurrier than it is.
+//! Lighting and material are cut to the smaller of their degrees: light that the material blurs away, or
+//! detail that the lighting does not hold, costs nothing. The build notes F and P. If the lighting's degree
+//! is the smaller one, the note says so, because the material then looks blurrier than it is.
 //!
 //! ## Example
 //!
@@ -63,7 +64,7 @@ impl Kind for Convolve {
     }
 }
 
-/// What the reflection holds, beside the degree that the material asked for.
+/// The degrees of the reflection, compared with those of the material.
 fn degrees(reflection: &Reflection, asked: usize) -> String {
     let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
     let terms = match (p, reflection.is_azimuth_free()) {
@@ -72,7 +73,7 @@ fn degrees(reflection: &Reflection, asked: usize) -> String {
         (_, false) => format!("{} coefficients over the view", (p + 1) * (p + 1)),
     };
     let cut = if f < asked {
-        format!("; the lighting ends at {f}, the material goes to {asked}")
+        format!("; the lighting ends at degree {f}, the material at {asked}")
     } else {
         String::new()
     };
@@ -86,7 +87,7 @@ mod tests {
     use sh::{Degree, Expansion};
 
     #[test]
-    fn the_note_tells_what_the_reflection_holds() {
+    fn the_note_says_what_the_reflection_holds() {
         for (f, p, entry, expected) in [
             (2, 0, [0, 0], "F = 2, P = 0: the same for every view"),
             (2, 2, [1, 0], "F = 2, P = 2: 3 coefficients over the view, without azimuth"),
@@ -95,7 +96,7 @@ mod tests {
                 5,
                 0,
                 [0, 0],
-                "F = 3, P = 0: the same for every view; the lighting ends at 3, the material goes to 5",
+                "F = 3, P = 0: the same for every view; the lighting ends at degree 3, the material at 5",
             ),
         ] {
             let degree = |l| Degree::new(l).unwrap();

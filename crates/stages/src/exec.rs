@@ -1,73 +1,78 @@
 //! Runs a program of yours: a command line with declared inputs and a declared output.
 //!
-//! For tools that exist already: a grading script, a denoiser, an engine's texture packer. The inputs are written to
-//! files, the command is run once for each item, and what it wrote is read back, checked, and goes on as an
-//! artifact like any other, or is published.
+//! Use it for existing tools: a grading script, a denoiser, an engine's texture packer. The inputs are
+//! written to files, the command is run once for each item, and its output is read back and checked. The
+//! output is an artifact like any other, or a file that is published.
 //!
 //! ## The command
 //!
-//! `command` is the program and its arguments. No shell looks at it; `["sh", "-c", "..."]` asks for one. In an argument
-//! stand for something:
+//! `command` is the program and its arguments. No shell interprets it; use `["sh", "-c", "..."]` for one.
+//! Arguments may hold placeholders:
 //!
-//! | written | is |
+//! | placeholder | meaning |
 //! | --- | --- |
 //! | `{input.NAME}` | the file that holds what arrives at the port NAME of `inputs` |
-//! | `{input}` | the same for the short form `input = "STAGE"` |
+//! | `{input}` | the same, for the short form `input = "STAGE"` |
 //! | `{output}` | the file that the program must write; for type `files`, an existing folder |
 //! | `{folder}` | the manifest's folder |
 //! | `{{`, `}}` | a brace |
 //!
 //! A program without a `/` is looked up in PATH; any other is relative to the manifest's folder. An argument
-//! that names an existing file of the manifest's folder becomes its full path, as `tools/grade.py` in the example.
-//! `inputs` may have any port names, or there may be none; a port takes every type of artifact. The command must use
-//! every port, and `{output}`.
+//! that names an existing file in the manifest's folder becomes its full path, such as `tools/grade.py` in
+//! the example. Ports may have any names, and a stage may have none. A port takes every type of artifact,
+//! including the types of a studio's own kinds. The command must use every port, and `{output}`.
 //!
 //! ## What a port's file holds
 //!
-//! | type | formats, the first is the default |
+//! | type | formats; the first is the default |
 //! | --- | --- |
 //! | `environment` | `exr`: the `lat-long` of `import-environment`, RGB, 32-bit float, every bit kept; `hdr`: Radiance RGBE, which rounds; `safetensors` |
 //! | `lighting` | `safetensors`; `json`: that of `export-sh` with its preset `specula` |
-//! | `material`, `brdf`, `reflection`, `shrm` | `safetensors` |
+//! | `material`, `brdf`, `reflection`, `shrm`, `mesh` | `safetensors` |
+//! | a type of a studio's own kind | `bin`: the bytes as that kind encodes them |
 //!
-//! `formats = { NAME = "hdr" }` chooses another for a port. `specula inspect` and the manual pages of the exports tell
-//! the tensors' names and shapes, CONVENTIONS.md the frame.
+//! `formats = { NAME = "hdr" }` chooses another format for a port. `specula inspect` and the manual pages of
+//! the exports describe the tensors' names and shapes, CONVENTIONS.md the frame.
 //!
 //! ## What the program makes
 //!
-//! `output = { type = "environment", format = "exr" }` takes back an artifact, in a format of the table above. It must be
-//! whole; an environment must be twice as wide as high (or have OpenEXR's `envmap` attribute), and no pixel NaN,
-//! infinite or negative. Specula encodes the value anew, so that it does not matter whether the program writes the time
-//! into its files: equal values are equal results, and nothing after them runs.
+//! `output = { type = "environment", format = "exr" }` reads back an artifact, in a format of the table
+//! above. The file must be complete. An environment must be twice as wide as high (or have OpenEXR's `envmap`
+//! attribute), and no pixel may be NaN, infinite or negative. Specula encodes the value again, so it does not
+//! matter if the program writes the time into its files: equal values are equal results, and no later stage
+//! reruns.
 //!
-//! `output = { type = "file", format = "png" }` publishes the file as it is, `.png` after the item's `path`, and before
-//! it the recipe as `.png.json`. `output = { type = "files", names = ["px.dds", "nx.dds"] }` publishes a folder of
-//! files and the recipe as `/recipe.json`; the last name is the index, which is replaced after the others. The same
-//! inputs should make the same bytes here.
+//! `output = { type = "file", format = "png" }` publishes the file as it is, `.png` after the item's `path`,
+//! and before it the recipe as `.png.json`. `output = { type = "files", names = ["px.dds", "nx.dds"] }`
+//! publishes a folder of files and the recipe as `/recipe.json`; the last name is the index, which is
+//! replaced after the others. Here equal inputs should give equal bytes.
 //!
-//! ## When it is run again
+//! ## When it reruns
 //!
-//! When an input, a parameter or a *tool file* changes: the program's own file, wherever PATH led to it; every
-//! argument that names a file; and what `tools` lists: files, or folders with all that is in them but hidden files
-//! and what Python leaves (`__pycache__`). A program that starts others, or a script that loads modules, should have these
-//! in `tools`. Specula cannot see what a program reads besides, and nor can it see an input from the network.
+//! The stage reruns when an input, a parameter or a *tool file* changes. Tool files are the program's own
+//! file (as found in PATH), every argument that names a file, and the files and folders in `tools`. In
+//! folders, hidden files and Python's caches (`__pycache__`) are ignored. If a program starts other programs,
+//! or a script loads modules, list those in `tools`. Specula does not see other files that a program reads,
+//! or what it receives from the network.
 //!
-//! ## What the program finds
+//! ## The program's environment
 //!
-//! - Its working folder is a scratch folder of the item, which is removed afterwards, also after a failure. Paths of
-//!   inputs and output are relative to it, and are the same in each run.
-//! - Its environment is empty but for `PATH`, as Specula has it; `HOME` and `TMPDIR` (`TEMP`, `TMP`), in the scratch
-//!   folder; `LANG=C.UTF-8`, `TZ=UTC`, `SOURCE_DATE_EPOCH=0`, `PYTHONHASHSEED=0`, `PYTHONDONTWRITEBYTECODE=1`; on Windows what programs
-//!   cannot start without (`SystemRoot`, `SystemDrive`, `ComSpec`, `PATHEXT`); and what `env` names.
-//!   The value of a variable in `env` is part of the key; recipes and records hold its digest only.
-//! - Standard input is empty. What it writes to standard output and standard error is shown when it fails.
-//!   The scratch folder holds it meanwhile, 64 MiB at most.
+//! - Its working folder is a scratch folder of the item, which is removed afterwards, even after a failure.
+//!   Paths of inputs and output are relative to it, and are the same in every run.
+//! - Its environment variables are `PATH`, as Specula has it; `HOME` and `TMPDIR` (`TEMP`, `TMP`), in the
+//!   scratch folder; `LANG=C.UTF-8`, `TZ=UTC`, `SOURCE_DATE_EPOCH=0`, `PYTHONHASHSEED=0`,
+//!   `PYTHONDONTWRITEBYTECODE=1`; on Windows those that programs need to start (`SystemRoot`, `SystemDrive`,
+//!   `ComSpec`, `PATHEXT`); and those that `env` names. The value of a variable in `env` is part of the key;
+//!   recipes and records hold its digest only.
+//! - Standard input is empty. Standard output and standard error are kept in the scratch folder, at most 64
+//!   MiB each, and shown if the program fails.
 //!
 //! ## When it fails
 //!
-//! An exit status other than 0, a signal, `timeout`, or an output that is not there or not sound fails this item and what
-//! needs it, and no other. When time is up or the build is cancelled, the program is killed with all
-//! that it started (on Unix: its process group). What it started and left running is killed when it ends.
+//! An exit status other than 0, a signal, `timeout`, or an output that is missing or invalid fails this item
+//! and the items that need it, and no others. After `timeout`, or when the build is cancelled, the program is
+//! killed with all processes that it started (on Unix: its process group). Processes that it leaves running
+//! are killed when it ends.
 //!
 //! ## Example
 //!
@@ -89,36 +94,38 @@ mod tools;
 
 use std::ffi::OsString;
 use std::fs;
+use std::ops::Bound;
 use std::path::Path;
 use std::time::Duration;
 
 use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 
 use self::command::{Command, Piece};
-use self::exchange::{Formats, Made};
+use self::exchange::{Formats, ProgramOutput};
 use self::process::Process;
 use self::tools::Variables;
-use crate::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
 
 parameters! {
     /// Parameters of `exec`.
     pub(crate) struct Parameters {
         /// The program and its arguments; see The command.
         command: Command,
-        /// What the program makes; see there.
-        output: Made,
+        /// What the program makes; see What the program makes.
+        output: ProgramOutput,
         /// The format of an input's file, by port; see What a port's file holds.
         formats: Formats = Formats::default(),
-        /// Files and folders, relative to the manifest, that the program uses besides those in the command.
+        /// Files and folders, relative to the manifest, that the program uses in addition to those in the
+        /// command.
         tools: Vec<String> = Vec::new(),
         /// The environment variables that the program may see.
         env: Variables = Variables::default(),
-        /// Seconds after which the program is killed, more than 0, at most 86400.
+        /// Seconds after which the program is killed.
+        #[range((Bound::Excluded(0.0), Bound::Included(LONGEST)))]
         timeout: f64 = 60.0,
     }
 }
 
-/// The longest `timeout`: a day.
+/// The longest `timeout`: one day.
 const LONGEST: f64 = 86400.0;
 
 /// The kind `exec`.
@@ -132,11 +139,11 @@ impl Kind for Exec {
     const TEXT: &'static str = include_str!("exec.rs");
 
     fn ports() -> Vec<Port> {
-        vec![port("input").optional()]
+        vec![Port::any("input").optional()]
     }
 
     fn ports_named(names: &[&str]) -> Vec<Port> {
-        names.iter().filter(|name| command::is_word(name)).map(|name| port(name)).collect()
+        names.iter().filter(|name| command::is_word(name)).map(|name| Port::any(*name)).collect()
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -144,26 +151,23 @@ impl Kind for Exec {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if !(parameters.timeout > 0.0 && parameters.timeout <= LONGEST) {
-            let message = format!("timeout: {} is not more than 0 and at most {LONGEST}", parameters.timeout);
-            faults.push(("timeout", message));
+        match parameters.tools.iter().any(|tool| tool.is_empty() || tool.contains('\0')) {
+            true => vec![("tools", "a name is empty or contains a NUL".into())],
+            false => Vec::new(),
         }
-        if parameters.tools.iter().any(|tool| tool.is_empty() || tool.contains('\0')) {
-            faults.push(("tools", "tools: a name is empty or has a NUL".into()));
-        }
-        faults
     }
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let ports: Vec<&str> = types.iter().map(|(port, _)| *port).collect();
-        let faults = parameters.command.misfits(&ports).into_iter().map(|fault| ("command", fault));
-        faults.chain(parameters.formats.misfits(types).into_iter().map(|fault| ("formats", fault))).collect()
+        let errors = parameters.command.mismatches(&ports).into_iter().map(|error| ("command", error));
+        errors
+            .chain(parameters.formats.mismatches(types).into_iter().map(|error| ("formats", error)))
+            .collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let program = tools::program(&parameters.command, context)?;
-        tools::read(parameters, context)?;
+        tools::read(&parameters.command, &parameters.tools, context)?;
         let scratch = Scratch::new(context)?;
         let work = scratch.folder.path().join(WORK);
         let mut written = Vec::new();
@@ -187,25 +191,16 @@ impl Kind for Exec {
         process.run(scratch.folder.path(), &work, context).map_err(|failure| {
             let absent = parameters.command.arguments().find_map(|pieces| tools::absent(pieces, context));
             match absent.filter(|_| failure.help.is_none()) {
-                Some(file) => failure.help(format!("there is no file {}", file.display())),
+                Some(file) => failure.help(format!("the file {} does not exist", file.display())),
                 None => failure,
             }
         })?;
-        // Read a second time: where a tool file changed meanwhile, the engine sees two contents and keeps neither's result.
+        // Read a second time: if a tool file changed meanwhile, the engine sees two contents and discards the
+        // result.
         tools::program(&parameters.command, context)?;
-        tools::read(parameters, context)?;
+        tools::read(&parameters.command, &parameters.tools, context)?;
         parameters.output.read(&work, &process.name, context)
     }
-}
-
-/// A port that takes every type.
-fn port(name: &str) -> Port {
-    Port::one::<Environment>(name)
-        .or::<Lighting>()
-        .or::<Material>()
-        .or::<Brdf>()
-        .or::<Reflection>()
-        .or::<Shrm>()
 }
 
 /// An argument with its placeholders filled in.
@@ -244,7 +239,7 @@ impl Scratch {
             });
         let place = context.scratch().display();
         made.map_err(|error| {
-            let failure = Failure::from(error).context(format!("cannot make a scratch folder in {place}"));
+            let failure = Failure::from(error).context(format!("cannot create a scratch folder in {place}"));
             failure.system_error()
         })
     }

@@ -1,52 +1,54 @@
 //! Writes Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view.
 //!
-//! A renderer that can look up a reflection map can show a material that changes with the view by blending three of
-//! twelve (Cabral, Olano and Nemec 1999). Map k holds the radiance toward the view V_k for every central direction of the
-//! surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is the reflection vector R: all
-//! maps are looked up at the R of the pixel, with no warp between them.
+//! A renderer that can look up a reflection map can show a material that changes with the view by blending
+//! three of twelve (Cabral, Olano and Nemec 1999). Map k holds the radiance toward the view V_k for every
+//! central direction of the surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is
+//! the reflection vector R: all maps are looked up at the R of the pixel, with no warp between them.
 //!
-//! Twelve views follow a field up to P = 2 in the view. A note tells the share of the reflected energy beyond that, which
-//! blurs or is lost between the vertices; `export-shrm` keeps all of it in fewer numbers.
+//! Twelve views hold a field up to P = 2 in the view. The build notes the share of the reflected energy
+//! beyond that, which blurs or is lost between the vertices; `export-shrm` keeps all of it in fewer numbers.
 //!
-//! The input is a reflection, which is evaluated at each texel, or an SHRM, which is used as it is where layout and
-//! resolution are its own and else interpolated, with a note. With `resolution = "auto"`, or left out, a reflection gets
-//! the least texels between which it is interpolated with an error of 1 %, and an SHRM keeps its own.
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
+//! and an SHRM keeps its own.
 //!
 //! ## Files
 //!
-//! After the item's `path`, a folder: `/view-00.exr` to `/view-11.exr` (or `.hdr`, `.dds`), and last `/cabral.json`.
+//! After the item's `path`, a folder: `/view-00.exr` to `/view-11.exr` (or `.hdr`, `.dds`), and last
+//! `/cabral.json`.
 //!
 //! | `layout` | one file holds |
 //! | --- | --- |
 //! | `cube` | six faces +X -X +Y -Y +Z -Z, below each other in a picture, the faces of a cube map in DDS |
 //! | `lat-long` | an image twice as wide as high, its centre along +X |
-//! | `sphere` | the image of a mirror ball as the view V_k sees it: the centre is R = V_k, the whole rim R = -V_k |
+//! | `sphere` | the image of a mirror ball seen from the view V_k: the centre is R = V_k, the whole rim is R = -V_k |
 //!
-//! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216 and 288 degrees;
-//! vertices 6 to 10 at z = -1 / sqrt(5), at azimuths 36, 108, 180, 252 and 324 degrees.
+//! Vertex 0 is +Z and vertex 11 is -Z. Vertices 1 to 5 lie at z = 1 / sqrt(5), at azimuths 0, 72, 144, 216
+//! and 288 degrees; vertices 6 to 10 at z = -1 / sqrt(5), at azimuths 36, 108, 180, 252 and 324 degrees.
 //!
-//! In a sphere map up is toward +Z, against theta of the view, and right along its phi; the views +-Z take phi = 0.
-//! The radius is sin(t / 2) at the angle t from the centre. Texels outside the disk repeat the rim.
+//! In a sphere map up is toward +Z (against theta of the view) and right is along phi; for the views +-Z phi
+//! is 0. The radius is sin(t / 2) at the angle t from the centre. Texels outside the disk repeat the rim.
 //!
-//! A ball's rim is coarse: with 96 x 96 texels, look-ups within 30 degrees of -V_k miss 20 times what they miss in the
-//! middle of the ball, or more. Take `cube` where the renderer has the choice.
+//! A ball's rim is coarse: with 96 x 96 texels, the error of look-ups within 30 degrees of -V_k is at least
+//! 20 times that in the middle of the ball. Prefer `cube` if the renderer supports it.
 //!
 //! ## The index
 //!
-//! `/cabral.json` has everything a renderer needs: for each map its file and view (in Specula's frame and, with +Y
-//! up, in the file frame) and for sphere maps their axes; the twenty triangles; how a direction finds its texel; and
-//! how to blend. The manual of `import-reflection-maps` lists its members. To blend: a view V lies in one triangle
-//! (a, b, c); there
+//! `/cabral.json` holds everything that a renderer needs: for each map its file and view (in Specula's frame
+//! and, with +Y up, in the file frame) and the axes of sphere maps; the twenty triangles; how to look up a
+//! direction; and how to blend. The manual of `import-reflection-maps` lists its members. To blend: a view V
+//! lies in one triangle (a, b, c); there
 //!
 //! > w_a = V.(b x c), w_b = V.(c x a), w_c = V.(a x b), divided by their sum
 //!
-//! are 0 or more, and weigh the three maps.
+//! are not negative, and are the weights of the three maps.
 //!
 //! ## Numbers
 //!
-//! `precision = "half"` holds 3 digits up to 65504; values past that, in either direction, become +-65504 with a warning
-//! that counts them, or fail the item with `overflow = "error"`. RGBE holds no negative values, which a series that is cut
-//! can have: they become 0, with a warning.
+//! `precision = "half"` holds 3 digits up to 65504. Larger values, of either sign, become +-65504 with a
+//! warning that counts them, or fail the item with `overflow = "error"`. RGBE cannot hold negative values,
+//! which a truncated series can have: they become 0, with a warning.
 //!
 //! ## Example
 //!
@@ -62,15 +64,18 @@
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use containers::{Encoded, Texture, write_dds, write_exr, write_rgbe};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{Cabral, MapGrid, Shrm, Terms, View, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps};
+use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use shrm::{
+    Cabral, MapGrid, MapLayout, Shrm, Terms, View, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps,
+};
 use sphere::LatLong;
 
 use crate::artifacts;
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::choices::{MOST, Overflow, PrecisionName, Resolution, edge_of};
+use crate::export_reflection_map::{image, report_overflow};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use crate::map_input::{ERROR, MOST, MapLayout, Resolution};
+use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
 use crate::share::share;
 
@@ -103,13 +108,15 @@ parameters! {
     pub(crate) struct Parameters {
         /// How the sphere of central directions lies on a file; see Files.
         layout: Layout = Layout::Cube,
-        /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Left out: "auto".
+        /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
+        /// "auto".
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: Format = Format::Exr,
         /// With format "exr" or "dds": 16-bit or 32-bit numbers.
-        precision: Numbers = Numbers::Half,
-        /// With precision "half": what is done with values past 65504; see Numbers.
+        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With precision "half": what happens to values past 65504; see Numbers.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -121,7 +128,8 @@ impl Kind for ExportCabral {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-cabral";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_cabral.rs");
 
     fn ports() -> Vec<Port> {
@@ -133,14 +141,22 @@ impl Kind for ExportCabral {
         Product::Files(maps.chain(["/cabral.json".to_owned()]).collect())
     }
 
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let layout = match parameters.layout {
+            Layout::Cube => MapLayout::Cube,
+            Layout::LatLong | Layout::Sphere => MapLayout::LatLong,
+        };
+        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+    }
+
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let numbers = (parameters.format != Format::Rgbe).then_some(parameters.precision);
-        let mut faults: Vec<_> =
-            map_source::check_overflow(parameters.overflow, numbers).into_iter().collect();
-        if parameters.precision != Numbers::Half && parameters.format == Format::Rgbe {
-            faults.push(("precision", "precision: format = \"rgbe\" has its own".into()));
+        let PrecisionName(precision) = parameters.precision;
+        let used = (parameters.format != Format::Rgbe).then_some(precision);
+        let mut errors: Vec<_> = map_source::check_overflow(parameters.overflow, used).into_iter().collect();
+        if precision != Precision::Half && parameters.format == Format::Rgbe {
+            errors.push(("precision", "format = \"rgbe\" has a precision of its own".into()));
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -164,16 +180,16 @@ impl Kind for ExportCabral {
         };
         let map = &map.0;
         context.check_cancelled()?;
-        tell_lost(map, context);
+        note_lost(map, context);
         let files = pixels.chunks_exact(size[0] * size[1]);
         let encoded = files.map(|pixels| encode(parameters, size, pixels, context));
         let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
         let clamped = encoded.iter().map(|file| file.clamped).sum();
         match parameters.format {
             Format::Rgbe if clamped > 0 => {
-                context.warn(format!("{clamped} values are negative, and RGBE has them as 0"));
+                context.warn(format!("{clamped} values are negative; RGBE stores them as 0"));
             }
-            _ => tell_overflow(clamped, parameters.overflow, context)?,
+            _ => report_overflow(clamped, parameters.overflow, context)?,
         }
         let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
         let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
@@ -211,8 +227,8 @@ fn file(vertex: usize, format: Format) -> String {
     format!("view-{vertex:02}.{extension}")
 }
 
-/// The map that sphere maps are evaluated from, an SHRM as it is, a reflection on rows that lose nothing; and their edge.
-/// `"auto"` makes a texel in the middle of a ball, 4 / N, as wide as a row.
+/// The map that sphere maps are evaluated from (an SHRM unchanged, a reflection on rows that lose nothing),
+/// and the edge of the sphere maps. `"auto"` makes a texel in the middle of a ball, 4 / N, as wide as a row.
 fn for_spheres(
     source: &MapSource,
     resolution: Option<Resolution>,
@@ -233,14 +249,14 @@ fn for_spheres(
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
             let map = reflection.synthesise(MapGrid::LatLong(LatLong::with_rows(rows)), View::Local)?;
-            let needed = reflection.resolution(shrm::MapLayout::LatLong, ERROR).texels;
+            let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }
     }
 }
 
 /// A note of the energy with p > 2.
-fn tell_lost(map: &Shrm, context: &Context<'_>) {
+fn note_lost(map: &Shrm, context: &Context<'_>) {
     let p_of = |row: usize| if map.terms() == Terms::Zonal { row } else { row.isqrt() };
     let (mut lost, mut all) = (0.0, 0.0);
     for texel in 0..map.grid().len() {
@@ -253,7 +269,7 @@ fn tell_lost(map: &Shrm, context: &Context<'_>) {
     }
     if lost > 0.0 {
         context.note(format!(
-            "{} of the reflected energy changes with the view faster (P = 3 to {}) than twelve views follow",
+            "{} of the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold",
             share(lost / all),
             map.p().get()
         ));
@@ -267,10 +283,11 @@ fn encode(
     pixels: &[[f32; 3]],
     context: &Context<'_>,
 ) -> Result<Encoded, Failure> {
-    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
+    let (recipe, precision) = (Some(context.recipe()), parameters.precision.0);
+    let picture = || image(size[0], size[1], pixels.to_vec());
     match parameters.format {
-        Format::Exr => Ok(write_exr(&map_source::picture(size, pixels)?, precision, recipe)?),
-        Format::Rgbe => Ok(write_rgbe(&map_source::picture(size, pixels)?, recipe)?),
+        Format::Exr => Ok(write_exr(&picture()?, precision, recipe)?),
+        Format::Rgbe => Ok(write_rgbe(&picture()?, recipe)?),
         Format::Dds => {
             let faces = if parameters.layout == Layout::Cube { 6 } else { 1 };
             let [width, height] = size;

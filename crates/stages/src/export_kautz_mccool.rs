@@ -1,35 +1,38 @@
 //! Writes Kautz and McCool's 3D texture: reflection maps for angles between central direction and view.
 //!
-//! A material whose highlight looks the same from all around its central direction (for most materials the reflection
-//! vector R) needs one more dimension than a reflection map: the angle theta_o between R and the view (Kautz and McCool
-//! 2000). Slice k of the texture is the reflection map at the angle theta_k (Ramamoorthi and Hanrahan 2002, appendix C):
+//! A material whose highlight looks the same from all around its central direction (for most materials the
+//! reflection vector R) needs one more dimension than a reflection map: the angle theta_o between R and the
+//! view (Kautz and McCool 2000). Slice k of the texture is the reflection map at the angle theta_k
+//! (Ramamoorthi and Hanrahan 2002, appendix C):
 //!
 //! > B(alpha, beta, theta_o) = sum over p of B_p0(alpha, beta) Y_p0(theta_o).
 //!
-//! Of any other material it holds the mean around R: the terms with q > 0 are lost, and a warning tells their share of the
-//! energy. `export-shrm` keeps them.
+//! For any other material the texture holds the mean around R: the terms with q > 0 are lost, and a warning
+//! says their share of the energy. `export-shrm` keeps them.
 //!
-//! The angle between R and the view is twice that between the normal and the view: theta_o = 0 is the surface seen head
-//! on, and pi is grazing. About a normal or a tangent theta_o is the angle to that; a surface about its normal is seen
-//! up to pi / 2.
+//! The angle between R and the view is twice that between the normal and the view: theta_o = 0 is the surface
+//! seen head on, and pi is grazing. For materials about a normal or a tangent theta_o is the angle to that;
+//! about a normal, only angles up to pi / 2 are visible.
 //!
-//! The input is a reflection, which is evaluated at each texel, or an SHRM, which is used as it is where it is lat-long of
-//! this resolution and else interpolated, with a note. With `resolution = "auto"`, or left out, a reflection gets the
-//! least rows between which it is interpolated with an error of 1 %, and an SHRM keeps its own.
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! is lat-long and of this resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the fewest rows at which interpolation has an error of 1 %, and an
+//! SHRM keeps its own.
 //!
 //! ## Files
 //!
-//! After the item's `path`, a folder, and in it
+//! After the item's `path`, a folder that holds
 //!
 //! | `format` | files |
 //! | --- | --- |
 //! | `dds`, `ktx2` | `/texture.dds` or `/texture.ktx2`: a volume, one slice for each angle |
 //! | `exr` | `/slice-00.exr` ...: a picture for each angle |
 //!
-//! and last `/kautz-mccool.json`, the index: the file and angle of each slice, how a direction finds its texel, how to
-//! interpolate. Slices are lat-long, twice as wide as high, their centre along +X, because a 3D texture has two axes left
-//! for the central direction. The angles are even, theta_k = pi k / (slices - 1), both ends included, so that a linear
-//! 3D filter is right at w = (theta_o / pi (slices - 1) + 0.5) / slices.
+//! and last `/kautz-mccool.json`, the index: the file and angle of each slice, how to look up a direction,
+//! how to interpolate. Slices are lat-long, twice as wide as high, their centre along +X, because a 3D
+//! texture has only two axes for the central direction. The angles are evenly spaced, theta_k = pi k /
+//! (slices - 1), both ends included, so a linear 3D filter interpolates them at w = (theta_o / pi (slices -
+//! 1) + 0.5) / slices.
 //!
 //! ## Example
 //!
@@ -42,47 +45,34 @@
 //! path = "{environment}/{material}/kautz-mccool"
 //! ```
 
-use containers::{Texture, write_dds, write_exr, write_ktx2};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{KautzMcCool, View, azimuthal_share};
+use containers::{Precision, Texture};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, parameters};
+use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
 
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge_of};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use crate::map_input::{MapLayout, Resolution};
+use crate::map_input;
 use crate::map_source::{self, MapSource};
 use crate::share::share;
-
-choice! {
-    /// The container of the texture.
-    pub(crate) enum Format {
-        /// A DDS volume.
-        Dds = "dds",
-        /// A KTX2 volume.
-        Ktx2 = "ktx2",
-        /// OpenEXR slices.
-        Exr = "exr",
-    }
-}
 
 parameters! {
     /// Parameters of `export-kautz-mccool`.
     pub(crate) struct Parameters {
-        /// Rows of a slice, which has twice as many columns. Left out: "auto".
+        /// Rows of a slice, which has twice as many columns. Default: "auto".
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
-        /// How many angles, 2 to 256. A field of degree P needs P + 1 to come back, and several times that to look
-        /// smooth when it is interpolated.
+        /// The number of angles. A field of degree P can be recovered from P + 1 slices, and needs several
+        /// times as many to look smooth when it is interpolated.
+        #[range(2..=256)]
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
-        format: Format = Format::Dds,
+        format: MapsFormat = MapsFormat::Dds,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
-        /// With precision "half": whether values past 65504, in either direction, become +-65504 or fail the item.
+        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
 }
-
-/// The most slices.
-const MOST: usize = 256;
 
 /// The kind `export-kautz-mccool`.
 pub(crate) struct ExportKautzMcCool;
@@ -91,7 +81,8 @@ impl Kind for ExportKautzMcCool {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-kautz-mccool";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_kautz_mccool.rs");
 
     fn ports() -> Vec<Port> {
@@ -100,8 +91,8 @@ impl Kind for ExportKautzMcCool {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let mut files: Vec<String> = match parameters.format {
-            Format::Exr => {
-                (0..parameters.slices).map(|slice| format!("/{}", file(slice, Format::Exr))).collect()
+            MapsFormat::Exr => {
+                (0..parameters.slices).map(|slice| format!("/{}", file(slice, MapsFormat::Exr))).collect()
             }
             format => vec![format!("/{}", file(0, format))],
         };
@@ -109,13 +100,14 @@ impl Kind for ExportKautzMcCool {
         Product::Files(files)
     }
 
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let edge = edge_of(parameters.resolution, MapLayout::LatLong);
+        MapSizes { edge, slices: Some(parameters.slices) }
+    }
+
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults: Vec<_> =
-            map_source::check_overflow(parameters.overflow, Some(parameters.precision)).into_iter().collect();
-        if !(2..=MOST).contains(&parameters.slices) {
-            faults.push(("slices", format!("slices: {} is not 2 to {}", parameters.slices, MOST)));
-        }
-        faults
+        let error = map_source::check_overflow(parameters.overflow, Some(parameters.precision.0));
+        error.into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -141,11 +133,16 @@ impl Kind for ExportKautzMcCool {
         map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
         context.check_cancelled()?;
         let texture = KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices))
-            .ok_or_else(|| Failure::new(format!("{} slices are no texture", parameters.slices)))?;
-        let (mut files, clamped) = encode(parameters, &texture, context)?;
-        tell_overflow(clamped, parameters.overflow, context)?;
+            .ok_or_else(|| {
+                Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
+            })?;
+        let [width, height] = map_source::picture_size(texture.grid());
+        let (depth, pixels) = (texture.angles().len(), texture.slices().to_vec());
+        let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };
+        let format = (parameters.format, parameters.precision.0, parameters.overflow);
+        let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
         let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
-            let of_volume = (parameters.format != Format::Exr).then_some(slice);
+            let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
             Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
         });
         let index = NewIndex {
@@ -171,37 +168,10 @@ impl Kind for ExportKautzMcCool {
 }
 
 /// The name of the file that holds a slice.
-fn file(slice: usize, format: Format) -> String {
+fn file(slice: usize, format: MapsFormat) -> String {
     match format {
-        Format::Dds => "texture.dds".into(),
-        Format::Ktx2 => "texture.ktx2".into(),
-        Format::Exr => format!("slice-{slice:02}.exr"),
+        MapsFormat::Dds => "texture.dds".into(),
+        MapsFormat::Ktx2 => "texture.ktx2".into(),
+        MapsFormat::Exr => format!("slice-{slice:02}.exr"),
     }
-}
-
-/// The files of the slices, and how many values were clamped.
-fn encode(
-    parameters: &Parameters,
-    texture: &KautzMcCool,
-    context: &Context<'_>,
-) -> Result<(Vec<Vec<u8>>, usize), Failure> {
-    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
-    let size @ [width, height] = map_source::picture_size(texture.grid());
-    let depth = texture.angles().len();
-    let volume = || {
-        let pixels = texture.slices().to_vec();
-        Texture { width, height, depth, layers: 0, faces: 1, pixels }
-    };
-    let encoded = match parameters.format {
-        Format::Dds => vec![write_dds(&volume(), precision)?],
-        Format::Ktx2 => vec![write_ktx2(&volume(), precision, recipe, &[("specula.kind", "kautz-mccool")])?],
-        Format::Exr => {
-            let slices = (0..depth).map(|slice| {
-                Ok(write_exr(&map_source::picture(size, texture.slice(slice))?, precision, recipe)?)
-            });
-            slices.collect::<Result<Vec<_>, Failure>>()?
-        }
-    };
-    let clamped = encoded.iter().map(|file| file.clamped).sum();
-    Ok((encoded.into_iter().map(|file| file.bytes).collect(), clamped))
 }

@@ -1,23 +1,24 @@
 //! Writes a reflection map: the light that a material reflects, per direction.
 //!
-//! A texel in direction w holds the radiance that is reflected where the material's central direction is w. For a
-//! phong material that direction is the reflection vector: look the map up by it. For a lambert material it is the
-//! surface normal, and the map is an *irradiance map*: with albedo 1 it holds the irradiance divided by pi, which is
-//! what a renderer multiplies by a surface's albedo.
+//! A texel in direction w holds the radiance that is reflected when the material's central direction is w.
+//! For a phong material that direction is the reflection vector: look the map up by it. For a lambert
+//! material it is the surface normal, and the map is an *irradiance map*: with albedo 1 it holds the
+//! irradiance divided by pi, which is what a renderer multiplies by a surface's albedo.
 //!
 //! ## Materials that change with the view
 //!
-//! A plain map has one value for each central direction. Of a material whose highlight changes with the view (P > 0) it
-//! holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is looked at straight
-//! (the view, the normal and the reflection vector are one; of a kajiya-kay material, looked up by the tangent, the view
-//! is at a right angle to that). A note tells the share of the reflected energy that changes with the view and is left
-//! out; `export-shrm` keeps it.
+//! A plain map has one value for each central direction. For a material whose highlight changes with the view
+//! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what is seen when the surface is
+//! viewed straight on (the view, the normal and the reflection vector are one; a kajiya-kay material is
+//! looked up by the tangent, and the view is at a right angle to it). The build notes the share of the
+//! reflected energy that changes with the view and is lost; `export-shrm` keeps it.
 //!
 //! ## Texels
 //!
-//! The map is evaluated from coefficients at the centre of each texel. It holds every detail where a lat-long map has
-//! more rows than the degree, or an edge of a cube more texels than two thirds of it. Values are linear Rec. 709
-//! radiance; a PNG holds them tone-mapped, by the `filmic` curve of `contact-sheet`, and is for looking only.
+//! The map is evaluated from coefficients at the centre of each texel. It holds every detail if a lat-long
+//! map has more rows than the degree, or the edge of a cube has more texels than two thirds of the degree.
+//! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
+//! `contact-sheet`, and is for looking only.
 //!
 //! ## Files
 //!
@@ -28,19 +29,20 @@
 //! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
 //!
-//! `.hdr` and `.png` take the place of `.exr` with the other formats. `import-environment` reads each back under the
+//! With the other formats the ending is `.hdr` or `.png`. `import-environment` reads each file back with the
 //! same `layout`.
 //!
 //! ## Negative values
 //!
-//! A series that is cut rings, so that a map of a material much sharper than its lighting's degree can hold small
-//! negative values. They are counted in a note. OpenEXR keeps them, because they are part of the function; Radiance
-//! and PNG cannot, and write 0 with a warning. A `window` of `project-sh` removes their cause.
+//! A truncated series rings, so a map of a material that is much sharper than its lighting's degree can hold
+//! small negative values. A note counts them. OpenEXR keeps them, because they are part of the function;
+//! Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh` prevents
+//! them.
 //!
 //! ## Values past the largest half
 //!
-//! A half holds numbers up to 65504. What is past that, in either direction, becomes +-65504 with a warning that
-//! counts it; with `overflow = "error"` the item fails instead. `precision = "float"` keeps every value.
+//! A half holds numbers up to 65504. Larger values, of either sign, become +-65504, and a warning counts
+//! them; with `overflow = "error"` the item fails instead. `precision = "float"` keeps every value.
 //!
 //! ## Example
 //!
@@ -61,14 +63,15 @@ use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
+use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
 use crate::share::share;
 
 choice! {
-    /// Which map stands for a material that changes with the view.
-    pub(crate) enum View {
+    /// Which map represents a material that changes with the view.
+    pub(crate) enum PlainName: Plain {
         /// The mean over all views.
         Mean = "mean",
-        /// The surface looked at straight.
+        /// The surface viewed straight on.
         HeadOn = "head-on",
     }
 }
@@ -99,48 +102,28 @@ choice! {
     }
 }
 
-choice! {
-    /// The numbers of an OpenEXR file.
-    pub(crate) enum Numbers {
-        /// 16 bits.
-        Half = "half",
-        /// 32 bits.
-        Float = "float",
-    }
-}
-
-choice! {
-    /// What is done with values past the largest half.
-    pub(crate) enum Overflow {
-        /// Each becomes the largest half.
-        Clamp = "clamp",
-        /// The item fails.
-        Error = "error",
-    }
-}
-
 parameters! {
     /// Parameters of `export-reflection-map`.
     pub(crate) struct Parameters {
         /// How the sphere lies on the written images; see Files.
         layout: Layout = Layout::LatLong,
-        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face. 1 to 4096.
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        #[range(1..=MOST)]
         resolution: usize = 128,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
-        /// With precision "half": what is done with values past 65504; see there.
+        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With precision "half": what happens to values past 65504; see Values past the largest half.
         overflow: Overflow = Overflow::Clamp,
-        /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
+        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        #[range(STOPS)]
         exposure: f64 = 0.0,
-        /// Of a material that changes with the view (P > 0): the mean over views, or the surface looked at straight.
-        view: View = View::Mean,
+        /// For a material that changes with the view (P > 0): the mean over all views, or the surface viewed
+        /// straight on.
+        view: PlainName = PlainName(Plain::Mean),
     }
 }
-
-/// The largest `resolution`: a cube of this edge has 100 million texels.
-const MOST: usize = 4096;
 
 /// The kind `export-reflection-map`.
 pub(crate) struct ExportReflectionMap;
@@ -150,6 +133,7 @@ impl Kind for ExportReflectionMap {
 
     const NAME: &'static str = "export-reflection-map";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
     fn ports() -> Vec<Port> {
@@ -169,40 +153,33 @@ impl Kind for ExportReflectionMap {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if !(1..=MOST).contains(&parameters.resolution) {
-            faults.push(("resolution", format!("resolution: {} is not 1 to {MOST}", parameters.resolution)));
-        }
+        let PrecisionName(precision) = parameters.precision;
+        let mut errors = Vec::new();
         if parameters.exposure != 0.0 && parameters.format != Format::Png {
-            faults.push(("exposure", "exposure: only format = \"png\" uses it".into()));
-        }
-        if parameters.exposure.abs() > 100.0 {
-            faults.push(("exposure", format!("exposure: {} is not -100 to 100 stops", parameters.exposure)));
+            errors.push(("exposure", "only format = \"png\" uses it".into()));
         }
         if parameters.overflow != Overflow::Clamp
-            && (parameters.format, parameters.precision) != (Format::Exr, Numbers::Half)
+            && (parameters.format, precision) != (Format::Exr, Precision::Half)
         {
-            faults.push((
-                "overflow",
-                "overflow: only format = \"exr\" with precision = \"half\" uses it".into(),
-            ));
+            errors.push(("overflow", "only format = \"exr\" with precision = \"half\" uses it".into()));
         }
-        if parameters.precision != Numbers::Half && parameters.format != Format::Exr {
-            faults.push(("precision", "precision: only format = \"exr\" uses it".into()));
+        if precision != Precision::Half && parameters.format != Format::Exr {
+            errors.push(("precision", "only format = \"exr\" uses it".into()));
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reflection = context.get::<artifacts::Reflection>("reflection")?;
-        let (plain, words) = match parameters.view {
-            View::Mean => (Plain::Mean, "the mean over all views"),
-            View::HeadOn => (Plain::HeadOn, "the surface looked at straight"),
+        let PlainName(plain) = parameters.view;
+        let shown = match plain {
+            Plain::Mean => "the mean over all views",
+            Plain::HeadOn => "the surface viewed straight on",
         };
         let lost = view_dependent_share(&reflection.0);
         if lost > 0.0 {
             context.note(format!(
-                "P = {}: the map holds {words}; {} of the reflected energy changes with the view, \
+                "P = {}: the map holds {shown}; {} of the reflected energy changes with the view, \
                  which export-shrm keeps",
                 reflection.0.brdf().p().get(),
                 share(lost)
@@ -211,7 +188,7 @@ impl Kind for ExportReflectionMap {
         let field = reflection.0.plain(plain);
         let images = images(parameters, &field)?;
         context.check_cancelled()?;
-        tell_negatives(parameters.format, &images, context);
+        report_negatives(parameters.format, &images, context);
         write(parameters, &images, context)
     }
 }
@@ -227,14 +204,15 @@ pub(crate) fn write(
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let clamped = encoded.iter().map(|file| file.clamped).sum();
     if parameters.format == Format::Exr {
-        tell_overflow(clamped, parameters.overflow, context)?;
+        report_overflow(clamped, parameters.overflow, context)?;
     }
     Ok(Output::Files(encoded.into_iter().map(|file| file.bytes).collect()))
 }
 
 /// The share of the energy of the reflected field that has p > 0; 0 for a black one.
 ///
-/// The energy of B_lmpq over central directions and views is Lambda_l^2 |L_lm|^2 |rho_lpq|^2, summed over both signs of q.
+/// The energy of B_lmpq over central directions and views is Lambda_l^2 |L_lm|^2 |rho_lpq|^2, summed over
+/// both signs of q.
 fn view_dependent_share(reflection: &Reflection) -> f64 {
     let (mut dependent, mut total) = (0.0, 0.0);
     let (brdf, light) = (reflection.brdf(), energy_per_degree(reflection.lighting()));
@@ -272,7 +250,7 @@ pub(crate) fn grid(parameters: &Parameters) -> MapGrid {
     }
 }
 
-/// The images that show the values of the texels.
+/// The images of the texels' values.
 pub(crate) fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<Vec<Image>, Failure> {
     let resolution = parameters.resolution;
     match parameters.layout {
@@ -287,7 +265,7 @@ pub(crate) fn arrange(parameters: &Parameters, pixels: Vec<[f32; 3]>) -> Result<
     }
 }
 
-/// The vertical cross, each of its pixels taken from the texel that looks the same way.
+/// The vertical cross: each pixel has the value of the texel in the same direction.
 fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
     let edge = cube.edge;
     let (width, height) = (3 * edge, 4 * edge);
@@ -303,14 +281,14 @@ fn cross(cube: Cube, pixels: &[[f32; 3]]) -> Result<Image, Failure> {
 }
 
 /// A picture of these pixels.
-fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
+pub(crate) fn image(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Result<Image, Failure> {
     let found = pixels.len();
     Image::new(width, height, pixels)
         .ok_or_else(|| Failure::new(format!("{found} pixels do not fill {width} x {height}")))
 }
 
-/// Counts what rings below zero.
-fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
+/// Reports how many values are negative because of ringing.
+fn report_negatives(format: Format, images: &[Image], context: &Context<'_>) {
     let values = || images.iter().flat_map(|image| image.pixels().as_flattened()).copied();
     let negative = values().filter(|value| *value < 0.0).count();
     if negative == 0 {
@@ -318,7 +296,7 @@ fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
     let found = format!(
-        "{negative} of {total} values are negative, the least {least:.3e}, because the series is cut"
+        "{negative} of {total} values are negative, the least is {least:.3e}, because the series is truncated"
     );
     match format {
         Format::Exr => context.note(found),
@@ -327,7 +305,7 @@ fn tell_negatives(format: Format, images: &[Image], context: &Context<'_>) {
 }
 
 /// Warns of values that a half cannot hold, or fails because of them.
-pub(crate) fn tell_overflow(
+pub(crate) fn report_overflow(
     clamped: usize,
     overflow: Overflow,
     context: &Context<'_>,
@@ -336,23 +314,19 @@ pub(crate) fn tell_overflow(
         _ if clamped == 0 => Ok(()),
         Overflow::Clamp => {
             context.warn(format!(
-                "{clamped} values are past 65504, the largest half, and became it; precision = \"float\" keeps them"
+                "{clamped} values exceed 65504, the largest half, and were clamped to it; precision = \"float\" keeps them"
             ));
             Ok(())
         }
-        Overflow::Error => Err(Failure::new(format!("{clamped} values are past 65504, the largest half"))
-            .help("precision = \"float\" keeps them, overflow = \"clamp\" makes them 65504")),
+        Overflow::Error => Err(Failure::new(format!("{clamped} values exceed 65504, the largest half"))
+            .help("precision = \"float\" keeps them, overflow = \"clamp\" clamps them to 65504")),
     }
 }
 
-/// The file of an image, and how many of its values the format could not hold.
+/// The file of an image, and the number of values that the format could not hold.
 fn encode(parameters: &Parameters, image: &Image, recipe: Option<&str>) -> Result<Encoded, Failure> {
-    let precision = match parameters.precision {
-        Numbers::Half => Precision::Half,
-        Numbers::Float => Precision::Float,
-    };
     match parameters.format {
-        Format::Exr => Ok(write_exr(image, precision, recipe)?),
+        Format::Exr => Ok(write_exr(image, parameters.precision.0, recipe)?),
         Format::Rgbe => Ok(write_rgbe(image, recipe)?),
         Format::Png => {
             let codes = to_srgb8(image.pixels(), parameters.exposure, ToneMap::Filmic);

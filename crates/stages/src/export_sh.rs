@@ -1,10 +1,11 @@
 //! Writes a lighting's coefficients, for people and for engines.
 //!
-//! Every JSON file states what it holds: frame, signs, scale, where that is written down, degree and coefficients.
+//! Every JSON file describes its content: frame, signs, scale, the source of the convention, degree and
+//! coefficients.
 //!
 //! | `preset` | what the file holds | degree |
 //! | --- | --- | --- |
-//! | `specula` | Specula's own: right-handed, +Z up, orthonormal, no Condon-Shortley phase, radiance | all |
+//! | `specula` | Specula's own convention: right-handed, +Z up, orthonormal, no Condon-Shortley phase, radiance | all |
 //! | `directx` | DirectXMath and cmft: left-handed, +Y up, Condon-Shortley signs, radiance | 1 to 5 |
 //! | `unreal` | left-handed, +Z up, Condon-Shortley signs, radiance | 2 |
 //! | `unity` | left-handed, +Y up: SHA, SHB, SHC of what a white diffuse surface reflects | 2 |
@@ -12,13 +13,13 @@
 //! | `three` | right-handed, +Y up, no phase, radiance | 2 |
 //! | `babylon` | left-handed, +Y up, Condon-Shortley signs: what a white diffuse surface reflects | 2 |
 //!
-//! A preset that holds less than the lighting takes its first coefficients (nine for degree 2), and the build notes
-//! it. A diffuse surface loses little: degree 2 holds over 99 % of the energy of its cosine.
+//! A preset with a lower degree than the lighting holds the first coefficients (nine for degree 2), and the
+//! build notes it. A diffuse surface loses little: degree 2 holds over 99 % of the energy of its cosine.
 //!
 //! ## The presets in full
 //!
-//! Each of these stands in the file as a member of the same name. No preset loses anything but the degrees past its
-//! own. A_l is the factor of the cosine: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
+//! Each of these is a member of the file, under the same name. A preset loses nothing but the degrees above
+//! its own. A_l is the factor of the cosine: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
 //!
 //! `specula`
 //!
@@ -34,8 +35,8 @@
 //! - yaw: the centre of a lat-long image looks along +Z, its right quarter along +X (cmft, latLongFromVec)
 //! - signs: Condon-Shortley phase: odd m carry a minus; row l*l + l + m
 //! - scale: radiance, orthonormal basis; degree 1 to 5 (order 2 to 6)
-//! - source: DirectXMath SHMath/DirectXSH.cpp, sh_eval_basis; cmft src/cmft/cubemapfilter.cpp, evalSHBasis5, and
-//!   cubemaputils.h
+//! - source: DirectXMath SHMath/DirectXSH.cpp, sh_eval_basis; cmft src/cmft/cubemapfilter.cpp, evalSHBasis5,
+//!   and cubemaputils.h
 //!
 //! `unreal`
 //!
@@ -61,8 +62,8 @@
 //! - yaw: the centre of a lat-long image looks along +Z, its left quarter along +X (cmgen, mirrored as by
 //!   default)
 //! - signs: coefficients of 1, y, z, x, xy, yz, 3zz - 1, zx, xx - yy
-//! - scale: A_l / pi times radiance times the basis' constants: what a white diffuse surface reflects, ready for
-//!   IndirectLight::Builder::irradiance(3, sh)
+//! - scale: A_l / pi times radiance times the basis' constants: what a white diffuse surface reflects, ready
+//!   for IndirectLight::Builder::irradiance(3, sh)
 //! - source: Filament libs/ibl/src/CubemapSH.cpp, computeIrradianceSH3Bands and renderPreScaledSH3Bands;
 //!   CubemapUtils.cpp, equirectangularToCubemap; cmgen.cpp
 //!
@@ -87,8 +88,8 @@
 //!
 //! ## Safetensors
 //!
-//! `format = "safetensors"` writes the tensor `sh` of shape [(degree + 1)^2, 3], f64, in row order l*l + l + m, of the
-//! preset `specula`. In Python:
+//! `format = "safetensors"` writes the tensor `sh` of shape [(degree + 1)^2, 3], f64, in row order l*l + l +
+//! m, in the convention of the preset `specula`. In Python:
 //!
 //! ```python
 //! sh = safetensors.numpy.load_file("sh.safetensors")["sh"]
@@ -108,7 +109,8 @@
 //! path = "{environment}/sh"
 //! ```
 
-use containers::{lighting_json, tensors};
+use containers::lighting_json::{self, Preset};
+use containers::tensors;
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 
 use crate::artifacts;
@@ -125,21 +127,21 @@ choice! {
 
 choice! {
     /// The convention of the coefficients.
-    pub(crate) enum Preset {
+    pub(crate) enum PresetName: Preset {
         /// Specula's own.
-        Specula = "specula",
+        Specula,
         /// DirectXMath and cmft.
-        DirectX = "directx",
+        DirectX,
         /// Unreal Engine.
-        Unreal = "unreal",
+        Unreal,
         /// Unity.
-        Unity = "unity",
+        Unity,
         /// Filament.
-        Filament = "filament",
+        Filament,
         /// three.js.
-        Three = "three",
+        Three,
         /// Babylon.js.
-        Babylon = "babylon",
+        Babylon,
     }
 }
 
@@ -149,21 +151,7 @@ parameters! {
         /// The container: JSON for people and engines, safetensors for programs.
         format: Format = Format::Json,
         /// With format "json": the convention of the coefficients; see the table.
-        preset: Preset = Preset::Specula,
-    }
-}
-
-impl Preset {
-    fn definition(self) -> lighting_json::Preset {
-        match self {
-            Self::Specula => lighting_json::Preset::Specula,
-            Self::DirectX => lighting_json::Preset::DirectX,
-            Self::Unreal => lighting_json::Preset::Unreal,
-            Self::Unity => lighting_json::Preset::Unity,
-            Self::Filament => lighting_json::Preset::Filament,
-            Self::Three => lighting_json::Preset::Three,
-            Self::Babylon => lighting_json::Preset::Babylon,
-        }
+        preset: PresetName = PresetName(Preset::Specula),
     }
 }
 
@@ -189,8 +177,11 @@ impl Kind for ExportSh {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.format == Format::Safetensors && parameters.preset != Preset::Specula {
-            return vec![("preset", "preset: safetensors hold Specula's own coefficients only".into())];
+        if parameters.format == Format::Safetensors && parameters.preset.0 != Preset::Specula {
+            return vec![(
+                "preset",
+                "format = \"safetensors\" holds coefficients in Specula's own convention only".into(),
+            )];
         }
         Vec::new()
     }
@@ -201,7 +192,7 @@ impl Kind for ExportSh {
         if parameters.format == Format::Safetensors {
             return Ok(Output::Files(vec![tensors::encode_lighting(lighting, recipe)?]));
         }
-        let preset = parameters.preset.definition();
+        let PresetName(preset) = parameters.preset;
         let (given, written) = (lighting.degree().get(), preset.degree(lighting.degree()));
         if written < given {
             context.note(format!(

@@ -1,19 +1,22 @@
-//! Writes a spherical harmonic reflection map: what a material reflects, for every direction and every view.
+//! Writes a spherical harmonic reflection map (SHRM): what a material reflects, for every direction and every
+//! view.
 //!
-//! A texel in direction C holds the coefficients of the light that is reflected toward each view V where the material's
-//! central direction is C: the reflection vector, the normal (lambert) or the tangent (kajiya-kay), as the file's
-//! `centre` says. One map serves every view point, at any roughness, with the lighting's own sharpness.
+//! A texel in direction C holds the coefficients of the light that is reflected toward each view V when the
+//! material's central direction is C: the reflection vector, the normal (lambert) or the tangent
+//! (kajiya-kay), as the file's `centre` says. One map serves every viewpoint, at any roughness, with the
+//! lighting's own sharpness.
 //!
 //! > B(C, V) = sum over p <= P, |q| <= p of b_pq(C) Y_pq(w)
 //!
-//! Y_pq are real harmonics, orthonormal, without the Condon-Shortley phase, in row p*p + p + q. In a *local* map w is
-//! the view in the frame of the texel, w = R^-1 V, R = R_z(phi) R_y(theta) of the texel's own direction; most materials
-//! need few coefficients there, those without azimuth only the P + 1 with q = 0. In a *global* map (equation 8) w is V
-//! itself: more to store, less to do in a shader.
+//! Y_pq are real harmonics, orthonormal, without the Condon-Shortley phase, in row p*p + p + q. In a *local*
+//! map w is the view in the frame of the texel, w = R^-1 V, R = R_z(phi) R_y(theta) of the texel's own
+//! direction; most materials need few coefficients there, those without azimuth only the P + 1 with q = 0. In
+//! a *global* map (equation 8) w is V itself: it takes more storage and less work in a shader.
 //!
-//! `resolution = "auto"` takes the least, a multiple of 4, for which bilinear look-ups miss at most an estimated `error` of
-//! the RMS radiance; at the most 10 F rows of a lat-long map, or an edge of 5 F texels, F being the degree. The build
-//! notes degrees, resolution, this error and the file's size.
+//! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
+//! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an
+//! edge of 5 F texels, F being the degree. The build notes the degrees, the resolution, the estimated error
+//! and the file's size.
 //!
 //! ## Files
 //!
@@ -23,28 +26,30 @@
 //! | `exr` | `.exr`: a layer for each coefficient, zeros included; a cube is its six faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `ktx2` | `.ktx2`: a cube array, or a 2D array for `lat-long`, with a layer for each coefficient; RGBA, alpha 1 |
 //!
-//! Coefficients stand in row order p*p + p + q. A KTX2 file of a local map without azimuth has the P + 1 layers with
-//! q = 0 only, in order of p; its entry `specula.terms` then is `zonal` and not `all`.
+//! Coefficients are in row order p*p + p + q. A KTX2 file of a local map without azimuth has the P + 1 layers
+//! with q = 0 only, in order of p; its entry `specula.terms` then is `zonal` and not `all`.
 //!
-//! OpenEXR's layers are named `p1qm1` (p = 1, q = -1), `p1q0`, `p1q1`, ...; p = 0, q = 0 is the plain R, G, B, so that any
-//! viewer shows it: times 0.2821 it is the mean over all views.
+//! OpenEXR's layers are named `p1qm1` (p = 1, q = -1), `p1q0`, `p1q1`, ...; p = 0, q = 0 is the plain R, G,
+//! B, which any viewer shows: times 0.2821 it is the mean over all views.
 //!
-//! Every file says what it holds. Safetensors have `layout`, `view`, `centre`, `terms` (`zonal`: all with q other than 0
-//! are zero), `degree` (P), `basis` and `frame` in their metadata; KTX2 and OpenEXR have the same as `specula.layout` and
-//! so on, and `specula.rows`, the names of their layers in the order of KTX2.
+//! Every file describes its content. Safetensors have `layout`, `view`, `centre`, `terms` (`zonal`: all
+//! coefficients with q other than 0 are zero), `degree` (P), `basis` and `frame` in their metadata; KTX2 and
+//! OpenEXR have the same as `specula.layout` and so on, and `specula.rows`, the names of their layers in the
+//! order of KTX2.
 //!
-//! Lat-long maps have the image's centre along +X, its left quarter along +Y and row 0 toward +Z, the frame being
-//! right-handed with +Z up. A cube is sampled with (-y, z, x) and looks unmirrored from inside.
+//! Lat-long maps have the image's centre along +X, its left quarter along +Y and row 0 toward +Z, the frame
+//! being right-handed with +Z up. A cube is sampled with (-y, z, x) and looks unmirrored from inside.
 //!
 //! ## From a map
 //!
-//! The input may be a map instead of a reflection. Then `layout` and `resolution` are as it has them and are left out;
-//! `view = "global"` still turns a local map into a global one.
+//! The input may be a map instead of a reflection. Then the map determines `layout` and `resolution`, so
+//! leave them out; `view = "global"` converts a local map to a global one.
 //!
 //! ## In a shader: local maps
 //!
-//! The frames of neighbouring texels differ, and around a pole they spin: never filter local coefficients in hardware.
-//! Fetch four texels, evaluate each at the view *in its own frame*, and blend the colours. For P = 2 and `lat-long`:
+//! The frames of neighbouring texels differ, and they spin around the poles: never filter local coefficients
+//! in hardware. Fetch four texels, evaluate each at the view *in its own frame*, and blend the colours. For P
+//! = 2 and `lat-long`:
 //!
 //! ```glsl
 //! vec3 texel(sampler2DArray map, ivec2 at, vec3 view) {
@@ -80,13 +85,14 @@
 //! }
 //! ```
 //!
-//! For centre `reflection` the central direction is `2 * dot(n, v) * n - v`. A cube array goes the same way: bind its
-//! memory as a 2D array (layer 6 * row + face), and let z be the direction of the texel, x and y those of its theta and
-//! phi; where z is a pole, phi is 0.
+//! For centre `reflection` the central direction is `2 * dot(n, v) * n - v`. A cube array works in the same
+//! way: bind its memory as a 2D array (layer 6 * row + face), and let z be the direction of the texel, x and
+//! y the directions of its theta and phi; if z is a pole, phi is 0.
 //!
 //! ## In a shader: global maps
 //!
-//! All texels share one frame, so that hardware may filter, and V's harmonics are computed once. For P = 2 and a cube:
+//! All texels share one frame, so hardware may filter them, and V's harmonics are computed once. For P = 2
+//! and a cube:
 //!
 //! ```wgsl
 //! fn reflected(central: vec3f, v: vec3f) -> vec3f {
@@ -103,13 +109,14 @@
 //! }
 //! ```
 //!
-//! Where the viewer is far away, V is one for a whole frame. Then evaluate the sum once per texel into an ordinary
-//! reflection map (equation 12), and look that up by C alone.
+//! If the viewer is far away, V is the same for a whole frame. Then evaluate the sum once per texel into an
+//! ordinary reflection map (equation 12), and look that up by C alone.
 //!
 //! ## Values past the largest half
 //!
-//! With precision "half" (KTX2 and OpenEXR) a value past 65504, in either direction, becomes +-65504 with a warning that
-//! counts it; with `overflow = "error"` the item fails instead. `precision = "float"` keeps every value.
+//! With precision "half" (KTX2 and OpenEXR) a value past 65504, of either sign, becomes +-65504, and a
+//! warning counts such values; with `overflow = "error"` the item fails instead. `precision = "float"` keeps
+//! every value.
 //!
 //! ## Example
 //!
@@ -129,11 +136,12 @@ use std::ops::Range;
 use containers::{
     Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
 };
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::{Shrm, Terms};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use shrm::{MapLayout, Shrm, Terms};
 
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
-use crate::map_input::{MapInput, MapLayout, Resolution};
+use crate::choices::{MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of};
+use crate::export_reflection_map::report_overflow;
+use crate::map_input::{self, MapInput};
 
 choice! {
     /// The container.
@@ -147,43 +155,35 @@ choice! {
     }
 }
 
-choice! {
-    /// The directions that the coefficients are over.
-    pub(crate) enum View {
-        /// The view in the frame of the texel.
-        Local = "local",
-        /// The view in the world.
-        Global = "global",
-    }
-}
-
 parameters! {
     /// Parameters of `export-shrm`.
     pub(crate) struct Parameters {
-        /// Where the texels lie. Left out: "cube", or as the map that arrives has it.
-        layout: Option<MapLayout> = None,
-        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto", or as the map that arrives has it.
+        /// The layout of the texels. Default: "cube", or the layout of the map that arrives.
+        layout: Option<MapLayoutName> = None,
+        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto",
+        /// or the resolution of the map that arrives.
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
-        /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Left out: 0.01.
+        /// With resolution "auto": the RMS error of bilinear look-ups, as a share of RMS radiance. Default:
+        /// 0.01.
+        #[range(1e-6..1.0)]
         error: Option<f64> = None,
-        /// The frame of the views that the coefficients are over. Left out: "local", or as the map that arrives has it.
-        view: Option<View> = None,
+        /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
+        view: Option<ViewName> = None,
         /// The container; see Files.
         format: Format = Format::Safetensors,
-        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504. Safetensors hold 32-bit numbers.
-        precision: Numbers = Numbers::Half,
-        /// With precision "half": what is done with values past 65504; see there.
+        /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
+        /// Safetensors hold 32-bit numbers.
+        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With precision "half": what happens to values past 65504; see Values past the largest half.
         overflow: Overflow = Overflow::Clamp,
     }
 }
 
 impl Parameters {
     fn input(&self) -> MapInput {
-        let view = self.view.map(|view| match view {
-            View::Local => shrm::View::Local,
-            View::Global => shrm::View::Global,
-        });
-        MapInput { layout: self.layout, resolution: self.resolution, error: self.error, view }
+        let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
+        MapInput { layout, resolution: self.resolution, error: self.error, view }
     }
 }
 
@@ -195,6 +195,7 @@ impl Kind for ExportShrm {
 
     const NAME: &'static str = "export-shrm";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
     fn ports() -> Vec<Port> {
@@ -209,35 +210,38 @@ impl Kind for ExportShrm {
         }])
     }
 
+    fn map_sizes(parameters: &Parameters) -> MapSizes {
+        let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
+        MapSizes { edge: edge_of(parameters.resolution, layout), slices: None }
+    }
+
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = parameters.input().check();
+        let PrecisionName(precision) = parameters.precision;
+        let mut errors = parameters.input().check();
         let textures = parameters.format != Format::Safetensors;
-        if parameters.overflow != Overflow::Clamp && !(textures && parameters.precision == Numbers::Half) {
-            faults.push((
+        if parameters.overflow != Overflow::Clamp && !(textures && precision == Precision::Half) {
+            errors.push((
                 "overflow",
-                "overflow: only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
+                "only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it".into(),
             ));
         }
-        if parameters.precision != Numbers::Half && !textures {
-            faults.push(("precision", "precision: only format = \"exr\" or \"ktx2\" uses it".into()));
+        if precision != Precision::Half && !textures {
+            errors.push(("precision", "only format = \"exr\" or \"ktx2\" uses it".into()));
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let map = parameters.input().map(context)?;
         context.check_cancelled()?;
         let recipe = Some(context.recipe());
-        let precision = match parameters.precision {
-            Numbers::Half => Precision::Half,
-            Numbers::Float => Precision::Float,
-        };
+        let PrecisionName(precision) = parameters.precision;
         let file = match parameters.format {
             Format::Safetensors => Encoded { bytes: tensors::encode_shrm(&map.0, recipe)?, clamped: 0 },
             Format::Exr => layers(&map.0, precision, recipe)?,
             Format::Ktx2 => texture(&map.0, precision, recipe)?,
         };
-        tell_overflow(file.clamped, parameters.overflow, context)?;
+        report_overflow(file.clamped, parameters.overflow, context)?;
         context.note(format!("{} bytes", file.bytes.len()));
         Ok(Output::Files(vec![file.bytes]))
     }

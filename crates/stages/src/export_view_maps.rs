@@ -1,35 +1,37 @@
 //! Writes explicit reflection maps for T x T views: the whole reflected light field as a table.
 //!
-//! Each map is a plain reflection map for one view, so that a renderer without spherical harmonics can show a material
-//! that changes with the view, to any accuracy that its disk holds (Ramamoorthi and Hanrahan 2002, section 5.2 and
-//! appendix C). It is the largest of the exports: T x T maps against the (P+1)^2 coefficients of `export-shrm`.
+//! Each map is a plain reflection map for one view, so a renderer without spherical harmonics can show a
+//! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and Hanrahan
+//! 2002, section 5.2 and appendix C). It is the largest of the exports: T x T maps, compared with the (P+1)^2
+//! coefficients of `export-shrm`.
 //!
-//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and
-//! phi_k = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly, as in such
-//! an image; past a pole lies the same row half a turn away, which for an odd T is half way between two columns. T = 2 P + 1 keeps all that a field of degree P has, for `import-reflection-maps` to find again; for bilinear
-//! interpolation that nobody sees take about 10 P.
+//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and phi_k
+//! = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly,
+//! as in such an image; past a pole the same row continues half a turn away, which for an odd T is half way
+//! between two columns. With T = 2 P + 1 `import-reflection-maps` can recover a field of degree P completely;
+//! for bilinear interpolation without visible error take about 10 P.
 //!
 //! | `view` | the views are | |
 //! | --- | --- | --- |
 //! | `global` | V in the world | each map is smooth over the sphere: look up the maps around V with one central direction |
-//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of the paper; frames turn around the poles, so that each texel of a look-up needs its own w_o, and maps are not to be filtered |
+//! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of the paper; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
 //!
-//! The input is a reflection, which is evaluated at each texel, or an SHRM, which is used as it is where layout and
-//! resolution are its own and else interpolated, with a note. With `resolution = "auto"`, or left out, a reflection gets
-//! the least texels between which it is interpolated with an error of 1 %, and an SHRM keeps its own. Values take O(P)
-//! operations each.
+//! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
+//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
+//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
+//! and an SHRM keeps its own. Each value takes O(P) operations.
 //!
 //! ## Files
 //!
-//! After the item's `path`, a folder, and in it
+//! After the item's `path`, a folder that holds
 //!
 //! | `format` | files |
 //! | --- | --- |
 //! | `ktx2`, `dds` | `/maps.ktx2` or `/maps.dds`: an array of T x T layers, of 2D images or of cubes |
 //! | `exr` | `/view-000.exr` ...: a picture for each view; six faces of a cube lie below each other |
 //!
-//! and last `/view-maps.json`, the index: the file, layer and view of each map, how a direction finds its texel, how to
-//! interpolate. The manual of `import-reflection-maps` lists its members.
+//! and last `/view-maps.json`, the index: the file, layer and view of each map, how to look up a direction,
+//! how to interpolate. The manual of `import-reflection-maps` lists its members.
 //!
 //! ## Example
 //!
@@ -42,59 +44,36 @@
 //! path = "{environment}/{material}/view-maps"
 //! ```
 
-use containers::{write_dds, write_exr, write_ktx2};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use shrm::ViewMaps;
+use containers::{Precision, Texture};
+use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
+use shrm::{MapLayout, View, ViewMaps};
 
-use crate::export_reflection_map::{Numbers, Overflow, tell_overflow};
+use crate::choices::{MOST, MapLayoutName, MapsFormat, Overflow, PrecisionName, Resolution, ViewName};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
-use crate::map_input::{MapLayout, Resolution};
+use crate::map_input;
 use crate::map_source::{self, MapSource};
-
-choice! {
-    /// Which directions the views are.
-    pub(crate) enum View {
-        /// V in the world.
-        Global = "global",
-        /// w_o in the frame of the texel.
-        Local = "local",
-    }
-}
-
-choice! {
-    /// The container of the maps.
-    pub(crate) enum Format {
-        /// A KTX2 array.
-        Ktx2 = "ktx2",
-        /// A DDS array.
-        Dds = "dds",
-        /// OpenEXR pictures.
-        Exr = "exr",
-    }
-}
 
 parameters! {
     /// Parameters of `export-view-maps`.
     pub(crate) struct Parameters {
-        /// T: the maps are for T x T views. 1 to 64.
+        /// T: there are maps for T x T views.
+        #[range(1..=64)]
         views: usize = 9,
-        /// Which directions the views are; see the table.
-        view: View = View::Global,
-        /// Where the texels of a map lie.
-        layout: MapLayout = MapLayout::Cube,
-        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Left out: "auto".
+        /// The frame in which the views are given; see the table.
+        view: ViewName = ViewName(View::Global),
+        /// The layout of a map's texels.
+        layout: MapLayoutName = MapLayoutName(MapLayout::Cube),
+        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto".
+        #[range(1..=MOST)]
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
-        format: Format = Format::Ktx2,
+        format: MapsFormat = MapsFormat::Ktx2,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
-        /// With precision "half": whether values past 65504, in either direction, become +-65504 or fail the item.
+        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
 }
-
-/// The largest T.
-const MOST: usize = 64;
 
 /// The kind `export-view-maps`.
 pub(crate) struct ExportViewMaps;
@@ -103,7 +82,8 @@ impl Kind for ExportViewMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-view-maps";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 
     fn ports() -> Vec<Port> {
@@ -112,38 +92,27 @@ impl Kind for ExportViewMaps {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let count = match parameters.format {
-            Format::Exr => parameters.views * parameters.views,
-            Format::Ktx2 | Format::Dds => 1,
+            MapsFormat::Exr => parameters.views * parameters.views,
+            MapsFormat::Ktx2 | MapsFormat::Dds => 1,
         };
         let files = (0..count).map(|view| format!("/{}", file(view, parameters.format)));
         Product::Files(files.chain(["/view-maps.json".to_owned()]).collect())
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if !(1..=MOST).contains(&parameters.views) {
-            faults.push(("views", format!("views: {} is not 1 to {MOST}", parameters.views)));
-        }
-        faults.extend(map_source::check_overflow(parameters.overflow, Some(parameters.precision)));
-        faults
+        let error = map_source::check_overflow(parameters.overflow, Some(parameters.precision.0));
+        error.into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = MapSource::of(context)?;
-        let (view, views) = match parameters.view {
-            View::Global => (shrm::View::Global, Views::Global),
-            View::Local => (shrm::View::Local, Views::Local),
-        };
-        let layout = match parameters.layout {
-            MapLayout::Cube => FileLayout::Cube,
-            MapLayout::LatLong => FileLayout::LatLong,
-        };
-        let map = source.map(parameters.layout, parameters.resolution, view, context)?;
+        let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
+        let map = source.map(layout, parameters.resolution, view, context)?;
         let side = parameters.views;
         map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
         context.check_cancelled()?;
         let table = ViewMaps::from_shrm(&map.0, side)
-            .ok_or_else(|| Failure::new(format!("{side} x {side} views are no table")))?;
+            .ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
         context.check_cancelled()?;
         if side < 2 * source.p() + 1 {
             context.note(format!(
@@ -153,25 +122,35 @@ impl Kind for ExportViewMaps {
                 2 * source.p() + 1
             ));
         }
-        let (mut files, clamped) = encode(parameters, &table, context)?;
-        tell_overflow(clamped, parameters.overflow, context)?;
+        let [faces, height, width] = table.grid().shape();
+        let (layers, pixels) = (side * side, table.maps().to_vec());
+        let array = Texture { width, height, depth: 1, layers, faces, pixels };
+        let format = (parameters.format, parameters.precision.0, parameters.overflow);
+        let mut files = map_source::encode(&array, format, "view-maps", context)?;
         let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
-            let layer = (parameters.format != Format::Exr).then_some(k);
+            let layer = (parameters.format != MapsFormat::Exr).then_some(k);
             let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
-            match parameters.view {
+            match view {
                 View::Global => entry.seen_from(direction),
                 View::Local => entry.seen_from_local(direction),
             }
         });
+        let layout = match layout {
+            MapLayout::Cube => FileLayout::Cube,
+            MapLayout::LatLong => FileLayout::LatLong,
+        };
         let index = NewIndex {
             method: "view-maps",
             centre: table.centre(),
-            views,
+            views: match view {
+                View::Global => Views::Global,
+                View::Local => Views::Local,
+            },
             layout,
             resolution: table.grid().shape()[1],
             degree: source.p(),
             lookup: lookup_text(layout).into(),
-            interpolation: interpolation(parameters.view, side),
+            interpolation: interpolation(view, side),
             maps: entries.collect(),
             triangles: None,
         };
@@ -184,7 +163,7 @@ fn interpolation(view: View, side: usize) -> String {
     let frame = match view {
         View::Global => "with the view (x, y, z) in the frame of `view`",
         View::Local => {
-            "with (x, y, z) = R^-1 V of the view V for each texel of its own, R = R_z(beta) R_y(alpha), (alpha, beta) the \
+            "with (x, y, z) = R^-1 V of the view V separately for each texel, R = R_z(beta) R_y(alpha), (alpha, beta) the \
              angles of the texel's central direction"
         }
     };
@@ -196,33 +175,10 @@ fn interpolation(view: View, side: usize) -> String {
 }
 
 /// The name of the file that holds a view's map.
-fn file(view: usize, format: Format) -> String {
+fn file(view: usize, format: MapsFormat) -> String {
     match format {
-        Format::Ktx2 => "maps.ktx2".into(),
-        Format::Dds => "maps.dds".into(),
-        Format::Exr => format!("view-{view:03}.exr"),
+        MapsFormat::Ktx2 => "maps.ktx2".into(),
+        MapsFormat::Dds => "maps.dds".into(),
+        MapsFormat::Exr => format!("view-{view:03}.exr"),
     }
-}
-
-/// The files of the maps, and how many values were clamped.
-fn encode(
-    parameters: &Parameters,
-    table: &ViewMaps,
-    context: &Context<'_>,
-) -> Result<(Vec<Vec<u8>>, usize), Failure> {
-    let (recipe, precision) = (Some(context.recipe()), map_source::precision(parameters.precision));
-    let count = table.side() * table.side();
-    let array = || map_source::texture(table.grid(), count, table.maps().to_vec());
-    let encoded = match parameters.format {
-        Format::Ktx2 => vec![write_ktx2(&array(), precision, recipe, &[("specula.kind", "view-maps")])?],
-        Format::Dds => vec![write_dds(&array(), precision)?],
-        Format::Exr => {
-            let size = map_source::picture_size(table.grid());
-            let maps = (0..count)
-                .map(|view| Ok(write_exr(&map_source::picture(size, table.map(view))?, precision, recipe)?));
-            maps.collect::<Result<Vec<_>, Failure>>()?
-        }
-    };
-    let clamped = encoded.iter().map(|file| file.clamped).sum();
-    Ok((encoded.into_iter().map(|file| file.bytes).collect(), clamped))
 }

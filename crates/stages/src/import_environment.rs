@@ -1,21 +1,23 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
-//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PNG or JPEG files, or folders of six cube faces. A glob
-//! gives one item per file. What a file is, its content decides and not its name.
+//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PNG or JPEG files, or folders of six cube
+//! faces. A glob gives one item per file. The format of a file is recognised by its content, not by its name.
 //!
-//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with colour is
-//!   read, an unnamed one before all others, with a warning that lists them; `layer` names another. The
-//!   `chromaticities` are converted to Rec. 709.
-//! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a warning.
-//! - PNG and JPEG are decoded from sRGB, with a warning: they hold no light brighter than their white.
+//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with
+//!   colour is read (an unnamed one before all others), and a warning lists them; `layer` chooses another.
+//!   The `chromaticities` are converted to Rec. 709.
+//! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
+//!   warning.
+//! - PNG and JPEG are decoded from sRGB, with a warning, because they cannot hold light that is brighter than
+//!   their white.
 //!
-//! Alpha is ignored, with a warning where it is below 1.
+//! Alpha is ignored, with a warning if it is below 1.
 //!
 //! ## Layouts
 //!
 //! | `layout` | what the image is |
 //! | --- | --- |
-//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute is what the attribute says; all else is `lat-long` |
+//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute has the layout that the attribute names; everything else is `lat-long` |
 //! | `lat-long` | twice as wide as high, up at the top, pixel centres at half texels; the image centre is Specula's +X |
 //! | `openexr-lat-long` | the lat-long of OpenEXR's `envmap` attribute: the first and last rows lie on the poles, and the last column repeats the first |
 //! | `openexr-cube` | the cube of OpenEXR's `envmap` attribute: six faces below each other, +X -X +Y -Y +Z -Z, in OpenEXR's orientation |
@@ -25,22 +27,23 @@
 //! | `cube-cross` | 4 x 3 faces (horizontal cross) or 3 x 4 faces (vertical cross, its -Z turned by half a turn) in one file |
 //! | `cube-strip` | 6 x 1 or 1 x 6 faces in one file, +X -X +Y -Y +Z -Z |
 //!
-//! In Specula's frame +Z is up, and +X is *forward*: the centre of a lat-long image, a probe and a mirror ball, and the
-//! +Z face of a cube. A quarter to the left of a lat-long's centre is +Y. A probe's right is -Y, as in a lat-long
-//! image; a mirror ball's is +Y, because a reflection is mirrored. Faces look as from inside the cube: +X to the right
-//! of forward, +Y up; the crosses unfold around the +Z face.
+//! In Specula's frame +Z is up, and +X is *forward*: the centre of a lat-long image, a probe and a mirror
+//! ball, and the +Z face of a cube. A quarter to the left of a lat-long's centre is +Y. The right of a probe
+//! is -Y, as in a lat-long image; the right of a mirror ball is +Y, because a reflection is mirrored. Faces
+//! are seen from inside the cube: +X is to the right of forward, +Y is up. The crosses unfold around the +Z
+//! face.
 //!
-//! The layout is never guessed from an image's shape: a square image may be a probe or a mirror ball, and only its
-//! maker knows. An image whose shape its layout cannot have is an error.
+//! The layout is never guessed from an image's shape: a square image may be a probe or a mirror ball, and
+//! only its author knows which. If the image's shape does not fit the layout, the item fails.
 //!
-//! A lat-long image keeps its pixels. Every other layout is resampled with antialiasing: each texel is the mean of
-//! the image over the texel's area, so that a small lamp keeps its energy.
+//! A lat-long image keeps its pixels. Every other layout is resampled with antialiasing: each texel is the
+//! mean of the image over the texel's area, so a small lamp keeps its energy.
 //!
 //! ## Six faces
 //!
-//! The source is a folder that holds one set of faces, or one face of a set (with `layout = "cube"`): the other five
-//! lie beside it, so that `source = "sets/*_px.hdr"` gives one item per set. A face is known by the end of its name,
-//! in either case, after any prefix that does not end in a letter:
+//! The source is a folder that holds one set of faces, or one face of a set (with `layout = "cube"`): the
+//! other five are in the same folder, so `source = "sets/*_px.hdr"` gives one item per set. The end of a
+//! file's name says which face it is, in upper or lower case, after any prefix that does not end in a letter:
 //!
 //! | face | ends in one of |
 //! | --- | --- |
@@ -53,14 +56,14 @@
 //!
 //! ## Bad pixels
 //!
-//! NaN, infinite and negative values spoil every coefficient that is computed from them. They are counted, and the
-//! first of each is told by its pixel and direction:
+//! NaN, infinite and negative values spoil every coefficient that is computed from them. The message counts
+//! them, and names the pixel and the direction of the first of each:
 //!
 //! | `bad-pixels` | what happens |
 //! | --- | --- |
 //! | `error` | the item fails |
 //! | `zero` | each becomes 0, with a warning |
-//! | `clamp` | NaN, negative values and -Inf become 0, +Inf the largest finite value of the image, with a warning |
+//! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
 //!
 //! ## Example
 //!
@@ -75,65 +78,67 @@
 use std::path::Path;
 
 use containers::{Decoded, OpenExrEnvmap, ReadOptions, read_image};
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
-use envmap::{Environment, Image, repair, stack_faces};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use envmap::{BadPixels, Environment, Image, Layout, repair, stack_faces};
 use sphere::{Face, LatLong};
 
 use crate::artifacts;
+use crate::choices::STOPS;
 use crate::six_faces::{self, FaceName};
 
 choice! {
-    /// How the sphere lies on the image.
-    pub(crate) enum Layout {
-        /// As the source says: a folder, or the `envmap` attribute; else lat-long.
-        Auto = "auto",
+    /// How the sphere lies on an image.
+    pub(crate) enum LayoutName: Layout {
         /// Latitude and longitude, pixel centres at half texels.
-        LatLong = "lat-long",
+        LatLong,
         /// OpenEXR's lat-long, with pixels on the poles.
-        OpenExrLatLong = "openexr-lat-long",
+        OpenExrLatLong,
         /// OpenEXR's cube.
-        OpenExrCube = "openexr-cube",
+        OpenExrCube,
         /// An angular map.
-        Probe = "probe",
+        Probe,
         /// A chrome ball.
-        MirrorBall = "mirror-ball",
+        MirrorBall,
         /// Six files.
-        Cube = "cube",
+        Cube,
         /// A cross of faces.
-        CubeCross = "cube-cross",
+        CubeCross,
         /// A strip of faces.
-        CubeStrip = "cube-strip",
+        CubeStrip,
     }
 }
 
 choice! {
-    /// What is done with NaN, infinite and negative values.
-    pub(crate) enum BadPixels {
+    /// What happens to NaN, infinite and negative values.
+    pub(crate) enum BadPixelsName: BadPixels {
         /// The item fails.
-        Error = "error",
+        Error,
         /// The value becomes 0.
-        Zero = "zero",
+        Zero,
         /// The value becomes the nearest that is not bad.
-        Clamp = "clamp",
+        Clamp,
     }
 }
 
 parameters! {
     /// Parameters of `import-environment`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the image; see Layouts.
-        layout: Layout = Layout::Auto,
-        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Without it, the first
-        /// that holds colour.
+        /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
+        /// cube, an `envmap` attribute names its layout, everything else is lat-long.
+        layout: OrAuto<LayoutName> = OrAuto::Auto,
+        /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: the
+        /// first layer that holds colour.
         layer: Option<String> = None,
-        /// Stops by which the radiance is multiplied, -100 to 100: 1 doubles it.
+        /// Stops by which the radiance is multiplied: 1 doubles it.
+        #[range(STOPS)]
         exposure: f64 = 0.0,
-        /// Rows of the result, 1 to 8192, which has twice as many columns. Without it, a lat-long image keeps its size, and others
-        /// keep the density of pixels that they have at the centre of the image or face: half the rows of a
-        /// probe, 0.79 of a mirror ball's, twice those of a cube's face.
+        /// Rows of the result, which has twice as many columns. Default: a lat-long image keeps its size, and
+        /// the others keep the density of pixels at the centre of the image or face: half the rows of a
+        /// probe, 0.79 times those of a mirror ball, twice those of a cube's face.
+        #[range(1..=MOST_ROWS)]
         resolution: Option<usize> = None,
-        /// What is done with NaN, infinite and negative values; see Bad pixels.
-        bad_pixels: BadPixels = BadPixels::Error,
+        /// What happens to NaN, infinite and negative values; see Bad pixels.
+        bad_pixels: BadPixelsName = BadPixelsName(BadPixels::Error),
     }
 }
 
@@ -148,6 +153,7 @@ impl Kind for ImportEnvironment {
 
     const NAME: &'static str = "import-environment";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
 
@@ -159,32 +165,17 @@ impl Kind for ImportEnvironment {
         Product::Artifact(artifacts::Environment::TYPE)
     }
 
-    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Some(rows) = parameters.resolution.filter(|rows| !(1..=MOST_ROWS).contains(rows)) {
-            faults.push(("resolution", format!("resolution: {rows} is not 1 to {MOST_ROWS}")));
-        }
-        if parameters.exposure.abs() > 100.0 {
-            faults.push(("exposure", format!("exposure: {} is not -100 to 100 stops", parameters.exposure)));
-        }
-        faults
-    }
-
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = context.source()?;
         let (image, layout) = read_source(source, parameters, context)?;
         context.check_cancelled()?;
-        let policy = match parameters.bad_pixels {
-            BadPixels::Error => envmap::BadPixels::Error,
-            BadPixels::Zero => envmap::BadPixels::Zero,
-            BadPixels::Clamp => envmap::BadPixels::Clamp,
-        };
-        let (image, found) = repair(image, layout, policy).map_err(|error| {
+        let (image, found) = repair(image, layout, parameters.bad_pixels.0).map_err(|error| {
             let bad = matches!(error, envmap::Error::BadPixels(_));
             let failure = Failure::from(error).context(format!("cannot import {}", name(source)));
             match bad {
-                true => failure
-                    .help("bad-pixels = \"zero\" or \"clamp\" replaces them; better is to repair the image"),
+                true => failure.help(
+                    "bad-pixels = \"zero\" or \"clamp\" replaces them; it is better to repair the image",
+                ),
                 false => failure,
             }
         })?;
@@ -192,7 +183,7 @@ impl Kind for ImportEnvironment {
             context.warn(format!("bad pixels were replaced: {found}"));
         }
         let grid = parameters.resolution.map(LatLong::with_rows);
-        if layout != envmap::Layout::LatLong {
+        if layout != Layout::LatLong {
             let LatLong { width, height } =
                 grid.map_or_else(|| layout.default_grid(image.width(), image.height()), Ok)?;
             context.note(format!(
@@ -211,23 +202,28 @@ impl Kind for ImportEnvironment {
     }
 }
 
-/// The picture of the source, and how the sphere lies on it.
+/// The image of the source, and its layout.
 fn read_source(
     source: &Path,
     parameters: &Parameters,
     context: &Context<'_>,
-) -> Result<(Image, envmap::Layout), Failure> {
+) -> Result<(Image, Layout), Failure> {
     if context.is_folder(source) {
         return match parameters.layout {
-            Layout::Auto | Layout::Cube => read_faces(source, None, parameters, context),
-            _ => Err(Failure::new(format!("{} is a folder, which can only be six cube faces", name(source)))
-                .help("name a file as the source, or leave layout out")),
+            OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => {
+                read_faces(source, None, parameters, context)
+            }
+            _ => Err(Failure::new(format!(
+                "{} is a folder, but only six cube faces can be read from a folder",
+                name(source)
+            ))
+            .help("name a file as the source, or remove layout")),
         };
     }
-    if parameters.layout == Layout::Cube {
+    if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
         let face = FaceName::parse(&name(source)).ok_or_else(|| {
             Failure::new(format!(
-                "{} does not end in a face's word, and is not a folder of six faces",
+                "{} is not a folder of six faces, and its name does not end in a face's word",
                 name(source)
             ))
             .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
@@ -240,22 +236,22 @@ fn read_source(
     Ok((decoded.image, layout))
 }
 
-/// Six pictures of one set in a folder, stacked in file order.
+/// The six images of one set in a folder, stacked in file order.
 fn read_faces(
     folder: &Path,
     like: Option<&FaceName>,
     parameters: &Parameters,
     context: &Context<'_>,
-) -> Result<(Image, envmap::Layout), Failure> {
+) -> Result<(Image, Layout), Failure> {
     let names = six_faces::find(&context.list(folder)?, like, &name(folder))?;
     let faces = names.iter().map(|name| Ok(read_picture(&folder.join(name), parameters, context)?.image));
     let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
     let faces = <[Image; Face::ALL.len()]>::try_from(faces)
-        .map_err(|faces| Failure::new(format!("{} faces are not six", faces.len())))?;
-    Ok((stack_faces(faces)?, envmap::Layout::Cube))
+        .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
+    Ok((stack_faces(faces)?, Layout::Cube))
 }
 
-/// The picture of one file; what its decoder has to say becomes warnings.
+/// The image of one file; the messages of its decoder become warnings.
 fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
     context.check_cancelled()?;
     let options = ReadOptions { layer: parameters.layer.clone() };
@@ -267,22 +263,15 @@ fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> 
     Ok(decoded)
 }
 
-/// The layout that was asked for, or that the file declares.
-fn layout_of(wanted: Layout, decoded: &Decoded, context: &Context<'_>) -> envmap::Layout {
+/// The layout that the manifest names, or else the one that the file declares.
+fn layout_of(wanted: OrAuto<LayoutName>, decoded: &Decoded, context: &Context<'_>) -> Layout {
     let declared = decoded.openexr_envmap.map(|envmap| match envmap {
-        OpenExrEnvmap::LatLong => envmap::Layout::OpenExrLatLong,
-        OpenExrEnvmap::Cube => envmap::Layout::OpenExrCube,
+        OpenExrEnvmap::LatLong => Layout::OpenExrLatLong,
+        OpenExrEnvmap::Cube => Layout::OpenExrCube,
     });
     let layout = match wanted {
-        Layout::Auto => declared.unwrap_or(envmap::Layout::LatLong),
-        Layout::LatLong => envmap::Layout::LatLong,
-        Layout::OpenExrLatLong => envmap::Layout::OpenExrLatLong,
-        Layout::OpenExrCube => envmap::Layout::OpenExrCube,
-        Layout::Probe => envmap::Layout::Probe,
-        Layout::MirrorBall => envmap::Layout::MirrorBall,
-        Layout::Cube => envmap::Layout::Cube,
-        Layout::CubeCross => envmap::Layout::CubeCross,
-        Layout::CubeStrip => envmap::Layout::CubeStrip,
+        OrAuto::Auto => declared.unwrap_or(Layout::LatLong),
+        OrAuto::Fixed(LayoutName(layout)) => layout,
     };
     if let Some(declared) = declared.filter(|declared| *declared != layout) {
         context.warn(format!(

@@ -1,7 +1,7 @@
 //! Reads a material: a TOML file that names a reflection model and its parameters, or a measured BRDF.
 //!
-//! Every file that `source` matches gives one item. The faults of a file are told together, each with its line and
-//! column. Where a colour is wanted, `[red, green, blue]` is linear Rec. 709 and one number means grey.
+//! Every file that `source` matches gives one item. All errors of a file are reported together, each with its
+//! line and column. A colour is `[red, green, blue]` in linear Rec. 709, or one number for a grey.
 //!
 //! ```toml
 //! # gold.toml
@@ -11,8 +11,8 @@
 //! k = [4.0, 2.4, 1.9]
 //! ```
 //!
-//! A material that reflects more light than falls on it is taken with a warning. `specula inspect` on the file tells its
-//! albedo by angle and whether light and view may change places.
+//! A material that reflects more light than falls on it is accepted with a warning. `specula inspect` shows
+//! the albedo of a material file by angle, and whether the material is reciprocal.
 //!
 //! ## Models
 //!
@@ -22,7 +22,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `albedo` | a colour, each a number from 0 to 1e6; must be given | the share of light that is reflected, 0 to 1 |
+//! | `albedo` | a colour, each a number from 0 to 1e6; required | the share of light that is reflected, 0 to 1 |
 //!
 //! ### `oren-nayar`
 //!
@@ -30,8 +30,8 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `albedo` | a colour, each a number from 0 to 1e6; must be given | the share of light that a facet reflects, 0 to 1 |
-//! | `sigma` | a number of degrees from 0 to 90; must be given | the standard deviation of the facets' angle from the surface, in degrees; 0 is lambert |
+//! | `albedo` | a colour, each a number from 0 to 1e6; required | the share of light that a facet reflects, 0 to 1 |
+//! | `sigma` | a number of degrees from 0 to 90; required | the standard deviation of the facets' angle from the surface, in degrees; 0 is lambert |
 //!
 //! ### `phong`
 //!
@@ -39,7 +39,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the cosine |
+//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the cosine |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `blinn-phong`
@@ -48,7 +48,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the half vector's cosine |
+//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the half vector's cosine |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `microfacet`
@@ -57,7 +57,7 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `sigma` | a number from 1e-4 to 100; must be given | the width of the highlight: the angle of the half vector from the normal, in radians, at which it has fallen to 1/e |
+//! | `sigma` | a number from 1e-4 to 100; required | the width of the highlight: the angle of the half vector from the normal, in radians, at which it has fallen to 1/e |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `torrance-sparrow`
@@ -66,10 +66,10 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; must be given | the width of the highlight: the tangent of the half vector's angle at which the facets have thinned out to 1/e |
-//! | `ior` | a number from 1 to 10; may be left out | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
-//! | `n` | a colour, each a number from 0.01 to 50; may be left out | the index of refraction of a conductor, with `k` |
-//! | `k` | a colour, each a number from 0 to 50; may be left out | the extinction of a conductor, with `n` |
+//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: the tangent of the half vector's angle at which the facets have thinned out to 1/e |
+//! | `ior` | a number from 1 to 10; optional | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
+//! | `n` | a colour, each a number from 0.01 to 50; optional | the index of refraction of a conductor, with `k` |
+//! | `k` | a colour, each a number from 0 to 50; optional | the extinction of a conductor, with `n` |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `ggx`
@@ -78,10 +78,10 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; must be given | the width of the highlight: alpha is its square |
-//! | `ior` | a number from 1 to 10; may be left out | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
-//! | `n` | a colour, each a number from 0.01 to 50; may be left out | the index of refraction of a conductor, with `k` |
-//! | `k` | a colour, each a number from 0 to 50; may be left out | the extinction of a conductor, with `n` |
+//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: alpha is its square |
+//! | `ior` | a number from 1 to 10; optional | the index of refraction of a dielectric (glass 1.5, water 1.33); or give `n` and `k` |
+//! | `n` | a colour, each a number from 0.01 to 50; optional | the index of refraction of a conductor, with `k` |
+//! | `k` | a colour, each a number from 0 to 50; optional | the extinction of a conductor, with `n` |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `ward`
@@ -90,9 +90,9 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `roughness` | a number from 0.01 to 1; must be given | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
-//! | `roughness_x` | a number from 0.01 to 1; may be left out | the width along the tangent; default `roughness` |
-//! | `roughness_y` | a number from 0.01 to 1; may be left out | the width across the tangent; default `roughness` |
+//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
+//! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; `roughness` where it is left out |
+//! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; `roughness` where it is left out |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `ashikhmin-shirley`
@@ -101,11 +101,11 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the half vector's cosine |
-//! | `exponent_x` | a number from 0 to 1e9; may be left out | the sharpness along the tangent; default `exponent` |
-//! | `exponent_y` | a number from 0 to 1e9; may be left out | the sharpness across the tangent; default `exponent` |
+//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the half vector's cosine |
+//! | `exponent_x` | a number from 0 to 1e9; optional | the sharpness along the tangent; `exponent` where it is left out |
+//! | `exponent_y` | a number from 0 to 1e9; optional | the sharpness across the tangent; `exponent` where it is left out |
 //! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of the remaining light that the base reflects |
-//! | `specular` | a colour, each a number from 0 to 1; must be given | the share of light that the highlight reflects at normal incidence |
+//! | `specular` | a colour, each a number from 0 to 1; required | the share of light that the highlight reflects at normal incidence |
 //!
 //! ### `lafortune`
 //!
@@ -114,10 +114,10 @@
 //! | key | value | meaning |
 //! | --- | --- | --- |
 //! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of light that the matte part reflects |
-//! | `lobes` | an array of tables { cx, cz, n, weight }; must be given | the lobes |
-//! | `lobes.cx` | a number from -10 to 10; must be given | the factor of L_x V_x + L_y V_y; -1 for Phong's lobe |
-//! | `lobes.cz` | a number from -10 to 10; must be given | the factor of L_z V_z; 1 for Phong's lobe |
-//! | `lobes.n` | a number from 0 to 1e6; must be given | the power |
+//! | `lobes` | an array of tables { cx, cz, n, weight }; required | the lobes |
+//! | `lobes.cx` | a number from -10 to 10; required | the factor of L_x V_x + L_y V_y; -1 for Phong's lobe |
+//! | `lobes.cz` | a number from -10 to 10; required | the factor of L_z V_z; 1 for Phong's lobe |
+//! | `lobes.n` | a number from 0 to 1e6; required | the power |
 //! | `lobes.weight` | a colour, each a number from 0 to 1e6; default 1 | the weight of the lobe |
 //!
 //! ### `kajiya-kay`
@@ -126,24 +126,25 @@
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `exponent` | a number from 0 to 1e9; must be given | the sharpness of the highlight: the power of the cosine |
+//! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the cosine |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ## Measured materials
 //!
-//! `model = "measured"` reads a table. Its file becomes part of the material: the item is rerun when either changes.
+//! `model = "measured"` reads a table. The table's file is part of the material: the item is rerun if either
+//! file changes.
 //!
 //! | key | value | meaning |
 //! | --- | --- | --- |
-//! | `file` | a path from this file's folder; must be given | the measured BRDF |
-//! | `format` | `merl`, `cornell`, `curet` or `table`; by the file's ending where it is left out: `.binary`, `.brdf`, `.curet`, `.csv` | how it is written |
+//! | `file` | a path from this file's folder; required | the measured BRDF |
+//! | `format` | `merl`, `cornell`, `curet` or `table`; default: by the file's ending, `.binary`, `.brdf`, `.curet` or `.csv` | the format of the file |
 //! | `scale` | a colour, each a number from 0 to 1e6; default 1 | what the table is multiplied by |
 //!
 //! `source` may also name such a file itself.
 //!
 //! ## Layers
 //!
-//! `layers` sums several materials, each a table with its `model`. Weights are the layers' own.
+//! `layers` sums several materials, each a table with its `model`. A layer's weight is in its own parameters.
 //!
 //! ```toml
 //! # lacquer.toml
@@ -153,9 +154,9 @@
 //! ]
 //! ```
 //!
-//! Layers about one direction are taken about it. Beside others, those about the normal are taken about the reflection
-//! vector, which asks for more degrees. `kajiya-kay` is taken about the tangent and cannot stand beside others.
-//! Layers may hold layers, 32 deep at most.
+//! If all layers are centred on one direction, so is their sum. Otherwise layers that are centred on the
+//! normal are projected about the reflection vector, which takes more degrees. `kajiya-kay` is centred on the
+//! tangent and cannot be combined with other models. Layers may hold layers, at most 32 deep.
 //!
 //! ## Example
 //!
@@ -171,7 +172,7 @@ use crate::artifacts;
 use crate::material_file::read_material;
 
 parameters! {
-    /// `import-material` has no parameters: a material's are in its file.
+    /// `import-material` has no parameters: the parameters of a material are in its file.
     pub(crate) struct Parameters {}
 }
 
@@ -204,18 +205,18 @@ impl Kind for ImportMaterial {
         })?;
         let found = read_material(&file, &bytes, &|path| context.read(path))?;
         found.notes.into_iter().for_each(|note| context.note(note));
-        tell_excess(&found.material, context);
+        warn_of_excess(&found.material, context);
         Output::artifact(artifacts::Material(found.material))
     }
 }
 
 /// Warns of a material that reflects more than it receives.
-fn tell_excess(material: &brdf::Material, context: &Context<'_>) {
+fn warn_of_excess(material: &brdf::Material, context: &Context<'_>) {
     let checks = brdf::checks(material);
     if checks.makes_light() {
         let most = checks.greatest();
         context.warn(format!(
-            "the material reflects more light than falls on it: {:.3} times as much toward a view {} degrees from the normal",
+            "the material reflects more light than falls on it: {:.3} times as much when viewed {} degrees from the normal",
             most.greatest(),
             most.theta,
         ));

@@ -1,22 +1,22 @@
 //! Reads a mesh: the triangles of a glTF file, with a normal and a tangent at every vertex.
 //!
-//! `source` names glTF 2.0 files, `.gltf` or `.glb`. A glob gives one item per file. Buffers that lie beside a `.gltf` file
-//! become part of the mesh: the item is rerun when one of them changes.
+//! `source` names glTF 2.0 files, `.gltf` or `.glb`. A glob gives one item per file. Buffers in files beside
+//! a `.gltf` file are part of the mesh: the item is rerun when one of them changes.
 //!
-//! All meshes of the default scene become one, where their nodes put them: lists, strips and fans of triangles. Points
-//! and lines are left out. The mesh is turned from the file's frame (+Y up) into Specula's: the front of a model, which is
-//! +Z in the file, looks along +X, toward the camera of a preview that stands at yaw 0.
+//! All meshes of the default scene (lists, strips and fans of triangles) become one mesh, placed by their
+//! nodes. Points and lines are skipped. The mesh is turned from the file's frame (+Y up) into Specula's: the
+//! front of a model, which is +Z in the file, looks along +X, toward a preview's camera at yaw 0.
 //!
-//! | what the file leaves out | what is made of it |
+//! | missing in the file | what Specula does |
 //! | --- | --- |
-//! | normals | every triangle is flat, as the glTF specification asks; tangents of the file are then ignored |
-//! | tangents | those of MikkTSpace, from the coordinates of the normal texture; without coordinates they lead east (Z x N), Z the mesh's own before a node turns it |
+//! | normals | every triangle is flat, as the glTF specification requires; tangents of the file are then ignored |
+//! | tangents | computed by MikkTSpace from the coordinates of the normal texture; without coordinates they point east (Z x N, Z being the mesh's own before a node turns it) |
 //!
-//! What moves is seen as it rests: a skinned mesh is where the joints of its skin are, and its own node does not count.
-//! Animations, morph targets, cameras and lights are ignored, and materials and textures too: what a surface looks like is
-//! the matter of materials here. `KHR_mesh_quantization` is read. A file that needs another extension
-//! for its triangles, such as `KHR_draco_mesh_compression` or `EXT_meshopt_compression`, is refused by its name. At most
-//! 4,194,304 triangles are read.
+//! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
+//! its own node. Animations, morph targets, cameras and lights are ignored, and so are materials and
+//! textures, because the look of a surface comes from `import-material`. `KHR_mesh_quantization` is
+//! supported. A file whose triangles need another extension, such as `KHR_draco_mesh_compression` or
+//! `EXT_meshopt_compression`, is an error that names the extension. At most 4,194,304 triangles are read.
 //!
 //! ## Example
 //!
@@ -33,7 +33,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 use crate::artifacts;
 
 parameters! {
-    /// `import-mesh` has no parameters: what a mesh is, its file says.
+    /// `import-mesh` has no parameters: the file says everything about a mesh.
     pub(crate) struct Parameters {}
 }
 
@@ -45,6 +45,7 @@ impl Kind for ImportMesh {
 
     const NAME: &'static str = "import-mesh";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[mesh::revisions::TANGENTS];
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;
 

@@ -1,12 +1,15 @@
 //! Reads explicit reflection maps for several views and fits a spherical harmonic reflection map to them.
 //!
-//! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance) or textures (KTX2, DDS of
-//! RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write such an index; for old data of
-//! any other maker write one by hand. The result is of type `shrm`, for `export-shrm` and the exports of maps.
+//! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance) or textures
+//! (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write such an
+//! index; for old data from other programs write one by hand. The result is of type `shrm`, for `export-shrm`
+//! and the exports of maps.
 //!
-//! For each texel the coefficients are the least-squares fit to the values of all views, without regularisation: what the
-//! views do not determine is an error (Ramamoorthi and Hanrahan 2002, appendix C). A note tells P, the residual (what the
-//! fit leaves of the maps, as a share of their root mean square), and how far errors of the maps grow in coefficients.
+//! For each texel the coefficients are the least-squares fit to the values of all views, without
+//! regularisation: if the views do not determine the coefficients, the item fails (Ramamoorthi and Hanrahan
+//! 2002, appendix C). The build notes P, the residual (the part of the maps that the fit does not reproduce,
+//! as a share of their root mean square), and by how much errors of the maps are amplified in the
+//! coefficients.
 //!
 //! | maps | result | P at most |
 //! | --- | --- | --- |
@@ -15,9 +18,9 @@
 //! | T x T views | local or global as they are | (T - 1) / 2 |
 //! | other views | local or global as they are | what they determine |
 //!
-//! A field whose P is not above that comes back to the precision of the files. Of a field with more, the rest is in the
-//! residual or folds into the coefficients. Without `degree` it is that of the index, or where that is more or is
-//! not given the highest P that the views determine well.
+//! A field with at most this P is recovered to the precision of the files. If the field has more, the rest
+//! remains in the residual or folds into the coefficients. Without `degree` it is that of the index or, if
+//! that is too high or missing, the highest P that the views determine well.
 //!
 //! ## The index
 //!
@@ -38,12 +41,12 @@
 //! | member | value |
 //! | --- | --- |
 //! | `format`, `version` | as above |
-//! | `centre` | what maps are looked up by: `reflection` (the vector R; the default), `normal` or `tangent` |
+//! | `centre` | the direction by which maps are looked up: `reflection` (the vector R; the default), `normal` or `tangent` |
 //! | `views` | `global`: each map has a view in the world. `local`: a view in the frame of each texel. `angles`: an angle between central direction and view |
 //! | `layout` | `cube`, `lat-long` or `sphere`, as in the manual of `export-cabral` |
 //! | `degree` | the P of what the maps were made from, if known |
 //! | `maps` | one entry for each map |
-//! | `resolution`, `method`, `central_direction`, `frame`, `lookup`, `interpolation`, `triangles`, `specula` | for renderers and people; may be left out |
+//! | `resolution`, `method`, `central_direction`, `frame`, `lookup`, `interpolation`, `triangles`, `specula` | optional: for renderers and people |
 //!
 //! | member of a map | value |
 //! | --- | --- |
@@ -51,22 +54,22 @@
 //! | `layer` | in an array texture, which layer, from 0 |
 //! | `slice` | in a volume, which slice, from 0 |
 //! | `view` or `view_file` | with `global` and `local`: the direction to the viewer, in Specula's frame (+Z up, the centre of a lat-long image along +X) or in the file frame (+Y up, the centre along +Z) |
-//! | `up` or `up_file` | with layout `sphere`: the direction that is up in the image; left out, against theta of the view |
-//! | `right` or `right_file` | with layout `sphere`: the direction that is right in the image, up x view; may be left out |
+//! | `up` or `up_file` | with layout `sphere`: the direction that is up in the image; default: against theta of the view |
+//! | `right` or `right_file` | with layout `sphere`: optional: the direction that is right in the image, up x view |
 //! | `theta_o` | with `angles`: the angle in radians, 0 to pi |
 //!
-//! A direction in both frames must be one. In a picture a cube's faces +X -X +Y -Y +Z -Z lie below each other; a texture has
-//! six faces. All maps of an index have one size. One map for two views, or two maps for one view, are taken with a
-//! warning.
+//! If a direction is given in both frames, the two must agree. In a picture a cube's faces +X -X +Y -Y +Z -Z
+//! are stacked; a texture has six faces. All maps of an index have the same size. One map for two views, or
+//! two maps for one view, are accepted with a warning.
 //!
-//! The name of the index is the name of the item, and may be any: to read several sets by one glob, give each index a
-//! name of its own.
+//! The item is named after its index. To read several sets by one glob, give each index its own name.
 //!
 //! ## Sphere maps
 //!
-//! Balls seen from different views have no texels in common: each is interpolated onto a cube first, by default of half
-//! the ball's edge. That blurs a little, and around the rim, where the central direction is opposite to the view, a ball holds
-//! nearly nothing: expect a residual of some percent. Cubes and lat-long maps keep their texels.
+//! Balls seen from different views have no texels in common, so each is first interpolated onto a cube, by
+//! default with half the ball's edge. That blurs a little, and a ball holds almost no information around its
+//! rim, where the central direction is opposite to the view: expect a residual of a few percent. Cubes and
+//! lat-long maps keep their texels.
 //!
 //! ## Example
 //!
@@ -86,20 +89,20 @@ use shrm::{Fit, FitError, GOOD_CONDITION, MapGrid, View, fit_angles, fit_views, 
 use sphere::{Cube, Direction, LatLong};
 
 use crate::artifacts;
+use crate::choices::MOST;
 use crate::map_index::{Entry, FileLayout, Index, Views};
 
 parameters! {
     /// Parameters of `import-reflection-maps`.
     pub(crate) struct Parameters {
-        /// P of the result, 0 to 64. Left out: that of the index, as far as the views determine it well.
+        /// P of the result. Default: that of the index, as far as the views determine it well.
+        #[range(0..=64)]
         degree: Option<usize> = None,
-        /// With sphere maps: the edge of the cube that they are interpolated onto, 1 to 4096. Left out: half of theirs.
+        /// With sphere maps: the edge of the cube that they are interpolated onto. Default: half of theirs.
+        #[range(1..=MOST)]
         resolution: Option<usize> = None,
     }
 }
-
-/// The highest P, and the largest edge of a cube.
-const MOST: [usize; 2] = [64, 4096];
 
 /// The kind `import-reflection-maps`.
 pub(crate) struct ImportReflectionMaps;
@@ -109,6 +112,7 @@ impl Kind for ImportReflectionMaps {
 
     const NAME: &'static str = "import-reflection-maps";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[shrm::revisions::FIT];
     const TEXT: &'static str = include_str!("import_reflection_maps.rs");
     const SOURCE: bool = true;
 
@@ -118,17 +122,6 @@ impl Kind for ImportReflectionMaps {
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(artifacts::Shrm::TYPE)
-    }
-
-    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Some(degree) = parameters.degree.filter(|degree| *degree > MOST[0]) {
-            faults.push(("degree", format!("degree: {degree} is not 0 to {}", MOST[0])));
-        }
-        if let Some(edge) = parameters.resolution.filter(|edge| !(1..=MOST[1]).contains(edge)) {
-            faults.push(("resolution", format!("resolution: {edge} is not 1 to {}", MOST[1])));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -143,11 +136,11 @@ impl Kind for ImportReflectionMaps {
 fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Result<Fit, Failure> {
     let index = Index::decode(&context.read(source)?)?;
     let sampled = sampling(&index)?;
-    tell_repeated(&index, &sampled, context);
+    warn_of_repeated(&index, &sampled, context);
     let maps = read_maps(&index, context)?;
     context.check_cancelled()?;
     if parameters.resolution.is_some() && index.layout != FileLayout::Sphere {
-        context.warn("resolution is for sphere maps; these maps keep their texels");
+        context.warn("only sphere maps use resolution; these maps keep their texels");
     }
     let (grid, pixels) = on_one_grid(&index, maps, parameters.resolution)?;
     context.check_cancelled()?;
@@ -168,11 +161,11 @@ fn import(parameters: &Parameters, source: &Path, context: &Context<'_>) -> Resu
         },
         (None, None) => fit(None)?,
     };
-    tell(&fitted, &index, context);
+    note_fit(&fitted, &index, context);
     Ok(fitted)
 }
 
-/// What the maps are for.
+/// The views, or the angles, of the maps.
 enum Sampling {
     Views(View, Vec<Direction>),
     Angles(Vec<f64>),
@@ -187,9 +180,10 @@ fn sampling(index: &Index) -> Result<Sampling, Failure> {
     })
 }
 
-/// Warns of two entries that name one map, or one view: most often a line that was copied and not changed.
-fn tell_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
-    /// Views are one where they round to the same multiple of this.
+/// Warns of two entries that name the same map or the same view: most often a line that was copied and not
+/// edited.
+fn warn_of_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
+    /// Two views are the same if they round to the same multiple of this.
     const STEP: f64 = 1e-6;
     let rounded = |value: f64| (value / STEP).round() as i64;
     let view = |k: usize| match sampled {
@@ -199,11 +193,11 @@ fn tell_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
     let map = |k: usize| (&index.maps[k].file, index.maps[k].layer, index.maps[k].slice);
     let all = 0..index.maps.len();
     if let Some((a, b)) = repeated(all.clone().map(map)) {
-        context.warn(format!("entries {} and {} of `maps` name one map, {}", a + 1, b + 1, map(a).0));
+        context.warn(format!("entries {} and {} of `maps` name the same map, {}", a + 1, b + 1, map(a).0));
     }
     if let Some((a, b)) = repeated(all.map(view)) {
         context.warn(format!(
-            "entries {} and {} of `maps`, in {} and {}, have one view",
+            "entries {} and {} of `maps`, in {} and {}, have the same view",
             a + 1,
             b + 1,
             map(a).0,
@@ -212,7 +206,7 @@ fn tell_repeated(index: &Index, sampled: &Sampling, context: &Context<'_>) {
     }
 }
 
-/// The first value that was there before, and where it was.
+/// The positions of the first two equal values.
 fn repeated<T: Ord>(values: impl Iterator<Item = T>) -> Option<(usize, usize)> {
     let mut seen = BTreeMap::new();
     for (position, value) in values.enumerate() {
@@ -223,7 +217,7 @@ fn repeated<T: Ord>(values: impl Iterator<Item = T>) -> Option<(usize, usize)> {
     None
 }
 
-/// The pixels of one file: of a picture, or of a texture with its parts.
+/// The pixels of one file: a picture, or a texture with its parts.
 struct Opened {
     width: usize,
     height: usize,
@@ -247,7 +241,7 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
     for entry in &index.maps {
         context.check_cancelled()?;
         if !files.contains_key(entry.file.as_str()) {
-            // Of pictures only the one in hand is kept: each holds one map.
+            // Only the current picture is kept: each holds one map.
             files.retain(|_, file| file.layers * file.depth > 1);
             let file = open(&entry.file, index.layout, context)
                 .map_err(|failure| failure.context(entry.file.clone()))?;
@@ -260,7 +254,7 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
         if maps.size != size {
             let [[a, b], [c, d]] = [maps.size, size];
             return Err(Failure::new(format!(
-                "{}: {c} x {d} texels, but {} has {a} x {b}; all maps of an index have one size",
+                "{}: {c} x {d} texels, but {} has {a} x {b}; all maps of an index must have the same size",
                 entry.file, index.maps[0].file
             )));
         }
@@ -272,11 +266,11 @@ fn read_maps(index: &Index, context: &Context<'_>) -> Result<Maps, Failure> {
         }
         maps.pixels.extend_from_slice(pixels);
     }
-    // An index names a map at least.
+    // An index names at least one map.
     maps.ok_or_else(|| Failure::new("`maps` is empty"))
 }
 
-/// A file, and whether it can hold a map of the layout.
+/// Reads a file, and checks that it can hold a map of the layout.
 fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Opened, Failure> {
     let bytes = context.read(Path::new(file))?;
     let opened = if is_texture(&bytes) {
@@ -313,7 +307,7 @@ fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
         FileLayout::LatLong => "a lat-long map is twice as wide as high",
         FileLayout::Sphere => "a sphere map is square",
     };
-    Failure::new(format!("{rule}; this file has {width} x {height} texels"))
+    Failure::new(format!("{rule}; this file is {width} x {height}"))
 }
 
 /// The pixels of an entry's map in its file.
@@ -360,12 +354,12 @@ fn on_one_grid(
     }
 }
 
-/// A fault of the fit, with the file that is to blame.
+/// An error of the fit, with the file that causes it.
 fn failure(error: FitError, index: &Index, grid: MapGrid) -> Failure {
     match error {
         FitError::NotFinite { map, texel, value } => not_finite(index, map, texel, grid.shape()[2], value),
         FitError::TooFewViews { .. } | FitError::Undetermined { .. } => {
-            Failure::from(error).help("lower degree, or leave it out; or name more maps, for other views")
+            Failure::from(error).help("lower degree or leave it out, or add maps for other views")
         }
         error => error.into(),
     }
@@ -388,16 +382,16 @@ fn not_finite(index: &Index, map: usize, texel: usize, width: usize, value: f32)
     .help("repair the map: every value must be a finite number")
 }
 
-/// Notes what came of it.
-fn tell(fit: &Fit, index: &Index, context: &Context<'_>) {
+/// Notes the degree, the residual and the condition of the fit.
+fn note_fit(fit: &Fit, index: &Index, context: &Context<'_>) {
     let p = fit.map.p().get();
     context.note(format!(
-        "P = {p} from {} maps: the residual is {:.2e} of the maps' root mean square, errors grow by {:.2}",
+        "P = {p} from {} maps: the residual is {:.2e} of the maps' root mean square, errors grow by a factor of {:.2}",
         index.maps.len(),
         fit.residual,
         fit.condition
     ));
     if let Some(degree) = index.degree.filter(|degree| *degree > p) {
-        context.note(format!("the maps were made from P = {degree}, of which these views determine P = {p}"));
+        context.note(format!("the maps were made from P = {degree}; these views determine only P = {p}"));
     }
 }

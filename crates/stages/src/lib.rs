@@ -1,13 +1,15 @@
-//! The kinds of stage: the only place where engine and kernels meet.
+//! The kinds of stage: the only crate where the engine and the kernels meet.
 //!
-//! One file per kind: its module text is its manual page, its `run` converts parameters and calls kernels. A studio
-//! adds its own kinds to the list: `stages::kinds().with(ItsKind)`. They speak to these through [`artifacts`].
+//! One file per kind: its module text is its manual page, its `run` converts parameters and calls kernels. A
+//! studio adds its own kinds to the list: `stages::kinds().with(ItsKind)`. Kinds exchange the values in
+//! [`artifacts`].
 
 pub mod artifacts;
+mod choices;
 mod colour;
 mod contact_sheet;
 mod convolve;
-mod degree_choice;
+mod degree_pair;
 mod exec;
 mod export_cabral;
 mod export_kautz_mccool;

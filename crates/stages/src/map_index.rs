@@ -1,5 +1,5 @@
-//! The JSON index of explicit reflection maps: what a renderer, or `import-reflection-maps`, needs to know of the files
-//! beside it. The manual of `import-reflection-maps` describes it.
+//! The JSON index of explicit reflection maps: what a renderer, or `import-reflection-maps`, needs to know
+//! about the files beside it. The manual of `import-reflection-maps` describes it.
 
 use std::path::{Component, Path};
 
@@ -20,7 +20,7 @@ const VERSION: u32 = 1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum FileLayout {
-    /// Six faces: below each other in a picture, or the faces of a texture.
+    /// Six faces: stacked in a picture, or the faces of a texture.
     Cube,
     /// Latitude and longitude.
     LatLong,
@@ -28,7 +28,7 @@ pub(crate) enum FileLayout {
     Sphere,
 }
 
-/// What tells the maps apart.
+/// What distinguishes the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Views {
@@ -69,7 +69,7 @@ impl From<CentreName> for Centre {
     }
 }
 
-/// One map: where it is and which view it is for.
+/// One map: its place and its view.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with a `file` and a view")]
 pub(crate) struct Entry {
@@ -131,7 +131,7 @@ impl Entry {
         Self { view, view_file, ..self }
     }
 
-    /// The same, for a view in the texel's frame, of which there is no other.
+    /// The same, for a view in the texel's frame, which has no second form.
     pub(crate) fn seen_from_local(self, view: Direction) -> Self {
         Self { view: Some(view.vector().to_array()), ..self }
     }
@@ -145,89 +145,89 @@ impl Entry {
     /// The view, whichever frame it is given in.
     pub(crate) fn view(&self) -> Result<Direction, Failure> {
         if self.theta_o.is_some() {
-            return Err(self.fault("`theta_o` is for `views` \"angles\"; expected a `view` or `view_file`"));
+            return Err(self.error("`theta_o` is for `views` \"angles\"; expected a `view` or `view_file`"));
         }
         let view = self.direction("view", self.view, self.view_file)?;
-        view.ok_or_else(|| self.fault("neither `view` nor `view_file` is given"))
+        view.ok_or_else(|| self.error("neither `view` nor `view_file` is given"))
     }
 
     /// The angle between central direction and view, in radians.
     pub(crate) fn angle(&self) -> Result<f64, Failure> {
         match self.theta_o {
             _ if self.view.or(self.view_file).is_some() => {
-                Err(self.fault("with `views` \"angles\" expected a `theta_o` and no view"))
+                Err(self.error("with `views` \"angles\" expected a `theta_o` and no view"))
             }
             Some(angle) if (0.0..=std::f64::consts::PI).contains(&angle) => Ok(angle),
-            Some(angle) => Err(self.fault(&format!("`theta_o` is {angle}; expected 0 to pi, in radians"))),
-            None => Err(self.fault("no `theta_o` is given, which `views` \"angles\" needs")),
+            Some(angle) => Err(self.error(&format!("`theta_o` is {angle}; expected 0 to pi, in radians"))),
+            None => Err(self.error("`theta_o` is missing; `views` \"angles\" needs it")),
         }
     }
 
     /// The axes of a sphere map: right, up, view.
     pub(crate) fn axes(&self) -> Result<[Direction; 3], Failure> {
-        /// The cosine from which a given right is that which follows from up: within 2.6 degrees.
+        /// The least cosine between a given right and the right that follows from up: they agree within 2.6
+        /// degrees.
         const ALIKE: f64 = 0.999;
         let view = self.view()?;
         let up = self.direction("up", self.up, self.up_file)?;
         let given = self.direction("right", self.right, self.right_file)?;
         let right = match (up, given) {
             (Some(up), _) => Direction::new(up.vector().cross(view.vector()))
-                .ok_or_else(|| self.fault("`up` lies along the view, and says no direction"))?,
-            (None, Some(_)) => return Err(self.fault("`right` is given without `up`")),
+                .ok_or_else(|| self.error("`up` is parallel to the view, so it gives no direction"))?,
+            (None, Some(_)) => return Err(self.error("`right` is given without `up`")),
             (None, None) => return Ok(shrm::sphere_map_axes(view)),
         };
         if given.is_some_and(|given| given.dot(right) < ALIKE) {
-            return Err(self.fault("`right` is not up x view; mirrored images are not read"));
+            return Err(self.error("`right` is not up x view; mirrored images are not supported"));
         }
         Ok([right, Direction::normalised(view.vector().cross(right.vector())), view])
     }
 
-    /// A direction in either frame; `None` where it is not given.
+    /// A direction in either frame; `None` if it is not given.
     fn direction(
         &self,
         name: &str,
         ours: Option<[f64; 3]>,
         file: Option<[f64; 3]>,
     ) -> Result<Option<Direction>, Failure> {
-        /// The cosine from which two directions are one: digits of a text, 0.1 degrees.
+        /// The least cosine between two equal directions: the digits of a text, 0.1 degrees.
         const ALIKE: f64 = 0.999_998;
         let parse = |name: &str, given: Option<[f64; 3]>| {
-            let bad = |given| self.fault(&format!("`{name}` is {given:?}, which is no direction"));
+            let bad = |given| self.error(&format!("`{name}` is {given:?}, which is not a direction"));
             given.map(|given| Direction::new(DVec3::from_array(given)).ok_or_else(|| bad(given))).transpose()
         };
         let ours = parse(name, ours)?;
         let file = parse(&format!("{name}_file"), file)?;
         let file = file.map(|file| Direction::normalised(from_file(file.vector())));
         match (ours, file) {
-            (Some(ours), Some(file)) if ours.dot(file) < ALIKE => {
-                Err(self
-                    .fault(&format!("`{name}` and `{name}_file` are not one direction; give one of them")))
-            }
+            (Some(ours), Some(file)) if ours.dot(file) < ALIKE => Err(self.error(&format!(
+                "`{name}` and `{name}_file` are different directions; give only one of them"
+            ))),
             _ => Ok(ours.or(file)),
         }
     }
 
-    fn fault(&self, message: &str) -> Failure {
+    fn error(&self, message: &str) -> Failure {
         Failure::new(format!("the map in {}: {message}", self.file))
     }
 }
 
-/// A direction in Specula's frame and in the file frame, as an index gives it.
+/// A direction in Specula's frame and in the file frame, as an index holds it.
 fn both_frames(direction: Direction) -> [Option<[f64; 3]>; 2] {
-    // A zero of either sign is written as 0.
+    // Zeros of either sign are written as 0.
     [direction.vector(), to_file(direction.vector())].map(|v| Some((v + DVec3::ZERO).to_array()))
 }
 
 /// An index as it is written.
 pub(crate) struct NewIndex {
-    /// Which of the three methods made the maps.
+    /// The method that made the maps.
     pub(crate) method: &'static str,
     pub(crate) centre: Centre,
     pub(crate) views: Views,
     pub(crate) layout: FileLayout,
     pub(crate) resolution: usize,
     pub(crate) degree: usize,
-    /// How a renderer finds the value in a map, and between maps.
+    /// How a renderer looks up a value in a map, and between maps.
     pub(crate) lookup: String,
     pub(crate) interpolation: String,
     pub(crate) maps: Vec<Entry>,
@@ -235,7 +235,7 @@ pub(crate) struct NewIndex {
 }
 
 impl NewIndex {
-    /// The bytes, a map on each line.
+    /// The bytes, with one map on each line.
     pub(crate) fn encode(&self, recipe: &str) -> Result<Vec<u8>, Failure> {
         let rows = |rows: Vec<String>| format!("[\n    {}\n  ]", rows.join(",\n    "));
         let maps: Result<Vec<String>, _> = self.maps.iter().map(serde_json::to_string).collect();
@@ -276,7 +276,7 @@ const FRAME: &str = "view, right and up: right-handed, +Z up, the centre of a la
                      view_file, right_file and up_file: right-handed, +Y up, the image's centre along +Z: \
                      (x, y, z) = (y, z, x) of the first";
 
-/// How a direction of the first frame finds its texel.
+/// How to look up a direction of the first frame.
 pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
     match layout {
         FileLayout::LatLong => {
@@ -285,7 +285,7 @@ pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
         }
         FileLayout::Cube => {
             "with the central direction (x, y, z): a cube map sampled along (-y, z, x), faces +X -X +Y -Y +Z -Z in the \
-             orientation of D3D, GL and Vulkan; in a picture they lie below each other"
+             orientation of D3D, GL and Vulkan; in a picture they are stacked"
         }
         FileLayout::Sphere => {
             "with the central direction C: a = C.right, b = C.up, c = C.view, s = 1 / sqrt(2 (1 + c)), \
@@ -294,7 +294,7 @@ pub(crate) fn lookup_text(layout: FileLayout) -> &'static str {
     }
 }
 
-/// An index as it is read. Texts are for people, and `specula` is for `specula` itself.
+/// An index as it is read. Members that only people and `specula` read are ignored.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with the members of an index")]
 pub(crate) struct Index {
@@ -333,7 +333,8 @@ impl Index {
     /// An index from its bytes, with or without a byte order mark.
     ///
     /// # Errors
-    /// Where it is not JSON of this shape, of another version, names no map, or a file outside by an absolute path.
+    /// If it is not JSON of this shape, is of another version, names no map, or names a file by an absolute
+    /// path.
     pub(crate) fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let index: Self = serde_json::from_slice(bytes)
@@ -420,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_say_what_was_expected() {
+    fn errors_say_what_was_expected() {
         let check = |from: &str, to: &str, expected: &str| {
             let text = String::from_utf8(written(vec![Entry::of_file("a.exr")])).unwrap();
             assert!(text.contains(from), "{from}");

@@ -1,70 +1,29 @@
-//! The spherical harmonic reflection map that an export starts from: synthesised from a reflection on the wanted
-//! texels, or the map that arrives.
+//! The spherical harmonic reflection map that an export starts from: synthesised from a reflection, or the
+//! map that arrives.
 
 use std::sync::Arc;
 
-use engine::{Artifact, Context, Diagnostic, Failure, Parameter, Port, Value, ValueKind, choice, unexpected};
-use serde_json::json;
-use shrm::{MapGrid, Shrm, Terms, View};
+use engine::{Artifact, Context, Failure, Port};
+use shrm::{MapGrid, MapLayout, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
+use crate::choices::{MOST, Resolution};
 
-choice! {
-    /// Where the texels of a map lie.
-    pub(crate) enum MapLayout {
-        /// Six faces.
-        Cube = "cube",
-        /// Rows of latitude.
-        LatLong = "lat-long",
-    }
-}
+/// The revisions of the kernels that make maps.
+pub(crate) const KERNELS: &[u32] = &[
+    sh::revisions::TRANSFORM,
+    sh::revisions::ROTATION,
+    shrm::revisions::SYNTHESIS,
+    shrm::revisions::RESAMPLING,
+    shrm::revisions::FIT,
+];
 
-/// The largest resolution: what a texture unit takes.
-pub(crate) const MOST: usize = 4096;
-
-/// The interpolation error that `"auto"` is chosen for where none is given.
+/// The interpolation error for `"auto"`, if none is given.
 pub(crate) const ERROR: f64 = 0.01;
 
-/// The edge of a cube's face or the rows of a lat-long map; or what an error needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Resolution {
-    /// The least that meets the error.
-    Auto,
-    /// This many.
-    Fixed(usize),
-}
-
-impl Parameter for Resolution {
-    fn expected() -> String {
-        format!("a whole number from 1 to {MOST} or \"auto\"")
-    }
-
-    fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        match &value.kind {
-            ValueKind::String(word) if word == "auto" => Ok(Self::Auto),
-            ValueKind::String(_) => Err(unexpected(value, &Self::expected()).help("did you mean \"auto\"?")),
-            ValueKind::Integer(number) => match usize::try_from(*number) {
-                Ok(number) if (1..=MOST).contains(&number) => Ok(Self::Fixed(number)),
-                _ => Err(unexpected(value, &Self::expected())),
-            },
-            _ => Err(unexpected(value, &Self::expected())),
-        }
-    }
-
-    fn canonical(&self) -> serde_json::Value {
-        match self {
-            Self::Auto => "auto".into(),
-            Self::Fixed(number) => (*number).into(),
-        }
-    }
-
-    fn schema() -> serde_json::Value {
-        json!({ "type": ["integer", "string"], "minimum": 1, "maximum": MOST, "pattern": "^auto$" })
-    }
-}
-
-/// What the parameters ask for; what is left out is the reflection's default, or as the map that arrives has it.
+/// The map that the parameters ask for. A missing value means the default for a reflection, and any value for
+/// a map that arrives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MapInput {
     /// Default: a cube.
@@ -87,94 +46,87 @@ impl MapInput {
     pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
         match (self.error, self.resolution) {
             (Some(_), Some(Resolution::Fixed(_))) => {
-                vec![("error", "error: only resolution = \"auto\" uses it".into())]
-            }
-            (Some(error), _) if !(1e-6..1.0).contains(&error) => {
-                vec![("error", format!("error: {error} is not 0.000001 or more and below 1"))]
+                vec![("error", "only resolution = \"auto\" uses it".into())]
             }
             _ => Vec::new(),
         }
     }
 
-    /// The map, and a note of its degrees and size.
+    /// The map. Its degrees and size are noted.
     ///
     /// # Errors
-    /// Where the parameters ask for another map than the one that arrives, or for too large a one.
+    /// If the parameters ask for a map other than the one that arrives, or for one that is too large.
     pub(crate) fn map(&self, context: &Context<'_>) -> Result<Arc<artifacts::Shrm>, Failure> {
-        let (map, degrees, told) = if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
-            let map = self.as_it_is(context.get::<artifacts::Shrm>("reflection")?)?;
+        let (map, degrees, error_note) = if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
+            let map = self.arriving(context.get::<artifacts::Shrm>("reflection")?)?;
             let degrees = format!("P = {}", map.0.p().get());
             (map, degrees, String::new())
         } else {
             let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
             let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
-            let (grid, told) = self.grid(reflection);
+            let (grid, error_note) = self.grid(reflection);
             context.check_cancelled()?;
             let map = reflection.synthesise(grid, self.view.unwrap_or(View::Local))?;
-            (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), told)
+            (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), error_note)
         };
-        context.note(format!("{degrees}: {}{told}", describe(&map.0)));
+        context.note(format!("{degrees}: {}{error_note}", describe(&map.0)));
         Ok(map)
     }
 
-    /// The texels to synthesise, and what of the error of look-ups is to be told.
+    /// The texels to synthesise, and a note on the error of look-ups.
     fn grid(&self, reflection: &shrm::Reflection) -> (MapGrid, String) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
         let error = self.error.unwrap_or(ERROR);
-        let auto = reflection.resolution(
-            match layout {
-                MapLayout::Cube => shrm::MapLayout::Cube,
-                MapLayout::LatLong => shrm::MapLayout::LatLong,
-            },
-            error,
-        );
+        let auto = reflection.resolution(layout, error);
         let resolution = match self.resolution.unwrap_or(Resolution::Auto) {
             Resolution::Fixed(resolution) => resolution,
             Resolution::Auto => auto.texels.min(MOST),
         };
-        // It falls with the square of the resolution.
+        // The error falls with the square of the resolution.
         let estimate = auto.estimated_error * (auto.texels as f64 / resolution as f64).powi(2);
-        let mut told = format!("; bilinear look-ups miss an estimated {estimate:.1e} of RMS radiance");
+        let mut error_note =
+            format!("; bilinear look-ups have an estimated error of {estimate:.1e} of the RMS radiance");
         if self.resolution.unwrap_or(Resolution::Auto) == Resolution::Auto && estimate > error {
-            told.push_str(&format!(", more than error = {error}: no larger resolution is chosen by itself"));
+            error_note
+                .push_str(&format!(", more than error = {error}, but \"auto\" chooses no higher resolution"));
         }
         let grid = match layout {
             MapLayout::Cube => MapGrid::Cube(Cube { edge: resolution }),
             MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
         };
-        (grid, told)
+        (grid, error_note)
     }
 
-    /// The map that arrives, made global where that is asked for.
-    fn as_it_is(&self, map: Arc<artifacts::Shrm>) -> Result<Arc<artifacts::Shrm>, Failure> {
-        let fault = |parameter: &str, asked: &str| {
+    /// The map that arrives, made global if that is asked for.
+    fn arriving(&self, map: Arc<artifacts::Shrm>) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let mismatch = |parameter: &str, asked: &str| {
             let found = shape(&map.0);
             Err(Failure::new(format!("{parameter} = {asked}, but the map that arrives is {found}"))
-                .help(format!("leave {parameter} out, or make the map anew from a reflection")))
+                .help(format!("remove {parameter}, or make a new map from a reflection")))
         };
         let (layout, resolution) = match map.0.grid() {
             MapGrid::Cube(cube) => (MapLayout::Cube, cube.edge),
             MapGrid::LatLong(grid) => (MapLayout::LatLong, grid.height),
         };
         match self.layout {
-            Some(MapLayout::Cube) if layout != MapLayout::Cube => return fault("layout", "\"cube\""),
+            Some(MapLayout::Cube) if layout != MapLayout::Cube => return mismatch("layout", "\"cube\""),
             Some(MapLayout::LatLong) if layout != MapLayout::LatLong => {
-                return fault("layout", "\"lat-long\"");
+                return mismatch("layout", "\"lat-long\"");
             }
             _ => {}
         }
         match self.resolution {
-            Some(Resolution::Auto) => return fault("resolution", "\"auto\""),
+            Some(Resolution::Auto) => return mismatch("resolution", "\"auto\""),
             Some(Resolution::Fixed(asked)) if asked != resolution => {
-                return fault("resolution", &asked.to_string());
+                return mismatch("resolution", &asked.to_string());
             }
             _ => {}
         }
         if let Some(error) = self.error {
-            return fault("error", &error.to_string());
+            return mismatch("error", &error.to_string());
         }
         match (self.view, map.0.view()) {
-            (Some(View::Local), View::Global) => fault("view", "\"local\""),
+            (Some(View::Local), View::Global) => mismatch("view", "\"local\""),
             (Some(View::Global), View::Local) => Ok(Arc::new(artifacts::Shrm(map.0.to_global()))),
             _ => Ok(map),
         }
@@ -196,7 +148,7 @@ fn shape(map: &Shrm) -> String {
 fn describe(map: &Shrm) -> String {
     let kept = match map.terms() {
         Terms::All => "",
-        Terms::Zonal => " with q = 0, all others being zero",
+        Terms::Zonal => " with q = 0; all others are zero",
     };
     format!("{}, {} texels of {} coefficients{kept}", shape(map), map.grid().len(), map.rows())
 }

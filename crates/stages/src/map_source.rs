@@ -1,19 +1,19 @@
-//! What the exports of explicit maps have in common: the map that they start from, and the files of maps.
+//! What the exports of explicit maps share: the map that they start from, and the files of maps.
 
 use std::sync::Arc;
 
-use containers::{Precision, Texture};
+use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
 use engine::{Artifact, Context, Failure, Port};
-use envmap::Image;
-use shrm::{MapGrid, View};
+use shrm::{MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::export_reflection_map::{Numbers, Overflow};
-use crate::map_input::{MapInput, MapLayout, Resolution};
+use crate::choices::{MapsFormat, Overflow, Resolution};
+use crate::export_reflection_map::{image, report_overflow};
+use crate::map_input::MapInput;
 
-/// Maps are made from a reflection, exactly, or from a spherical harmonic reflection map, interpolated where its
-/// grid is another.
+/// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
+/// interpolated if its grid differs.
 pub(crate) enum MapSource {
     Reflection(Arc<artifacts::Reflection>),
     Shrm(Arc<artifacts::Shrm>),
@@ -24,7 +24,7 @@ impl MapSource {
         MapInput::port()
     }
 
-    /// What arrives at the port.
+    /// The artifact at the port.
     pub(crate) fn of(context: &Context<'_>) -> Result<Self, Failure> {
         let port = &Self::port().name;
         if context.type_at(port) == Some(artifacts::Shrm::TYPE) {
@@ -41,7 +41,8 @@ impl MapSource {
         }
     }
 
-    /// The map with texels of this layout; `"auto"`, or left out, is what a reflection needs and what a map has.
+    /// The map with texels of this layout. `"auto"`, the default, is the resolution that a reflection needs,
+    /// or that of the map.
     pub(crate) fn map(
         &self,
         layout: MapLayout,
@@ -58,7 +59,7 @@ impl MapSource {
         };
         let resolution = match (resolution, map.0.grid(), layout) {
             (Some(Resolution::Fixed(resolution)), ..) => resolution,
-            // An edge of a cube is a quarter of the equator, a row of a lat-long map half of it.
+            // The edge of a cube spans a quarter of the equator, the rows of a lat-long map span half a turn.
             (_, MapGrid::Cube(cube), MapLayout::Cube) => cube.edge,
             (_, MapGrid::Cube(cube), MapLayout::LatLong) => 2 * cube.edge,
             (_, MapGrid::LatLong(grid), MapLayout::Cube) => grid.height.div_ceil(2),
@@ -79,7 +80,7 @@ impl MapSource {
     }
 }
 
-/// A grid in words.
+/// A grid as text.
 fn grid_text(grid: MapGrid) -> String {
     match grid {
         MapGrid::LatLong(LatLong { width, height }) => format!("lat-long {width} x {height}"),
@@ -87,45 +88,53 @@ fn grid_text(grid: MapGrid) -> String {
     }
 }
 
-/// Columns and rows of the picture that holds a grid: the faces of a cube below each other.
+/// Columns and rows of the picture that holds a grid; the faces of a cube are stacked.
 pub(crate) fn picture_size(grid: MapGrid) -> [usize; 2] {
     let [faces, height, width] = grid.shape();
     [width, faces * height]
 }
 
-/// A picture of these pixels.
-pub(crate) fn picture([width, height]: [usize; 2], pixels: &[[f32; 3]]) -> Result<Image, Failure> {
-    Image::new(width, height, pixels.to_vec())
-        .ok_or_else(|| Failure::new(format!("{} pixels do not fill {width} x {height}", pixels.len())))
+/// The files of a texture of maps: the texture itself, or a picture for each map.
+pub(crate) fn encode(
+    texture: &Texture,
+    (format, precision, overflow): (MapsFormat, Precision, Overflow),
+    method: &str,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let recipe = Some(context.recipe());
+    let encoded = match format {
+        MapsFormat::Dds => vec![write_dds(texture, precision)?],
+        MapsFormat::Ktx2 => vec![write_ktx2(texture, precision, recipe, &[("specula.kind", method)])?],
+        MapsFormat::Exr => {
+            let (width, height) = (texture.width, texture.faces * texture.height);
+            let maps = texture
+                .pixels
+                .chunks_exact(width * height)
+                .map(|pixels| Ok(write_exr(&image(width, height, pixels.to_vec())?, precision, recipe)?));
+            maps.collect::<Result<Vec<_>, Failure>>()?
+        }
+    };
+    report_overflow(encoded.iter().map(|file| file.clamped).sum(), overflow, context)?;
+    Ok(encoded.into_iter().map(|file| file.bytes).collect())
 }
 
-/// A texture of a map, or an array of `layers` maps.
-pub(crate) fn texture(grid: MapGrid, layers: usize, pixels: Vec<[f32; 3]>) -> Texture {
-    let [faces, height, width] = grid.shape();
-    Texture { width, height, depth: 1, layers, faces, pixels }
-}
-
-/// Refuses more maps than a container, or `import-reflection-maps`, holds together, before they are made; `count` is the
-/// parameter that says how many.
+/// Fails if there are more texels than a container, or `import-reflection-maps`, can hold, before the maps
+/// are made. `count` is the parameter for the number of maps.
 pub(crate) fn check_total(texels: usize, maps: usize, count: Option<&str>) -> Result<(), Failure> {
     if texels.saturating_mul(maps) <= containers::MAX_PIXELS {
         return Ok(());
     }
     let lower = count.map_or("lower resolution".into(), |count| format!("lower {count} or resolution"));
     let most = containers::MAX_PIXELS;
-    Err(Failure::new(format!("{maps} maps of {texels} texels are more than {most} texels")).help(lower))
+    Err(Failure::new(format!("{maps} maps of {texels} texels have more than {most} texels together"))
+        .help(lower))
 }
 
-/// The precision of a file.
-pub(crate) fn precision(numbers: Numbers) -> Precision {
-    match numbers {
-        Numbers::Half => Precision::Half,
-        Numbers::Float => Precision::Float,
-    }
-}
-
-/// The fault of an `overflow` that nothing would come of.
-pub(crate) fn check_overflow(overflow: Overflow, numbers: Option<Numbers>) -> Option<(&'static str, String)> {
-    (overflow != Overflow::Clamp && numbers != Some(Numbers::Half))
-        .then(|| ("overflow", "overflow: only precision = \"half\" uses it".into()))
+/// The error of an `overflow` that has no effect.
+pub(crate) fn check_overflow(
+    overflow: Overflow,
+    precision: Option<Precision>,
+) -> Option<(&'static str, String)> {
+    (overflow != Overflow::Clamp && precision != Some(Precision::Half))
+        .then(|| ("overflow", "only precision = \"half\" uses it".into()))
 }

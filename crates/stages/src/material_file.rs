@@ -1,7 +1,7 @@
 //! Material files: TOML that names models by [`brdf::MODELS`], and measured files.
 //!
-//! One mechanism reads every model: its list of parameters says which keys there are, what each looks like, and its
-//! range. All faults of a file are told at once, each with its place.
+//! One mechanism reads every model: the model's list of parameters defines the keys, their types and their
+//! ranges. All errors of a file are reported together, each with its place.
 
 use std::ops::Range;
 use std::path::Path;
@@ -14,23 +14,23 @@ use engine::{
     nearest, unexpected, unknown_keys,
 };
 
-/// The names of what is no analytic model.
+/// The values of `model` that are not analytic models.
 pub(crate) const MEASURED: &str = "measured";
 pub(crate) const LAYERS: &str = "layers";
 
-/// How deep layers may lie in layers: an artifact of materials holds some 60, as JSON is read.
+/// How deep layers may be nested: the JSON reader of material artifacts limits the depth to about 60.
 const DEEPEST: usize = 32;
 
-/// A material and what there is to say about its files.
+/// A material, and notes on its files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialFile {
     /// The material.
     pub material: Material,
-    /// What its user should know of measured files: values that were missing, out of gamut or interpolated.
+    /// Notes on measured files: values that were missing, out of gamut or interpolated.
     pub notes: Vec<String>,
 }
 
-/// How the content of a file is had: relative paths are those of the material file's folder.
+/// Reads a file. Relative paths start at the material file's folder.
 pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
 
 /// The material of a file: a material file's text, or a measured BRDF by its name's ending.
@@ -38,25 +38,25 @@ pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
 /// `name` is the file's name, for messages. Files that it names are read by `read`.
 ///
 /// # Errors
-/// All faults of the file, each on a line of its own with its place.
+/// If the file has errors: all of them, each on its own line with its place.
 pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<MaterialFile, Failure> {
     if Format::of_name(name).is_some() {
         let reading = read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
         return Ok(MaterialFile { material: Material::Measured(reading.measured), notes: reading.notes });
     }
-    let document = Document::parse(name, bytes).map_err(|faults| {
+    let document = Document::parse(name, bytes).map_err(|errors| {
         if name.to_lowercase().ends_with(".toml") {
-            return failure(&faults);
+            return failure(&errors);
         }
-        // A picture or a table under a foreign name: its faults of syntax say nothing.
-        let wrong = format!("{name} is not TOML, and its ending is none of a measured BRDF");
-        let chain = [wrong].into_iter().chain(faults.to_string().lines().next().map(str::to_owned)).collect();
+        // Probably a picture or a table with another extension: its syntax errors would not help.
+        let wrong = format!("{name} is not TOML, and does not have the extension of a measured BRDF");
+        let chain = [wrong].into_iter().chain(errors.to_string().lines().next().map(str::to_owned)).collect();
         Failure { help: Some(format!("expected .toml, or one of: {}", endings())), ..failure_of(chain) }
     })?;
-    let mut reader = Reader { read, faults: Vec::new(), notes: Vec::new(), depth: 0 };
+    let mut reader = Reader { read, errors: Vec::new(), notes: Vec::new(), depth: 0 };
     match reader.material(&document.table) {
-        Some(material) if reader.faults.is_empty() => Ok(MaterialFile { material, notes: reader.notes }),
-        _ => Err(failure(&document.diagnostics(reader.faults))),
+        Some(material) if reader.errors.is_empty() => Ok(MaterialFile { material, notes: reader.notes }),
+        _ => Err(failure(&document.diagnostics(reader.errors))),
     }
 }
 
@@ -65,13 +65,13 @@ pub fn is_measured_file(name: &str) -> bool {
     Format::of_name(name).is_some()
 }
 
-/// All errors of a file, each on a line of its own.
-fn failure(diagnostics: &Diagnostics) -> Failure {
-    let mut chain = vec![format!("{}: {} errors", diagnostics.file, diagnostics.errors.len())];
-    if diagnostics.errors.len() == 1 {
+/// All errors of a file, each on its own line.
+fn failure(errors: &Diagnostics) -> Failure {
+    let mut chain = vec![format!("{}: {} errors", errors.file, errors.errors.len())];
+    if errors.errors.len() == 1 {
         chain.clear();
     }
-    chain.extend(diagnostics.to_string().lines().map(str::to_owned));
+    chain.extend(errors.to_string().lines().map(str::to_owned));
     failure_of(chain)
 }
 
@@ -79,7 +79,7 @@ fn failure_of(chain: Vec<String>) -> Failure {
     Failure { chain, help: None, cancelled: false, system_error: false }
 }
 
-/// The endings of measured files and what they mean.
+/// The extensions of measured files, with their formats.
 pub(crate) fn endings() -> String {
     Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
 }
@@ -89,7 +89,7 @@ fn names() -> impl Iterator<Item = &'static str> {
     MODELS.iter().map(|model| model.name).chain([MEASURED, LAYERS])
 }
 
-/// What a value of this type looks like, for messages and the manual.
+/// The expected form of a value, for messages and the manual.
 fn looks_like(value_type: &ValueType) -> String {
     match value_type {
         ValueType::Number(range) => range.words.to_owned(),
@@ -105,34 +105,34 @@ fn looks_like(value_type: &ValueType) -> String {
 
 struct Reader<'a> {
     read: &'a ReadFile<'a>,
-    faults: Vec<Diagnostic>,
+    errors: Vec<Diagnostic>,
     notes: Vec<String>,
-    /// How many layers the one that is read lies in.
+    /// How many layers the current one is nested in.
     depth: usize,
 }
 
 impl Reader<'_> {
-    /// The material that a table describes; `None` where that left a fault.
+    /// The material that a table describes; `None` after an error.
     fn material(&mut self, table: &Table) -> Option<Material> {
         let expected = || format!("expected one of: {}", names().collect::<Vec<_>>().join(", "));
         let Some(entry) = table.get("model") else {
             if table.get(LAYERS).is_some() {
                 return self.layers(table);
             }
-            let fault = Diagnostic::at(table.span.clone(), "\"model\" is missing").expected(expected());
+            let error = Diagnostic::at(table.span.clone(), "\"model\" is missing").expected(expected());
             let mut near = table.entries.iter().filter_map(|entry| {
                 Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS])?))
             });
-            self.faults.push(match near.next() {
-                Some((key, near)) => fault.help(format!("did you mean {near:?} by {key:?}?")),
-                None => fault,
+            self.errors.push(match near.next() {
+                Some((key, near)) => error.help(format!("did you mean {near:?} by {key:?}?")),
+                None => error,
             });
             return None;
         };
         let name = match String::parse(&entry.value) {
             Ok(name) => name,
-            Err(fault) => {
-                self.faults.push(fault.expected(expected()));
+            Err(error) => {
+                self.errors.push(error.expected(expected()));
                 return None;
             }
         };
@@ -141,9 +141,11 @@ impl Reader<'_> {
         if name != LAYERS
             && let Some(layers) = table.get(LAYERS)
         {
-            let fault =
-                Diagnostic::at(layers.key_span.clone(), format!("layers stand beside model = {name:?}"));
-            self.faults.push(fault.help("make the model one of the layers"));
+            let error = Diagnostic::at(
+                layers.key_span.clone(),
+                format!("`layers` cannot be combined with model = {name:?}"),
+            );
+            self.errors.push(error.help("make the model one of the layers"));
             rest.entries.retain(|entry| entry.key != LAYERS);
         }
         match name.as_str() {
@@ -152,9 +154,9 @@ impl Reader<'_> {
             _ => match MODELS.iter().find(|model| model.name == name) {
                 Some(model) => self.analytic(model, &rest),
                 None => {
-                    let fault =
+                    let error =
                         Diagnostic::at(entry.value.span.clone(), format!("there is no model {name:?}"));
-                    self.faults.push(with_nearest(fault.expected(expected()), &name, names()));
+                    self.errors.push(with_nearest(error.expected(expected()), &name, names()));
                     None
                 }
             },
@@ -166,17 +168,17 @@ impl Reader<'_> {
         match Material::analytic(model.name, &values)? {
             Ok(material) => Some(material),
             Err(error) => {
-                self.faults.push(Diagnostic::at(place(&error, table), error.to_string()));
+                self.errors.push(Diagnostic::at(place(&error, table), error.to_string()));
                 None
             }
         }
     }
 
-    /// The values of a table; `within` is put before the names in messages.
+    /// The values of a table; `within` is the prefix of names in messages.
     fn values(&mut self, parameters: &[Parameter], table: &Table, within: &str) -> Option<Values> {
-        let before = self.faults.len();
+        let before = self.errors.len();
         let known: Vec<_> = parameters.iter().map(|parameter| parameter.name.to_owned()).collect();
-        unknown_keys(table, &known, &mut self.faults);
+        unknown_keys(table, &known, &mut self.errors);
         let mut values = Values::default();
         for parameter in parameters {
             let name = format!("{within}{}", parameter.name);
@@ -187,18 +189,17 @@ impl Reader<'_> {
             match value {
                 Some(value) => values.set(parameter.name, value),
                 None if parameter.absent == Absent::Required && table.get(parameter.name).is_none() => {
-                    let expected =
-                        format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
-                    let fault = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
-                    self.faults.push(fault.expected(expected));
+                    let expected = format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
+                    let error = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
+                    self.errors.push(error.expected(expected));
                 }
                 None => {}
             }
         }
-        (self.faults.len() == before).then_some(values)
+        (self.errors.len() == before).then_some(values)
     }
 
-    /// A value; `None` where that left a fault.
+    /// A value; `None` after an error.
     fn value(&mut self, value_type: &ValueType, value: &Toml, name: &str) -> Option<Value> {
         match value_type {
             ValueType::Number(range) => self.number(range, value, name).map(Value::Number),
@@ -226,8 +227,8 @@ impl Reader<'_> {
         match f64::parse(value) {
             Ok(number) if (range.least..=range.most).contains(&number) => Some(number),
             Ok(number) => {
-                let fault = Diagnostic::at(value.span.clone(), format!("{number} is not {}", range.words));
-                self.refuse(fault, name)
+                let error = Diagnostic::at(value.span.clone(), format!("{number} is not {}", range.words));
+                self.refuse(error, name)
             }
             Err(_) => self.refuse(is_not(value, range.words), name),
         }
@@ -242,11 +243,11 @@ impl Reader<'_> {
                     Some([rgb[0]?, rgb[1]?, rgb[2]?])
                 }
                 _ => {
-                    let fault = Diagnostic::at(
+                    let error = Diagnostic::at(
                         value.span.clone(),
                         format!("{} numbers are not a colour", channels.len()),
                     );
-                    self.refuse(fault.expected(format!("expected {}", looks_like())), name)
+                    self.refuse(error.expected(format!("expected {}", looks_like())), name)
                 }
             },
             ValueKind::Float(_) | ValueKind::Integer(_) => {
@@ -256,29 +257,29 @@ impl Reader<'_> {
         }
     }
 
-    /// Tells a fault of a named value.
-    fn refuse<T>(&mut self, fault: Diagnostic, name: &str) -> Option<T> {
-        self.faults.push(Diagnostic { message: format!("{name}: {}", fault.message), ..fault });
+    /// Reports an error of a named value.
+    fn refuse<T>(&mut self, error: Diagnostic, name: &str) -> Option<T> {
+        self.errors.push(Diagnostic { message: format!("{name}: {}", error.message), ..error });
         None
     }
 
     /// `layers = [{ model = "...", ... }, ...]`.
     fn layers(&mut self, table: &Table) -> Option<Material> {
-        unknown_keys(table, &[LAYERS.to_owned()], &mut self.faults);
+        unknown_keys(table, &[LAYERS.to_owned()], &mut self.errors);
         const EXPECTED: &str = "an array of tables { model, ... }";
         let Some(entry) = table.get(LAYERS) else {
-            let fault = Diagnostic::at(table.span.clone(), "\"layers\" is missing");
-            self.faults.push(fault.expected(format!("expected layers = {EXPECTED}")));
+            let error = Diagnostic::at(table.span.clone(), "\"layers\" is missing");
+            self.errors.push(error.expected(format!("expected layers = {EXPECTED}")));
             return None;
         };
         let ValueKind::Array(items) = &entry.value.kind else {
             return self.refuse(is_not(&entry.value, EXPECTED), LAYERS);
         };
         if self.depth == DEEPEST {
-            let message = format!("layers lie more than {DEEPEST} deep in layers");
-            self.faults.push(
+            let message = format!("layers are nested more than {DEEPEST} deep");
+            self.errors.push(
                 Diagnostic::at(entry.key_span.clone(), message)
-                    .help("put them side by side: they are summed"),
+                    .help("put them side by side in one list: layers are summed"),
             );
             return None;
         }
@@ -300,43 +301,43 @@ impl Reader<'_> {
 
     /// `file`, `format` and `scale`.
     fn measured(&mut self, table: &Table) -> Option<Material> {
-        let before = self.faults.len();
-        unknown_keys(table, &["file", "format", "scale"].map(str::to_owned), &mut self.faults);
+        let before = self.errors.len();
+        unknown_keys(table, &["file", "format", "scale"].map(str::to_owned), &mut self.errors);
         let scale = match table.get("scale") {
             Some(entry) => self.colour(&brdf::WEIGHT, &entry.value, "scale"),
             None => Some([1.0; 3]),
         };
         let format = table.get("format").and_then(|entry| self.format(&entry.value));
         let Some(entry) = table.get("file") else {
-            let fault = Diagnostic::at(table.span.clone(), "\"file\" is missing");
-            self.faults
-                .push(fault.expected("expected file = the path of a measured BRDF, from this file's folder"));
+            let error = Diagnostic::at(table.span.clone(), "\"file\" is missing");
+            self.errors
+                .push(error.expected("expected file = the path of a measured BRDF, from this file's folder"));
             return None;
         };
         let file = match String::parse(&entry.value) {
             Ok(file) => file,
-            Err(fault) => return self.refuse(fault, "file"),
+            Err(error) => return self.refuse(error, "file"),
         };
         if format.is_none() && table.get("format").is_none() && !is_measured_file(&file) {
-            let fault = Diagnostic::at(
+            let error = Diagnostic::at(
                 entry.value.span.clone(),
-                format!("the ending of {file:?} is none of a measured BRDF"),
+                format!("{file:?} does not have the extension of a measured BRDF"),
             )
             .expected(format!("expected one of: {}", endings()))
-            .help("or give its format, as in format = \"merl\"");
-            return self.refuse(fault, "file");
+            .help("or name the format, such as format = \"merl\"");
+            return self.refuse(error, "file");
         }
-        if self.faults.len() > before {
+        if self.errors.len() > before {
             return None;
         }
         self.table(&file, entry, format)?
             .scaled(scale?)
-            .map_err(|error| self.faults.push(Diagnostic::at(place(&error, table), error.to_string())))
+            .map_err(|error| self.errors.push(Diagnostic::at(place(&error, table), error.to_string())))
             .map(Material::Measured)
             .ok()
     }
 
-    /// What a measured file holds.
+    /// The content of a measured file.
     fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<brdf::Measured> {
         let read = (self.read)(Path::new(file)).and_then(|bytes| Ok(read_with_notes(file, &bytes, format)?));
         match read {
@@ -345,8 +346,8 @@ impl Reader<'_> {
                 Some(reading.measured)
             }
             Err(failure) => {
-                let fault = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));
-                self.refuse(fault, "file")
+                let error = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));
+                self.refuse(error, "file")
             }
         }
     }
@@ -354,30 +355,31 @@ impl Reader<'_> {
     fn format(&mut self, value: &Toml) -> Option<Format> {
         let names = || Format::ALL.iter().map(|format| format.name());
         let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
-        let fault = is_not(value, &format!("one of: {expected}"));
+        let error = is_not(value, &format!("one of: {expected}"));
         match &value.kind {
             ValueKind::String(word) => match Format::ALL.into_iter().find(|format| format.name() == word) {
                 Some(format) => Some(format),
-                None => self.refuse(with_nearest(fault, word, names()), "format"),
+                None => self.refuse(with_nearest(error, word, names()), "format"),
             },
-            _ => self.refuse(fault, "format"),
+            _ => self.refuse(error, "format"),
         }
     }
 }
 
-/// A value is not what it should look like; these messages are lines, where `expected` would say the same again.
+/// The error of a value of the wrong form. These messages are single lines, so `expected` would only repeat
+/// them.
 fn is_not(value: &Toml, expected: &str) -> Diagnostic {
     Diagnostic { expected: None, ..unexpected(value, expected) }
 }
 
-fn with_nearest<'a>(fault: Diagnostic, name: &str, names: impl Iterator<Item = &'a str>) -> Diagnostic {
+fn with_nearest<'a>(error: Diagnostic, name: &str, names: impl Iterator<Item = &'a str>) -> Diagnostic {
     match nearest(&name.to_lowercase(), names) {
-        Some(near) => fault.help(format!("did you mean {near:?}?")),
-        None => fault,
+        Some(near) => error.help(format!("did you mean {near:?}?")),
+        None => error,
     }
 }
 
-/// Where a parameter stands that the kernel refuses: its value, or the table that lacks it.
+/// The place of a parameter that the kernel rejects: its value, or the table in which it is missing.
 fn place(error: &ParameterError, table: &Table) -> Range<usize> {
     let record = error.record.and_then(|(records, index)| match &table.get(records)?.value.kind {
         ValueKind::Array(items) => match &items.get(index)?.kind {
@@ -395,7 +397,7 @@ mod tests {
     use super::*;
     use crate::material_schema::capital;
 
-    /// The manual's table of models is that of the kernel: this makes its lines anew.
+    /// The manual's table of models is that of the kernel. If it differs, this prints the expected lines.
     #[test]
     fn the_manual_lists_every_model_and_parameter() {
         let manual = include_str!("import_material.rs");
@@ -411,7 +413,7 @@ mod tests {
         let expected = lines.iter().filter(|line| line.starts_with("//! | `")).count();
         assert!(
             missing.is_empty() && rows == expected + 3,
-            "{rows} rows of parameters, not {expected} and the 3 of measured files; the text of import_material.rs should have:\n{}",
+            "{rows} rows of parameters, not {expected} and the 3 of measured files; import_material.rs should have these lines:\n{}",
             lines.join("\n")
         );
     }
@@ -424,8 +426,8 @@ mod tests {
                 ValueType::Records(_) => looks_like(&parameter.value_type),
             };
             let absent = match parameter.absent {
-                Absent::Required => "must be given".to_owned(),
-                Absent::Optional => "may be left out".to_owned(),
+                Absent::Required => "required".to_owned(),
+                Absent::Optional => "optional".to_owned(),
                 Absent::Default(value) => format!("default {value}"),
             };
             let (name, meaning) = (parameter.name, parameter.meaning);

@@ -1,6 +1,8 @@
-//! The JSON Schema of material files, made of the models: what editors complete, describe and underline.
+//! The JSON Schema of material files, made from the models, for completion, descriptions and errors in
+//! editors.
 //!
-//! As the manifest's, it is never stricter than the parser, and says only what draft 7 says too.
+//! Like the manifest's schema, it is never stricter than the parser and uses only keywords that draft 7 has
+//! too.
 
 use brdf::{Absent, MODELS, ModelText, Parameter, Range, ValueType};
 use containers::measured::Format;
@@ -37,7 +39,7 @@ fn of_model(model: &ModelText) -> Value {
     object(model.summary, properties, &required)
 }
 
-/// The properties of a table of parameters, and those that must be given.
+/// The properties of a table of parameters, and the names of the required ones.
 fn of_parameters(parameters: &[Parameter]) -> (Map<String, Value>, Vec<&'static str>) {
     let properties = parameters.iter().map(|parameter| (parameter.name.to_owned(), of_parameter(parameter)));
     let required = parameters.iter().filter(|parameter| parameter.absent == Absent::Required);
@@ -88,7 +90,7 @@ fn measured() -> Value {
     scale["description"] = "What the table is multiplied by: a colour.".into();
     scale["default"] = 1.into();
     let file = format!("The measured file, from this file's folder: {}.", endings());
-    let format = "How the file is written; by its ending where it is left out.";
+    let format = "The format of the file. Default: by the file's extension.";
     let properties = [
         ("model", json!({ "const": MEASURED, "description": summary })),
         ("file", json!({ "type": "string", "description": file })),
@@ -107,7 +109,7 @@ fn layers() -> Value {
         "minItems": 1,
         "description": "The materials that are summed, each a table with its `model`.",
     });
-    let model = json!({ "const": LAYERS, "description": "May be left out." });
+    let model = json!({ "const": LAYERS, "description": "Optional." });
     let properties = [("model".to_owned(), model), (LAYERS.to_owned(), each)];
     object(summary, properties.into_iter().collect(), &[LAYERS])
 }

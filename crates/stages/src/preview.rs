@@ -1,15 +1,16 @@
 //! Draws a mesh under an environment, shaded with the maps that engines will use: a picture, or a turntable.
 //!
-//! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`);
-//! `environment` is the light that it was made of, which is seen behind the mesh and in mirrors. Where the lighting was
-//! turned on its way, connect the environment turned alike: `rotate` turns both. `material` is needed by `brute-force` alone.
-//! `mesh` is drawn in place of the built-in shape.
+//! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
+//! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
+//! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Only
+//! `brute-force` needs `material`. `mesh` is drawn instead of the built-in shape.
 //!
 //! ## Modes
 //!
-//! `modes` says how the surface is shaded. Several stand side by side in one picture, each with its name.
+//! `modes` says how the surface is shaded. Several modes are drawn side by side in one picture, each with its
+//! name.
 //!
-//! | mode | the reflected light is known by |
+//! | mode | the reflected light comes from |
 //! | --- | --- |
 //! | `local-shrm` | the local SHRM, evaluated at every pixel |
 //! | `global-shrm` | the global SHRM, evaluated once a frame into a reflection map for a far viewer |
@@ -20,32 +21,36 @@
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel |
 //!
-//! `compare` names the mode that the others are judged by. Its picture comes first, and below each other mode stands its
-//! absolute difference, amplified, with the root of the mean squared difference over the pixels that see only mesh, as a
-//! share of that of what it is compared with. Brute force is noisy itself: more `light-samples` tell more.
+//! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
+//! mode is its absolute difference, amplified, with the relative RMS: the root of the mean squared difference
+//! over the pixels that show only the mesh, divided by the RMS of the reference. Brute force is noisy itself;
+//! more `light-samples` reduce the noise.
 //!
-//! Maps are made as the exports make them, on cubes of `resolution`; Kautz and McCool's texture has `slices`.
+//! Maps are made as the exports make them, on cubes with an edge of `resolution`; Kautz and McCool's texture
+//! has `slices` slices.
 //!
 //! ## Camera and light
 //!
-//! The camera circles the mesh. At yaw 0 it stands on the +X side, before the front of glTF models, and has the centre of
-//! the environment's image behind it; a positive yaw moves it toward +Y, a positive pitch up. At `zoom` 1 the ball around the
-//! mesh touches the picture's shorter side, whatever the mesh's size. The light is turned as `rotate` turns it, by
-//! `light-yaw` and then `light-pitch`.
+//! The camera circles the mesh. At yaw 0 it is on the +X side, in front of glTF models, with the centre of
+//! the environment's image behind it; a positive yaw moves it toward +Y, a positive pitch moves it up. At
+//! `zoom` 1 the bounding ball of the mesh fits the picture's shorter side, whatever the mesh's size. The
+//! light is turned as `rotate` turns it, by `light-yaw` and then `light-pitch`.
 //!
-//! With `frames` there are so many pictures of one whole turn of the camera, or of the light around +Z, counter-clockwise
-//! as seen from above: an animation, or a strip of all of them.
+//! `frames` is the number of pictures of one whole turn of the camera, or of the light around +Z,
+//! counter-clockwise as seen from above. They become an animation, or a strip of all frames.
 //!
-//! ## Where it is drawn
+//! ## CPU and GPU
 //!
-//! With `backend = "cpu"` outputs are the same to the bit, as those of all stages. A graphics device (`"gpu"`) draws the same within two
-//! steps of 255 for all but a few pixels, and faster; what it draws depends on the device, which no key holds. Where there is none, or
-//! where it cannot draw this, the CPU does, with a warning that says why. Its picture is kept like any result: once there is a
-//! device, set `backend` to `"cpu"` or change another parameter, or move `.specula` away, to have it drawn anew.
+//! With `backend = "cpu"` the output is bit-identical on every run, as for all stages. A graphics device
+//! (`"gpu"`) is faster and draws the same to within two steps of 255 for all but a few pixels; its output
+//! depends on the device, which is not part of the key. If there is no device, or it cannot draw the scene,
+//! the CPU draws instead, with a warning that says why. That picture is cached like any result: to redraw it
+//! later on a device, change a parameter or move `.specula` away.
 //!
 //! ## Files
 //!
-//! `.png`: 8-bit sRGB. An animation is an animated PNG, of which a program that knows of none shows the first frame.
+//! `.png`: 8-bit sRGB. An animation is an animated PNG; programs that do not support those show the first
+//! frame.
 //!
 //! ## Example
 //!
@@ -65,29 +70,31 @@
 //! turn = "light"
 //! ```
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use containers::{write_apng, write_png};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::ToneMap;
-use preview::{Camera, Light, Look, MapSizes, Mode, RenderError, Scene, Shot, Show};
+use preview::{Camera, Light, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
 
 use crate::artifacts;
-use crate::contact_sheet::{Curve, exposure_of};
+use crate::choices::{STOPS, ToneMapName};
+use crate::contact_sheet::exposure_of;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
-use easel::Easel;
-use values::{Behind, Size};
+use fallback_renderer::FallbackRenderer;
+use values::{Backend, BackgroundChoice, Size};
 
 mod comparison;
-mod easel;
-mod light;
+mod fallback_renderer;
+mod light_mismatch;
 mod values;
 
 choice! {
     /// A built-in mesh.
-    pub(crate) enum Shape {
+    pub(crate) enum BuiltInMesh {
         /// A sphere.
         Sphere = "sphere",
         /// A trefoil knot, which shows every direction of the normal at several depths.
@@ -98,39 +105,24 @@ choice! {
 }
 
 choice! {
-    /// By what the reflected light is known.
-    pub(crate) enum ModeName {
+    /// What the reflected light comes from.
+    pub(crate) enum ModeName: Mode {
         /// The local SHRM at every pixel.
-        LocalShrm = "local-shrm",
+        LocalShrm,
         /// The global SHRM, once a frame.
-        GlobalShrm = "global-shrm",
+        GlobalShrm,
         /// Cabral's twelve maps.
-        Cabral = "cabral",
+        Cabral,
         /// Kautz and McCool's texture.
-        KautzMcCool = "kautz-mccool",
+        KautzMcCool,
         /// One reflection map, the mean over all views.
-        Prefiltered = "prefiltered",
+        Prefiltered,
         /// Nine coefficients of the light, for a white matte surface.
-        Irradiance = "irradiance",
+        Irradiance,
         /// The environment, for a perfect mirror.
-        Mirror = "mirror",
+        Mirror,
         /// The sum of all light, by many samples.
-        BruteForce = "brute-force",
-    }
-}
-
-impl ModeName {
-    fn mode(self) -> Mode {
-        match self {
-            Self::LocalShrm => Mode::LocalShrm,
-            Self::GlobalShrm => Mode::GlobalShrm,
-            Self::Cabral => Mode::Cabral,
-            Self::KautzMcCool => Mode::KautzMcCool,
-            Self::Prefiltered => Mode::Prefiltered,
-            Self::Irradiance => Mode::Irradiance,
-            Self::Mirror => Mode::Mirror,
-            Self::BruteForce => Mode::BruteForce,
-        }
+        BruteForce,
     }
 }
 
@@ -145,7 +137,7 @@ choice! {
 }
 
 choice! {
-    /// What is written of several frames.
+    /// How several frames are written.
     pub(crate) enum Format {
         /// One picture.
         Png = "png",
@@ -156,71 +148,78 @@ choice! {
     }
 }
 
-choice! {
-    /// What draws.
-    pub(crate) enum Backend {
-        /// The CPU: the same to the bit.
-        Cpu = "cpu",
-        /// A graphics device, where there is one.
-        Gpu = "gpu",
-    }
-}
-
 parameters! {
     /// Parameters of `preview`.
     pub(crate) struct Parameters {
-        /// The built-in mesh that is drawn where no mesh is connected.
-        mesh: Shape = Shape::Sphere,
-        /// Pixels of each picture: the edge of a square, or [width, height]. 16 to 4096.
+        /// The built-in mesh that is drawn if no mesh is connected.
+        mesh: BuiltInMesh = BuiltInMesh::Sphere,
+        /// Pixels of each picture: the edge of a square, or [width, height].
         size: Size = Size([512; 2]),
         /// How the surface is shaded, side by side; see Modes.
-        modes: Vec<ModeName> = vec![ModeName::LocalShrm],
-        /// The mode that the others are compared with. Without it, nothing is compared.
+        modes: Vec<ModeName> = vec![ModeName(Mode::LocalShrm)],
+        /// The mode that the others are compared with. Default: none.
         compare: Option<ModeName> = None,
-        /// How many times stronger differences are shown, 1 to 1000.
+        /// The factor by which differences are amplified.
+        #[range(1.0..=1000.0)]
         amplify: f64 = 8.0,
-        /// Where the camera stands, in degrees around +Z.
+        /// The camera's yaw around +Z, in degrees.
+        #[range(DEGREES)]
         camera_yaw: f64 = 0.0,
-        /// How high the camera stands, -90 to 90 degrees.
+        /// The camera's pitch, in degrees: up is positive.
+        #[range(-90.0..=90.0)]
         camera_pitch: f64 = 10.0,
-        /// How near the camera comes, 0.1 to 100; see Camera and light.
+        /// The size of the mesh in the picture; see Camera and light.
+        #[range(0.1..=100.0)]
         zoom: f64 = 0.9,
-        /// The field of view over the shorter side of the picture, 1 to 120 degrees.
+        /// The field of view over the shorter side of the picture, in degrees.
+        #[range(1.0..=120.0)]
         field: f64 = 30.0,
         /// The turn of the light around +Z, in degrees.
+        #[range(DEGREES)]
         light_yaw: f64 = 0.0,
         /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
+        #[range(DEGREES)]
         light_pitch: f64 = 0.0,
-        /// Stops by which all radiance is multiplied before it is shown. Without it, from the environment, as in
-        /// contact-sheet.
+        /// Stops by which all radiance is multiplied before it is shown. Default: chosen for the environment,
+        /// as in contact-sheet.
+        #[range(STOPS)]
         exposure: Option<f64> = None,
-        /// How exposed radiance is shown: with a film's shoulder, or cut at white.
-        curve: Curve = Curve::Filmic,
-        /// What lies behind the mesh: the environment, what its harmonics up to degree 30 hold of it, or a colour, which
-        /// exposure leaves alone.
-        background: Behind = Behind::Environment,
-        /// Texels along the edge of a cube's face, of every map. 4 to 512.
+        /// The tone curve of exposed radiance: with a film's shoulder, or cut at white.
+        curve: ToneMapName = ToneMapName(ToneMap::Filmic),
+        /// The background: the environment, its reconstruction from harmonics up to degree 30, or a colour,
+        /// which exposure does not change.
+        background: BackgroundChoice = BackgroundChoice::Environment,
+        /// Texels along the edge of a cube's face, for every map.
+        #[range(4..=512)]
         resolution: usize = 64,
-        /// Slices of Kautz and McCool's texture, 2 to 256.
+        /// Slices of Kautz and McCool's texture.
+        #[range(2..=256)]
         slices: usize = 16,
-        /// Samples along each side of a pixel, 1 to 4.
+        /// Samples along each side of a pixel.
+        #[range(1..=4)]
         samples: usize = 2,
-        /// Samples of light at each sample of a pixel in brute-force, 1 to 65536.
+        /// Samples of light at each sample of a pixel in brute-force.
+        #[range(1..=65536)]
         light_samples: usize = 64,
-        /// Pictures of one whole turn, 1 to 360.
+        /// The number of pictures of one whole turn.
+        #[range(1..=360)]
         frames: usize = 1,
         /// With several frames: what turns.
         turn: Turn = Turn::Camera,
-        /// What is written. Without it, "png" of one frame and "apng" of several.
+        /// What is written. Default: "png" for one frame and "apng" for several.
         format: Option<Format> = None,
-        /// With format "apng": seconds of one whole turn, 0.1 to 600.
+        /// With format "apng": seconds of one whole turn.
+        #[range(0.1..=600.0)]
         seconds: f64 = 4.0,
-        /// What draws; see there.
+        /// What draws; see CPU and GPU.
         backend: Backend = Backend::Cpu,
     }
 }
 
-/// The most pixels of all frames together: 192 MiB of codes, and as much again where they become a strip.
+/// Angles: any number of turns, as long as fractions of a degree stay exact.
+const DEGREES: RangeInclusive<f64> = -1e6..=1e6;
+
+/// The most pixels of all frames together: 192 MiB of codes, and as much again if they become a strip.
 const MOST_PIXELS: usize = 1 << 26;
 
 impl Parameters {
@@ -229,26 +228,26 @@ impl Parameters {
     }
 
     fn compare(&self) -> Option<Mode> {
-        self.compare.map(ModeName::mode)
+        self.compare.map(|name| name.0)
     }
 
-    /// The modes as they stand side by side: what the others are compared with comes first.
+    /// The modes from left to right: the one that the others are compared with comes first.
     fn columns(&self) -> Vec<Mode> {
-        let others = self.modes.iter().map(|name| name.mode());
+        let others = self.modes.iter().map(|name| name.0);
         self.compare().into_iter().chain(others.filter(|mode| Some(*mode) != self.compare())).collect()
     }
 
-    /// The frames as they lie in the written picture: columns and rows.
+    /// The arrangement of the frames in the written picture: columns and rows.
     fn strip(&self) -> [usize; 2] {
         match self.format() {
-            // A single picture is laid beside the next; a row of them below.
+            // Frames of a single picture are side by side; rows of several pictures are stacked.
             Format::Strip if self.columns().len() == 1 => [self.frames, 1],
             Format::Strip => [1, self.frames],
             Format::Png | Format::Apng => [1, 1],
         }
     }
 
-    fn board(&self) -> ComparisonSheet {
+    fn sheet(&self) -> ComparisonSheet {
         ComparisonSheet {
             picture: self.size.0,
             columns: self.columns().len(),
@@ -265,6 +264,14 @@ impl Kind for Preview {
 
     const NAME: &'static str = "preview";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        sh::revisions::ROTATION,
+        brdf::revisions::MODELS,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::RESAMPLING,
+        envmap::revisions::RESAMPLING,
+    ];
     const TEXT: &'static str = include_str!("preview.rs");
 
     fn ports() -> Vec<Port> {
@@ -292,21 +299,21 @@ impl Kind for Preview {
             None => exposure_of(scene.light.environment()),
         };
         context.note(format!("exposure {} {reason}", crate::sheet::stops(exposure)));
-        let mut easel = Easel::new(parameters.backend, context);
-        let board = parameters.board();
+        let mut renderer = FallbackRenderer::new(parameters.backend, context);
+        let sheet = parameters.sheet();
         let mut frames = Vec::new();
         let mut worst = Vec::new();
         for frame in 0..parameters.frames {
             let turned = 360.0 * frame as f64 / parameters.frames as f64;
             let shot = shot(parameters, &scene, exposure, turned);
-            frames.push(board.draw(&panels(parameters, &scene, &shot, &mut easel, &mut worst)?));
+            frames.push(sheet.draw(&panels(parameters, &scene, &shot, &mut renderer, &mut worst)?));
             context.check_cancelled()?;
         }
         for (mode, rms) in worst {
             let most = if parameters.frames > 1 { " at most" } else { "" };
             context.note(format!("{}: relative RMS {}{most}", mode.label(), percent(rms)));
         }
-        let [width, height] = board.size();
+        let [width, height] = sheet.size();
         let recipe = Some(context.recipe());
         let bytes = match parameters.format() {
             Format::Apng => {
@@ -315,7 +322,7 @@ impl Kind for Preview {
             }
             Format::Png | Format::Strip => {
                 let [columns, rows] = parameters.strip();
-                let strip = comparison::strip(&frames, board.size(), columns);
+                let strip = comparison::strip(&frames, sheet.size(), columns);
                 write_png(columns * width, rows * height, &strip, recipe)?
             }
         };
@@ -324,63 +331,37 @@ impl Kind for Preview {
 }
 
 fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-    let mut faults = Vec::new();
-    for (name, value, least, most) in [
-        ("amplify", parameters.amplify, 1.0, 1000.0),
-        ("camera-yaw", parameters.camera_yaw, -1e6, 1e6),
-        ("camera-pitch", parameters.camera_pitch, -90.0, 90.0),
-        ("zoom", parameters.zoom, 0.1, 100.0),
-        ("field", parameters.field, 1.0, 120.0),
-        ("light-yaw", parameters.light_yaw, -1e6, 1e6),
-        ("light-pitch", parameters.light_pitch, -1e6, 1e6),
-        ("exposure", parameters.exposure.unwrap_or(0.0), -100.0, 100.0),
-        ("seconds", parameters.seconds, 0.1, 600.0),
-    ] {
-        if !(least..=most).contains(&value) {
-            faults.push((name, format!("{name}: {value} is not {least} to {most}")));
-        }
-    }
-    for (name, value, least, most) in [
-        ("resolution", parameters.resolution, 4, 512),
-        ("slices", parameters.slices, 2, 256),
-        ("samples", parameters.samples, 1, 4),
-        ("light-samples", parameters.light_samples, 1, 65536),
-        ("frames", parameters.frames, 1, 360),
-    ] {
-        if !(least..=most).contains(&value) {
-            faults.push((name, format!("{name}: {value} is not {least} to {most}")));
-        }
-    }
+    let mut errors = Vec::new();
     if parameters.modes.is_empty() {
-        faults.push(("modes", "modes: there is none; name one, such as \"local-shrm\"".into()));
+        errors.push(("modes", "the list is empty; name one, such as \"local-shrm\"".into()));
     }
     for (place, mode) in parameters.modes.iter().enumerate() {
         if parameters.modes[..place].contains(mode) {
-            faults.push(("modes", format!("modes: {:?} is there twice", mode.mode().name())));
+            errors.push(("modes", format!("{:?} is listed twice", mode.0.name())));
         }
     }
     if parameters.compare.is_some() && parameters.columns().len() == 1 {
-        faults.push(("compare", "compare: modes names no other mode to compare with it".into()));
+        errors.push(("compare", "`modes` has no other mode to compare with it".into()));
     }
     match parameters.format() {
         Format::Png if parameters.frames > 1 => {
             let frames = parameters.frames;
-            faults.push(("format", format!("format: {frames} frames are an \"apng\" or a \"strip\"")));
+            errors.push(("format", format!("{frames} frames need \"apng\" or \"strip\"")));
         }
         Format::Apng | Format::Strip if parameters.frames == 1 => {
-            faults.push(("format", "format: one frame is a \"png\"; frames says how many there are".into()));
+            errors.push(("format", "one frame needs \"png\"; set frames to the number of frames".into()));
         }
         _ => {}
     }
-    let [width, height] = parameters.board().size();
+    let [width, height] = parameters.sheet().size();
     let pixels = width.saturating_mul(height).saturating_mul(parameters.frames);
     if pixels > MOST_PIXELS {
-        faults.push((
+        errors.push((
             "size",
-            format!("size: all pictures together have {pixels} pixels, more than {MOST_PIXELS}"),
+            format!("all pictures together have {pixels} pixels, which is more than {MOST_PIXELS}"),
         ));
     }
-    faults
+    errors
 }
 
 /// The mesh with its look.
@@ -388,7 +369,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     let environment = context.get::<artifacts::Environment>("environment")?;
     let material = context.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
     if material.is_none() && parameters.columns().contains(&Mode::BruteForce) {
-        return Err(Failure::new("brute-force needs the material, and the port material is not connected")
+        return Err(Failure::new("brute-force needs a material, but the port material is not connected")
             .help("add material = \"...\" to the stage's inputs"));
     }
     let mesh = match context.optional::<artifacts::Mesh>("mesh")? {
@@ -407,7 +388,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         }
         _ => {
             let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
-            if let Some(difference) = light::difference(light.environment(), reflection.lighting()) {
+            if let Some(difference) = light_mismatch::difference(light.environment(), reflection.lighting()) {
                 context.warn(difference);
             }
             Look::new(light, reflection, material, sizes)
@@ -416,16 +397,16 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
     Ok(Scene::of(Arc::new(mesh), Arc::new(look)))
 }
 
-fn built_in(shape: Shape) -> Result<mesh::Mesh, Failure> {
+fn built_in(shape: BuiltInMesh) -> Result<mesh::Mesh, Failure> {
     let name = match shape {
-        Shape::Sphere => "sphere",
-        Shape::TorusKnot => "torus-knot",
-        Shape::Plane => "plane",
+        BuiltInMesh::Sphere => "sphere",
+        BuiltInMesh::TorusKnot => "torus-knot",
+        BuiltInMesh::Plane => "plane",
     };
-    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no shape {name:?}")))
+    mesh::shape(name).ok_or_else(|| Failure::new(format!("there is no built-in mesh {name:?}")))
 }
 
-/// How a frame is seen, its camera or light turned by so many degrees.
+/// The shot of a frame, with the camera or the light turned by this many degrees.
 fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> Shot {
     let [around, about] = match parameters.turn {
         Turn::Camera => [turned, 0.0],
@@ -450,26 +431,23 @@ fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> S
         show: Show::One(Mode::LocalShrm),
         background: parameters.background.background(),
         exposure,
-        tone: match parameters.curve {
-            Curve::Filmic => ToneMap::Filmic,
-            Curve::Plain => ToneMap::Plain,
-        },
+        tone: parameters.curve.0,
         light_samples: parameters.light_samples as u32,
     }
 }
 
-/// The pictures of a frame. `worst` gathers the greatest relative RMS of each mode.
+/// The pictures of a frame. `worst` collects the greatest relative RMS of each mode.
 fn panels(
     parameters: &Parameters,
     scene: &Scene,
     shot: &Shot,
-    easel: &mut Easel<'_, '_>,
+    renderer: &mut FallbackRenderer<'_, '_>,
     worst: &mut Vec<(Mode, f64)>,
 ) -> Result<Vec<Panel>, Failure> {
     let mut panels = Vec::new();
     let mut first = None;
     for mode in parameters.columns() {
-        let picture = easel.draw(scene, &Shot { show: Show::One(mode), ..shot.clone() })?;
+        let picture = renderer.draw(scene, &Shot { show: Show::One(mode), ..shot.clone() })?;
         let mut panel = Panel {
             label: mode.label(),
             detail: String::new(),
@@ -499,14 +477,6 @@ fn panels(
     Ok(panels)
 }
 
-/// The failure of an item whose picture could not be drawn.
-fn failure(error: RenderError) -> Failure {
-    match error {
-        RenderError::Cancelled => Failure::cancelled(),
-        error => Failure::from(error),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use engine::Parameter;
@@ -514,26 +484,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_mode_and_shape_has_its_word() {
-        let words = Mode::ALL.map(|mode| format!("{:?}", mode.name()));
-        assert_eq!(ModeName::expected(), words.join(" or "));
+    fn every_shape_has_its_word() {
         let shapes = mesh::SHAPES.map(|name| format!("{name:?}"));
-        assert_eq!(Shape::expected(), shapes.join(" or "));
-        for shape in [Shape::Sphere, Shape::TorusKnot, Shape::Plane] {
+        assert_eq!(BuiltInMesh::expected(), shapes.join(" or "));
+        for shape in [BuiltInMesh::Sphere, BuiltInMesh::TorusKnot, BuiltInMesh::Plane] {
             assert!(built_in(shape).is_ok());
-        }
-        for mode in Mode::ALL {
-            let named = [
-                ModeName::LocalShrm,
-                ModeName::GlobalShrm,
-                ModeName::Cabral,
-                ModeName::KautzMcCool,
-                ModeName::Prefiltered,
-                ModeName::Irradiance,
-                ModeName::Mirror,
-                ModeName::BruteForce,
-            ];
-            assert_eq!(named.iter().filter(|name| name.mode() == mode).count(), 1);
         }
     }
 }

@@ -1,12 +1,15 @@
-//! What of a graph a preview can show: every material under every light that the graph reflects, on every mesh.
+//! What a preview of a graph can show: every material under every light that the graph reflects, on every
+//! mesh.
 //!
-//! It is found by what the stages make, not by what they are called. A stage that makes a `reflection` or an `shrm` gives
-//! *exhibits*, one for each of its items. Going back from the item, the nearest environment is the light that it reflects
-//! and the nearest material is what reflects it. Where the lighting was turned on the way, so is the environment.
+//! Entries are found by what the stages make, not by what the stages are called. Each item of a stage that
+//! makes a `reflection` or an `shrm` is an entry. Upstream of the item, the nearest environment is the light
+//! that it reflects, and the nearest material is what reflects it. If the lighting was turned on the way, the
+//! environment is turned too.
 //!
-//! An exhibit is known by two names. Its light is that of the environment's item. Its material is what is left of its own
-//! item's key without the environment's: `gold`. Names that would stand for two things carry their stages: `gold (matte)`.
-//! Where stages reflect the same material and some of them are exported, the others are steps on the way and not shown.
+//! An entry has two names. The name of its light is that of the environment's item. The name of its material
+//! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
+//! (matte)`. If several stages reflect the same material and some of them are exported, the others are
+//! intermediate steps and are not shown.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,86 +24,86 @@ use crate::{artifacts, rotate};
 
 mod scenes;
 
-/// What of a graph can be shown.
+/// The materials, lights and meshes of a graph that a preview can show.
 pub struct PreviewCatalog {
     plan: Plan,
     environments: Vec<String>,
     materials: Vec<String>,
-    /// By the places of their names.
-    exhibits: BTreeMap<(usize, usize), CatalogEntry>,
-    meshes: Vec<(String, Shape)>,
+    /// By the positions of their names.
+    entries: BTreeMap<(usize, usize), CatalogEntry>,
+    meshes: Vec<(String, MeshSource)>,
 }
 
 /// A material under a light, by the items that made it.
 #[derive(Clone, Debug)]
 pub struct CatalogEntry {
-    /// What reflects: an item that makes a `reflection` or an `shrm`.
+    /// The item that makes a `reflection` or an `shrm`.
     pub reflection: ItemIndex,
-    /// The light.
+    /// The item that makes the light.
     pub environment: ItemIndex,
     /// The light's coefficients, before they are cut to the material's degree.
     pub lighting: Option<ItemIndex>,
-    /// The material.
+    /// The item that makes the material.
     pub material: Option<ItemIndex>,
     /// How the graph turns the light before it is reflected.
     pub turn: Rotation,
-    /// How large the maps are that are exported of it.
+    /// The sizes of the maps that are exported of it.
     pub sizes: MapSizes,
     /// The items that export it and nothing else, in the manifest's order.
     pub exports: Vec<ItemIndex>,
-    /// The items that it was made of and itself, each after those that it needs.
+    /// The items that it was made of, and the item itself, each after those that it needs.
     pub ancestry: Vec<ItemIndex>,
 }
 
 /// Where a mesh comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shape {
+enum MeshSource {
     /// An item makes it.
     Item(ItemIndex),
     /// A shape of [`mesh::SHAPES`].
     BuiltIn(&'static str),
 }
 
-/// Why a subject cannot be shown: nothing has that name.
+/// Why a subject cannot be shown: there is nothing of that name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unknown {
     /// What was looked for: `material`.
     pub what: &'static str,
     /// Its name.
     pub name: String,
-    /// The names that there are.
+    /// The names that exist.
     pub known: Vec<String>,
 }
 
 impl PreviewCatalog {
-    /// What of a plan can be shown.
+    /// The catalog of a plan.
     pub fn of(plan: Plan) -> Self {
         Self::among(plan, &[])
     }
 
-    /// What of a plan can be shown where these stages are built, with all that they need; none stand for all stages.
+    /// The catalog of these stages of a plan and all that they need; no names mean all stages.
     pub fn among(plan: Plan, built: &[String]) -> Self {
         let graph = Connections::of(&plan);
-        let built = with_their_needs(&plan, built);
+        let built = with_dependencies(&plan, built);
         let items = (0..plan.items.len()).filter(|item| built[plan.items[*item].stage]);
-        let found = items.clone().filter_map(|item| graph.exhibit(&plan, item)).collect();
+        let found = items.clone().filter_map(|item| graph.entry(&plan, item)).collect();
         let found = without_steps(&plan, &graph, found);
-        let lights = found.iter().map(|exhibit| exhibit.environment).collect::<BTreeSet<_>>();
+        let lights = found.iter().map(|entry| entry.environment).collect::<BTreeSet<_>>();
         let lights = lights.into_iter().collect::<Vec<_>>();
-        let named = lights.iter().map(|item| Named::of(&plan, *item));
-        let environments = told_apart(&named.collect::<Vec<_>>());
-        // What is left of a key tells the materials of a stage apart.
-        let coats = found.iter().map(|exhibit| MaterialKey::of(&plan, exhibit)).collect::<Vec<_>>();
-        let each = coats.iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
-        let materials = told_apart(&each.iter().map(|coat| coat.named(&plan)).collect::<Vec<_>>());
-        let place = |exhibit: &CatalogEntry, coat: &MaterialKey| {
-            let environment = lights.binary_search(&exhibit.environment).unwrap_or_default();
-            (environment, each.binary_search(&coat).unwrap_or_default())
+        let labels = lights.iter().map(|item| Label::of(&plan, *item));
+        let environments = distinct(&labels.collect::<Vec<_>>());
+        // The rest of a key distinguishes the materials of a stage.
+        let keys = found.iter().map(|entry| MaterialKey::of(&plan, entry)).collect::<Vec<_>>();
+        let each = keys.iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
+        let materials = distinct(&each.iter().map(|key| key.label(&plan)).collect::<Vec<_>>());
+        let position = |entry: &CatalogEntry, key: &MaterialKey| {
+            let environment = lights.binary_search(&entry.environment).unwrap_or_default();
+            (environment, each.binary_search(&key).unwrap_or_default())
         };
-        let places = found.iter().zip(&coats).map(|(exhibit, coat)| place(exhibit, coat));
-        let exhibits = places.collect::<Vec<_>>().into_iter().zip(found).collect();
+        let positions = found.iter().zip(&keys).map(|(entry, key)| position(entry, key));
+        let entries = positions.collect::<Vec<_>>().into_iter().zip(found).collect();
         let meshes = meshes(&plan, items);
-        Self { plan, environments, materials, exhibits, meshes }
+        Self { plan, environments, materials, entries, meshes }
     }
 
     /// The plan.
@@ -110,16 +113,16 @@ impl PreviewCatalog {
 
     /// Whether there is nothing to show: no stage makes a reflection of an environment.
     pub fn is_empty(&self) -> bool {
-        self.exhibits.is_empty()
+        self.entries.is_empty()
     }
 
-    /// The names of all that can be shown, and what goes together.
-    pub fn catalogue(&self) -> Catalog {
+    /// The names of all that can be shown, and which of them go together.
+    pub fn catalog(&self) -> Catalog {
         Catalog {
             environments: self.environments.clone(),
             materials: self.materials.clone(),
             meshes: self.meshes(),
-            pairs: self.exhibits.keys().copied().collect(),
+            pairs: self.entries.keys().copied().collect(),
         }
     }
 
@@ -138,57 +141,57 @@ impl PreviewCatalog {
         self.meshes.iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// A material under an environment; `None` where the graph does not bring the two together.
+    /// A material under an environment; `None` if the graph does not combine the two.
     ///
     /// # Errors
-    /// Where one of them is not known at all.
-    pub fn exhibit(&self, environment: &str, material: &str) -> Result<Option<&CatalogEntry>, Unknown> {
+    /// If one of them is not known at all.
+    pub fn entry(&self, environment: &str, material: &str) -> Result<Option<&CatalogEntry>, Unknown> {
         let environment = position("environment", &self.environments, environment)?;
         let material = position("material", &self.materials, material)?;
-        Ok(self.exhibits.get(&(environment, material)))
+        Ok(self.entries.get(&(environment, material)))
     }
 
-    /// Whether an environment is known.
+    /// Checks that an environment is known.
     ///
     /// # Errors
-    /// Where it is not.
+    /// If it is not.
     pub fn check_environment(&self, name: &str) -> Result<(), Unknown> {
         position("environment", &self.environments, name).map(|_| ())
     }
 
-    /// Whether a material is known.
+    /// Checks that a material is known.
     ///
     /// # Errors
-    /// Where it is not.
+    /// If it is not.
     pub fn check_material(&self, name: &str) -> Result<(), Unknown> {
         position("material", &self.materials, name).map(|_| ())
     }
 
-    /// Whether a mesh is known.
+    /// Checks that a mesh is known.
     ///
     /// # Errors
-    /// Where it is not.
+    /// If it is not.
     pub fn check_mesh(&self, name: &str) -> Result<(), Unknown> {
         position("mesh", &self.meshes(), name).map(|_| ())
     }
 
-    /// The stages that make an exhibit and a mesh, and those that they need.
-    pub fn stages(&self, exhibit: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
-        let shape = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, shape)| *shape);
-        let mesh = match shape {
-            Some(Shape::Item(item)) => Some(item),
-            Some(Shape::BuiltIn(_)) | None => None,
+    /// The stages that make an entry and a mesh, and those that they need.
+    pub fn stages(&self, entry: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
+        let source = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, source)| *source);
+        let mesh = match source {
+            Some(MeshSource::Item(item)) => Some(item),
+            Some(MeshSource::BuiltIn(_)) | None => None,
         };
-        let items = exhibit.ancestry.iter().copied().chain(mesh);
+        let items = entry.ancestry.iter().copied().chain(mesh);
         items.map(|item| stage_name(&self.plan, item)).collect()
     }
 }
 
-/// For each stage, whether it is among the named ones or needed by one of them; no names stand for all.
-fn with_their_needs(plan: &Plan, names: &[String]) -> Vec<bool> {
+/// For each stage, whether it is named or needed by one that is named; no names mean all stages.
+fn with_dependencies(plan: &Plan, names: &[String]) -> Vec<bool> {
     let is_named = |stage: &Stage| names.is_empty() || names.contains(&stage.name);
     let mut chosen = plan.stages.iter().map(is_named).collect::<Vec<_>>();
-    // Stages come after those that they need.
+    // Each stage comes after those that it needs.
     for (index, stage) in plan.stages.iter().enumerate().rev() {
         if chosen[index] {
             stage.inputs.iter().for_each(|(_, from)| chosen[*from] = true);
@@ -202,39 +205,39 @@ fn position(what: &'static str, names: &[String], name: &str) -> Result<usize, U
     found.ok_or_else(|| Unknown { what, name: name.into(), known: names.to_vec() })
 }
 
-/// A material as a stage reflects it: the stage, and what of an item's key is not the environment's.
+/// A material as a stage reflects it: the stage, and the part of an item's key that is not the environment's.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct MaterialKey {
     reflection: StageIndex,
     rest: ItemKey,
-    /// The stage of the material, where there is one.
+    /// The stage of the material, if there is one.
     material: Option<StageIndex>,
 }
 
 impl MaterialKey {
-    fn of(plan: &Plan, exhibit: &CatalogEntry) -> Self {
-        let (item, environment) = (&plan.items[exhibit.reflection], &plan.items[exhibit.environment]);
+    fn of(plan: &Plan, entry: &CatalogEntry) -> Self {
+        let (item, environment) = (&plan.items[entry.reflection], &plan.items[entry.environment]);
         let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
-        let material = exhibit.material.map(|item| plan.items[item].stage);
+        let material = entry.material.map(|item| plan.items[item].stage);
         Self { reflection: item.stage, rest, material }
     }
 
-    /// Its name, and the stages that tell it from others of that name.
-    fn named<'p>(&self, plan: &'p Plan) -> Named<'p> {
+    /// Its name, and the stages that distinguish it from others of that name.
+    fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
         let name = |stage: StageIndex| plan.stages[stage].name.as_str();
         let stages = self.material.into_iter().chain([self.reflection]).map(name).collect::<Vec<_>>();
         let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
-        Named { name, stages }
+        Label { name, stages }
     }
 }
 
-/// A name, and the stages that may tell it from others.
-struct Named<'p> {
+/// A name, and the stages that may distinguish it from others.
+struct Label<'p> {
     name: String,
     stages: Vec<&'p str>,
 }
 
-impl<'p> Named<'p> {
+impl<'p> Label<'p> {
     /// An item, by its key.
     fn of(plan: &'p Plan, item: ItemIndex) -> Self {
         let (stage, key) = (stage_name(plan, item), &plan.items[item].key);
@@ -242,38 +245,38 @@ impl<'p> Named<'p> {
         Self { name, stages: vec![stage] }
     }
 
-    /// Longer and longer: the name alone, with one stage, with all.
-    fn labels(&self) -> Vec<String> {
+    /// From the shortest to the longest: the name alone, with one stage, with all stages.
+    fn forms(&self) -> Vec<String> {
         let Self { name, stages } = self;
-        let with = |told: &str| format!("{name} ({told})");
-        let mut labels = vec![name.clone()];
-        labels.extend(stages.iter().map(|stage| with(stage)));
-        labels.push(with(&stages.join(", ")));
-        labels
+        let with = |stages: &str| format!("{name} ({stages})");
+        let mut forms = vec![name.clone()];
+        forms.extend(stages.iter().map(|stage| with(stage)));
+        forms.push(with(&stages.join(", ")));
+        forms
     }
 }
 
 /// The meshes among some items, then the built-in ones.
-fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, Shape)> {
+fn meshes(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Vec<(String, MeshSource)> {
     let items = items.filter(|item| artifact(plan, *item) == Some(artifacts::Mesh::TYPE));
-    let made = items.map(|item| (Named::of(plan, item), Shape::Item(item)));
-    let built_in = |name: &'static str| Named { name: name.into(), stages: vec!["built-in"] };
-    let built_in = mesh::SHAPES.into_iter().map(|name| (built_in(name), Shape::BuiltIn(name)));
-    let (named, shapes): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
-    told_apart(&named).into_iter().zip(shapes).collect()
+    let made = items.map(|item| (Label::of(plan, item), MeshSource::Item(item)));
+    let built_in = |name: &'static str| Label { name: name.into(), stages: vec!["built-in"] };
+    let built_in = mesh::SHAPES.into_iter().map(|name| (built_in(name), MeshSource::BuiltIn(name)));
+    let (labels, sources): (Vec<_>, Vec<_>) = made.chain(built_in).unzip();
+    distinct(&labels).into_iter().zip(sources).collect()
 }
 
-/// For each its first label that no other has in the same place.
-fn told_apart(named: &[Named<'_>]) -> Vec<String> {
-    let labels = named.iter().map(Named::labels).collect::<Vec<_>>();
+/// For each label the first of its forms that no other label has at the same length.
+fn distinct(labels: &[Label<'_>]) -> Vec<String> {
+    let all = labels.iter().map(Label::forms).collect::<Vec<_>>();
     let mut counts = BTreeMap::<(usize, &str), usize>::new();
-    for (place, label) in labels.iter().flat_map(|labels| labels.iter().enumerate()) {
-        *counts.entry((place, label)).or_default() += 1;
+    for (length, form) in all.iter().flat_map(|forms| forms.iter().enumerate()) {
+        *counts.entry((length, form)).or_default() += 1;
     }
-    let is_single = |(place, label): &(usize, &String)| counts[&(*place, label.as_str())] == 1;
-    let chosen = labels.iter().map(|labels| {
-        let single = labels.iter().enumerate().find(is_single).map(|(_, label)| label);
-        single.or(labels.last()).cloned().unwrap_or_default()
+    let is_unique = |(length, form): &(usize, &String)| counts[&(*length, form.as_str())] == 1;
+    let chosen = all.iter().map(|forms| {
+        let unique = forms.iter().enumerate().find(is_unique).map(|(_, form)| form);
+        unique.or(forms.last()).cloned().unwrap_or_default()
     });
     chosen.collect()
 }
@@ -282,25 +285,23 @@ fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
     &plan.stages[plan.items[item].stage].name
 }
 
-/// Of the stages that reflect one material, those that lead to files; where none does, all.
+/// Of the stages that reflect one material, those that lead to files; if none does, all.
 fn without_steps(plan: &Plan, graph: &Connections, found: Vec<CatalogEntry>) -> Vec<CatalogEntry> {
-    let stage = |exhibit: &CatalogEntry| plan.items[exhibit.reflection].stage;
-    let materials = found.iter().filter(|exhibit| graph.leads_to_files[stage(exhibit)]);
-    let exported = materials.map(|exhibit| (exhibit.environment, exhibit.material)).collect::<BTreeSet<_>>();
-    let is_shown = |exhibit: &CatalogEntry| {
-        graph.leads_to_files[stage(exhibit)] || !exported.contains(&(exhibit.environment, exhibit.material))
+    let stage = |entry: &CatalogEntry| plan.items[entry.reflection].stage;
+    let materials = found.iter().filter(|entry| graph.leads_to_files[stage(entry)]);
+    let exported = materials.map(|entry| (entry.environment, entry.material)).collect::<BTreeSet<_>>();
+    let is_shown = |entry: &CatalogEntry| {
+        graph.leads_to_files[stage(entry)] || !exported.contains(&(entry.environment, entry.material))
     };
     found.into_iter().filter(is_shown).collect()
 }
 
-/// What follows from what.
+/// Which items are made from which.
 struct Connections {
-    /// For each item, those at whose single ports it arrives.
+    /// For each item, the items that receive it at a port for one item.
     consumers: Vec<Vec<ItemIndex>>,
-    /// For each stage, whether a stage after it exports it and nothing beside it.
+    /// For each stage, whether a later stage exports its items, each by itself.
     leads_to_files: Vec<bool>,
-    /// For each stage, what it fixes.
-    fixed: Vec<Fixed>,
 }
 
 impl Connections {
@@ -316,11 +317,11 @@ impl Connections {
                 leads_to_files[*from] |= !is_many(stage, port);
             }
         }
-        Self { consumers, leads_to_files, fixed: plan.stages.iter().map(Fixed::of).collect() }
+        Self { consumers, leads_to_files }
     }
 
-    /// The exhibit of an item that reflects an environment.
-    fn exhibit(&self, plan: &Plan, item: ItemIndex) -> Option<CatalogEntry> {
+    /// The entry of an item that reflects an environment.
+    fn entry(&self, plan: &Plan, item: ItemIndex) -> Option<CatalogEntry> {
         if ![artifacts::Reflection::TYPE, artifacts::Shrm::TYPE].contains(&artifact(plan, item)?) {
             return None;
         }
@@ -330,7 +331,8 @@ impl Connections {
         origin.ancestry.sort_unstable();
         let (environment, turn) = origin.environment?;
         let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
-        let sizes = sizes(exports.iter().map(|export| self.fixed[plan.items[*export].stage]));
+        let sizes =
+            sizes(exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes()));
         Some(CatalogEntry {
             reflection: item,
             environment,
@@ -362,7 +364,7 @@ fn is_many(stage: &Stage, port: &str) -> bool {
     stage.ports.iter().any(|known| known.name == port && known.many)
 }
 
-/// The items that arrive at an item's single ports.
+/// The items that arrive at those ports of an item that take one item.
 fn single_inputs(plan: &Plan, item: ItemIndex) -> impl Iterator<Item = ItemIndex> {
     let (item, stage) = (&plan.items[item], &plan.stages[plan.items[item].stage]);
     let ports = stage.inputs.iter().zip(&item.inputs).filter(|((port, _), _)| !is_many(stage, port));
@@ -387,7 +389,7 @@ struct Origin {
 }
 
 impl Origin {
-    /// Follows an item back. `turn` is what is done to the light after it.
+    /// Follows an item upstream. `turn` is how the light is turned after it.
     fn follow(&mut self, plan: &Plan, item: ItemIndex, mut turn: Rotation) {
         if self.ancestry.contains(&item) {
             return;
@@ -411,37 +413,13 @@ impl Origin {
     }
 }
 
-/// What an export fixes of the sizes of maps.
-#[derive(Clone, Copy, Default)]
-struct Fixed {
-    edge: Option<usize>,
-    slices: Option<usize>,
-}
-
-impl Fixed {
-    fn of(stage: &Stage) -> Self {
-        let parameters = stage.configured.canonical();
-        let number = |name: &str| parameters[name].as_u64().and_then(|number| usize::try_from(number).ok());
-        // A face looks at half of the angle of a lat-long map's rows.
-        let edge = |resolution: usize| match parameters["layout"].as_str() {
-            Some("cube") => resolution,
-            None if stage.kind.name() == "export-shrm" => resolution,
-            _ => resolution.div_ceil(2),
-        };
-        match stage.kind.name() {
-            "export-shrm" | "export-cabral" => Self { edge: number("resolution").map(edge), slices: None },
-            "export-kautz-mccool" => Self { edge: number("resolution").map(edge), slices: number("slices") },
-            _ => Self::default(),
-        }
-    }
-}
-
 /// The first sizes that exports fix, and the default for the rest.
-fn sizes(exports: impl Iterator<Item = Fixed>) -> MapSizes {
-    let first =
-        |sum: Fixed, one: Fixed| Fixed { edge: sum.edge.or(one.edge), slices: sum.slices.or(one.slices) };
-    let (fixed, default) = (exports.fold(Fixed::default(), first), MapSizes::default());
-    MapSizes { edge: fixed.edge.unwrap_or(default.edge), slices: fixed.slices.unwrap_or(default.slices) }
+fn sizes(exports: impl Iterator<Item = engine::MapSizes> + Clone) -> MapSizes {
+    let default = MapSizes::default();
+    MapSizes {
+        edge: exports.clone().find_map(|sizes| sizes.edge).unwrap_or(default.edge),
+        slices: exports.clone().find_map(|sizes| sizes.slices).unwrap_or(default.slices),
+    }
 }
 
 #[cfg(test)]

@@ -3,27 +3,29 @@
 //! > rho_hat(w_i, w_o) = sum over l, p, q of rho_lpq Y*_lq(w_i) Y_pq(w_o)
 //!
 //! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident and the outgoing
-//! direction about the model's central direction: the reflection vector R of the view for most, the normal for lambert
-//! alone, the tangent for kajiya-kay. About R a highlight stays where it is whatever the view, so that few
-//! degrees in the outgoing direction (P) are needed beside those in the incident one (F). rho_lpq is real and the same for q and -q,
-//! because only isotropic materials are taken; of an anisotropic one the mean over all turns is taken, with a warning.
+//! direction about the model's central direction: the reflection vector R of the view for most models, the
+//! normal for lambert alone, the tangent for kajiya-kay. About R a highlight stays in place for every view,
+//! so few degrees in the outgoing direction (P) are needed in addition to those in the incident one (F).
+//! rho_lpq is real and the same for q and -q, because materials are isotropic: an anisotropic material is
+//! replaced by its mean over all turns about the normal, with a warning.
 //!
 //! The integrals (paper 1, equation 13 and appendix C; thesis, equation 5.22)
 //!
 //! > rho_lpq = 2 pi * integral of rho_hat f_lq(theta_i) f_pq(theta_o) cos(q phi) sin(theta_i) sin(theta_o)
 //!
-//! are taken over panels that are halved until two rules of quadrature agree. Light from below the surface's horizon
-//! (N.L <= 0, with N half way between R and the view) is not reflected; that cut lies between panels, so that
-//! it costs no accuracy. For smooth models the coefficients are accurate to 1e-6 of their norm. Phong, and lambert
-//! alone, are radially symmetric: P = 0, in closed form.
+//! are taken over panels that are halved until two rules of quadrature agree. Light from below the surface's
+//! horizon (N.L <= 0, with N half way between R and the view) is not reflected; that cut lies between panels,
+//! so it costs no accuracy. For smooth models the coefficients are accurate to 1e-6 of their norm. Phong and
+//! lambert alone are radially symmetric: P = 0, in closed form.
 //!
 //! ## Degrees
 //!
-//! `degree = [F, P]` sets the degrees. Without it `tolerance` is the share of the energy, the integral of rho_hat
-//! squared over all directions, that may be lost (thesis, equations 5.17 and 5.18): P is lowered as far as the tolerance
-//! allows, then F. An error is the root of an energy: 0.03 is 17 % RMS under one small lamp, and less under soft light; a
-//! `report` says which degrees an error that you accept takes. The build notes the degrees, what they hold, and how much
-//! of it each p adds. What P leaves out, a map cannot show: how a highlight changes toward grazing views.
+//! `degree = [F, P]` sets the degrees. Without it `tolerance` is the share of the energy, the integral of
+//! rho_hat squared over all directions, that may be lost (thesis, equations 5.17 and 5.18): P is lowered as
+//! far as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS
+//! error of 17 % under one small lamp, and less under soft light. A `report` finds the degrees for the error
+//! that you accept. The build notes the degrees, the energy that they hold, and how much of it each p adds.
+//! If P is too low, a map cannot show how a highlight changes toward grazing views.
 //!
 //! | material, `tolerance = 0.03` | F | P |
 //! | --- | --- | --- |
@@ -32,11 +34,12 @@
 //! | microfacet, sigma 0.5 | 4 | 2 |
 //! | kajiya-kay, exponent 32 | 9 | 8 |
 //!
-//! A tolerance below 0.001 follows the cut at the horizon, and asks for high degrees of both kinds. So do models that
-//! shine most toward grazing views (ggx, torrance-sparrow and ward of low roughness): there most of the energy lies where few
-//! pixels are, and a given `degree`, such as `[30, 8]`, serves better. P above 32, and degrees with more than 131072 coefficients
-//! (F+1)(P+1)^2, are not tried. Where those that are miss the tolerance the best are kept with a warning, if they hold
-//! half of the energy; less is an error, as is a value that is no finite number.
+//! A tolerance below 0.001 resolves the cut at the horizon, and needs a high F and a high P. So do models
+//! that reflect most toward grazing views (ggx, torrance-sparrow and ward of low roughness): most of their
+//! energy is in views that few pixels have, and a given `degree`, such as `[30, 8]`, serves better. P above
+//! 32, and degrees with more than 131072 coefficients (F+1)(P+1)^2, are not tried. If no degrees that are
+//! tried meet the tolerance, the best are kept with a warning, provided that they hold half of the energy.
+//! Otherwise the item fails, as it does if a value is not finite.
 //!
 //! ## Example
 //!
@@ -52,15 +55,17 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 use sh::Tolerance;
 
 use crate::artifacts;
-use crate::degree_choice::DegreePair;
+use crate::choices::SHARE;
+use crate::degree_pair::DegreePair;
 use crate::share::share;
 
 parameters! {
     /// Parameters of `project-brdf`.
     pub(crate) struct Parameters {
-        /// The degrees [F, P], instead of a tolerance.
+        /// The degrees [F, P]. Default: those that meet the tolerance.
         degree: Option<DegreePair> = None,
-        /// The share of the energy that may be lost, above 0 and below 1. Without it and a degree, 0.01.
+        /// The share of the energy that may be lost. Default, if there is no degree either: 0.01.
+        #[range(SHARE)]
         tolerance: Option<f64> = None,
     }
 }
@@ -74,11 +79,11 @@ impl Parameters {
 /// Past this share of the energy the two rules of quadrature differ enough to say so.
 const UNCERTAIN: f64 = 0.02;
 
-/// At most this many p are told one by one.
+/// At most this many p are listed one by one.
 const MOST_TOLD: usize = 13;
 
 /// `degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %`
-fn told(projection: &Projection) -> String {
+fn described(projection: &Projection) -> String {
     let coefficients = &projection.coefficients;
     let (f, p) = (coefficients.f().get(), coefficients.p().get());
     let mut line = format!("degrees [{f}, {p}] hold {} of the energy", share(projection.captured));
@@ -102,6 +107,7 @@ impl Kind for ProjectBrdf {
 
     const NAME: &'static str = "project-brdf";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::PROJECTION];
     const TEXT: &'static str = include_str!("project_brdf.rs");
 
     fn ports() -> Vec<Port> {
@@ -113,14 +119,10 @@ impl Kind for ProjectBrdf {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Err(error) = Tolerance::new(parameters.tolerance()) {
-            faults.push(("tolerance", error.to_string()));
+        match (parameters.tolerance, parameters.degree) {
+            (Some(_), Some(_)) => vec![("tolerance", "degree already sets the degrees".into())],
+            _ => Vec::new(),
         }
-        if parameters.tolerance.is_some() && parameters.degree.is_some() {
-            faults.push(("tolerance", "tolerance: degree already sets the degrees".into()));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -132,14 +134,14 @@ impl Kind for ProjectBrdf {
         let projection = project(&material.0, choice)?;
         if projection.anisotropic {
             context.warn(format!(
-                "{} is anisotropic here: its mean over all turns about the normal is taken",
+                "{} is anisotropic; it is replaced by its mean over all turns about the normal",
                 material.0.name()
             ));
         }
         if projection.captured < 1.0 - parameters.tolerance() - 1e-9 && parameters.degree.is_none() {
             context.warn(format!(
-                "no higher degrees are tried, and these hold less than the {} that the tolerance asks for; most of \
-                 the rest is at grazing views: give `degree`, such as [30, 8], or a larger tolerance",
+                "these are the highest degrees that are tried, and they hold less than the {} that the tolerance \
+                 requires; most of the rest is at grazing views: set `degree`, such as [30, 8], or a larger tolerance",
                 share(1.0 - parameters.tolerance())
             ));
         }
@@ -149,7 +151,7 @@ impl Kind for ProjectBrdf {
                 100.0 * projection.uncertainty
             ));
         }
-        context.note(told(&projection));
+        context.note(described(&projection));
         Output::artifact(artifacts::Brdf(projection.coefficients))
     }
 }

@@ -2,25 +2,26 @@
 //!
 //! > L_lm = integral of L(w) Y_lm(w) dw, for l from 0 to `degree`
 //!
-//! A pixel-centred lat-long image of H rows is integrated exactly up to degree (H - 1) / 2 by Fejér's first rule, and
-//! up to H - 1 after its rows are resampled in theta; columns must number more than twice the degree. A higher degree
-//! is an error that names the highest possible.
+//! A pixel-centred lat-long image of H rows is integrated exactly up to degree (H - 1) / 2 by Fejér's first
+//! rule, and up to H - 1 after its rows are resampled in theta; the number of columns must be more than twice
+//! the degree. If the degree is too high, the error names the highest possible one.
 //!
 //! ## Choosing a degree
 //!
-//! `degree = "auto"` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations 5.15 and 5.16):
+//! `degree = "auto"` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations
+//! 5.15 and 5.16):
 //!
 //! > sum over l <= F, m of L_lm^2 >= (1 - tolerance) * integral of L(w)^2 dw
 //!
-//! The energy of an environment with a small bright sun decays slowly, so that its degree is high; where no degree of
-//! the image holds enough, the highest possible is taken, with a warning. A material needs less: `convolve` works to
-//! the smaller degree of lighting and material. The build notes the degree, the energy that it holds, and (up to
-//! degree 128) the minimum of the function that is left.
+//! The energy of an environment with a small bright sun decays slowly, so its degree is high; if no degree of
+//! the image holds enough, the highest possible one is taken, with a warning. Most materials need less:
+//! `convolve` works to the smaller degree of lighting and material. The build notes the degree, the energy
+//! that it holds, and (up to degree 128) the minimum of the resulting function.
 //!
 //! ## Windows
 //!
 //! Cutting a series at degree F makes it ring around bright lights, even below zero. A window scales the
-//! coefficients of each l, which trades sharpness for calm:
+//! coefficients of each l, which trades sharpness for less ringing:
 //!
 //! | `window` | factor of L_lm |
 //! | --- | --- |
@@ -30,8 +31,8 @@
 //! | `laplacian` | 1 / (1 + `lambda` l^2 (l + 1)^2), the least squares with the squared Laplacian as a penalty |
 //! | `non-negative` | the weakest `laplacian` window that makes the function non-negative |
 //!
-//! `lambda` = 1 / (F (F + 1))^2 halves the highest degree. `non-negative` notes the function's minimum before and after;
-//! the mean of each colour is kept by every window.
+//! `lambda` = 1 / (F (F + 1))^2 halves the highest degree. With `non-negative` the build notes the function's
+//! minimum before and after. Every window keeps the mean of each colour.
 //!
 //! ## Example
 //!
@@ -43,7 +44,7 @@
 //! window = "lanczos"
 //! ```
 
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
     Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree,
@@ -52,11 +53,11 @@ use sh::{
 use sphere::LatLong;
 
 use crate::artifacts;
-use crate::degree_choice::DegreeChoice;
+use crate::choices::SHARE;
 use crate::share::share;
 
 choice! {
-    /// What is done against ringing.
+    /// The window, which reduces ringing; see Windows.
     pub(crate) enum Window {
         /// Nothing.
         None = "none",
@@ -75,12 +76,15 @@ parameters! {
     /// Parameters of `project-sh`.
     pub(crate) struct Parameters {
         /// The highest l, inclusive, or "auto" for the least degree that meets `tolerance`.
-        degree: DegreeChoice = DegreeChoice::Auto,
-        /// With degree "auto": the share of the energy that may be lost, above 0 and below 1. Without it, 0.01.
+        #[range(0..=Degree::MAX.get())]
+        degree: OrAuto<usize> = OrAuto::Auto,
+        /// With degree "auto": the share of the energy that may be lost. Default: 0.01.
+        #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// What is done against ringing.
+        /// The window, which reduces ringing; see Windows.
         window: Window = Window::None,
-        /// With window "laplacian": the weight of the penalty, 0 or more.
+        /// With window "laplacian": the weight of the penalty.
+        #[range(0.0..)]
         lambda: Option<f64> = None,
     }
 }
@@ -91,7 +95,7 @@ impl Parameters {
     }
 }
 
-/// Up to this degree the minimum of the function is searched and noted.
+/// The minimum of the function is searched and noted up to this degree.
 const MINIMUM_UP_TO: usize = 128;
 
 /// The kind `project-sh`.
@@ -102,6 +106,7 @@ impl Kind for ProjectSh {
 
     const NAME: &'static str = "project-sh";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, sh::revisions::WINDOW];
     const TEXT: &'static str = include_str!("project_sh.rs");
 
     fn ports() -> Vec<Port> {
@@ -113,32 +118,25 @@ impl Kind for ProjectSh {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Err(error) = Tolerance::new(parameters.tolerance()) {
-            faults.push(("tolerance", error.to_string()));
-        }
-        if parameters.tolerance.is_some() && parameters.degree != DegreeChoice::Auto {
-            faults.push(("tolerance", "tolerance: only degree = \"auto\" uses it".into()));
+        let mut errors = Vec::new();
+        if parameters.tolerance.is_some() && parameters.degree != OrAuto::Auto {
+            errors.push(("tolerance", "only degree = \"auto\" uses it".into()));
         }
         match (parameters.window, parameters.lambda) {
             (Window::Laplacian, None) => {
-                faults
-                    .push(("window", "window: \"laplacian\" needs lambda, the weight of its penalty".into()));
+                errors.push(("window", "\"laplacian\" needs lambda, the weight of its penalty".into()));
             }
-            (Window::Laplacian, Some(lambda)) => {
-                faults.extend(Penalty::new(lambda).err().map(|error| ("lambda", format!("lambda: {error}"))));
-            }
-            (_, Some(_)) => faults.push(("lambda", "lambda: only window = \"laplacian\" uses it".into())),
-            (_, None) => {}
+            (Window::Laplacian, Some(_)) | (_, None) => {}
+            (_, Some(_)) => errors.push(("lambda", "only window = \"laplacian\" uses it".into())),
         }
-        faults
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let environment = &context.get::<artifacts::Environment>("environment")?.0;
         let lighting = match parameters.degree {
-            DegreeChoice::Fixed(degree) => fixed(environment, degree, context)?,
-            DegreeChoice::Auto => least(environment, Tolerance::new(parameters.tolerance())?, context)?,
+            OrAuto::Fixed(degree) => fixed(environment, Degree::new(degree)?, context)?,
+            OrAuto::Auto => least(environment, Tolerance::new(parameters.tolerance())?, context)?,
         };
         context.check_cancelled()?;
         let lighting = match parameters.window {
@@ -154,20 +152,20 @@ impl Kind for ProjectSh {
                 context.note(format!(
                     "window laplacian with lambda {:.4e}: minimum {} before, {} after",
                     found.penalty.get(),
-                    told(found.before),
-                    told(found.after)
+                    describe(found.before),
+                    describe(found.after)
                 ));
                 return Output::artifact(artifacts::Lighting(found.expansion));
             }
         };
         if lighting.degree().get() <= MINIMUM_UP_TO {
-            context.note(format!("minimum {}", told(minimum(&lighting))));
+            context.note(format!("minimum {}", describe(minimum(&lighting))));
         }
         Output::artifact(artifacts::Lighting(lighting))
     }
 }
 
-/// The coefficients to a degree that the manifest gives.
+/// The coefficients up to a degree that the manifest gives.
 fn fixed(environment: &Environment, degree: Degree, context: &Context<'_>) -> Result<Expansion, Failure> {
     let LatLong { width, height } = environment.grid();
     let highest = highest_degree(environment.grid());
@@ -178,19 +176,19 @@ fn fixed(environment: &Environment, degree: Degree, context: &Context<'_>) -> Re
                 degree.get(),
                 highest.get()
             ))
-            .help(format!("give degree = {} or less, or import a larger image", highest.get()))
+            .help(format!("set degree = {} or less, or import a larger image", highest.get()))
     })?;
     let lighting = transform.analyse(environment.pixels());
     let held: f64 = energy_per_degree(&lighting).iter().flatten().sum();
     context.note(format!(
         "degree {} holds {} of the energy",
         degree.get(),
-        told_share(held, total(environment))
+        energy_share(held, total(environment))
     ));
     Ok(lighting)
 }
 
-/// The coefficients to the least degree that meets a tolerance.
+/// The coefficients up to the least degree that meets a tolerance.
 fn least(
     environment: &Environment,
     tolerance: Tolerance,
@@ -202,7 +200,7 @@ fn least(
     let total = total(environment);
     let enough = degree_holding(&energy, total, tolerance);
     let degree = enough.map_or(Ok(highest), Degree::new)?;
-    let held = told_share(energy[..=degree.get()].iter().sum(), total);
+    let held = energy_share(energy[..=degree.get()].iter().sum(), total);
     if enough.is_none() {
         context.warn(format!(
             "no degree of this image meets tolerance {}: degree {}, the highest, holds {held} of the energy",
@@ -215,7 +213,7 @@ fn least(
     Ok(whole.to_degree(degree))
 }
 
-/// The highest degree that an image carries.
+/// The highest degree that an image can hold.
 fn highest_degree(grid: LatLong) -> Degree {
     let highest = (grid.width.saturating_sub(1) / 2).min(grid.height.saturating_sub(1));
     Degree::new(highest).unwrap_or(Degree::MAX)
@@ -226,12 +224,12 @@ fn total(environment: &Environment) -> f64 {
     image_energy(environment.grid(), environment.pixels()).iter().sum()
 }
 
-fn told_share(held: f64, total: f64) -> String {
+fn energy_share(held: f64, total: f64) -> String {
     share(if total > 0.0 { (held / total).min(1.0) } else { 1.0 })
 }
 
 /// `-0.0123 (blue, at theta 40.0, phi -12.0 degrees)`
-fn told(minimum: Minimum) -> String {
+fn describe(minimum: Minimum) -> String {
     let channel = ["red", "green", "blue"][minimum.channel.min(2)];
     let (theta, phi) = (minimum.direction.theta().to_degrees(), minimum.direction.phi().to_degrees());
     format!("{:.4} ({channel}, at theta {theta:.1}, phi {phi:.1} degrees)", minimum.value)

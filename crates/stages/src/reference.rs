@@ -1,26 +1,27 @@
-//! Writes a reflection map by brute force: the integral that the other kinds are faster forms of.
+//! Writes a reflection map by brute force: the integral that the other kinds compute faster.
 //!
-//! Each texel sums the environment's texels, radiance times the material's transfer function times solid angle:
+//! Each texel sums the environment's texels, radiance times rho_hat (the BRDF with its cosine) times solid
+//! angle:
 //!
 //! > B(C, V) = sum over w of L(w) rho_hat(w, V) dOmega
 //!
-//! No harmonics, no degree, no ringing: use it to see what a degree or an export loses. The central direction C of a
-//! texel is its own direction, as in `export-reflection-map`: the reflection vector, or the normal of a lambert
-//! material, or the tangent of a kajiya-kay one. The time is that of (texels of the map) x (lit texels of the
-//! environment); `rows` bounds the second.
+//! There are no harmonics, no degree and no ringing: use it to see what a degree or an export loses. The
+//! central direction C of a texel is its own direction, as in `export-reflection-map`: the reflection vector,
+//! or the normal of a lambert material, or the tangent of a kajiya-kay one. The time is proportional to
+//! (texels of the map) x (lit texels of the environment); `rows` limits the second factor.
 //!
 //! ## The view
 //!
 //! | `view` | what a texel shows |
 //! | --- | --- |
-//! | `"head-on"` | each surface seen straight: the view, the normal and the reflection vector are one; of kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
-//! | `[yaw, pitch]` | every central direction seen from one far viewer, who stands where +X is turned to by these degrees (a positive pitch lowers it, as in `rotate`) |
+//! | `"head-on"` | each surface viewed straight on: the view, the normal and the reflection vector are one; for kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
+//! | `[yaw, pitch]` | every central direction seen by one distant viewer, in the direction +X turned by these degrees (a positive pitch lowers it, as in `rotate`) |
 //!
-//! Of a material that is the same from every view (lambert, phong) the map is the same for all.
+//! For a material that looks the same from every view (lambert, phong) the map does not depend on `view`.
 //!
 //! ## Files
 //!
-//! As those of `export-reflection-map` with the same `layout` and `format`.
+//! The same files as `export-reflection-map` writes with the same `layout` and `format`.
 //!
 //! ## Example
 //!
@@ -35,25 +36,27 @@
 //! ```
 
 use brdf::Centre;
+use containers::Precision;
 use engine::{
     Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Value, ValueKind, parameters,
     unexpected,
 };
 use serde_json::json;
 use sh::Tolerance;
-use shrm::View;
 use shrm::reference::{Cull, Reference};
+use shrm::{Plain, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use crate::artifacts;
-use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout, Numbers, Overflow};
+use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
+use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout};
 
-/// Where the viewer is.
+/// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Viewer {
     /// Straight above each surface.
     HeadOn,
-    /// Far away: +X turned by yaw and pitch, in degrees.
+    /// A distant viewer: +X turned by yaw and pitch, in degrees.
     Far {
         /// About +Z, after the pitch.
         yaw: f64,
@@ -98,31 +101,35 @@ impl Parameter for Viewer {
 parameters! {
     /// Parameters of `reference`.
     pub(crate) struct Parameters {
-        /// Where the viewer is; see there.
+        /// The direction of the viewer; see The view.
         view: Viewer = Viewer::HeadOn,
-        /// Rows of the environment that is summed over: a finer one is averaged down to it first, by exact areas, to
-        /// twice as many columns. 1 to 4096.
+        /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
+        /// first averaged down to this, by exact areas.
+        #[range(1..=MOST)]
         rows: usize = 128,
-        /// The share of a lobe that may be left out: lambert, phong and microfacet sum over the cap that holds the rest.
-        /// 0 sums over everything; below 1.
+        /// The share of a lobe that may be ignored: lambert, phong and microfacet sum over the cap that holds
+        /// the rest. 0 sums over everything.
+        #[range(0.0..1.0)]
         cull: f64 = 0.0,
         /// How the sphere lies on the written images, as in export-reflection-map.
         layout: Layout = Layout::LatLong,
-        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face. 1 to 4096.
+        /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
+        #[range(1..=MOST)]
         resolution: usize = 32,
         /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
         format: Format = Format::Exr,
         /// With format "exr": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
-        precision: Numbers = Numbers::Half,
-        /// With precision "half": what is done with values past 65504: each becomes it, or the item fails.
+        precision: PrecisionName = PrecisionName(Precision::Half),
+        /// With precision "half": what happens to values past 65504: they become 65504, or the item fails.
         overflow: Overflow = Overflow::Clamp,
-        /// With format "png": stops by which radiance is multiplied before tone mapping, -100 to 100.
+        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        #[range(STOPS)]
         exposure: f64 = 0.0,
     }
 }
 
 impl Parameters {
-    /// What is said of the written files.
+    /// The parameters of the written files.
     fn picture(&self) -> picture::Parameters {
         picture::Parameters {
             layout: self.layout,
@@ -131,20 +138,16 @@ impl Parameters {
             precision: self.precision,
             overflow: self.overflow,
             exposure: self.exposure,
-            view: picture::View::Mean,
+            view: picture::PlainName(Plain::Mean),
         }
     }
 
-    fn cull(&self) -> Option<Cull> {
-        let some = || Tolerance::new(self.cull).ok().map(Cull::Energy);
-        if self.cull == 0.0 { Some(Cull::None) } else { some() }
+    fn cull(&self) -> Cull {
+        Tolerance::new(self.cull).map_or(Cull::None, Cull::Energy)
     }
 }
 
-/// The most rows of the environment.
-const MOST: usize = 4096;
-
-/// Rows of the map between two looks at whether the build was told to stop.
+/// Rows of the map between two checks for cancellation.
 const BAND: usize = 4;
 
 /// The kind `reference`.
@@ -155,6 +158,8 @@ impl Kind for ReferenceMap {
 
     const NAME: &'static str = "reference";
     const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] =
+        &[brdf::revisions::MODELS, shrm::revisions::REFERENCE, envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("reference.rs");
 
     fn ports() -> Vec<Port> {
@@ -166,14 +171,7 @@ impl Kind for ReferenceMap {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = ExportReflectionMap::check(&parameters.picture());
-        if !(1..=MOST).contains(&parameters.rows) {
-            faults.push(("rows", format!("rows: {} is not 1 to {MOST}", parameters.rows)));
-        }
-        if parameters.cull().is_none() {
-            faults.push(("cull", format!("cull: {} is not 0, nor a share below 1", parameters.cull)));
-        }
-        faults
+        ExportReflectionMap::check(&parameters.picture())
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -184,12 +182,12 @@ impl Kind for ReferenceMap {
             .then(|| environment.0.downsampled(LatLong::with_rows(parameters.rows)))
             .transpose()?;
         let light = coarse.as_ref().unwrap_or(&environment.0);
-        let cull = parameters.cull().unwrap_or(Cull::None);
-        let reference = Reference::new(light, &material.0, cull);
+        let reference = Reference::new(light, &material.0, parameters.cull());
         let (view, toward) = match parameters.view {
             Viewer::HeadOn => match material.0.centre() {
                 Centre::Reflection | Centre::Normal => (View::Local, Direction::Z),
-                // A normal of the tangent: +X of the texel's frame, one of a circle that are all alike.
+                // A normal of the tangent: +X of the texel's frame. All normals of the tangent are
+                // equivalent.
                 Centre::Tangent => (View::Local, Direction::X),
             },
             Viewer::Far { yaw, pitch } => {
@@ -206,13 +204,13 @@ impl Kind for ReferenceMap {
             let rows = first..(first + BAND).min(faces * height);
             pixels.extend(reference.rows(grid, rows, view, toward));
         }
-        tell_sizes(light.grid(), whole, &reference, grid.len(), context);
+        note_sizes(light.grid(), whole, &reference, grid.len(), context);
         picture::write(&picture, &picture::arrange(&picture, pixels)?, context)
     }
 }
 
-/// Says what was summed over.
-fn tell_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
+/// Notes what was summed over.
+fn note_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usize, context: &Context<'_>) {
     let from = if used == whole {
         String::new()
     } else {
@@ -220,7 +218,7 @@ fn tell_sizes(used: LatLong, whole: LatLong, reference: &Reference, texels: usiz
     };
     let width = reference.width();
     let cap = if width < 1.0 {
-        format!(", of them those in a cap of {:.2} % of the sphere", 100.0 * width)
+        format!(", limited to a cap of {:.2} % of the sphere", 100.0 * width)
     } else {
         String::new()
     };

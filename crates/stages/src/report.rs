@@ -1,41 +1,42 @@
-//! Writes a report: which export to use for which material, with pictures and numbers, as one web page.
+//! Writes a report on which export to use for which material, as one web page with pictures and numbers.
 //!
-//! The page opens with a table in plain words: for each material under each environment the advised export
-//! (a plain reflection map, Kautz-McCool's 3D texture, Cabral's view maps, or a spherical harmonic reflection map), its
-//! error, its size and the reason. Below it are
+//! The page begins with a table: for each material under each environment the advised export (a plain
+//! reflection map, Kautz-McCool's 3D texture, Cabral's view maps, or a spherical harmonic reflection map),
+//! its error, its size and the reason. Below it are
 //!
 //! - the degrees F and P that each material needs, and the share of its energy that each P holds;
-//! - a sphere of each pair under every export beside the truth, which adds up all light for each pixel (brute force),
-//!   with pictures of the differences and the relative RMS error;
-//! - the accuracy against F: measured, and by three estimates that need no picture (the BRDF's energy, the better of BRDF
-//!   and lighting, and a bound that holds for certain);
+//! - for each pair, a sphere with every export and the ground truth, which adds up all light for each pixel
+//!   (brute force), with pictures of the differences and the relative RMS error;
+//! - the accuracy against F: measured, and by three estimates that need no picture (the BRDF's energy, the
+//!   better of BRDF and lighting, and a guaranteed bound);
 //! - the same sphere with more and fewer degrees in the view;
 //! - the size of each export.
 //!
-//! The smallest export with an error of `accept` or less is advised; where there is none, the smallest of those that
-//! come closest, and what would help: the least degrees, P first, with which an SHRM is good on that sphere, or more
-//! texels. The page says how much of the SHRM's error is due to its degrees, and how much to its texels.
+//! The report advises the smallest export with an error of at most `accept`. If there is none, it names the
+//! smallest of those that come closest, and what would help: the least degrees, P first, with which an SHRM
+//! is good enough on that sphere, or more texels. The page says how much of the SHRM's error comes from its
+//! degrees, and how much from its texels.
 //!
-//! A tolerance is a share of energy, the square of an error: a `tolerance` of 0.03 is an RMS error of 17 % under one
-//! small lamp, and less under soft light. For 5 % take the degrees that the page suggests; 0.0025 asks for more than most
-//! light needs.
+//! A tolerance is a share of energy, the square of an error: a `tolerance` of 0.03 is an RMS error of 17 %
+//! under one small lamp, and less under soft light. For an error of 5 % use the degrees that the page
+//! suggests; a tolerance of 0.0025 needs more than most light requires.
 //!
 //! ## What is compared
 //!
-//! Connect `environment` and `material`. Their degrees come from `tolerance` or `degree`, as in `project-brdf`. With
-//! `brdf` connected the report shows the coefficients that your graph really exports; there must be one for each
-//! material. The lighting is each environment's own: a turn, a window or a lower degree on the way to your exports is not
-//! part of the report. Set `resolution` to that of your exports.
+//! Connect `environment` and `material`. Their degrees come from `tolerance` or `degree`, as in
+//! `project-brdf`. If `brdf` is connected, the report shows the coefficients that your graph exports; there
+//! must be one for each material. The lighting is that of each environment: a turn, a window or a lower
+//! degree upstream of your exports is not part of the report. Set `resolution` to that of your exports.
 //!
-//! Brute force is slow, so that the environments are scaled: to twice as many rows as the degree F, 32 at least and
-//! `reference-rows` at most. All exports on the page are made from the same scaled environment, so that scaling is no
-//! part of the errors. The page says the size. On two cores a pair takes about a second, and up to ten with a
-//! measured material of high degrees; fewer `reference-rows` or a smaller `sphere` save time.
+//! Brute force is slow, so the environments are scaled to twice as many rows as the degree F, at least 32 and
+//! at most `reference-rows`. All exports on the page are made from the same scaled environment, so scaling
+//! does not add to the errors. The page says the size. On two cores a pair takes about a second, and up to
+//! ten with a measured material of high degrees; fewer `reference-rows` or a smaller `sphere` save time.
 //!
 //! ## Files
 //!
-//! `.json`: all figures, for scripts; `.html`: the page, which needs no other file. By default there is one report
-//! over everything; `per = ["environment"]` makes one for each environment.
+//! `.json`: all figures, for scripts; `.html`: the page, which needs no other file. By default there is one
+//! report on everything; `per = ["environment"]` makes one for each environment.
 //!
 //! ## Example
 //!
@@ -61,28 +62,35 @@ use serde_json::value::RawValue;
 use sh::Tolerance;
 
 use crate::artifacts;
+use crate::choices::SHARE;
 use crate::contact_sheet::exposure_of;
-use crate::degree_choice::DegreePair;
+use crate::degree_pair::DegreePair;
 use crate::sheet::percent;
 use figures::{MaterialFigures, PairFigures, Report, Settings};
-use study::{Exported, Lit};
+use study::{Exported, ExposedEnvironment};
 
 parameters! {
     /// Parameters of `report`.
     pub(crate) struct Parameters {
-        /// The relative RMS error up to which an export is good enough, above 0 and below 1.
+        /// The highest relative RMS error of an export that is good enough.
+        #[range(SHARE)]
         accept: f64 = 0.05,
-        /// The degrees [F, P] of every material, instead of a tolerance.
+        /// The degrees [F, P] of every material. Default: those that meet the tolerance.
         degree: Option<DegreePair> = None,
-        /// The share of a material's energy that may be lost, above 0 and below 1. Without it and a degree, 0.03.
+        /// The share of a material's energy that may be lost. Default, if there is no degree either: 0.03.
+        #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Texels along the edge of a cube's face of the exports that are compared, 4 to 512.
+        /// Texels along the edge of a cube's face, for the exports that are compared.
+        #[range(4..=512)]
         resolution: usize = 64,
-        /// Pixels along the edge of a picture of a sphere, 32 to 256.
+        /// Pixels along the edge of a picture of a sphere.
+        #[range(32..=256)]
         sphere: usize = 96,
-        /// The most rows of an environment that brute force adds up, 32 to 512.
+        /// The maximum number of rows of an environment for brute force.
+        #[range(32..=512)]
         reference_rows: usize = 96,
-        /// How many times stronger the second row of differences is shown, 1 to 100.
+        /// The factor by which the second row of differences is amplified.
+        #[range(1.0..=100.0)]
         amplify: f64 = 8.0,
     }
 }
@@ -100,7 +108,15 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        brdf::revisions::MODELS,
+        brdf::revisions::PROJECTION,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::REFERENCE,
+        envmap::revisions::RESAMPLING,
+    ];
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -117,29 +133,10 @@ impl Kind for ReportKind {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let mut faults = Vec::new();
-        if let Err(error) = Tolerance::new(parameters.tolerance()) {
-            faults.push(("tolerance", error.to_string()));
+        match (parameters.tolerance, parameters.degree) {
+            (Some(_), Some(_)) => vec![("tolerance", "degree already sets the degrees".into())],
+            _ => Vec::new(),
         }
-        if parameters.tolerance.is_some() && parameters.degree.is_some() {
-            faults.push(("tolerance", "tolerance: degree already sets the degrees".into()));
-        }
-        if !(parameters.accept > 0.0 && parameters.accept < 1.0) {
-            faults.push(("accept", format!("accept: {} is not above 0 and below 1", parameters.accept)));
-        }
-        for (name, value, least, most) in [
-            ("resolution", parameters.resolution, 4, 512),
-            ("sphere", parameters.sphere, 32, 256),
-            ("reference-rows", parameters.reference_rows, 32, 512),
-        ] {
-            if !(least..=most).contains(&value) {
-                faults.push((name, format!("{name}: {value} is not {least} to {most}")));
-            }
-        }
-        if !(1.0..=100.0).contains(&parameters.amplify) {
-            faults.push(("amplify", format!("amplify: {} is not 1 to 100", parameters.amplify)));
-        }
-        faults
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -163,9 +160,9 @@ impl Kind for ReportKind {
                 None if coefficients.is_empty() => choice(parameters)?,
                 None => {
                     return Err(Failure::new(format!(
-                        "{name}: no coefficients of this material arrive at brdf"
+                        "{name}: the port brdf receives no coefficients of this material"
                     ))
-                    .help("connect a project-brdf over the same materials, or leave brdf out"));
+                    .help("connect a project-brdf of the same materials, or leave brdf unconnected"));
                 }
             };
             study::material(name.clone(), &material.0, exported).map_err(|failure| failure.context(name))
@@ -173,7 +170,7 @@ impl Kind for ReportKind {
         let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
         let environments: Vec<_> = environments
             .iter()
-            .map(|(key, environment)| Lit {
+            .map(|(key, environment)| ExposedEnvironment {
                 name: name(key, "environment"),
                 environment: &environment.0,
                 exposure: exposure_of(&environment.0).0,
@@ -200,7 +197,7 @@ impl Kind for ReportKind {
         let report = Report { schema: 1, specula, settings, materials, pairs: figures };
         let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
         context.note(format!(
-            "{good} of {} pairs have an export within {}",
+            "{good} of {} pairs have an export with an error of at most {}",
             report.pairs.len(),
             percent(parameters.accept)
         ));
@@ -212,13 +209,13 @@ impl Kind for ReportKind {
     }
 }
 
-/// How the degrees are chosen where no coefficients are connected.
+/// How the degrees are chosen if no coefficients are connected.
 fn choice(parameters: &Parameters) -> Result<Exported<'static>, Failure> {
     Ok(match parameters.degree {
         Some(DegreePair { f, p }) => Exported::Choose(Choice::Degree { f, p }, "given by `degree`".into()),
         None => {
             let share = parameters.tolerance();
-            let reason = format!("the least that lose at most {} of the energy", percent(share));
+            let reason = format!("the lowest that lose at most {} of the energy", percent(share));
             Exported::Choose(Choice::Tolerance(Tolerance::new(share)?), reason)
         }
     })

@@ -4,12 +4,12 @@
 //!
 //! > R = R_z(yaw) R_y(pitch) R_x(roll)
 //!
-//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch lowers
-//! what was at +X. Instead of angles a `quaternion` may be given.
+//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch
+//! lowers what was at +X. A `quaternion` may be given instead of angles.
 //!
-//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever the
-//! angles. An environment's pixels are resampled, which loses a little sharpness: rotate the lighting where both
-//! would do.
+//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever
+//! the angles. An environment's pixels are resampled, which loses a little sharpness: if both would do,
+//! rotate the lighting.
 //!
 //! ## Example
 //!
@@ -80,7 +80,7 @@ impl Parameters {
     }
 }
 
-/// How a stage turns the lighting that arrives; not at all where it is of another kind.
+/// How a stage turns the lighting that arrives; the identity if the stage is of another kind.
 pub(crate) fn turn_of(stage: &Stage) -> Rotation {
     if stage.kind.name() != Rotate::NAME {
         return Rotation::IDENTITY;
@@ -100,13 +100,14 @@ impl Kind for Rotate {
 
     const NAME: &'static str = "rotate";
     const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[sh::revisions::ROTATION, envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("rotate.rs");
 
     fn ports() -> Vec<Port> {
         vec![Port::one::<artifacts::Lighting>("lighting").or::<artifacts::Environment>()]
     }
 
-    /// The type that arrives leaves.
+    /// The same type as arrives.
     fn product(_: &Parameters, types: &[(&str, &'static str)]) -> Product {
         let arrives = types.iter().find(|(port, _)| *port == "lighting").map(|(_, arrives)| *arrives);
         Product::Artifact(arrives.unwrap_or(artifacts::Lighting::TYPE))
@@ -115,10 +116,7 @@ impl Kind for Rotate {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let angles = [parameters.yaw, parameters.pitch, parameters.roll];
         if parameters.quaternion.is_some() && angles != [0.0; 3] {
-            return vec![(
-                "quaternion",
-                "quaternion: the rotation is already given by yaw, pitch or roll".into(),
-            )];
+            return vec![("quaternion", "the rotation is already given by yaw, pitch or roll".into())];
         }
         Vec::new()
     }

@@ -1,6 +1,6 @@
 //! Finds the six faces of a cube map among the names in a folder.
 //!
-//! A face is known by the end of its name, before the extension and in either case:
+//! The end of a file's name, before the extension and in upper or lower case, says which face it is:
 //!
 //! | face | ends in one of |
 //! | --- | --- |
@@ -11,14 +11,14 @@
 //! | +Z | `pz`, `posz`, `front` |
 //! | -Z | `nz`, `negz`, `back` |
 //!
-//! What stands before is the prefix, which the six share: `pisa_px.hdr` ... `pisa_nz.hdr`.
+//! The part before that is the prefix, which all six share: `pisa_px.hdr` ... `pisa_nz.hdr`.
 
 use std::collections::BTreeMap;
 
 use engine::Failure;
 use sphere::Face;
 
-/// Words that end a face's file name. The first word of each is the one that Specula writes.
+/// The words at the end of a face's file name. Specula writes the first word of each.
 const WORDS: [(Face, &[&str]); 6] = [
     (Face::PositiveX, &["px", "posx", "right"]),
     (Face::NegativeX, &["nx", "negx", "left"]),
@@ -28,10 +28,10 @@ const WORDS: [(Face, &[&str]); 6] = [
     (Face::NegativeZ, &["nz", "negz", "back"]),
 ];
 
-/// The endings of files that can be a face.
+/// The extensions of files that can be a face.
 const EXTENSIONS: [&str; 7] = ["exr", "hdr", "pic", "rgbe", "png", "jpg", "jpeg"];
 
-/// What a file's name says: the prefix before the word, the extension, and the face.
+/// The parts of a file's name: the prefix before the word, the extension, and the face.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FaceName {
     pub(crate) prefix: String,
@@ -40,7 +40,7 @@ pub(crate) struct FaceName {
 }
 
 impl FaceName {
-    /// The face that a file name stands for, if it does.
+    /// The face of a file name, if it has one.
     pub(crate) fn parse(name: &str) -> Option<Self> {
         let (stem, extension) = name.rsplit_once('.')?;
         let (lower, extension) = (stem.to_ascii_lowercase(), extension.to_ascii_lowercase());
@@ -52,7 +52,7 @@ impl FaceName {
         let (face, word) =
             candidates.filter(|(_, word)| lower.ends_with(word)).max_by_key(|(_, word)| word.len())?;
         let prefix = stem[..stem.len() - word.len()].to_owned();
-        // A word inside a word is none: `group.hdr` does not end in "up", nor `copy.hdr` in "py".
+        // A word inside another word does not count: `group.hdr` is not "up", and `copy.hdr` is not "py".
         let joined = prefix.chars().next_back().is_some_and(|last| last.is_alphabetic());
         (!joined).then_some(Self { prefix, extension, face })
     }
@@ -63,7 +63,7 @@ impl FaceName {
 /// With `prefix`, only files with this prefix and extension count.
 ///
 /// # Errors
-/// Where a face is missing or two files claim it: what was found and what is missing.
+/// If a face is missing, or two files are the same face: what was found and what is missing.
 pub(crate) fn find(
     names: &[(String, bool)],
     like: Option<&FaceName>,
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_face_is_named_beside_what_was_found() {
+    fn a_missing_face_is_named_with_the_faces_that_were_found() {
         let failure =
             find(&files(&["px.hdr", "nx.hdr", "py.hdr", "pz.hdr", "nz.hdr"]), None, "sky").unwrap_err();
         let message = failure.to_string();
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sets_in_a_folder_are_told_apart_by_a_face() {
+    fn two_sets_in_a_folder_are_distinguished_by_a_face() {
         let names =
             ["a_px", "a_nx", "a_py", "a_ny", "a_pz", "a_nz", "b_px", "b_nx", "b_py", "b_ny", "b_pz", "b_nz"];
         let names = names.map(|name| format!("{name}.hdr"));
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_inside_a_word_is_no_face() {
+    fn a_word_inside_a_word_is_not_a_face() {
         for name in ["group.hdr", "copy.hdr", "px", "px.txt", "sky.hdr", "desktop.png"] {
             assert_eq!(FaceName::parse(name), None, "{name}");
         }

@@ -1,4 +1,5 @@
-//! Real environments: what truncation loses of their reflections, against what was foretold and against brute force.
+//! Real environments: what truncation loses of their reflections, compared with the prediction and with brute
+//! force.
 
 #![allow(clippy::unwrap_used)] // a test may panic
 
@@ -15,7 +16,7 @@ fn degree(l: usize) -> Degree {
     Degree::new(l).unwrap()
 }
 
-/// A picture of the corpus on a lat-long grid of so many rows.
+/// A picture of the corpus on a lat-long grid of this many rows.
 fn environment(test: &str, file: &str, layout: Layout, rows: usize) -> Option<Environment> {
     let path = test_data::folder(test, "SPECULA_CORPUS")?.join("env").join(file);
     let bytes = std::fs::read(&path).unwrap();
@@ -44,8 +45,8 @@ fn field(environment: &Environment, material: &Material, f: usize, p: usize) -> 
     (field, accuracy)
 }
 
-/// Figure 6 of the paper: Grace cathedral, phong 32, truth from degree 30. Every estimate is on the safe side, and they
-/// close in on the truth where little is lost.
+/// Figure 6 of the paper: Grace cathedral, phong 32, truth from degree 30. Every estimate is on the safe
+/// side, and they approach the truth if little is lost.
 #[test]
 fn figure_6_grace_cathedral_on_phong_32() {
     let test = "figure_6_grace_cathedral_on_phong_32";
@@ -66,9 +67,9 @@ fn figure_6_grace_cathedral_on_phong_32() {
     }
 }
 
-/// SHRMs at the degrees that tolerance 0.03 chooses, and brute force, at every texel of a map toward many views: the RMS
-/// of the difference, relative to the RMS of brute force, is what the bound allows or less. Both sides use one image;
-/// between them are the truncation, the quadrature (1e-3 at 64 rows) and f32.
+/// SHRMs at the degrees that tolerance 0.03 chooses, and brute force, at every texel of a map toward many
+/// views: the RMS of the difference, relative to the RMS of brute force, is what the bound allows or less.
+/// Both sides use one image; between them are the truncation, the quadrature (1e-3 at 64 rows) and f32.
 #[test]
 fn shrms_of_real_environments_stay_within_the_bound() {
     let test = "shrms_of_real_environments_stay_within_the_bound";

@@ -1,4 +1,4 @@
-//! The committed sample environments are what their generator makes.
+//! The generator reproduces the committed sample environments.
 
 #[path = "../examples/sample_assets/main.rs"]
 #[allow(dead_code)]
@@ -8,8 +8,8 @@ use std::path::Path;
 
 use containers::{ReadOptions, read_image};
 
-/// Bit for bit where the libraries of numerics are those of the committed files' maker; elsewhere a sine may differ in
-/// its last bit, which a half float shows as one unit in the last place now and then.
+/// Bit for bit with the numeric libraries that made the committed files; with others a sine may differ in its
+/// last bit, which occasionally changes a half float by one unit in the last place.
 #[test]
 fn regenerating_the_samples_gives_the_committed_bytes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments");

@@ -1,8 +1,8 @@
 //! Darkens single pixels that are far too bright.
 //!
-//! A path tracer leaves *fireflies*: pixels that hold the light of a whole lamp. One of them outshines the sky in every
-//! coefficient. A pixel whose luminance is above `limit` is scaled down to it; its hue stays. A note tells how
-//! many there were.
+//! A path tracer leaves *fireflies*: pixels that hold the light of a whole lamp. One of them outshines the
+//! sky in every coefficient. A pixel whose luminance is above `limit` is scaled down to it; its hue stays. A
+//! note says how many there were.
 //!
 //! ## Example
 //!
@@ -13,13 +13,16 @@
 //! limit = 100.0
 //! ```
 
+use std::ops::Bound;
+
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use stages::artifacts::Environment;
 
 parameters! {
     /// Parameters of `clamp-fireflies`.
     pub(crate) struct Parameters {
-        /// The largest luminance that a pixel may have, in the environment's own unit; more than 0.
+        /// The largest luminance that a pixel may have, in the environment's own unit.
+        #[range((Bound::Excluded(0.0), Bound::Unbounded))]
         limit: f64,
     }
 }
@@ -40,13 +43,6 @@ impl Kind for ClampFireflies {
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Artifact(Environment::TYPE)
-    }
-
-    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        if parameters.limit > 0.0 {
-            return Vec::new();
-        }
-        vec![("limit", format!("limit: {} is not more than 0", parameters.limit))]
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {

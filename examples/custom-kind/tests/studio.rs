@@ -72,7 +72,7 @@ fn a_firefly_leaves_no_trace_in_the_coefficients() {
 }
 
 #[test]
-fn a_fault_of_its_parameter_has_a_place() {
+fn an_error_of_its_parameter_has_a_place() {
     let example = Example::new(&sky_with_a_firefly());
     let pipeline = example.folder().join("pipeline.toml");
     let text = fs::read_to_string(&pipeline).unwrap();
@@ -81,7 +81,7 @@ fn a_fault_of_its_parameter_has_a_place() {
     let built = example.studio(&["build"]);
     let said = String::from_utf8_lossy(&built.stderr);
     assert_eq!(built.status.code(), Some(3), "{said}");
-    for words in ["limit: 0 is not more than 0", &format!("pipeline.toml:{line}:9")] {
+    for words in ["limit: 0.0 is not a number above 0", &format!("pipeline.toml:{line}:9")] {
         assert!(said.contains(words), "no {words:?} in {said}");
     }
 }

@@ -106,9 +106,9 @@ pub(crate) fn exhibit<'s>(
     environment: &str,
     material: &str,
 ) -> Result<&'s CatalogEntry, SubjectError> {
-    showcase.exhibit(environment, material)?.ok_or_else(|| {
+    showcase.entry(environment, material)?.ok_or_else(|| {
         let others = showcase.materials().iter();
-        let others = others.filter(|other| matches!(showcase.exhibit(environment, other), Ok(Some(_))));
+        let others = others.filter(|other| matches!(showcase.entry(environment, other), Ok(Some(_))));
         let others = others.cloned().collect::<Vec<_>>();
         SubjectError {
             message: format!("no stage reflects {environment} off {material}"),

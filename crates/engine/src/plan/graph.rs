@@ -190,12 +190,10 @@ impl Graph {
             let port = edge.port.map(|port| &ports[port]);
             let made = if edge.from < stage { self.nodes[edge.from].product.as_ref() } else { None };
             types = match (port, made) {
-                (Some(port), Some(Product::Artifact(made))) if port.types.contains(made) => {
-                    types.map(|mut types| {
-                        types.push((port.name.clone(), *made));
-                        types
-                    })
-                }
+                (Some(port), Some(Product::Artifact(made))) if port.takes(made) => types.map(|mut types| {
+                    types.push((port.name.clone(), *made));
+                    types
+                }),
                 (Some(_), Some(_)) => {
                     mismatched.push((stage, index));
                     None
@@ -323,7 +321,7 @@ impl Graph {
         let edge = &node.edges[edge];
         let index = edge.port.unwrap_or_default();
         let port = &node.ports[index];
-        let (from, types) = (&self.nodes[edge.from], port.types.join(" or "));
+        let (from, types) = (&self.nodes[edge.from], port.takes_text());
         let made = match &from.product {
             Some(Product::Artifact(made)) => format!("makes {made}"),
             _ => "exports files".into(),
@@ -342,11 +340,11 @@ impl Graph {
             needs[index] |= self.nodes[index].edges.iter().any(|edge| needs[edge.from]);
         }
         let producers = self.nodes.iter().zip(&needs).filter(|(node, needs)| {
-            let fits = |made: &Product| matches!(made, Product::Artifact(made) if port.types.contains(made));
+            let fits = |made: &Product| matches!(made, Product::Artifact(made) if port.takes(made));
             !**needs && node.product.as_ref().is_some_and(fits)
         });
         let names: Vec<_> = producers.map(|(node, _)| &node.name).collect();
-        let types = port.types.join(" or ");
+        let types = port.takes_text();
         match names.as_slice() {
             [] => format!("no stage makes {types}"),
             [name] => format!("stage {name:?} makes {types}"),
@@ -493,7 +491,7 @@ fn source(
             let diagnostic = diagnostic.expected("expected no \"source\"");
             diagnostics.push(match kind.ports().first() {
                 Some(port) => {
-                    let types = port.types.join(" or ");
+                    let types = port.takes_text();
                     diagnostic.help(format!("connect a stage that makes {types}: input = \"STAGE\""))
                 }
                 None => diagnostic,

@@ -1,11 +1,12 @@
-//! The JSON Schema of a manifest, derived from the kinds: what editors complete, describe and underline.
+//! The JSON Schema of a manifest, made from the kinds, for completion, descriptions and errors in editors.
 //!
-//! It describes what can be checked in one table; only the parser checks what needs the graph or the disk (names of
-//! stages, types of connections, ranges that depend on another parameter). It is never stricter than the parser.
+//! It describes each table by itself. Only the parser checks what needs the graph or the disk (names of
+//! stages, types on connections, ranges that depend on another parameter). The schema is never stricter than
+//! the parser.
 //!
-//! Its keywords mean the same in draft 7 and draft 2020-12, because editors support different drafts. A stage is a
-//! `oneOf` over the kinds, distinguished by `kind`: Tombi completes the branch that fits, Taplo (Even Better TOML)
-//! offers the keys of all branches; neither completes through `if` and `then`.
+//! Its keywords mean the same in draft 7 and draft 2020-12, because editors differ in which one they support.
+//! A stage is a `oneOf` over the kinds, distinguished by `kind`: Tombi completes keys of the matching branch,
+//! Taplo (Even Better TOML) offers the keys of all branches; neither completes through `if` and `then`.
 
 use serde_json::{Map, Value, json};
 
@@ -73,7 +74,7 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
     let mut required = vec!["kind".to_owned()];
     properties.insert("kind".into(), json!({ "const": kind.name(), "description": summary }));
     if kind.has_source() {
-        let description = "What is read, relative to the manifest: one path, or a glob (`*`, `**/`, `{a,b}`) for an item from \
+        let description = "The files to read, relative to the manifest: one path, or a glob (`*`, `**/`, `{a,b}`) for an item from \
                            each file.";
         properties.insert("source".into(), json!({ "type": "string", "description": description }));
         required.push("source".into());
@@ -86,7 +87,7 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
         properties.insert("per".into(), names);
     }
     if exports(kind) {
-        let description = "Where the files land in `out`, without the ending. `{NAME}` stands for the item's file of the \
+        let description = "The place of the files in `out`, without the extension. `{NAME}` stands for the item's file of the \
                            source stage NAME. Default: the stage's name and the keys.";
         properties.insert("path".into(), json!({ "type": "string", "description": description }));
     }
@@ -109,7 +110,7 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
     schema
 }
 
-/// Adds `input` and `inputs`, and returns what holds of the two of them.
+/// Adds `input` and `inputs`, and returns the rule for the two of them.
 fn connections(
     kind: &dyn ErasedKind,
     properties: &mut Map<String, Value>,
@@ -120,10 +121,10 @@ fn connections(
     let wanted = ports.iter().filter(|port| !port.optional).map(|port| port.name.clone());
     let wanted = wanted.collect::<Vec<_>>();
     let named = ports.iter().map(|port| (port.name.clone(), of_port(port))).collect::<Map<_, _>>();
-    let description = "The stages whose results arrive, by port.";
+    let description = "The stages that feed the ports.";
     let mut inputs = json!({ "type": "object", "description": description, "properties": named });
     if let Value::Object(inputs) = &mut inputs {
-        // A kind that takes what it is given knows any name.
+        // A kind whose user chooses its ports accepts any name.
         let any = "any-name-at-all";
         if kind.ports_named(&[any]).iter().any(|port| port.name == any) {
             inputs.insert("additionalProperties".into(), json!({ "type": "string" }));
@@ -145,7 +146,7 @@ fn connections(
 }
 
 fn of_port(port: &Port) -> Value {
-    let takes = port.types.join(" or ");
+    let takes = port.takes_text();
     let many = if port.many { ", every item that agrees" } else { "" };
     let optional = if port.optional { "; optional" } else { "" };
     let description =
@@ -156,10 +157,10 @@ fn of_port(port: &Port) -> Value {
 /// Whether stages of this kind may export files, and so have a `path`.
 fn exports(kind: &dyn ErasedKind) -> bool {
     let ports = kind.ports();
-    let types = ports.iter().filter_map(|port| Some((port.name.as_str(), *port.types.first()?)));
+    let types = ports.iter().filter_map(|port| Some((port.name.as_str(), port.types().next()?)));
     match kind.configure(&Table::default()) {
         Ok(configured) => matches!(configured.product(&types.collect::<Vec<_>>()), Product::Files(_)),
-        // What it makes may depend on what has to be given.
+        // Its product may depend on required parameters.
         Err(_) => true,
     }
 }

@@ -1,8 +1,8 @@
 //! Makes the sample environments: `cargo run --release -p stages --example sample_assets`.
 //!
-//! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so that a cut series rings and
-//! windows matter; `studio.exr` a dark room with softboxes and coloured rim lights. The same bytes are written on
-//! every run.
+//! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so a truncated series
+//! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights. The same bytes
+//! are written on every run.
 
 mod noise;
 mod sky;

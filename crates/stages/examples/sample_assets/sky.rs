@@ -1,7 +1,8 @@
 //! A clear day: Preetham's sky, its sun, thin clouds, hills, and a paved place in the grass.
 //!
-//! A. J. Preetham, P. Shirley, B. Smits, *A practical analytic model for daylight*, SIGGRAPH 1999: appendix A.2
-//! gives Perez' coefficients and the zenith as functions of the turbidity. Luminance is scaled from kcd/m^2.
+//! A. J. Preetham, P. Shirley, B. Smits, *A practical analytic model for daylight*, SIGGRAPH 1999: appendix
+//! A.2 gives Perez' coefficients and the zenith as functions of the turbidity. Luminance is scaled from
+//! kcd/m^2.
 
 use std::f64::consts::PI;
 
@@ -14,7 +15,7 @@ const TURBIDITY: f64 = 2.6;
 const SUN: (f64, f64) = (58.0 * PI / 180.0, 128.0 * PI / 180.0);
 /// The angle from the sun's centre to its edge: 0.267 degrees, against 0.7 for a texel.
 const SUN_RADIUS: f64 = 0.267 * PI / 180.0;
-/// What the sun gives to a surface that faces it: about twice the sky, as through haze.
+/// The sun's irradiance of a surface that faces it: about twice that of the sky, as through haze.
 const SUN_IRRADIANCE: DVec3 = DVec3::new(2.3, 2.0, 1.62);
 /// Units of radiance in a kcd/m^2.
 const SCALE: f64 = 0.055;
@@ -143,7 +144,7 @@ fn scene(sky: &Sky, direction: DVec3) -> DVec3 {
     clear.lerp(DVec3::new(0.78, 0.76, 0.74) * glow, 0.55 * cover)
 }
 
-/// The sky just above the horizon, where hills and ground fade to.
+/// The sky just above the horizon, into which hills and ground fade.
 fn haze(sky: &Sky, direction: DVec3) -> DVec3 {
     sky.radiance(DVec3::new(direction.x, direction.y, 0.06).normalize())
 }
@@ -169,7 +170,8 @@ fn ground(sky: &Sky, direction: DVec3) -> DVec3 {
     };
     let border = 7.0 + 0.5 * (octaves(0.8 * x, 0.8 * y, 3) - 0.5);
     let albedo = grass.lerp(stone, ((border - flat) / 0.15 + 0.5).clamp(0.0, 1.0));
-    // The sky's irradiance on level ground is near pi times its radiance half-way up, on the mean of all sides.
+    // The sky's irradiance on level ground is near pi times its radiance half-way up, on the mean of all
+    // sides.
     let sides = [(0.6, -0.5), (-0.6, -0.5), (0.6, 0.5), (-0.6, 0.5)];
     let sides = sides.map(|(x, y)| sky.radiance(DVec3::new(x, y, 0.5).normalize()));
     let irradiance = SUN_IRRADIANCE * sun().z + PI / 4.0 * sides.into_iter().sum::<DVec3>();
@@ -177,7 +179,7 @@ fn ground(sky: &Sky, direction: DVec3) -> DVec3 {
     lit.lerp(haze(sky, direction), 1.0 - (-flat / 400.0).exp())
 }
 
-/// Adds the sun's disc, each texel its share, and all together exactly the sun's irradiance.
+/// Adds the sun's disc: each texel gets its share, and together they have exactly the sun's irradiance.
 fn add_sun(grid: LatLong, pixels: &mut [[f32; 3]]) {
     const SIDE: usize = 32;
     let fine = LatLong { width: grid.width * SIDE, height: grid.height * SIDE };

@@ -1,8 +1,8 @@
 //! A dark studio: a key softbox, a fill strip, an overhead bank and two coloured rim lights in a room with a
 //! polished floor.
 //!
-//! Rectangular lights shine on matte walls by sums over their area; the floor adds a mirror image by Schlick's
-//! Fresnel term. Metres; the eye is at the origin, 1.5 above the floor.
+//! Rectangular lights shine on matte walls by sums over their area; the floor adds a mirror image by
+//! Schlick's Fresnel term. Metres; the eye is at the origin, 1.5 above the floor.
 
 use std::f64::consts::PI;
 
@@ -35,7 +35,8 @@ impl Lamp {
         self.half[0].cross(self.half[1]).normalize()
     }
 
-    /// The light that leaves a place of the lamp, (u, v) in [-1, 1]: brightest in the middle, none from the frame.
+    /// The light that leaves a point of the lamp, (u, v) in [-1, 1]: brightest in the middle, none from the
+    /// frame.
     fn emitted(&self, u: f64, v: f64) -> DVec3 {
         if u.abs().max(v.abs()) > 0.96 {
             return DVec3::splat(0.01);
@@ -44,7 +45,7 @@ impl Lamp {
         self.radiance * weave * (1.0 - 0.35 * (u * u + v * v) / 2.0)
     }
 
-    /// How far along a ray the lamp stands, and what it shows there.
+    /// The distance of the lamp along a ray, and its radiance there.
     fn seen(&self, origin: DVec3, ray: DVec3) -> Option<(f64, DVec3)> {
         let normal = self.normal();
         let slope = ray.dot(normal);

@@ -1,4 +1,4 @@
-//! A command line with placeholders, understood when the manifest is.
+//! A command line with placeholders, which is parsed with the manifest.
 
 use std::collections::HashSet;
 
@@ -8,7 +8,7 @@ use engine::{Diagnostic, Diagnostics, Parameter, Value, ValueKind, nearest, unex
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Command(Vec<Argument>);
 
-/// An argument as it is written, and in pieces.
+/// An argument as written, and its pieces.
 #[derive(Clone, Debug, PartialEq)]
 struct Argument {
     text: String,
@@ -18,7 +18,7 @@ struct Argument {
 /// A part of an argument.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Piece {
-    /// What is written.
+    /// Literal text.
     Text(String),
     /// The file of an input port.
     Input(String),
@@ -52,7 +52,7 @@ impl Command {
 
     /// The command for messages: its beginning, on one line.
     pub(crate) fn name(&self) -> String {
-        /// A script that is written in an argument is not shown whole.
+        /// A script in an argument is not shown in full.
         const LONGEST: usize = 80;
         let texts: Vec<_> = self.0.iter().map(|argument| argument.text.as_str()).collect();
         let text = texts.join(" ").replace(char::is_control, " ");
@@ -62,9 +62,9 @@ impl Command {
         }
     }
 
-    /// What does not fit the ports that are connected.
-    pub(crate) fn misfits(&self, ports: &[&str]) -> Vec<String> {
-        /// So many of the ports are named.
+    /// The mismatches with the ports that are connected.
+    pub(crate) fn mismatches(&self, ports: &[&str]) -> Vec<String> {
+        /// The maximum number of ports that are named.
         const NAMED: usize = 8;
         let there = match ports {
             [] => "the stage has no inputs".to_owned(),
@@ -78,46 +78,47 @@ impl Command {
             _ => format!("{{input.{port}}}"),
         };
         let unknown = used.iter().filter(|name| !is_port.contains(*name)).enumerate().map(|(index, name)| {
-            // More are not shown.
+            // Further ports are not listed.
             let ports = if index < Diagnostics::SHOWN { ports } else { &[] };
             let near = nearest(name, ports.iter().copied());
             let near = near.map_or_else(String::new, |near| format!("; did you mean {}?", written(near)));
-            format!("command: {} names no input of the stage: {there}{near}", written(name))
+            format!("{} is not an input of the stage: {there}{near}", written(name))
         });
-        let unused = ports.iter().filter(|port| !is_used.contains(*port)).map(|port| {
-            format!("command: the input {port:?} is not used: expected {} in an argument", written(port))
-        });
+        let unused = ports
+            .iter()
+            .filter(|port| !is_used.contains(*port))
+            .map(|port| format!("the input {port:?} is not used: expected {} in an argument", written(port)));
         unknown.chain(unused).collect()
     }
 }
 
 impl Parameter for Command {
     fn expected() -> String {
-        "an array of strings: the program and its arguments, {output} in one of them".into()
+        "an array of strings: the program and its arguments, one of them with {output}".into()
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let fault = |value: &Value, message: String| Diagnostic::at(value.span.clone(), message);
+        let error = |value: &Value, message: String| Diagnostic::at(value.span.clone(), message);
         let ValueKind::Array(values) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
         let mut arguments = Vec::new();
         for value in values {
             let ValueKind::String(text) = &value.kind else { return Err(unexpected(value, "a string")) };
-            let pieces = pieces(text).map_err(|(message, help)| fault(value, message).help(help))?;
+            let pieces = pieces(text).map_err(|(message, help)| error(value, message).help(help))?;
             arguments.push(Argument { text: text.clone(), pieces });
         }
         let Some((program, rest)) = arguments.split_first() else {
             return Err(
-                fault(value, "there is no program".into()).expected(format!("expected {}", Self::expected()))
+                error(value, "there is no program".into()).expected(format!("expected {}", Self::expected()))
             );
         };
         if program.text.trim().is_empty()
             || program.pieces.iter().any(|piece| !matches!(piece, Piece::Text(_) | Piece::Folder))
         {
-            return Err(fault(&values[0], format!("{:?} is not a program", program.text))
+            return Err(error(&values[0], format!("{:?} is not a program", program.text))
                 .expected("expected the name of a program in PATH or a path of one"));
         }
         if !rest.iter().any(|argument| argument.pieces.contains(&Piece::Output)) {
-            return Err(fault(value, "no argument is \"{output}\"".into())
+            return Err(error(value, "no argument is \"{output}\"".into())
                 .expected("expected \"{output}\", the file that the program writes")
                 .help(
                     "for a program that writes to standard output: [\"sh\", \"-c\", \"PROGRAM > {output}\"]",
@@ -140,17 +141,17 @@ impl Parameter for Command {
     }
 }
 
-/// Whether a port may have this name, which becomes a file's.
+/// Whether a port may have this name, which becomes the name of a file.
 pub(super) fn is_word(name: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     !name.is_empty() && name.len() <= 64 && name.chars().all(plain)
 }
 
-/// The pieces of an argument, or what is wrong and what to do.
+/// The pieces of an argument, or the error and a hint.
 fn pieces(text: &str) -> Result<Vec<Piece>, (String, String)> {
-    let braces = || "for a brace of the argument itself, write {{ or }}".to_owned();
+    let braces = || "write {{ or }} for a literal brace".to_owned();
     if text.contains('\0') {
-        return Err(("an argument cannot hold a NUL".into(), "take it out".into()));
+        return Err(("an argument cannot hold a NUL".into(), "remove it".into()));
     }
     let mut pieces = Vec::new();
     let mut plain = String::new();
@@ -165,7 +166,7 @@ fn pieces(text: &str) -> Result<Vec<Piece>, (String, String)> {
             continue;
         }
         let Some((name, after)) = (brace == "{").then(|| rest.split_once('}')).flatten() else {
-            return Err((format!("{brace:?} has no counterpart"), braces()));
+            return Err((format!("{brace:?} has no matching brace"), braces()));
         };
         let piece = match name {
             "output" => Piece::Output,
@@ -177,7 +178,7 @@ fn pieces(text: &str) -> Result<Vec<Piece>, (String, String)> {
                     let near = nearest(name, ["output", "folder", "input"]);
                     let near = near.map(|near| format!("did you mean {{{near}}}?"));
                     let message =
-                        format!("{{{name}}} is none of {{input.NAME}}, {{input}}, {{output}} and {{folder}}");
+                        format!("{{{name}}} is not {{input.NAME}}, {{input}}, {{output}} or {{folder}}");
                     return Err((message, near.unwrap_or_else(braces)));
                 }
             },
@@ -206,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_fall_into_pieces() {
+    fn arguments_are_split_into_pieces() {
         let text = |text: &str| Piece::Text(text.into());
         assert_eq!(pieces("a{{b}}c"), Ok(vec![text("a{b}c")]));
         assert_eq!(pieces("{output}"), Ok(vec![Piece::Output]));
@@ -240,10 +241,10 @@ mod tests {
     #[test]
     fn placeholders_and_ports_agree() {
         let command = parse(&["tool", "{input.sky}", "{input.sky}", "{output}"]).unwrap();
-        assert_eq!(command.misfits(&["sky"]), Vec::<String>::new());
-        let faults = command.misfits(&["sly"]);
-        assert!(faults[0].contains("did you mean {input.sly}?"), "{faults:?}");
-        assert!(faults[1].contains("\"sly\" is not used"), "{faults:?}");
-        assert!(command.misfits(&[])[0].contains("no inputs"));
+        assert_eq!(command.mismatches(&["sky"]), Vec::<String>::new());
+        let errors = command.mismatches(&["sly"]);
+        assert!(errors[0].contains("did you mean {input.sly}?"), "{errors:?}");
+        assert!(errors[1].contains("\"sly\" is not used"), "{errors:?}");
+        assert!(command.mismatches(&[])[0].contains("no inputs"));
     }
 }

@@ -1,4 +1,4 @@
-//! Artifacts as files of other programs, and back.
+//! Writes artifacts to files for other programs, and reads them back.
 
 use std::collections::HashMap;
 use std::fs;
@@ -8,13 +8,13 @@ use std::path::Path;
 use containers::{OpenExrEnvmap, Precision, ReadOptions, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{
     Artifact, Context, Diagnostic, Failure, Output, Parameter, Product, Table, Value, ValueKind, choice,
-    unexpected, unknown_keys,
+    nearest, unexpected, unknown_keys,
 };
 use envmap::{BadPixels, Image, Layout, repair};
 use serde_json::{Map, json};
 
 use super::command::is_word;
-use crate::artifacts::{Brdf, Environment, Lighting, Material, Reflection, Shrm};
+use crate::artifacts::{Brdf, Environment, Lighting, Material, Mesh, Reflection, Shrm};
 
 choice! {
     /// The container of an artifact.
@@ -27,6 +27,8 @@ choice! {
         Json = "json",
         /// Safetensors.
         Safetensors = "safetensors",
+        /// The bytes of an artifact whose type only another kind knows.
+        Bin = "bin",
     }
 }
 
@@ -44,7 +46,8 @@ fn formats_of(type_name: &str) -> &'static [Format] {
     match type_name {
         Environment::TYPE => &[Format::Exr, Format::Hdr, Format::Safetensors],
         Lighting::TYPE => &[Format::Safetensors, Format::Json],
-        _ => &[Format::Safetensors],
+        _ if ARTIFACTS.iter().any(|(name, _)| *name == type_name) => &[Format::Safetensors],
+        _ => &[Format::Bin],
     }
 }
 
@@ -63,23 +66,23 @@ impl Formats {
         chosen.unwrap_or(formats_of(type_name)[0])
     }
 
-    /// What does not fit what arrives.
-    pub(super) fn misfits(&self, types: &[(&str, &'static str)]) -> Vec<String> {
+    /// The formats that do not fit the artifacts that arrive.
+    pub(super) fn mismatches(&self, types: &[(&str, &'static str)]) -> Vec<String> {
         let types: HashMap<&str, &str> = types.iter().copied().collect();
-        let misfit = |(port, format): &(String, Format)| {
+        let mismatch = |(port, format): &(String, Format)| {
             let Some(arrives) = types.get(port.as_str()) else {
-                return Some(format!("formats: the stage has no input {port:?}"));
+                return Some(format!("the stage has no input {port:?}"));
             };
             let expected = formats_of(arrives);
             (!expected.contains(format)).then(|| {
                 format!(
-                    "formats: {port} is {arrives}: expected {}, not {format:?}",
+                    "{port} is {arrives}: expected {}, not {format:?}",
                     listed(expected),
                     format = format.name()
                 )
             })
         };
-        self.0.iter().filter_map(misfit).collect()
+        self.0.iter().filter_map(mismatch).collect()
     }
 }
 
@@ -140,36 +143,29 @@ pub(super) fn write_input(
     let name = format!("input/{port}.{}", format.name());
     let written = fs::create_dir_all(work.join("input")).and_then(|()| fs::write(work.join(&name), bytes));
     written.map_err(|error| {
-        Failure::from(error).context(format!("cannot write {name} in the scratch folder")).system_error()
+        Failure::from(error).context(format!("cannot write {name} to the scratch folder")).system_error()
     })?;
     Ok(name)
 }
 
-choice! {
-    /// What a program makes.
-    pub(crate) enum MadeType {
-        /// An environment.
-        Environment = "environment",
-        /// SH lighting.
-        Lighting = "lighting",
-        /// A material.
-        Material = "material",
-        /// BRDF coefficients.
-        Brdf = "brdf",
-        /// A reflection.
-        Reflection = "reflection",
-        /// A reflection map.
-        Shrm = "shrm",
-        /// A file to be published.
-        File = "file",
-        /// Files to be published.
-        Files = "files",
-    }
+/// The artifacts that a program can make: their types, and how the default format's bytes become one.
+const ARTIFACTS: [(&str, fn(&[u8]) -> Result<Output, Failure>); 7] = [
+    (Environment::TYPE, decoded::<Environment>),
+    (Lighting::TYPE, decoded::<Lighting>),
+    (Material::TYPE, decoded::<Material>),
+    (Brdf::TYPE, decoded::<Brdf>),
+    (Reflection::TYPE, decoded::<Reflection>),
+    (Shrm::TYPE, decoded::<Shrm>),
+    (Mesh::TYPE, decoded::<Mesh>),
+];
+
+fn decoded<T: Artifact>(bytes: &[u8]) -> Result<Output, Failure> {
+    Output::artifact(T::decode(bytes)?)
 }
 
-/// What a program makes, and where it writes that.
+/// What a program makes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Made {
+pub(crate) enum ProgramOutput {
     /// An artifact of this type.
     Artifact(&'static str, Format),
     /// A file with this ending, without the dot.
@@ -178,7 +174,7 @@ pub(crate) enum Made {
     Files(Vec<String>),
 }
 
-impl Made {
+impl ProgramOutput {
     pub(super) fn product(&self) -> Product {
         match self {
             Self::Artifact(name, _) => Product::Artifact(name),
@@ -190,7 +186,7 @@ impl Made {
         }
     }
 
-    /// What `{output}` stands for, from the working folder.
+    /// The value of `{output}`, relative to the working folder.
     fn place(&self) -> String {
         match self {
             Self::Artifact(_, format) => format!("output.{}", format.name()),
@@ -199,11 +195,11 @@ impl Made {
         }
     }
 
-    /// Makes the place ready for the program, and says what `{output}` stands for.
+    /// Prepares the place of the output, and returns the value of `{output}`.
     pub(super) fn prepare(&self, work: &Path) -> Result<String, Failure> {
         if matches!(self, Self::Files(_)) {
             fs::create_dir(work.join(self.place())).map_err(|error| {
-                Failure::from(error).context("cannot make the folder for the output").system_error()
+                Failure::from(error).context("cannot create the folder for the output").system_error()
             })?;
         }
         Ok(self.place())
@@ -212,14 +208,14 @@ impl Made {
     /// Reads what the program wrote.
     ///
     /// # Errors
-    /// Where it is not there or not what it should be.
+    /// If it is missing or invalid.
     pub(super) fn read(&self, work: &Path, program: &str, context: &Context<'_>) -> Result<Output, Failure> {
         let place = self.place();
         match self {
             Self::Artifact(name, format) => {
                 let bytes = read_file(work, &place, program)?;
                 decode(name, *format, &bytes, context)
-                    .map_err(|failure| failure.context(format!("{program} wrote no sound {name}")))
+                    .map_err(|failure| failure.context(format!("{program} did not write a valid {name}")))
             }
             Self::File(_) => {
                 let recipe = containers::texture_sidecar(Some(context.recipe()), &[])?;
@@ -236,7 +232,7 @@ impl Made {
     }
 }
 
-impl Parameter for Made {
+impl Parameter for ProgramOutput {
     fn expected() -> String {
         "{ type = \"environment\", format = \"exr\" }, { type = \"file\", format = \"png\" } or \
          { type = \"files\", names = [\"...\"] }"
@@ -245,45 +241,51 @@ impl Parameter for Made {
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let ValueKind::Table(table) = &value.kind else { return Err(unexpected(value, &Self::expected())) };
+        let types = ARTIFACTS.iter().map(|(name, _)| *name).chain(["file", "files"]).collect::<Vec<_>>();
+        let expected = types.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(" or ");
         let Some(what) = table.get("type") else {
-            return Err(Diagnostic::at(value.span.clone(), "there is no type")
-                .expected(format!("expected type = {}", MadeType::expected())));
+            return Err(Diagnostic::at(value.span.clone(), "\"type\" is missing")
+                .expected(format!("expected type = {expected}")));
         };
-        match MadeType::parse(&what.value)? {
-            MadeType::Environment => artifact(Environment::TYPE, table),
-            MadeType::Lighting => artifact(Lighting::TYPE, table),
-            MadeType::Material => artifact(Material::TYPE, table),
-            MadeType::Brdf => artifact(Brdf::TYPE, table),
-            MadeType::Reflection => artifact(Reflection::TYPE, table),
-            MadeType::Shrm => artifact(Shrm::TYPE, table),
-            MadeType::File => {
+        match String::parse(&what.value)?.as_str() {
+            "file" => {
                 only(table, &["type", "format"])?;
-                let format = wanted(table, "format", "the file's ending, such as \"png\"")?;
+                let format = wanted(table, "format", "the file's extension, such as \"png\"")?;
                 let ending = String::parse(format)?;
                 match ending.split('.').all(is_word) {
                     true => Ok(Self::File(ending)),
-                    false => Err(unexpected(format, "an ending without its dot, such as \"png\"")),
+                    false => Err(unexpected(format, "an extension without its dot, such as \"png\"")),
                 }
             }
-            MadeType::Files => {
+            "files" => {
                 only(table, &["type", "names"])?;
                 let value = wanted(table, "names", "the names of the files")?;
                 let names = Vec::<String>::parse(value)?;
                 let expected = "expected file names of A-Z, a-z, 0-9, _, - and single dots, each once";
-                let fault =
+                let error =
                     |message: String| Err(Diagnostic::at(value.span.clone(), message).expected(expected));
                 let mut lower = vec!["recipe.json".to_owned()];
                 for name in &names {
                     if !name.split('.').all(is_word) {
-                        return fault(format!("{name:?} is no name of a file"));
+                        return error(format!("{name:?} is not a valid file name"));
                     }
                     if lower.contains(&name.to_ascii_lowercase()) {
-                        return fault(format!("{name:?} is there twice, or is the recipe's name"));
+                        return error(format!("{name:?} is listed twice, or is the recipe's name"));
                     }
                     lower.push(name.to_ascii_lowercase());
                 }
-                if names.is_empty() { fault("there are no names".into()) } else { Ok(Self::Files(names)) }
+                if names.is_empty() { error("the list is empty".into()) } else { Ok(Self::Files(names)) }
             }
+            given => match ARTIFACTS.iter().find(|(name, _)| *name == given) {
+                Some((name, _)) => artifact(name, table),
+                None => {
+                    let error = unexpected(&what.value, &expected);
+                    Err(match nearest(given, types) {
+                        Some(near) => error.help(format!("did you mean {near:?}?")),
+                        None => error,
+                    })
+                }
+            },
         }
     }
 
@@ -308,9 +310,7 @@ impl Parameter for Made {
             let formats: Vec<String> = formats_of(name).iter().map(|format| format.name()).collect();
             object(&[name], json!({ "format": { "enum": formats } }), &["type"])
         };
-        let types =
-            [Environment::TYPE, Lighting::TYPE, Material::TYPE, Brdf::TYPE, Reflection::TYPE, Shrm::TYPE];
-        let mut choices: Vec<_> = types.into_iter().map(artifact).collect();
+        let mut choices: Vec<_> = ARTIFACTS.iter().map(|(name, _)| artifact(name)).collect();
         choices.push(object(&["file"], json!({ "format": { "type": "string" } }), &["type", "format"]));
         let names =
             json!({ "type": "array", "items": { "type": "string" }, "minItems": 1, "uniqueItems": true });
@@ -319,25 +319,27 @@ impl Parameter for Made {
     }
 }
 
-fn artifact(name: &'static str, table: &Table) -> Result<Made, Diagnostic> {
+fn artifact(name: &'static str, table: &Table) -> Result<ProgramOutput, Diagnostic> {
     only(table, &["type", "format"])?;
-    let Some(entry) = table.get("format") else { return Ok(Made::Artifact(name, formats_of(name)[0])) };
+    let Some(entry) = table.get("format") else {
+        return Ok(ProgramOutput::Artifact(name, formats_of(name)[0]));
+    };
     let expected = listed(formats_of(name));
     match Format::parse(&entry.value) {
-        Ok(format) if formats_of(name).contains(&format) => Ok(Made::Artifact(name, format)),
+        Ok(format) if formats_of(name).contains(&format) => Ok(ProgramOutput::Artifact(name, format)),
         _ => Err(unexpected(&entry.value, &expected).help(format!("the type is {name}"))),
     }
 }
 
 fn only(table: &Table, known: &[&str]) -> Result<(), Diagnostic> {
-    let mut faults = Vec::new();
-    unknown_keys(table, &known.iter().map(|&key| key.to_owned()).collect::<Vec<_>>(), &mut faults);
-    faults.into_iter().next().map_or(Ok(()), Err)
+    let mut errors = Vec::new();
+    unknown_keys(table, &known.iter().map(|&key| key.to_owned()).collect::<Vec<_>>(), &mut errors);
+    errors.into_iter().next().map_or(Ok(()), Err)
 }
 
 fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Diagnostic> {
     let missing = || {
-        Diagnostic::at(table.span.clone(), format!("there is no {key}"))
+        Diagnostic::at(table.span.clone(), format!("\"{key}\" is missing"))
             .expected(format!("expected {key}: {what}"))
     };
     table.get(key).map(|entry| &entry.value).ok_or_else(missing)
@@ -347,14 +349,14 @@ fn wanted<'a>(table: &'a Table, key: &str, what: &str) -> Result<&'a Value, Diag
 fn read_file(work: &Path, place: &str, program: &str) -> Result<Vec<u8>, Failure> {
     let path = work.join(place);
     let bytes = fs::symlink_metadata(&path).and_then(|file| match file.len() {
-        _ if !file.is_file() => Err(io::Error::other("it is no plain file")),
+        _ if !file.is_file() => Err(io::Error::other("it is not a regular file")),
         0 => Err(io::Error::other("it is empty")),
         MOST_BYTES.. => Err(io::Error::other("it is larger than 4 GiB")),
         _ => fs::read(&path),
     });
     bytes.map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => Failure::new(format!("{program} ended well, but did not write {place}"))
-            .help("the file that {output} names is relative to the folder that the program is started in"),
+        io::ErrorKind::NotFound => Failure::new(format!("{program} succeeded, but did not write {place}"))
+            .help("{output} is a path relative to the program's working folder"),
         _ => Failure::from(error).context(format!("{program} wrote {place}, which cannot be used")),
     })
 }
@@ -364,19 +366,17 @@ fn decode(name: &str, format: Format, bytes: &[u8], context: &Context<'_>) -> Re
         (Environment::TYPE, Format::Exr) => image(containers::Format::OpenExr, bytes, context),
         (Environment::TYPE, Format::Hdr) => image(containers::Format::Radiance, bytes, context),
         (Lighting::TYPE, Format::Json) => Output::artifact(Lighting(lighting_json::decode(bytes)?)),
-        (Environment::TYPE, _) => Output::artifact(Environment::decode(bytes)?),
-        (Lighting::TYPE, _) => Output::artifact(Lighting::decode(bytes)?),
-        (Material::TYPE, _) => Output::artifact(Material::decode(bytes)?),
-        (Brdf::TYPE, _) => Output::artifact(Brdf::decode(bytes)?),
-        (Reflection::TYPE, _) => Output::artifact(Reflection::decode(bytes)?),
-        _ => Output::artifact(Shrm::decode(bytes)?),
+        _ => match ARTIFACTS.iter().find(|(known, _)| *known == name) {
+            Some((_, decode)) => decode(bytes),
+            None => Err(Failure::new(format!("{name} is not an artifact that a program can make"))),
+        },
     }
 }
 
 fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Result<Output, Failure> {
     if let Some(found) = containers::Format::sniff(bytes).filter(|found| *found != format) {
         let message = format!("the file is {}, not {}", found.name(), format.name());
-        return Err(Failure::new(message).help("output: format must be what the program writes"));
+        return Err(Failure::new(message).help("output: format must be the format that the program writes"));
     }
     let decoded = read_image(bytes, &ReadOptions::default())?;
     decoded.warnings.iter().for_each(|warning| context.warn(format!("the output: {warning}")));
@@ -386,7 +386,7 @@ fn image(format: containers::Format, bytes: &[u8], context: &Context<'_>) -> Res
         Some(OpenExrEnvmap::Cube) => Layout::OpenExrCube,
     };
     let (image, _) = repair(decoded.image, layout, BadPixels::Error).map_err(|error| {
-        Failure::from(error).help("the program must write values that are finite, and 0 or more")
+        Failure::from(error).help("the program must write values that are finite and not negative")
     })?;
     Output::artifact(Environment(envmap::Environment::from_image(image, layout, None)?))
 }

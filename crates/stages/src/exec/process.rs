@@ -1,4 +1,4 @@
-//! A program at work: its time, its words, its end, and that of all that it started.
+//! Runs a program: its time limit, its output, its end, and the end of all processes that it started.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use engine::{Context, Failure};
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
-/// What is to run.
+/// A program to run.
 pub(super) struct Process {
     pub(super) program: PathBuf,
     pub(super) arguments: Vec<OsString>,
@@ -21,32 +21,33 @@ pub(super) struct Process {
     pub(super) limit: Duration,
 }
 
-/// What a program may write to standard output and standard error, each.
-const MOST_WORDS: u64 = 64 << 20;
+/// The most bytes that a program may write to standard output, and to standard error.
+const MOST_OUTPUT_FILES: u64 = 64 << 20;
 
-/// The files that its words go to: a pipe that something holds open could be waited for for ever, a file not.
-const WORDS: [&str; 2] = ["stdout", "stderr"];
+/// The files that receive its output. Unlike a pipe, a file cannot be held open for ever by a process that is
+/// left.
+const OUTPUT_FILES: [&str; 2] = ["stdout", "stderr"];
 
-/// A running program; dropped, it is killed with all that it started.
+/// A running program. Dropping it kills it with all processes that it started.
 struct Running(Box<dyn ChildWrapper>);
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended, and what it started too.
+        // All of them may have ended already.
         let _ = self.0.start_kill();
         let _ = self.0.wait();
     }
 }
 
 impl Process {
-    /// Runs the program to its end in the folder `work`, its words kept in the folder `scratch`.
+    /// Runs the program to its end in the folder `work`, and keeps its output in the folder `scratch`.
     ///
     /// # Errors
-    /// Where it cannot be started, does not end well or in time, or the build is cancelled.
+    /// If it cannot be started, fails or does not end in time, or the build is cancelled.
     pub(super) fn run(&self, scratch: &Path, work: &Path, context: &Context<'_>) -> Result<(), Failure> {
         context.check_cancelled()?;
-        let words = WORDS.map(|name| scratch.join(name));
-        let mut running = Running(self.start(&words, work)?);
+        let output = OUTPUT_FILES.map(|name| scratch.join(name));
+        let mut running = Running(self.start(&output, work)?);
         let began = Instant::now();
         let mut pause = Duration::from_millis(1);
         let status = loop {
@@ -60,29 +61,29 @@ impl Process {
                 drop(running);
                 let seconds = self.limit.as_secs_f64();
                 let message = format!("{} did not end within {seconds} s and was killed", self.name);
-                return Err(with_words(Failure::new(message), &words).help(
-                    "raise timeout, or find out by hand what it waits for: its standard input is empty",
+                return Err(with_output(Failure::new(message), &output).help(
+                    "raise timeout, or run it by hand to see what it waits for: its standard input is empty",
                 ));
             }
-            if let Some(name) = too_long(&words) {
+            if let Some(name) = too_long(&output) {
                 drop(running);
                 let message = format!(
                     "{} wrote more than {} MiB to {name} and was killed",
                     self.name,
-                    MOST_WORDS >> 20
+                    MOST_OUTPUT_FILES >> 20
                 );
-                return Err(with_words(Failure::new(message), &words).help("make it say less"));
+                return Err(with_output(Failure::new(message), &output).help("make it write less"));
             }
             sleep(pause);
             pause = (pause * 2).min(Duration::from_millis(20));
         };
-        // What it left running would write into a folder that is removed.
+        // Processes that it left running would write to a folder that is about to be removed.
         drop(running);
-        self.judge(status, &words)
+        self.check_status(status, &output)
     }
 
-    fn start(&self, words: &[PathBuf; 2], work: &Path) -> Result<Box<dyn ChildWrapper>, Failure> {
-        let [stdout, stderr] = words;
+    fn start(&self, output: &[PathBuf; 2], work: &Path) -> Result<Box<dyn ChildWrapper>, Failure> {
+        let [stdout, stderr] = output;
         let mut command = CommandWrap::with_new(&self.program, |_| {});
         let inner = command.command_mut();
         inner.args(&self.arguments).current_dir(work).stdin(Stdio::null());
@@ -98,7 +99,7 @@ impl Process {
         let mut attempts = 0;
         loop {
             match command.spawn() {
-                // Whoever writes the program at this moment is soon done.
+                // Another process is still writing the program's file; it will soon be done.
                 Err(error) if error.kind() == ErrorKind::ExecutableFileBusy && attempts < 100 => {
                     attempts += 1;
                     sleep(Duration::from_millis(20));
@@ -108,11 +109,11 @@ impl Process {
         }
     }
 
-    fn judge(&self, status: ExitStatus, words: &[PathBuf; 2]) -> Result<(), Failure> {
+    fn check_status(&self, status: ExitStatus, output: &[PathBuf; 2]) -> Result<(), Failure> {
         if status.success() {
             return Ok(());
         }
-        Err(with_words(Failure::new(format!("{} ended with {status}", self.name)), words))
+        Err(with_output(Failure::new(format!("{} ended with {status}", self.name)), output))
     }
 
     fn failure(&self, what: &str, error: io::Error) -> Failure {
@@ -122,8 +123,8 @@ impl Process {
     fn not_started(&self, error: io::Error) -> Failure {
         let help = match error.kind() {
             ErrorKind::PermissionDenied => Some("make the file executable, or name its interpreter first"),
-            // The program is there, as it was read: its interpreter is not.
-            ErrorKind::NotFound => Some("its first line (#!) names an interpreter that is not there"),
+            // The program exists, because it was read; its interpreter does not.
+            ErrorKind::NotFound => Some("the interpreter in its first line (#!) does not exist"),
             ErrorKind::ArgumentListTooLong => Some("put long arguments into a file"),
             _ => None,
         };
@@ -135,26 +136,27 @@ impl Process {
     }
 }
 
-fn too_long(words: &[PathBuf; 2]) -> Option<&'static str> {
-    let is_long = |file: &PathBuf| fs::metadata(file).is_ok_and(|file| file.len() > MOST_WORDS);
+fn too_long(output: &[PathBuf; 2]) -> Option<&'static str> {
+    let is_long = |file: &PathBuf| fs::metadata(file).is_ok_and(|file| file.len() > MOST_OUTPUT_FILES);
     let names = ["standard output", "standard error"];
-    words.iter().zip(names).find(|(file, _)| is_long(file)).map(|(_, name)| name)
+    output.iter().zip(names).find(|(file, _)| is_long(file)).map(|(_, name)| name)
 }
 
-/// The failure with the program's last words: on standard error or, where there are none, on standard output.
-fn with_words(mut failure: Failure, words: &[PathBuf; 2]) -> Failure {
-    let [stdout, stderr] = words;
+/// The failure with the last lines of the program's standard error or, if that is empty, of its standard
+/// output.
+fn with_output(mut failure: Failure, output: &[PathBuf; 2]) -> Failure {
+    let [stdout, stderr] = output;
     let last = [("standard error", stderr), ("standard output", stdout)]
-        .map(|(name, file)| (name, last_words(file).unwrap_or_default()));
+        .map(|(name, file)| (name, last_lines(file).unwrap_or_default()));
     match last.into_iter().find(|(_, text)| !text.is_empty()) {
-        Some((name, text)) => failure.chain.push(format!("its last words on {name}:\n{text}")),
+        Some((name, text)) => failure.chain.push(format!("the end of its {name}:\n{text}")),
         None => failure.chain.push("it wrote nothing to standard output and standard error".into()),
     }
     failure
 }
 
 /// The last lines of a file.
-fn last_words(file: &Path) -> io::Result<String> {
+fn last_lines(file: &Path) -> io::Result<String> {
     const MOST_BYTES: u64 = 4096;
     const MOST_LINES: usize = 20;
     let mut file = File::open(file)?;
@@ -167,7 +169,7 @@ fn last_words(file: &Path) -> io::Result<String> {
     Ok(lines[lines.len().saturating_sub(MOST_LINES)..].join("\n"))
 }
 
-/// A text without what steers a terminal: colours, moves of the cursor, bells.
+/// A text without the control sequences of a terminal: colours, cursor movements, bells.
 fn readable(text: &str) -> String {
     let mut shown = String::new();
     let mut characters = text.chars().peekable();
@@ -190,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_shown_without_what_steers_a_terminal() {
+    fn output_is_shown_without_control_sequences() {
         assert_eq!(readable("\x1b[1;31merror\x1b[0m:\ta\r\nb\x07\x1b]c"), "error:\ta\nb]c");
         assert_eq!(readable("10%\r20%\r"), "10%\n20%\n");
         assert_eq!(readable("\x1b["), "");
@@ -202,7 +204,7 @@ mod tests {
         let file = folder.path().join("stderr");
         let text: String = (0..5000).map(|line| format!("line {line}\n")).collect();
         std::fs::write(&file, text).unwrap();
-        let words = last_words(&file).unwrap();
-        assert!(words.starts_with("line 4980\n") && words.ends_with("line 4999"), "{words}");
+        let output = last_lines(&file).unwrap();
+        assert!(output.starts_with("line 4980\n") && output.ends_with("line 4999"), "{output}");
     }
 }

@@ -1,4 +1,5 @@
-//! What of the outside world is part of an item's key: the program, tool files, environment variables.
+//! The parts of the outside world that belong to an item's key: the program, tool files, environment
+//! variables.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -6,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use engine::{Context, Diagnostic, Digest, Failure, Parameter, Value};
 
-use super::Parameters;
 use super::command::{Command, Piece};
 
 /// The home folder in the scratch folder.
@@ -14,7 +14,7 @@ pub(super) const HOME: &str = "home";
 /// The folder for temporary files in the scratch folder.
 pub(super) const TEMPORARY: &str = "tmp";
 
-/// Environment variables and the values that they had when the manifest was read.
+/// Environment variables, with their values when the manifest was read.
 ///
 /// The canonical form holds a digest, `NAME=0a1b...`: a value may be a secret, and recipes are published.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,8 +28,10 @@ impl Parameter for Variables {
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
         let names = Vec::<String>::parse(value)?;
         match names.iter().find(|name| name.is_empty() || name.contains(['=', '\0'])) {
-            Some(bad) => Err(Diagnostic::at(value.span.clone(), format!("{bad:?} is no name of a variable"))
-                .expected("expected names alone, without values")),
+            Some(bad) => {
+                Err(Diagnostic::at(value.span.clone(), format!("{bad:?} is not the name of a variable"))
+                    .expected("expected names alone, without values"))
+            }
             None => Ok(Self(names.into_iter().map(|name| (name.clone(), env::var_os(name))).collect())),
         }
     }
@@ -65,7 +67,7 @@ pub(super) fn environment(
         ("TZ", "UTC"),
         ("SOURCE_DATE_EPOCH", "0"),
         ("PYTHONHASHSEED", "0"),
-        // Else the folders of a script's modules would change by being used.
+        // Otherwise running a script would change the folders of its modules.
         ("PYTHONDONTWRITEBYTECODE", "1"),
     ] {
         environment.push((name.into(), value.into()));
@@ -79,10 +81,10 @@ pub(super) fn environment(
     environment
 }
 
-/// The program's file, absolute; it is read, so that another one runs the item again.
+/// The absolute path of the program's file. The file is read, so that another program reruns the item.
 ///
 /// # Errors
-/// Where there is none.
+/// If there is none.
 pub(super) fn program(command: &Command, context: &Context<'_>) -> Result<PathBuf, Failure> {
     let written = plain(command.program(), context).unwrap_or_default();
     let name = Path::new(&written);
@@ -91,31 +93,31 @@ pub(super) fn program(command: &Command, context: &Context<'_>) -> Result<PathBu
     } else {
         search(name, env::var_os("PATH").as_deref()).ok_or_else(|| {
             Failure::new(format!("there is no program {:?} in PATH", name.display()))
-                .help("install it, or write its path in command; one beside the manifest is \"./NAME\"")
+                .help("install it, or write its path in command; a program beside the manifest is \"./NAME\"")
         })?
     };
     context.read(&file).map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
     Ok(file)
 }
 
-/// Reads the arguments that name files, and what `tools` names, so that an edit of them runs the item again.
+/// Reads the files that arguments and `tools` name, so that editing one reruns the item.
 ///
 /// # Errors
-/// Where what `tools` names cannot be read.
-pub(super) fn read(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
-    for pieces in parameters.command.arguments() {
+/// If a file or folder in `tools` cannot be read.
+pub(super) fn read(command: &Command, tools: &[String], context: &Context<'_>) -> Result<(), Failure> {
+    for pieces in command.arguments() {
         if let Some(file) = named_file(pieces, context) {
             context.read(&file)?;
         } else if let Some(file) = absent(pieces, context) {
-            // The absence is noted: the item runs again when the file is there.
+            // The engine records that the file is missing, and reruns the item when it appears.
             let _ = context.read(&file);
         }
     }
-    for tool in &parameters.tools {
+    for tool in tools {
         let tool = Path::new(tool);
         let read =
             if context.is_folder(tool) { read_folder(tool, context) } else { context.read(tool).map(drop) };
-        read.map_err(|failure| failure.help("tools: name files and folders relative to the manifest"))?;
+        read.map_err(|failure| failure.help("tools: paths are relative to the manifest"))?;
     }
     Ok(())
 }
@@ -128,7 +130,7 @@ pub(super) fn named_file(pieces: &[Piece], context: &Context<'_>) -> Option<Path
     (!argument.is_empty() && path.is_file()).then_some(path)
 }
 
-/// The file that such an argument would name by its look, if there were one.
+/// The missing file that an argument looks like.
 pub(super) fn absent(pieces: &[Piece], context: &Context<'_>) -> Option<PathBuf> {
     let argument = plain(pieces, context).filter(|argument| is_like_a_path(argument))?;
     let path = context.resolve(Path::new(&argument));
@@ -146,7 +148,7 @@ fn read_folder(folder: &Path, context: &Context<'_>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// An argument that is the same in every run; `None` where it holds an input or the output.
+/// An argument that is the same in every run; `None` if it holds an input or the output.
 fn plain(pieces: &[Piece], context: &Context<'_>) -> Option<OsString> {
     let mut argument = OsString::new();
     for piece in pieces {
@@ -159,8 +161,7 @@ fn plain(pieces: &[Piece], context: &Context<'_>) -> Option<OsString> {
     Some(argument)
 }
 
-/// Whether an argument may be meant as a file that is not there: `tools/grade.py`, but not `--stops`, `0.5` or a
-/// script.
+/// Whether an argument looks like a path: `tools/grade.py`, but not `--stops`, `0.5` or a script.
 fn is_like_a_path(argument: &OsStr) -> bool {
     let Some(text) = argument.to_str() else { return false };
     !text.starts_with('-')
@@ -173,7 +174,7 @@ fn is_like_a_path(argument: &OsStr) -> bool {
 fn search(name: &Path, path: Option<&OsStr>) -> Option<PathBuf> {
     let endings = if cfg!(windows) { &["", ".exe", ".bat", ".cmd"][..] } else { &[""] };
     let folders = path.map(|path| env::split_paths(path).collect::<Vec<_>>()).unwrap_or_default();
-    // A relative folder would mean another place for each working folder.
+    // A relative folder would depend on the working folder.
     let folders = folders.iter().filter(|folder| folder.is_absolute());
     let files = folders.flat_map(|folder| {
         endings.iter().map(|ending| {
@@ -203,7 +204,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_not_there_is_told_from_other_words() {
+    fn a_missing_file_is_distinguished_from_other_words() {
         for path in ["tools/grade.py", "grade.py", "./grade"] {
             assert!(is_like_a_path(path.as_ref()), "{path}");
         }

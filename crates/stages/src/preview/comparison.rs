@@ -1,4 +1,4 @@
-//! Pictures side by side, each over its name, and their differences below.
+//! Pictures side by side, each above its name, with their differences below.
 
 use crate::sheet::{Align, Canvas, Rect, theme};
 
@@ -12,20 +12,20 @@ const LINE: usize = 20;
 /// A picture of a mode.
 pub(super) struct Panel {
     pub(super) label: &'static str,
-    /// How far it is from what it is compared with.
+    /// How far it is from the picture that it is compared with.
     pub(super) detail: String,
     pub(super) picture: Vec<[u8; 3]>,
     /// The name and the picture of the difference.
     pub(super) difference: Option<(String, Vec<[u8; 3]>)>,
 }
 
-/// Where pictures stand. A single one stands alone, without margin and name.
+/// The layout of the pictures. A single picture has no margin and no name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ComparisonSheet {
     /// Width and height of each picture.
     pub(super) picture: [usize; 2],
     pub(super) columns: usize,
-    /// Whether differences stand below, and captions have a second line.
+    /// Whether there are differences below the pictures, and captions have a second line.
     pub(super) compared: bool,
 }
 
@@ -70,7 +70,7 @@ impl ComparisonSheet {
     }
 }
 
-/// Frames of one size, so many beside each other, the rest below.
+/// Frames of one size, with this many in each row.
 pub(super) fn strip(frames: &[Vec<[u8; 3]>], [width, height]: [usize; 2], columns: usize) -> Vec<[u8; 3]> {
     let mut whole = Vec::with_capacity(width * height * frames.len());
     for row in frames.chunks(columns) {
@@ -95,17 +95,17 @@ mod tests {
 
     #[test]
     fn a_single_picture_stands_alone() {
-        let board = ComparisonSheet { picture: [20, 10], columns: 1, compared: false };
-        assert_eq!(board.size(), [20, 10]);
-        assert_eq!(board.draw(&[panel(7, [20, 10])]), vec![[7; 3]; 200]);
+        let sheet = ComparisonSheet { picture: [20, 10], columns: 1, compared: false };
+        assert_eq!(sheet.size(), [20, 10]);
+        assert_eq!(sheet.draw(&[panel(7, [20, 10])]), vec![[7; 3]; 200]);
     }
 
     #[test]
     fn every_picture_is_whole_and_in_its_column() {
         let picture = [40, 30];
-        let board = ComparisonSheet { picture, columns: 3, compared: true };
-        let drawn = board.draw(&[1, 2, 3].map(|shade| panel(shade, picture)));
-        let [width, height] = board.size();
+        let sheet = ComparisonSheet { picture, columns: 3, compared: true };
+        let drawn = sheet.draw(&[1, 2, 3].map(|shade| panel(shade, picture)));
+        let [width, height] = sheet.size();
         assert_eq!(drawn.len(), width * height);
         for shade in [1, 2, 3, 101, 102, 103] {
             let places: Vec<usize> = (0..drawn.len()).filter(|&at| drawn[at] == [shade; 3]).collect();

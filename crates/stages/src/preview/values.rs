@@ -1,10 +1,20 @@
-//! What parameters of a preview look like.
+//! Types of the parameters of a preview.
 
-use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
+use engine::{Diagnostic, Parameter, Range, Ranged, Value, ValueKind, choice, unexpected};
 use preview::Background;
 use serde_json::json;
 
 use crate::Rgb;
+
+choice! {
+    /// What draws.
+    pub(crate) enum Backend {
+        /// The CPU, with bit-identical output.
+        Cpu = "cpu",
+        /// A graphics device, if there is one.
+        Gpu = "gpu",
+    }
+}
 
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,14 +25,11 @@ const MOST: usize = 4096;
 
 impl Parameter for Size {
     fn expected() -> String {
-        format!("the edge of a square or [width, height], each {LEAST} to {MOST}")
+        format!("the edge of a square or [width, height], each from {LEAST} to {MOST}")
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {
-        let side = |value: &Value| match usize::parse(value) {
-            Ok(side) if (LEAST..=MOST).contains(&side) => Ok(side),
-            _ => Err(unexpected(value, &format!("a whole number, {LEAST} to {MOST}"))),
-        };
+        let side = |value: &Value| usize::parse_in(value, Range::of::<usize>(LEAST..=MOST));
         match &value.kind {
             ValueKind::Array(sides) => match sides.as_slice() {
                 [width, height] => Ok(Self([side(width)?, side(height)?])),
@@ -47,15 +54,15 @@ impl Parameter for Size {
     }
 }
 
-/// What lies behind the mesh.
+/// The background of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Behind {
+pub(crate) enum BackgroundChoice {
     Environment,
     Harmonics,
     Flat(Rgb),
 }
 
-impl Behind {
+impl BackgroundChoice {
     pub(crate) fn background(self) -> Background {
         match self {
             Self::Environment => Background::Environment,
@@ -65,7 +72,7 @@ impl Behind {
     }
 }
 
-impl Parameter for Behind {
+impl Parameter for BackgroundChoice {
     fn expected() -> String {
         format!("\"environment\", \"harmonics\" or {}", Rgb::expected())
     }
@@ -122,11 +129,20 @@ mod tests {
 
     #[test]
     fn a_background_is_a_word_or_a_colour() {
-        assert_eq!(Behind::parse(&value(ValueKind::String("harmonics".into()))), Ok(Behind::Harmonics));
-        assert_eq!(Behind::parse(&integers(&[0, 1, 2])), Ok(Behind::Flat(Rgb([0.0, 1.0, 2.0]))));
-        assert_eq!(Behind::parse(&value(ValueKind::Float(0.5))), Ok(Behind::Flat(Rgb::grey(0.5))));
+        assert_eq!(
+            BackgroundChoice::parse(&value(ValueKind::String("harmonics".into()))),
+            Ok(BackgroundChoice::Harmonics)
+        );
+        assert_eq!(
+            BackgroundChoice::parse(&integers(&[0, 1, 2])),
+            Ok(BackgroundChoice::Flat(Rgb([0.0, 1.0, 2.0])))
+        );
+        assert_eq!(
+            BackgroundChoice::parse(&value(ValueKind::Float(0.5))),
+            Ok(BackgroundChoice::Flat(Rgb::grey(0.5)))
+        );
         for bad in [value(ValueKind::String("sky".into())), integers(&[1, 2])] {
-            assert!(Behind::parse(&bad).is_err(), "{bad:?}");
+            assert!(BackgroundChoice::parse(&bad).is_err(), "{bad:?}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Values for pictures, read from the shelf. What was shown last is kept: a window goes back and forth between few, and a
-//! renderer knows what it has on its device by the value's place in memory.
+//! Scenes, read from the results of the last build. The latest values are kept: a window switches between a
+//! few of them, and a renderer recognises what is on its device by the value's address.
 
 use std::sync::Arc;
 
@@ -8,14 +8,14 @@ use mesh::Mesh;
 use preview::{Export, SubjectDetails};
 use preview::{Light, Look, MapSizes, Scene};
 
-use super::{CatalogEntry, PreviewCatalog, Shape, artifact};
+use super::{CatalogEntry, MeshSource, PreviewCatalog, artifact};
 use crate::artifacts;
 
-/// So many looks are kept, with their maps.
+/// How many looks are kept, with their maps.
 const LOOKS: usize = 4;
-/// So many lights.
+/// How many lights are kept.
 const LIGHTS: usize = 4;
-/// So many meshes.
+/// How many meshes are kept.
 const MESHES: usize = 4;
 
 /// The looks, lights and meshes that were shown last.
@@ -26,72 +26,72 @@ pub struct SceneCache {
     meshes: Recent<MeshKey, Mesh>,
 }
 
-/// What a mesh is.
+/// What a mesh is made from.
 #[derive(PartialEq)]
 enum MeshKey {
     Made(Digest),
     BuiltIn(&'static str),
 }
 
-/// What a light is made of: environment, lighting, turn.
+/// What a light is made from: environment, lighting, turn.
 type LightKey = (Digest, Option<Digest>, [u64; 9]);
-/// What a look is made of: light, reflection, material, sizes.
+/// What a look is made from: light, reflection, material, sizes.
 type LookKey = (LightKey, Digest, Option<Digest>, MapSizes);
 
 impl SceneCache {
-    /// An exhibit on a mesh.
+    /// An entry on a mesh.
     ///
     /// # Errors
-    /// Where something that it needs is not on the shelf or cannot be read.
+    /// If something that it needs has not been built or cannot be read.
     pub fn scene(
         &mut self,
-        showcase: &PreviewCatalog,
-        shelf: &ResultsSnapshot,
-        exhibit: &CatalogEntry,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
         mesh: &str,
     ) -> Result<Scene, Failure> {
-        let look = self.look(showcase.plan(), shelf, exhibit)?;
-        Ok(Scene::of(self.mesh(showcase, shelf, mesh)?, look))
+        let look = self.look(catalog.plan(), results, entry)?;
+        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
     }
 
-    /// The look of an exhibit: the same value for as long as nothing that it is made of has changed, and while its reflection
-    /// has not followed such a change yet.
+    /// The look of an entry. It is the same value as long as nothing that it is made from has changed, or its
+    /// reflection has not been rebuilt since such a change.
     ///
     /// # Errors
     /// As [`SceneCache::scene`].
     pub fn look(
         &mut self,
         plan: &Plan,
-        shelf: &ResultsSnapshot,
-        exhibit: &CatalogEntry,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
     ) -> Result<Arc<Look>, Failure> {
-        let light_key = light_key(plan, shelf, exhibit)?;
-        let reflection = handle(plan, shelf, exhibit.reflection)?;
-        let is_of_it =
-            |(_, digest, _, sizes): &LookKey| *digest == reflection.digest() && *sizes == exhibit.sizes;
-        if let Some(look) = self.looks.find(is_of_it)
-            && behind(plan, shelf, exhibit).next().is_some()
+        let light_key = light_key(plan, results, entry)?;
+        let reflection = handle(plan, results, entry.reflection)?;
+        let is_same =
+            |(_, digest, _, sizes): &LookKey| *digest == reflection.digest() && *sizes == entry.sizes;
+        if let Some(look) = self.looks.find(is_same)
+            && outdated(plan, results, entry).next().is_some()
         {
             return Ok(look);
         }
-        let material = exhibit.material.map(|item| handle(plan, shelf, item)).transpose()?;
+        let material = entry.material.map(|item| handle(plan, results, item)).transpose()?;
         let key = (
             light_key,
             reflection.digest(),
             material.as_ref().map(|material| material.digest()),
-            exhibit.sizes,
+            entry.sizes,
         );
         let lights = &mut self.lights;
         self.looks.get(LOOKS, key, || {
-            let light = lights.get(LIGHTS, light_key, || light(plan, shelf, exhibit))?;
+            let light = lights.get(LIGHTS, light_key, || light(plan, results, entry))?;
             let material = material.map(|material| material.get::<artifacts::Material>()).transpose()?;
             let material = material.map(|material| material.0.clone());
-            Ok(if artifact(plan, exhibit.reflection) == Some(artifacts::Shrm::TYPE) {
+            Ok(if artifact(plan, entry.reflection) == Some(artifacts::Shrm::TYPE) {
                 let map = reflection.get::<artifacts::Shrm>()?.0.clone();
-                Look::from_map(light, map, material, exhibit.sizes)
+                Look::from_map(light, map, material, entry.sizes)
             } else {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
-                Look::new(light, reflection, material, exhibit.sizes)
+                Look::new(light, reflection, material, entry.sizes)
             })
         })
     }
@@ -99,23 +99,23 @@ impl SceneCache {
     /// A mesh by its name in [`PreviewCatalog::meshes`].
     ///
     /// # Errors
-    /// Where there is none of that name, it is not on the shelf or cannot be read.
+    /// If there is none of that name, it has not been built or cannot be read.
     pub fn mesh(
         &mut self,
-        showcase: &PreviewCatalog,
-        shelf: &ResultsSnapshot,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
         name: &str,
     ) -> Result<Arc<Mesh>, Failure> {
         let missing = || Failure::new(format!("there is no mesh {name:?}"));
-        let (_, shape) = showcase.meshes.iter().find(|(known, _)| known == name).ok_or_else(missing)?;
-        match *shape {
-            Shape::Item(item) => {
-                let mesh = handle(showcase.plan(), shelf, item)?;
+        let (_, source) = catalog.meshes.iter().find(|(known, _)| known == name).ok_or_else(missing)?;
+        match *source {
+            MeshSource::Item(item) => {
+                let mesh = handle(catalog.plan(), results, item)?;
                 self.meshes.get(MESHES, MeshKey::Made(mesh.digest()), || {
                     Ok(mesh.get::<artifacts::Mesh>()?.0.clone())
                 })
             }
-            Shape::BuiltIn(name) => {
+            MeshSource::BuiltIn(name) => {
                 self.meshes.get(MESHES, MeshKey::BuiltIn(name), || mesh::shape(name).ok_or_else(missing))
             }
         }
@@ -123,62 +123,63 @@ impl SceneCache {
 }
 
 impl PreviewCatalog {
-    /// What the inspector tells of an exhibit: the sizes of what was exported, what its stages warned of and noted.
-    pub fn facts(&self, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> SubjectDetails {
+    /// What the inspector shows about an entry: the sizes of its exported files, and the warnings and notes
+    /// of its stages.
+    pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
         let plan = self.plan();
-        let exports = exhibit.exports.iter().filter_map(|&item| {
+        let exports = entry.exports.iter().filter_map(|&item| {
             let stage = &plan.stages[plan.items[item].stage];
             let parameters = stage.configured.canonical();
             let format =
                 parameters["format"].as_str().map_or_else(String::new, |format| format!(", {format}"));
-            let sizes = shelf.file_sizes(item);
+            let sizes = results.file_sizes(item);
             let name = format!("{}{format}", stage.kind.name());
             (!sizes.is_empty()).then(|| Export { name, bytes: sizes.iter().sum() })
         });
-        let told = exhibit.ancestry.iter().flat_map(|&item| {
+        let messages = entry.ancestry.iter().flat_map(|&item| {
             let stage = super::stage_name(plan, item);
             let warnings =
-                shelf.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"));
-            warnings.chain(shelf.notes(item).iter().map(move |note| format!("{stage}: {note}")))
+                results.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"));
+            warnings.chain(results.notes(item).iter().map(move |note| format!("{stage}: {note}")))
         });
-        let behind = behind(plan, shelf, exhibit).map(|item| {
+        let outdated = outdated(plan, results, entry).map(|item| {
             let stage = super::stage_name(plan, item);
-            format!("{stage}: this is older than what it is made of; what is shown may be of before or after")
+            format!("{stage}: this is older than its inputs; the picture may mix old and new results")
         });
-        SubjectDetails { exports: exports.collect(), notes: behind.chain(told).collect() }
+        SubjectDetails { exports: exports.collect(), notes: outdated.chain(messages).collect() }
     }
 }
 
-/// What is on the shelf of an item.
-fn handle(plan: &Plan, shelf: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
-    shelf.get(item).ok_or_else(|| {
+/// What the last build made of an item.
+fn handle(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
+    results.get(item).ok_or_else(|| {
         let (stage, key) = (super::stage_name(plan, item), &plan.items[item].key);
-        Failure::new(format!("{stage} [{key}] has not been made yet, or its result is gone"))
-            .help("build the manifest; where that fails, mend what it tells")
+        Failure::new(format!("{stage} [{key}] has not been built yet, or its result was removed"))
+            .help("run `specula build` and fix what it reports")
     })
 }
 
-/// The items of an exhibit that have not followed a change of what they are made of.
-fn behind(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
-    exhibit.ancestry.iter().copied().filter(|item| !shelf.is_consistent(plan, *item))
+/// The items of an entry that are older than their inputs.
+fn outdated(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
+    entry.ancestry.iter().copied().filter(|item| !results.is_consistent(plan, *item))
 }
 
-fn light_key(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Result<LightKey, Failure> {
-    let environment = handle(plan, shelf, exhibit.environment)?.digest();
-    let lighting = exhibit.lighting.map(|item| handle(plan, shelf, item)).transpose()?;
-    let turn = exhibit.turn.matrix().to_cols_array().map(f64::to_bits);
+fn light_key(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> Result<LightKey, Failure> {
+    let environment = handle(plan, results, entry.environment)?.digest();
+    let lighting = entry.lighting.map(|item| handle(plan, results, item)).transpose()?;
+    let turn = entry.turn.matrix().to_cols_array().map(f64::to_bits);
     Ok((environment, lighting.map(|lighting| lighting.digest()), turn))
 }
 
-fn light(plan: &Plan, shelf: &ResultsSnapshot, exhibit: &CatalogEntry) -> Result<Light, Failure> {
-    let environment = handle(plan, shelf, exhibit.environment)?.get::<artifacts::Environment>()?;
-    let is_turned = exhibit.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
-    let environment = if is_turned { environment.0.rotated(exhibit.turn) } else { environment.0.clone() };
-    let lighting = exhibit.lighting.map(|item| handle(plan, shelf, item)?.get::<artifacts::Lighting>());
+fn light(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> Result<Light, Failure> {
+    let environment = handle(plan, results, entry.environment)?.get::<artifacts::Environment>()?;
+    let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
+    let environment = if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
+    let lighting = entry.lighting.map(|item| handle(plan, results, item)?.get::<artifacts::Lighting>());
     Ok(Light::new(environment, lighting.transpose()?.map(|lighting| lighting.0.clone())))
 }
 
-/// The values that were asked for last, the latest first.
+/// The values that were used last, the latest first.
 struct Recent<K, V>(Vec<(K, Arc<V>)>);
 
 impl<K, V> Default for Recent<K, V> {
@@ -189,11 +190,11 @@ impl<K, V> Default for Recent<K, V> {
 
 impl<K: PartialEq, V> Recent<K, V> {
     /// The latest value of such a key.
-    fn find(&self, is_it: impl Fn(&K) -> bool) -> Option<Arc<V>> {
-        self.0.iter().find(|(key, _)| is_it(key)).map(|(_, value)| Arc::clone(value))
+    fn find(&self, matches: impl Fn(&K) -> bool) -> Option<Arc<V>> {
+        self.0.iter().find(|(key, _)| matches(key)).map(|(_, value)| Arc::clone(value))
     }
 
-    /// The value of a key, made where it is not there; at most so many are kept.
+    /// The value of a key, made if it is not there; at most `most` values are kept.
     fn get(
         &mut self,
         most: usize,

@@ -64,7 +64,7 @@ fn project(stages: &str) -> (tempfile::TempDir, Plan) {
 }
 
 fn load(folder: &Path) -> Plan {
-    Plan::load(&folder.join("pipeline.toml"), &crate::kinds()).unwrap_or_else(|faults| panic!("{faults}"))
+    Plan::load(&folder.join("pipeline.toml"), &crate::kinds()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 fn build(plan: &Plan) -> ResultsSnapshot {
@@ -73,15 +73,15 @@ fn build(plan: &Plan) -> ResultsSnapshot {
     ResultsSnapshot::open(plan).unwrap()
 }
 
-/// What can be shown, a line for each exhibit: its names and what exports it.
-fn told(showcase: &PreviewCatalog) -> String {
+/// What can be shown, a line for each entry: its names and what exports it.
+fn described(catalog: &PreviewCatalog) -> String {
     let mut text = String::new();
-    for environment in showcase.environments() {
-        for material in showcase.materials() {
-            let Some(exhibit) = showcase.exhibit(environment, material).unwrap() else { continue };
-            let stage = |item: &ItemIndex| stage_name(showcase.plan(), *item).to_owned();
-            let exports = exhibit.exports.iter().map(stage).collect::<Vec<_>>().join(", ");
-            let reflection = stage(&exhibit.reflection);
+    for environment in catalog.environments() {
+        for material in catalog.materials() {
+            let Some(entry) = catalog.entry(environment, material).unwrap() else { continue };
+            let stage = |item: &ItemIndex| stage_name(catalog.plan(), *item).to_owned();
+            let exports = entry.exports.iter().map(stage).collect::<Vec<_>>().join(", ");
+            let reflection = stage(&entry.reflection);
             let _ = writeln!(text, "{material} under {environment}: {reflection} -> {exports}");
         }
     }
@@ -92,18 +92,18 @@ fn told(showcase: &PreviewCatalog) -> String {
 fn every_pair_that_is_reflected_is_shown_under_the_names_of_its_files() {
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
     let (_folder, plan) = project(&format!("{REFLECTION}{export}"));
-    let showcase = PreviewCatalog::of(plan);
+    let catalog = PreviewCatalog::of(plan);
     let pairs = "gold under east: reflection -> map\ntin under east: reflection -> map\n\
                  gold under north: reflection -> map\ntin under north: reflection -> map\n";
-    assert_eq!(told(&showcase), pairs);
-    let stages = showcase.stages(showcase.exhibit("east", "gold").unwrap().unwrap(), "sphere");
+    assert_eq!(described(&catalog), pairs);
+    let stages = catalog.stages(catalog.entry("east", "gold").unwrap().unwrap(), "sphere");
     let stages = stages.into_iter().collect::<Vec<_>>();
     assert_eq!(stages, ["coefficients", "environment", "lighting", "material", "reflection"]);
-    assert_eq!(showcase.catalogue().pairs, [(0, 0), (0, 1), (1, 0), (1, 1)].into());
-    assert!(showcase.check_environment("north").is_ok() && showcase.check_material("north").is_err());
-    let unknown = showcase.exhibit("nort", "gold").unwrap_err();
+    assert_eq!(catalog.catalogue().pairs, [(0, 0), (0, 1), (1, 0), (1, 1)].into());
+    assert!(catalog.check_environment("north").is_ok() && catalog.check_material("north").is_err());
+    let unknown = catalog.entry("nort", "gold").unwrap_err();
     assert_eq!((unknown.what, &unknown.known[..]), ("environment", &["east".to_owned(), "north".into()][..]));
-    assert!(showcase.check_mesh("torus-knot").is_ok() && showcase.check_mesh("torus").is_err());
+    assert!(catalog.check_mesh("torus-knot").is_ok() && catalog.check_mesh("torus").is_err());
 }
 
 #[test]
@@ -111,20 +111,17 @@ fn of_several_reflections_of_a_pair_those_that_are_exported_are_shown() {
     let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 90.0\n\
                   [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
     let both = format!("{REFLECTION}{turned}");
-    let showcase = PreviewCatalog::of(project(&both).1);
-    assert_eq!(
-        showcase.materials(),
-        ["gold (reflection)", "tin (reflection)", "gold (other)", "tin (other)"]
-    );
+    let catalog = PreviewCatalog::of(project(&both).1);
+    assert_eq!(catalog.materials(), ["gold (reflection)", "tin (reflection)", "gold (other)", "tin (other)"]);
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"other\"\n";
-    let showcase = PreviewCatalog::of(project(&format!("{both}{export}")).1);
-    assert_eq!(showcase.materials(), ["gold", "tin"]);
-    assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
-    // What gathers many is no export of one of them.
+    let catalog = PreviewCatalog::of(project(&format!("{both}{export}")).1);
+    assert_eq!(catalog.materials(), ["gold", "tin"]);
+    assert!(described(&catalog).starts_with("gold under east: other -> map\n"));
+    // A stage that gathers many items is not an export of one of them.
     let sheet = "[stage.sheet]\nkind = \"contact-sheet\"\n\
                  inputs = { environment = \"environment\", lighting = \"lighting\", reflection = \"reflection\" }\n";
-    let showcase = PreviewCatalog::of(project(&format!("{both}{export}{sheet}")).1);
-    assert!(told(&showcase).starts_with("gold under east: other -> map\n"));
+    let catalog = PreviewCatalog::of(project(&format!("{both}{export}{sheet}")).1);
+    assert!(described(&catalog).starts_with("gold under east: other -> map\n"));
 }
 
 #[test]
@@ -133,14 +130,14 @@ fn what_is_not_built_is_not_shown() {
                  inputs = { lighting = \"lighting\", brdf = \"coefficients\" }\n";
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\n";
     let plan = project(&format!("{REFLECTION}{matte}{export}")).1;
-    let among = |stage: &str| told(&PreviewCatalog::among(plan.clone(), &[stage.to_owned()]));
+    let among = |stage: &str| described(&PreviewCatalog::among(plan.clone(), &[stage.to_owned()]));
     assert!(among("map").starts_with("gold under east: reflection -> map\n"));
     assert!(among("matte").starts_with("gold under east: matte -> \n"));
     assert_eq!(among("coefficients"), "");
 }
 
 #[test]
-fn materials_of_one_name_are_told_apart_by_their_stages() {
+fn materials_of_one_name_are_distinguished_by_their_stages() {
     let more = r#"
 [stage.finish]
 kind = "import-material"
@@ -163,8 +160,8 @@ degree = [2, 0]
 kind = "convolve"
 inputs = { lighting = "lighting", brdf = "fine" }
 "#;
-    let showcase = PreviewCatalog::of(project(&format!("{REFLECTION}{more}")).1);
-    let names = showcase.materials().iter().map(String::as_str).collect::<BTreeSet<_>>();
+    let catalog = PreviewCatalog::of(project(&format!("{REFLECTION}{more}")).1);
+    let names = catalog.materials().iter().map(String::as_str).collect::<BTreeSet<_>>();
     assert_eq!(names.len(), 5, "{names:?}");
     let expected = ["gold (all)", "gold (finish)", "gold (material)", "tin (all)", "tin (material)"];
     assert_eq!(names.into_iter().collect::<Vec<_>>(), expected);
@@ -180,28 +177,28 @@ fn meshes_of_the_graph_come_before_the_built_in_ones() {
         fs::write(folder.path().join(format!("shapes/{name}.glb")), "").unwrap();
     }
     fs::write(folder.path().join("pipeline.toml"), format!("{SOURCES}{REFLECTION}{mesh}")).unwrap();
-    let showcase = PreviewCatalog::of(load(folder.path()));
+    let catalog = PreviewCatalog::of(load(folder.path()));
     let names = ["helmet", "sphere (mesh)", "sphere (built-in)", "torus-knot", "plane"];
-    assert_eq!(showcase.meshes(), names);
-    let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
-    assert!(showcase.stages(exhibit, "helmet").contains("mesh"));
-    assert!(!showcase.stages(exhibit, "plane").contains("mesh"), "a still needs no other mesh");
+    assert_eq!(catalog.meshes(), names);
+    let entry = catalog.entry("east", "gold").unwrap().unwrap();
+    assert!(catalog.stages(entry, "helmet").contains("mesh"));
+    assert!(!catalog.stages(entry, "plane").contains("mesh"), "a still needs no other mesh");
     let built = ["reflection".to_owned()];
     assert!(!PreviewCatalog::among(load(folder.path()), &built).meshes().contains(&"helmet".into()));
-    let shelf = ResultsSnapshot::open(showcase.plan()).unwrap();
-    let mesh = |name: &str| SceneCache::default().mesh(&showcase, &shelf, name);
+    let results = ResultsSnapshot::open(catalog.plan()).unwrap();
+    let mesh = |name: &str| SceneCache::default().mesh(&catalog, &results, name);
     assert!(mesh("plane").is_ok());
     assert_eq!(
         mesh("helmet").unwrap_err().chain[0],
-        "mesh [helmet] has not been made yet, or its result is gone"
+        "mesh [helmet] has not been built yet, or its result was removed"
     );
 }
 
 #[test]
 fn the_sizes_of_maps_are_those_that_exports_fix() {
     let sizes = |stages: &str| {
-        let showcase = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
-        let MapSizes { edge, slices } = showcase.exhibit("east", "gold").unwrap().unwrap().sizes;
+        let catalog = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
+        let MapSizes { edge, slices } = catalog.entry("east", "gold").unwrap().unwrap().sizes;
         (edge, slices)
     };
     let stage = |name: &str, more: &str| {
@@ -219,29 +216,29 @@ fn the_sizes_of_maps_are_those_that_exports_fix() {
 
 #[test]
 fn without_a_reflection_of_an_environment_there_is_nothing_to_show() {
-    let showcase = PreviewCatalog::of(project("").1);
-    assert!(showcase.is_empty());
-    assert_eq!(told(&showcase), "");
+    let catalog = PreviewCatalog::of(project("").1);
+    assert!(catalog.is_empty());
+    assert_eq!(described(&catalog), "");
 }
 
 #[test]
-fn a_scene_is_read_from_the_shelf_and_stays_the_same_value_until_its_parts_change() {
+fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_change() {
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
     let (folder, plan) = project(&format!("{REFLECTION}{export}"));
-    let showcase = PreviewCatalog::of(plan.clone());
-    let mut gallery = SceneCache::default();
-    let exhibit = |material: &str| showcase.exhibit("east", material).unwrap().unwrap().clone();
+    let catalog = PreviewCatalog::of(plan.clone());
+    let mut scenes = SceneCache::default();
+    let entry = |material: &str| catalog.entry("east", material).unwrap().unwrap().clone();
     let empty = ResultsSnapshot::open(&plan).unwrap();
-    let failure = gallery.look(&plan, &empty, &exhibit("gold")).unwrap_err();
-    assert_eq!(failure.chain[0], "environment [east] has not been made yet, or its result is gone");
+    let failure = scenes.look(&plan, &empty, &entry("gold")).unwrap_err();
+    assert_eq!(failure.chain[0], "environment [east] has not been built yet, or its result was removed");
 
-    let shelf = build(&plan);
-    let scene = gallery.scene(&showcase, &shelf, &exhibit("gold"), "sphere").unwrap();
+    let results = build(&plan);
+    let scene = scenes.scene(&catalog, &results, &entry("gold"), "sphere").unwrap();
     let look = &scene.objects[0].look;
     assert_eq!((look.cube().edge, look.centre()), (8, brdf::Centre::Reflection));
     assert_eq!(look.light().lighting().degree().get(), 2);
     assert!(look.material().is_some());
-    let facts = showcase.facts(&shelf, &exhibit("gold"));
+    let facts = catalog.facts(&results, &entry("gold"));
     assert_eq!(facts.exports.len(), 1);
     assert!(facts.exports[0].name == "export-shrm, safetensors" && facts.exports[0].bytes > 8 * 8 * 6 * 12);
     assert!(
@@ -249,41 +246,41 @@ fn a_scene_is_read_from_the_shelf_and_stays_the_same_value_until_its_parts_chang
         "{:?}",
         facts.notes
     );
-    let tin = gallery.look(&plan, &shelf, &exhibit("tin")).unwrap();
+    let tin = scenes.look(&plan, &results, &entry("tin")).unwrap();
     assert!(Arc::ptr_eq(tin.light(), look.light()), "one light for both");
 
     fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
-    let shelf = build(&plan);
-    let again = gallery.scene(&showcase, &shelf, &exhibit("gold"), "sphere").unwrap();
+    let results = build(&plan);
+    let again = scenes.scene(&catalog, &results, &entry("gold"), "sphere").unwrap();
     assert!(!Arc::ptr_eq(&again.objects[0].look, look));
     assert!(Arc::ptr_eq(&again.objects[0].mesh, &scene.objects[0].mesh));
-    assert!(Arc::ptr_eq(&gallery.look(&plan, &shelf, &exhibit("tin")).unwrap(), &tin));
+    assert!(Arc::ptr_eq(&scenes.look(&plan, &results, &entry("tin")).unwrap(), &tin));
 }
 
 #[test]
 fn a_look_is_not_made_of_a_new_material_and_an_old_reflection() {
     let (folder, plan) = project(REFLECTION);
-    let showcase = PreviewCatalog::of(plan.clone());
-    let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
-    let shelf = build(&plan);
-    let mut gallery = SceneCache::default();
-    let look = gallery.look(&plan, &shelf, exhibit).unwrap();
-    let is_older = |shelf: &ResultsSnapshot| {
-        showcase.facts(shelf, exhibit).notes.iter().any(|note| note.contains("older than what it is made of"))
+    let catalog = PreviewCatalog::of(plan.clone());
+    let entry = catalog.entry("east", "gold").unwrap().unwrap();
+    let results = build(&plan);
+    let mut scenes = SceneCache::default();
+    let look = scenes.look(&plan, &results, entry).unwrap();
+    let is_older = |results: &ResultsSnapshot| {
+        catalog.facts(results, entry).notes.iter().any(|note| note.contains("older than its inputs"))
     };
-    assert!(!is_older(&shelf));
+    assert!(!is_older(&results));
 
-    // The material is made anew, and nothing that follows from it.
+    // Only the material is rebuilt, not what is made from it.
     fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
     let only = BuildOptions { stages: vec!["material".into()], ..BuildOptions::default() };
     engine::build(&plan, &only, &Cancel::default(), &|_| {}).unwrap();
-    let shelf = ResultsSnapshot::open(&plan).unwrap();
-    assert!(is_older(&shelf));
-    assert!(Arc::ptr_eq(&gallery.look(&plan, &shelf, exhibit).unwrap(), &look), "what was shown stays");
+    let results = ResultsSnapshot::open(&plan).unwrap();
+    assert!(is_older(&results));
+    assert!(Arc::ptr_eq(&scenes.look(&plan, &results, entry).unwrap(), &look), "what was shown stays");
 
-    let shelf = build(&plan);
-    assert!(!is_older(&shelf));
-    assert!(!Arc::ptr_eq(&gallery.look(&plan, &shelf, exhibit).unwrap(), &look));
+    let results = build(&plan);
+    assert!(!is_older(&results));
+    assert!(!Arc::ptr_eq(&scenes.look(&plan, &results, entry).unwrap(), &look));
 }
 
 /// The lamp of `east` is turned by 90 degrees about +Z: from +Y to -X.
@@ -292,10 +289,10 @@ fn an_environment_is_turned_as_its_lighting_is() {
     let turned = "[stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 90.0\n\
                   [stage.other]\nkind = \"convolve\"\ninputs = { lighting = \"turned\", brdf = \"coefficients\" }\n";
     let (_folder, plan) = project(turned);
-    let shelf = build(&plan);
-    let showcase = PreviewCatalog::of(plan);
-    let exhibit = showcase.exhibit("east", "gold").unwrap().unwrap();
-    let look = SceneCache::default().look(showcase.plan(), &shelf, exhibit).unwrap();
+    let results = build(&plan);
+    let catalog = PreviewCatalog::of(plan);
+    let entry = catalog.entry("east", "gold").unwrap().unwrap();
+    let look = SceneCache::default().look(catalog.plan(), &results, entry).unwrap();
     let toward = |x: f64| Direction::normalised([x, 0.0, 0.0].into());
     let radiance = |x: f64| look.light().environment().radiance(toward(x))[0];
     assert!(radiance(-1.0) > 0.9 && radiance(1.0) < 0.1, "{} {}", radiance(-1.0), radiance(1.0));

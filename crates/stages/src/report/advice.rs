@@ -1,14 +1,14 @@
-//! Which export to use, and why, in plain words.
+//! Which export to use, and why, in plain language.
 
 use crate::report::figures::{Advice, Export, Help, MaterialFigures, Method, PairFigures, ShrmError};
 use crate::report::page::size;
 use crate::sheet::percent;
 
-/// Where no export is good enough, those whose errors are at most this share above the least are called equally close:
-/// one picture of one view does not tell them apart.
+/// If no export is good enough, exports whose errors are at most this share above the least count as equally
+/// close: one picture of one view cannot distinguish them.
 const ALIKE: f64 = 0.1;
 
-/// The smallest export that is good enough; where none is, the smallest of the closest.
+/// The smallest export that is good enough or, if none is, the smallest of the closest.
 pub(crate) fn advise(
     material: &MaterialFigures,
     exports: &[Export],
@@ -27,7 +27,7 @@ pub(crate) fn advise(
     let mut why = if material.view_dependent {
         "The highlight changes with the view.".to_owned()
     } else {
-        "It looks the same from every side, so that every export shows the same.".to_owned()
+        "It looks the same from every side, so all exports give the same picture.".to_owned()
     };
     let mut say = |text: String| {
         why.push(' ');
@@ -35,55 +35,63 @@ pub(crate) fn advise(
     };
     if !good {
         say(format!(
-            "None here is within {}; {} is the smallest of the closest, off by {}.",
+            "No export meets {}; {} comes closest, with an error of {}.",
             percent(accept),
             chosen.method.title(),
             off(chosen)
         ));
         if shrm.degrees > accept {
-            say(format!("degree = [{}, {}] cuts too much.", material.f, material.p));
+            say(format!("degree = [{}, {}] is too low.", material.f, material.p));
         }
         if let Some(help) = help {
             say(sentence(help, material));
         }
     } else if !material.view_dependent {
-        say("One plain map holds it.".to_owned());
+        say("One plain map is enough.".to_owned());
     } else if chosen.method == Method::ReflectionMap {
-        say(format!("Yet a plain map is off by {} only, for a fraction of the size.", off(plain)));
+        say(format!("Even so, a plain map has an error of only {}, for a fraction of the size.", off(plain)));
     } else {
-        say(format!("A plain map is off by {}, {} by {}.", off(plain), chosen.method.title(), off(chosen)));
+        say(format!(
+            "A plain map has an error of {}, {} of {}.",
+            off(plain),
+            chosen.method.title(),
+            off(chosen)
+        ));
         let larger = exports.iter().filter(|e| e.bytes > chosen.bytes && e.rms < 0.5 * chosen.rms);
         if let Some(better) = larger.min_by(|a, b| a.rms.total_cmp(&b.rms)) {
-            say(format!("{} is larger and off by {}.", better.method.title(), off(better)));
+            say(format!("{} is larger and has an error of {}.", better.method.title(), off(better)));
         }
     }
     Advice { method: chosen.method, good, why }
 }
 
-/// What helps, as a sentence.
+/// What would help, as a sentence.
 fn sentence(help: &Help, material: &MaterialFigures) -> String {
     let what = what(material.view_dependent);
     match *help {
         Help::Degrees { f, p, rms } => {
-            format!("With degree = [{f}, {p}] {what} is off by {}.", percent(rms))
+            format!("With degree = [{f}, {p}] {what} has an error of {}.", percent(rms))
         }
         Help::Resolution { texels } => {
-            format!("The texels are too coarse: resolution = {texels} or so makes {what} good.")
+            format!("The texels are too coarse: {what} is good enough at about resolution = {texels}.")
         }
         Help::Missed { f, p, rms } => {
-            format!("degree = [{f}, {p}], the highest tried, still leaves {what} off by {}.", percent(rms))
+            format!(
+                "At degree = [{f}, {p}], the highest tried, {what} still has an error of {}.",
+                percent(rms)
+            )
         }
     }
 }
 
-/// The export that more degrees make good.
+/// The export that higher degrees make good enough.
 fn what(view_dependent: bool) -> &'static str {
     if view_dependent { "an SHRM" } else { "a plain map" }
 }
 
-/// What to use for a material under all environments; `pairs` are its own.
+/// What to use for a material under all environments; `pairs` are those of the material.
 pub(crate) fn verdict(material: &MaterialFigures, pairs: &[&PairFigures], accept: f64) -> String {
-    // An export, its error where that is largest, and where.
+    // An export, its largest error, its size, and the environment of that error.
     let worst = |method: Method| {
         let of = |pair: &&PairFigures| {
             let export = pair.exports.iter().find(|export| export.method == method)?;
@@ -97,7 +105,7 @@ pub(crate) fn verdict(material: &MaterialFigures, pairs: &[&PairFigures], accept
     if let Some((method, (rms, bytes, _))) = good {
         let from = if material.view_dependent { "" } else { " It looks the same from every side." };
         return format!(
-            "{}: off by {} at most{everywhere}, for {}.{from}",
+            "{}: an error of at most {}{everywhere}, for {}.{from}",
             method.title(),
             percent(*rms),
             size(*bytes)
@@ -109,7 +117,7 @@ pub(crate) fn verdict(material: &MaterialFigures, pairs: &[&PairFigures], accept
         return String::new();
     };
     let mut text = format!(
-        "No export is good{everywhere} with degree = [{}, {}]: {} comes closest, off by {} under {environment}.",
+        "No export is good enough{everywhere} with degree = [{}, {}]: {} comes closest, with an error of {} under {environment}.",
         material.f,
         material.p,
         method.title(),
@@ -118,7 +126,7 @@ pub(crate) fn verdict(material: &MaterialFigures, pairs: &[&PairFigures], accept
     let helps: Vec<&Help> = pairs.iter().filter_map(|pair| pair.help.as_ref()).collect();
     let (mut degrees, mut texels) = ([0, 0], 0);
     if helps.len() < pairs.len() && helps.iter().any(|help| matches!(help, Help::Degrees { .. })) {
-        // Some are good as they are, with these degrees.
+        // Some pairs are good enough already, with these degrees.
         degrees = [material.f, material.p];
     }
     for help in &helps {
@@ -139,7 +147,7 @@ pub(crate) fn verdict(material: &MaterialFigures, pairs: &[&PairFigures], accept
             set.push(format!("resolution = {texels} in the exports"));
         }
         if !set.is_empty() {
-            text = format!("{text} Set {}, and use {}.", set.join(" and "), what(material.view_dependent));
+            text = format!("{text} Set {} and use {}.", set.join(" and "), what(material.view_dependent));
         }
     }
     text
@@ -197,33 +205,35 @@ mod tests {
         assert_eq!((satin.method, satin.good), (Method::Shrm, true));
         assert_eq!(
             satin.why,
-            "The highlight changes with the view. A plain map is off by 12.0 %, SHRM by 1.0 %."
+            "The highlight changes with the view. A plain map has an error of 12.0 %, SHRM of 1.0 %."
         );
         let mild = advise(&material(9, 2), &exports([0.04, 0.04, 0.04, 0.01]), &EXACT, None, 0.05);
         assert_eq!(mild.method, Method::ReflectionMap);
-        assert!(mild.why.contains("off by 4.0 % only"), "{}", mild.why);
+        assert!(mild.why.contains("an error of only 4.0 %"), "{}", mild.why);
     }
 
     #[test]
-    fn where_none_is_good_enough_it_says_what_would_be() {
+    fn if_none_is_good_enough_it_says_what_would_be() {
         let rms = [0.5, 0.11, 0.4, 0.1];
         let hair = |shrm, help| advise(&material(9, 4), &exports(rms), &shrm, Some(&help), 0.05).why;
         let more = hair(CUT, Help::Degrees { f: 12, p: 8, rms: 0.03 });
         assert!(
-            more.ends_with("degree = [9, 4] cuts too much. With degree = [12, 8] an SHRM is off by 3.0 %."),
+            more.ends_with(
+                "degree = [9, 4] is too low. With degree = [12, 8] an SHRM has an error of 3.0 %."
+            ),
             "{more}"
         );
         let texels = hair(EXACT, Help::Resolution { texels: 96 });
-        assert!(texels.ends_with("too coarse: resolution = 96 or so makes an SHRM good."), "{texels}");
+        assert!(texels.ends_with("too coarse: an SHRM is good enough at about resolution = 96."), "{texels}");
         let sharp = hair(CUT, Help::Missed { f: 30, p: 9, rms: 0.1 });
         assert!(
-            sharp.ends_with("degree = [30, 9], the highest tried, still leaves an SHRM off by 10.0 %."),
+            sharp.ends_with("At degree = [30, 9], the highest tried, an SHRM still has an error of 10.0 %."),
             "{sharp}"
         );
     }
 
     #[test]
-    fn of_those_alike_the_smallest_is_advised() {
+    fn of_equally_close_exports_the_smallest_is_advised() {
         let chalk = advise(&material(2, 0), &exports([0.081, 0.08, 0.0801, 0.081]), &CUT, None, 0.05);
         assert_eq!((chalk.method, chalk.good), (Method::ReflectionMap, false));
         let silk = advise(&material(9, 5), &exports([0.5, 0.114, 0.33, 0.119]), &CUT, None, 0.05);
@@ -236,16 +246,19 @@ mod tests {
         let (day, night) =
             (pair("day", [0.03, 0.04, 0.04, 0.01], None), pair("night", [0.2, 0.1, 0.04, 0.02], None));
         let said = |pairs: &[&PairFigures]| verdict(&satin, pairs, 0.05);
-        assert_eq!(said(&[&day]), "Plain map: off by 3.0 % at most, for 1 B.");
-        assert_eq!(said(&[&day, &night]), "SHRM: off by 2.0 % at most under every environment, for 9 B.");
+        assert_eq!(said(&[&day]), "Plain map: an error of at most 3.0 %, for 1 B.");
+        assert_eq!(
+            said(&[&day, &night]),
+            "SHRM: an error of at most 2.0 % under every environment, for 9 B."
+        );
         let dusk = pair("dusk", [0.3; 4], Some(Help::Degrees { f: 12, p: 1, rms: 0.04 }));
         let dawn = pair("dawn", [0.2; 4], Some(Help::Degrees { f: 7, p: 4, rms: 0.04 }));
         assert_eq!(
             said(&[&dusk, &dawn]),
-            "No export is good under every environment with degree = [9, 2]: Plain map comes closest, off by 30.0 % \
-             under dusk. Set degree = [12, 4] in project-brdf, and use an SHRM."
+            "No export is good enough under every environment with degree = [9, 2]: Plain map comes closest, with an error \
+             of 30.0 % under dusk. Set degree = [12, 4] in project-brdf and use an SHRM."
         );
         let good = pair("noon", [0.3, 0.3, 0.3, 0.04], None);
-        assert!(said(&[&dusk, &good]).ends_with("Set degree = [12, 2] in project-brdf, and use an SHRM."));
+        assert!(said(&[&dusk, &good]).ends_with("Set degree = [12, 2] in project-brdf and use an SHRM."));
     }
 }

@@ -1,4 +1,4 @@
-//! The figures of a report: what the page shows and the JSON file holds.
+//! The figures of a report, which the page shows and the JSON file holds.
 
 use serde::Serialize;
 use serde_json::value::RawValue;
@@ -6,7 +6,7 @@ use serde_json::value::RawValue;
 /// Everything that was measured.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Report {
-    /// The shape of this file; a new number when a field changes its meaning or goes.
+    /// The version of this file's schema; it changes when a field changes its meaning or is removed.
     pub(crate) schema: u32,
     /// The recipe: how this file was made.
     pub(crate) specula: Box<RawValue>,
@@ -26,7 +26,7 @@ pub(crate) struct Settings {
     pub(crate) sphere: usize,
     /// The most rows of an environment under which everything was rendered.
     pub(crate) reference_rows: usize,
-    /// How much stronger the second row of differences is shown.
+    /// The factor by which the second row of differences is amplified.
     pub(crate) amplify: f64,
 }
 
@@ -50,7 +50,7 @@ pub(crate) struct MaterialFigures {
     pub(crate) high_f: usize,
     /// The share of the BRDF's energy that F = `high_f` and P = 0, 1, 2 ... hold.
     pub(crate) captured_per_p: Vec<f64>,
-    /// What to use under all environments, in plain words.
+    /// What to use under all environments, in plain language.
     pub(crate) verdict: String,
 }
 
@@ -64,7 +64,7 @@ pub(crate) struct PairFigures {
     /// In the order of [`Method::ALL`].
     pub(crate) exports: Vec<Export>,
     pub(crate) shrm: ShrmError,
-    /// What would help where no export is good enough.
+    /// What would help, if no export is good enough.
     pub(crate) help: Option<Help>,
     /// The SHRM with F = `high_f` and lower and higher P.
     pub(crate) per_p: Vec<PerP>,
@@ -75,7 +75,7 @@ pub(crate) struct PairFigures {
     pub(crate) advice: Advice,
 }
 
-/// A way to hand reflected light to a renderer.
+/// A form in which a renderer receives reflected light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Method {
@@ -122,16 +122,16 @@ pub(crate) struct Export {
     pub(crate) rms: f64,
     /// Bytes of its texels as RGBA half floats.
     pub(crate) bytes: u64,
-    /// What the bytes are.
+    /// What the bytes are made of.
     pub(crate) texture: String,
 }
 
-/// What the error of the SHRM is made of, each as [`Export::rms`], over some of the sphere's pixels.
+/// The parts of the SHRM's error, each as [`Export::rms`], over some of the sphere's pixels.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct ShrmError {
-    /// Of the coefficients themselves, without texels: what the degrees cut.
+    /// The error of the coefficients themselves, without texels: what the degrees cut off.
     pub(crate) degrees: f64,
-    /// Of the map against its coefficients: what texels blur.
+    /// The error of the map against its coefficients: what the texels blur.
     pub(crate) texels: f64,
 }
 
@@ -141,9 +141,9 @@ pub(crate) struct ShrmError {
 pub(crate) enum Help {
     /// These degrees, with an error as [`Export::rms`].
     Degrees { f: usize, p: usize, rms: f64 },
-    /// About so many texels along the edge of a face.
+    /// About this many texels along the edge of a face.
     Resolution { texels: usize },
-    /// Nothing that was tried; these degrees came closest.
+    /// No degrees that were tried; these came closest.
     Missed { f: usize, p: usize, rms: f64 },
 }
 
@@ -157,27 +157,28 @@ pub(crate) struct PerP {
     pub(crate) rms: f64,
 }
 
-/// Accuracies of the reflected light cut at each degree 0, 1, 2 ...: 1 less the share of its energy that is lost.
+/// Accuracies of the reflected light cut at each degree 0, 1, 2 ...: 1 less the share of its energy that is
+/// lost.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Accuracy {
     /// Measured against the light field at the highest degree.
     pub(crate) truth: Vec<f64>,
-    /// What the BRDF's captured energy says.
+    /// The estimate from the BRDF's captured energy.
     pub(crate) brdf: Vec<f64>,
-    /// What the better captured of BRDF and lighting says.
+    /// The estimate from whichever of BRDF and lighting is captured better.
     pub(crate) better: Vec<f64>,
-    /// What the bound on the residual energy guarantees, with the part that P cuts.
+    /// The guarantee of the bound on the residual energy, with the part that P cuts off.
     pub(crate) bound: Vec<f64>,
     /// The same bound as the thesis prints it, without that part.
     pub(crate) bound_as_printed: Vec<f64>,
 }
 
-/// What to do.
+/// The advised export.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Advice {
     pub(crate) method: Method,
-    /// Whether it stays within `accept`.
+    /// Whether its error is at most `accept`.
     pub(crate) good: bool,
-    /// Plain words.
+    /// The reason in plain language.
     pub(crate) why: String,
 }

@@ -1,6 +1,6 @@
-//! The page: figures and pictures in, one HTML file without outside references out.
+//! Makes the page from figures and pictures: one HTML file that refers to no other file.
 //!
-//! The text is well-formed XML too, so that tests and tools can read it.
+//! The text is also well-formed XML, so that tests and tools can read it.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ use crate::report::picture::{data_uri, difference};
 use crate::report::plot::{Curve, Curves, Row, dots};
 use crate::sheet::percent;
 
-/// 8-bit sRGB pictures of one sphere, all by one exposure and one curve.
+/// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.
 pub(crate) struct Pictures {
     /// By brute force.
     pub(crate) truth: Vec<[u8; 3]>,
@@ -43,9 +43,9 @@ pub(crate) fn page(
     materials(&mut page, report);
     page.line("<h2 id=\"pairs\">Each material under each environment</h2>");
     page.put(format_args!(
-        "<p>Every sphere is seen from far away along +X, so that it shows the highlight from every angle. The truth \
+        "<p>Every sphere is seen from far away along +X, so it shows the highlight from every angle. The ground truth \
          adds up all light for each pixel (brute force). Differences are between the pictures as shown; the second \
-         row shows them {} times stronger. All pictures of an environment have one exposure.</p>\n",
+         row amplifies them {} times. All pictures of an environment have the same exposure.</p>\n",
         report.settings.amplify
     ));
     for (index, (pair, pictures)) in report.pairs.iter().zip(pictures).enumerate() {
@@ -74,14 +74,14 @@ impl Page {
     }
 }
 
-/// The first screen: what to use, for every pair.
+/// The first screen: which export to use, for every pair.
 fn summary(page: &mut Page, title: &str, report: &Report) {
     let settings = &report.settings;
     page.put(format_args!(
-        "<h1>{}: which export to use</h1>\n<p class=\"soft\">For each material and environment, how far each export \
-         is from the truth on a sphere, and how large it is. An error of {} or less counts as good; the smallest good \
-         export is advised. Errors are RMS differences as a share of the RMS radiance; sizes are of the texels as \
-         RGBA half floats, with cube faces of {n} × {n}.</p>\n<h2 class=\"first\">In short</h2>\n<dl>",
+        "<h1>{}: which export to use</h1>\n<p class=\"soft\">For each material and environment, the error of each export \
+         on a sphere, compared with the ground truth, and its size. An error of at most {} is good enough; the report \
+         advises the smallest export that is good enough. Errors are RMS differences as a share of the RMS radiance; \
+         sizes are those of the texels as RGBA half floats, with cube faces of {n} × {n}.</p>\n<h2 class=\"first\">Summary</h2>\n<dl>",
         escape(title),
         percent(settings.accept),
         n = settings.resolution
@@ -104,7 +104,7 @@ fn summary(page: &mut Page, title: &str, report: &Report) {
             material = escape(&pair.material),
             environment = escape(&pair.environment),
             use = pair.advice.method.title(),
-            poor = if pair.advice.good { "" } else { "<span class=\"size\">close, not good</span>" },
+            poor = if pair.advice.good { "" } else { "<span class=\"size\">closest, not good enough</span>" },
         ));
         for export in &pair.exports {
             let class = match (export.method == pair.advice.method, pair.advice.good) {
@@ -123,17 +123,17 @@ fn summary(page: &mut Page, title: &str, report: &Report) {
     page.line("</tbody></table></div>");
 }
 
-/// What each material needs, by itself (figure 8 of the paper).
+/// The degrees that each material needs (figure 8 of the paper).
 fn materials(page: &mut Page, report: &Report) {
     page.line("<h2 id=\"materials\">What each material needs</h2>");
     page.line(
-        "<p>Two degrees say how much a map can hold. F is for detail across the map: a sharper highlight needs a \
-         larger F. P is for the change with the view: P = 0 holds none.</p>",
+        "<p>Two degrees determine what a map can hold. F is the detail across the map: a sharper highlight needs a \
+         larger F. P is the change with the view: P = 0 holds none.</p>",
     );
     page.put(format_args!(
-        "<p>Energy is a square: what a picture is off by is its root. A <code>tolerance</code> of 0.03 loses 3 % of the \
-         material's energy, which is an error of {} under one small lamp, and less under soft light. To be within {} \
-         under any light takes {} of the energy; the degrees suggested above are found for the light at hand.</p>\n",
+        "<p>An error is the square root of an energy. A <code>tolerance</code> of 0.03 loses 3 % of the material's energy, \
+         which is an error of {} under one small lamp, and less under soft light. An error of at most {} under any \
+         light takes {} of the energy; the degrees suggested above are those for the light of each pair.</p>\n",
         percent(0.03_f64.sqrt()),
         percent(report.settings.accept),
         percent(1.0 - report.settings.accept.powi(2))
@@ -162,14 +162,14 @@ fn materials(page: &mut Page, report: &Report) {
         .map(|m| Row { name: &m.name, shares: &m.captured_per_p, chosen: m.p })
         .collect();
     let description = "The share of each material's energy that each degree in the view holds; the JSON file has \
-                       the figures";
+                       the numbers";
     let svg = dots(&rows, description).replacen("<svg ", "<svg class=\"wide\" ", 1);
     let f = report.materials.iter().map(|m| m.high_f).min().unwrap_or_default();
     page.put(format_args!(
         "<h3>Energy held for each P</h3>\n<figure>{svg}<figcaption>The share of a material's energy that P = 0, 1, 2 \
-         and more hold, from left to right: faint diamonds for low P, a circle for the highest. F = {f}, or the exports' \
-         own where that is higher. A ring marks the P that the exports have. Where all marks lie together, the highlight \
-         does not change with the view.</figcaption></figure>\n",
+         and more hold, from left to right: faint diamonds for low P, a circle for the highest. F = {f}, or that of the \
+         exports if it is higher. A ring marks the P of the exports. If all marks coincide, the highlight does not \
+         change with the view.</figcaption></figure>\n",
     ));
 }
 
@@ -194,7 +194,7 @@ fn card(
     };
     page.put(format_args!(
         "<section class=\"pair\" id=\"pair-{index}\"><h3>{name}</h3>\n<p>{}</p>\n<div class=\"scroll\"><div \
-         class=\"spheres\">\n<div></div><div class=\"head\">Truth<span>brute force</span></div>",
+         class=\"spheres\">\n<div></div><div class=\"head\">Ground truth<span>brute force</span></div>",
         escape(&pair.advice.why)
     ));
     for export in &pair.exports {
@@ -219,21 +219,21 @@ fn card(
     }
     page.line("\n</div></div>");
     page.put(format_args!(
-        "<p class=\"small soft\">The SHRM's error: its degrees, F = {} and P = {}, leave out {}; texels of {n} × {n} blur \
-         by {}.</p>\n",
+        "<p class=\"small soft\">The SHRM's error: {degrees} because of its degrees, F = {} and P = {}; {texels} because of its \
+         {n} × {n} texels.</p>\n",
         material.f,
         material.p,
-        percent(pair.shrm.degrees),
-        percent(pair.shrm.texels),
+        degrees = percent(pair.shrm.degrees),
+        texels = percent(pair.shrm.texels),
         n = report.settings.resolution
     ));
     if pair.per_p.len() > 1 {
         let f = material.high_f;
-        // The widest row has five; of more, the highest.
+        // A row holds five; if there are more, the highest are shown.
         let from = pair.per_p.len().saturating_sub(5);
         let (per_p, spheres) = (&pair.per_p[from..], pictures.per_p.get(from..).unwrap_or_default());
         page.put(format_args!(
-            "<h4>SHRM with more and fewer degrees in the view, F = {f}</h4>\n<div class=\"scroll\"><div \
+            "<h4>SHRM with higher and lower degrees in the view, F = {f}</h4>\n<div class=\"scroll\"><div \
              class=\"spheres\">\n<div></div>"
         ));
         for per_p in per_p {
@@ -264,7 +264,7 @@ fn card(
         page.line("\n</div></div>");
     }
     if pair.per_p.len() <= 1 {
-        page.line("<p class=\"soft\">Nothing changes with the view, so that P = 0 holds everything and more would not help.</p>");
+        page.line("<p class=\"soft\">Nothing changes with the view, so P = 0 holds everything and a higher P would not help.</p>");
     }
     page.line("<h4>Accuracy against the degrees</h4>");
     accuracy(page, report, pair, material);
@@ -279,7 +279,7 @@ fn accuracy(page: &mut Page, report: &Report, pair: &PairFigures, material: &Mat
         let curves = vec![
             curve("measured", "truth", accuracy.truth.as_slice()),
             curve("BRDF", "by-brdf", &accuracy.brdf),
-            curve("better of BRDF and light", "by-better", &accuracy.better),
+            curve("better of both", "by-better", &accuracy.better),
             curve("guaranteed", "by-bound", &accuracy.bound),
         ];
         let what = if letter == "F" { "detail across the map" } else { "change with the view" };
@@ -302,11 +302,11 @@ fn accuracy(page: &mut Page, report: &Report, pair: &PairFigures, material: &Mat
     page.line("</div>");
     let at = |values: &[f64]| values.get(material.f).or(values.last()).copied().map_or("–".into(), percent);
     page.put(format_args!(
-        "<p class=\"small soft\">Accuracy is 1 less the share of the reflected energy that a cut at this degree loses. The \
-         thick line is measured against the light field at F = {}, P = {}; the others are told without it: from the \
-         energy that the BRDF holds, from the better of BRDF and lighting, and by the bound that cannot be undercut. At \
+        "<p class=\"small soft\">Accuracy is 1 minus the share of the reflected energy that is lost by truncating at this degree. The \
+         thick line is measured against the light field at F = {}, P = {}. The others are estimates without it: from \
+         the energy that the BRDF holds, from the better of BRDF and lighting, and from a guaranteed bound. At \
          F = {}, P = {}: measured {}, BRDF {}, better of both {}, guaranteed {}. Rendered and measured under the \
-         environment at {} × {} pixels, {} rows at most.</p>\n",
+         environment at {} × {} pixels, with at most {} rows.</p>\n",
         pair.accuracy.truth.len().saturating_sub(1),
         pair.accuracy_per_p.truth.len().saturating_sub(1),
         material.f,
@@ -321,13 +321,13 @@ fn accuracy(page: &mut Page, report: &Report, pair: &PairFigures, material: &Mat
     ));
 }
 
-/// What is in each export of a material.
+/// The textures and sizes of each export of a material.
 fn sizes(page: &mut Page, report: &Report) {
     page.line("<h2 id=\"sizes\">File sizes</h2>");
     page.put(format_args!(
-        "<p>Texels as RGBA half floats (8 bytes), uncompressed and without mip levels, with cube faces of {n} × {n}. \
-         The size of an SHRM grows with (P + 1)², or with P + 1 where nothing changes around the central direction; that of \
-         the others does not depend on the material.</p>\n",
+        "<p>The sizes are for texels of RGBA half floats (8 bytes), uncompressed and without mip levels, with cube faces \
+         of {n} × {n}. The size of an SHRM grows with (P + 1)², or with P + 1 if nothing changes around the central \
+         direction; the sizes of the others do not depend on the material.</p>\n",
         n = report.settings.resolution
     ));
     page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th>");
@@ -350,29 +350,29 @@ fn sizes(page: &mut Page, report: &Report) {
     page.line("</tbody></table></div>");
 }
 
-/// The words that a reader may not know.
+/// Explains the terms that a reader may not know.
 fn terms(page: &mut Page, report: &Report) {
     page.put(format_args!(
-        r#"<h2 id="terms">Words</h2>
+        r#"<h2 id="terms">Terms</h2>
 <dl>
-<dt>Plain map</dt><dd>One reflection map, looked up by one direction. Of a material that changes with the view it holds the mean over all views.</dd>
-<dt>Kautz-McCool</dt><dd>A 3D texture: direction, and the angle between it and the view. It leaves out what changes around the direction.</dd>
-<dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them. They hold what the SHRM holds; blending blurs the change with the view, which at times hides what too few degrees get wrong.</dd>
+<dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
+<dt>Kautz-McCool</dt><dd>A 3D texture, looked up by a direction and by the angle between it and the view. It does not hold what changes around the direction.</dd>
+<dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them. They hold the same as the SHRM; blending blurs the change with the view, which sometimes hides the errors of too low degrees.</dd>
 <dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view.</dd>
-<dt>Error</dt><dd>The root of the mean squared difference of radiance over the sphere's pixels and channels, divided by the root of the mean squared radiance of the truth. 1 % is hard to see, 10 % is plain.</dd>
-<dt>Truth</dt><dd>The sum over all pixels of the environment, scaled to at most {} rows for this report; every export is made from that same environment, by itself, unturned.</dd>
-<dt>Energy held</dt><dd>The share of the squared transfer function that its coefficients up to F and P hold.</dd>
+<dt>Error</dt><dd>The root of the mean squared difference of radiance over the sphere's pixels and channels, divided by the root of the mean squared radiance of the truth. 1 % is hard to see, 10 % is obvious.</dd>
+<dt>Ground truth</dt><dd>The sum over all pixels of the environment, scaled to at most {} rows for this report. Every export is made from that same environment, without a turn.</dd>
+<dt>Energy held</dt><dd>The share of the energy of rho_hat, the BRDF with its cosine, that its coefficients up to F and P hold.</dd>
 </dl>
 "#,
         report.settings.reference_rows
     ));
 }
 
-/// A size in words: `192 KB`.
+/// A size for people: `192 kB`.
 pub(crate) fn size(bytes: u64) -> String {
     match bytes {
         0..1000 => format!("{bytes} B"),
-        1000..1_000_000 => format!("{:.0} KB", bytes as f64 / 1e3),
+        1000..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
         _ => format!("{:.1} MB", bytes as f64 / 1e6),
     }
 }
@@ -383,6 +383,6 @@ mod tests {
 
     #[test]
     fn sizes_have_units() {
-        assert_eq!([999, 196_608, 1_769_472].map(size), ["999 B", "197 KB", "1.8 MB"]);
+        assert_eq!([999, 196_608, 1_769_472].map(size), ["999 B", "197 kB", "1.8 MB"]);
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures inside the page: PNG files as `data:` addresses.
+//! Pictures inside the page: PNG files as `data:` URIs.
 
 use containers::write_png;
 use engine::Failure;
@@ -9,7 +9,7 @@ pub(crate) fn data_uri(width: usize, height: usize, pixels: &[[u8; 3]]) -> Resul
     Ok(format!("data:image/png;base64,{}", base64(&png)))
 }
 
-/// The difference of two pictures as they are shown, times `amplify`, cut at white.
+/// The difference of two pictures as shown, times `amplify`, cut at white.
 pub(crate) fn difference(a: &[[u8; 3]], b: &[[u8; 3]], amplify: f64) -> Vec<[u8; 3]> {
     let channel = |a: u8, b: u8| (f64::from(a.abs_diff(b)) * amplify).min(255.0).round() as u8;
     a.iter().zip(b).map(|(a, b)| std::array::from_fn(|i| channel(a[i], b[i]))).collect()
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_of_what_is_seen() {
+    fn differences_are_between_pictures_as_shown() {
         let found = difference(&[[10, 200, 0]], &[[20, 100, 0]], 8.0);
         assert_eq!(found, [[80, 255, 0]]);
     }

@@ -1,4 +1,5 @@
-//! Plots as inline SVG. Colours and type come from the page's style sheet, so that they follow light and dark.
+//! Plots as inline SVG. Colours and fonts come from the page's style sheet, so they adapt to light and dark
+//! themes.
 
 use std::fmt::Write as _;
 
@@ -9,13 +10,13 @@ pub(crate) struct Curve<'a> {
     pub(crate) name: &'a str,
     /// The class that gives its colour and dashes.
     pub(crate) class: &'static str,
-    /// Shares, 0 to 1; what lies below the axis is cut there.
+    /// Shares, 0 to 1; values below the axis are drawn on it.
     pub(crate) values: &'a [f64],
 }
 
 /// Shares over degrees.
 pub(crate) struct Curves<'a> {
-    /// What a reader who cannot see the plot is told.
+    /// The text for readers who cannot see the plot.
     pub(crate) description: &'a str,
     pub(crate) x_label: &'a str,
     pub(crate) y_label: &'a str,
@@ -26,8 +27,8 @@ pub(crate) struct Curves<'a> {
     pub(crate) mark: Option<(usize, String)>,
 }
 
-/// The frame of a plot in units of the SVG.
-struct Frame {
+/// The area of a plot in units of the SVG.
+struct PlotArea {
     left: f64,
     top: f64,
     width: f64,
@@ -37,7 +38,7 @@ struct Frame {
 impl Curves<'_> {
     /// The `<svg>` element.
     pub(crate) fn svg(&self) -> String {
-        let frame = Frame { left: 46.0, top: 24.0, width: 380.0, height: 180.0 };
+        let frame = PlotArea { left: 46.0, top: 24.0, width: 380.0, height: 180.0 };
         let last =
             self.curves.iter().map(|curve| curve.values.len()).max().unwrap_or(1).saturating_sub(1).max(1);
         let x = |degree: f64| frame.left + frame.width * degree / last as f64;
@@ -130,11 +131,11 @@ pub(crate) struct Row<'a> {
     pub(crate) chosen: usize,
 }
 
-/// A row per material: diamonds for P = 0, 1, 2 ..., from light to dark, and a circle for the last (figure 8 of the
-/// paper). The chosen P has a ring.
+/// A row per material: diamonds for P = 0, 1, 2 ..., from light to dark, and a circle for the last (figure 8
+/// of the paper). The chosen P has a ring.
 pub(crate) fn dots(rows: &[Row<'_>], description: &str) -> String {
     const HEIGHT: f64 = 26.0;
-    let frame = Frame { left: 190.0, top: 24.0, width: 480.0, height: HEIGHT * rows.len() as f64 };
+    let frame = PlotArea { left: 190.0, top: 24.0, width: 480.0, height: HEIGHT * rows.len() as f64 };
     let lowest = rows.iter().filter_map(|row| row.shares.first()).copied().fold(1.0, f64::min);
     let least = ((lowest * 10.0).floor() / 10.0).clamp(0.0, 0.9);
     let x = |share: f64| frame.left + frame.width * (share.clamp(least, 1.0) - least) / (1.0 - least);
@@ -196,7 +197,7 @@ fn ticks(least: f64) -> Vec<f64> {
     (0..=count).rev().map(|i| 1.0 - step * i as f64).collect()
 }
 
-/// A name cut to so many characters, with an ellipsis.
+/// A name cut to at most `most` characters, with an ellipsis.
 fn shortened(name: &str, most: usize) -> String {
     if name.chars().count() <= most {
         return name.to_owned();

@@ -1,8 +1,8 @@
 //! The sphere that every picture of a report shows: seen from far away along +X, up is +Z.
 //!
-//! The camera is orthographic, so that the view V = -X is the same for every pixel, and the pixel itself is the
-//! normal: N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. About the reflection vector, R = 2 (N.V) N
-//! - V runs over the whole sphere and w_o over every angle to it, so that one picture asks a map for all of its views.
+//! The camera is orthographic, so the view V = -X is the same for every pixel, and the pixel itself is the normal:
+//! N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. The reflection vector R = 2 (N.V) N - V runs over
+//! the whole sphere, and w_o over every angle to it, so one picture tests all views of a map.
 
 use brdf::Centre;
 use sphere::{DVec3, Direction};
@@ -16,7 +16,8 @@ pub(crate) struct Sphere {
 struct Pixel {
     index: usize,
     normal: Direction,
-    /// Whether the pixel's centre sees the sphere; the ring around it is there for the outline in pictures only.
+    /// Whether the pixel's centre sees the sphere. The ring of pixels around it only completes the outline in
+    /// pictures.
     inside: bool,
 }
 
@@ -57,8 +58,9 @@ impl Sphere {
         self.pixels[pixel].inside
     }
 
-    /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of the mean
-    /// of `truth` squared. Both in the order of [`Sphere::central`]. Of a black truth: 0 if equal, else infinite.
+    /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of
+    /// the mean of `truth` squared. Both in the order of [`Sphere::central`]. If the truth is black: 0 if
+    /// both are equal, infinite otherwise.
     pub(crate) fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
         let (mut difference, mut energy) = (0.0, 0.0);
         for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
@@ -72,7 +74,7 @@ impl Sphere {
         if difference == 0.0 { 0.0 } else { (difference / energy).sqrt() }
     }
 
-    /// The whole picture, black where the sphere is not, of values in the order of [`Sphere::central`].
+    /// The whole picture, black outside the sphere, of values in the order of [`Sphere::central`].
     pub(crate) fn picture(&self, values: &[[u8; 3]]) -> Vec<[u8; 3]> {
         let mut picture = vec![[0; 3]; self.edge * self.edge];
         for (pixel, value) in self.pixels.iter().zip(values) {
@@ -87,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_middle_looks_back_and_the_outline_ahead() {
+    fn the_middle_reflects_backward_and_the_outline_forward() {
         let sphere = Sphere::new(65);
         let middle = sphere.pixels.iter().position(|pixel| pixel.index == 32 * 65 + 32).unwrap();
         let reflected = sphere.central(Centre::Reflection);
@@ -106,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_relative_to_what_is_there() {
+    fn errors_are_relative_to_the_truth() {
         let sphere = Sphere::new(16);
         let count = sphere.pixels.len();
         let (truth, off) = (vec![[2.0_f32; 3]; count], vec![[2.5_f32; 3]; count]);

@@ -17,9 +17,10 @@ use crate::report::figures::{
 use crate::report::page::Pictures;
 use crate::report::sphere::Sphere;
 
-/// The degrees up to which every material is looked at: the F of figures 7 and 8 of the paper, and its highest P.
+/// The degrees up to which every material is examined: the F of figures 7 and 8 of the paper, and its highest
+/// P.
 const HIGH: [usize; 2] = [30, 5];
-/// How much further than the exports' P that is at least, where it is 5 or more.
+/// How far above the exports' P that is, if the exports' P is 5 or more.
 const FURTHER: usize = 4;
 /// The degrees in the view that the spheres of figure 7 have.
 const SHOWN_P: [usize; 7] = [0, 1, 2, 4, 8, 12, 16];
@@ -27,24 +28,24 @@ const SHOWN_P: [usize; 7] = [0, 1, 2, 4, 8, 12, 16];
 const FEWEST_ROWS: usize = 32;
 /// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
 const SLICES: usize = 16;
-/// What a lobe may lose when the light that it hardly sees is left out: far below what a picture shows.
+/// The share of a lobe that may be ignored: far below what a picture shows.
 const CULLED: f64 = 1e-5;
 
-/// The work that the parts of an SHRM's error may take: pixels times (F + 1)^3, about a tenth of a second.
+/// The work for the parts of an SHRM's error: pixels times (F + 1)^3, about a tenth of a second.
 const PARTS_WORK: usize = 1 << 26;
 
-/// The fewest pixels that they are taken over.
+/// The fewest pixels for the parts of an SHRM's error.
 const FEWEST_PARTS: usize = 800;
-/// How many degrees are looked at in search of those that suffice.
+/// How many degrees are tried in the search for those that are good enough.
 const TRIES: usize = 6;
 
 /// A material, projected.
-pub(crate) struct Material<'a> {
+pub(crate) struct ProjectedMaterial<'a> {
     pub(crate) figures: MaterialFigures,
     material: &'a brdf::Material,
     /// At the degrees of the exports.
     exported: BrdfCoefficients,
-    /// At the degrees of [`HIGH`], or higher ones where the exports have.
+    /// At the degrees of [`HIGH`], or higher ones if the exports have them.
     high: Projection,
 }
 
@@ -53,10 +54,10 @@ pub(crate) fn material<'a>(
     name: String,
     material: &'a brdf::Material,
     exported: Exported<'_>,
-) -> Result<Material<'a>, Failure> {
+) -> Result<ProjectedMaterial<'a>, Failure> {
     let (exported, chosen) = match exported {
         Exported::Made(coefficients) => {
-            (coefficients.clone(), "as the connected coefficients have them".to_owned())
+            (coefficients.clone(), "those of the connected coefficients".to_owned())
         }
         Exported::Choose(choice, reason) => (project(material, choice)?.coefficients, reason),
     };
@@ -84,14 +85,14 @@ pub(crate) fn material<'a>(
         captured_per_p: per_p,
         verdict: String::new(),
     };
-    Ok(Material { figures, material, exported, high })
+    Ok(ProjectedMaterial { figures, material, exported, high })
 }
 
-/// Where the exports' coefficients come from.
+/// The origin of the exports' coefficients.
 pub(crate) enum Exported<'a> {
-    /// Another stage.
+    /// Made by another stage.
     Made(&'a BrdfCoefficients),
-    /// Here, with the reason in words.
+    /// Chosen here, with the reason in words.
     Choose(Choice, String),
 }
 
@@ -122,8 +123,8 @@ impl<'a> Captured<'a> {
     }
 }
 
-/// An environment and how it is shown.
-pub(crate) struct Lit<'a> {
+/// An environment and its exposure.
+pub(crate) struct ExposedEnvironment<'a> {
     pub(crate) name: String,
     pub(crate) environment: &'a Environment,
     /// Stops.
@@ -132,8 +133,8 @@ pub(crate) struct Lit<'a> {
 
 /// Renders a material under an environment in every way.
 pub(crate) fn pair(
-    lit: &Lit<'_>,
-    material: &Material<'_>,
+    lit: &ExposedEnvironment<'_>,
+    material: &ProjectedMaterial<'_>,
     settings: &Settings,
     context: &Context<'_>,
 ) -> Result<(PairFigures, Pictures), Failure> {
@@ -168,7 +169,7 @@ pub(crate) fn pair(
     let field = Reflection::convolve(&lighting, &material.exported);
     let kautz = field.synthesise(MapGrid::LatLong(rows), View::Local)?;
     let kautz = KautzMcCool::from_shrm(&kautz, KautzMcCool::even_angles(SLICES))
-        .ok_or_else(|| Failure::new("no angles for a 3D texture"))?;
+        .ok_or_else(|| Failure::new("a 3D texture needs at least 2 angles"))?;
     let cabral = Cabral::from_shrm(&full);
     context.check_cancelled()?;
 
@@ -201,7 +202,7 @@ pub(crate) fn pair(
 
     let captured = Captured::of(&material.high);
     let mut per_p = Vec::new();
-    // Where nothing changes with the view, one P is as good as another.
+    // If nothing changes with the view, every P gives the same picture.
     let mut changes = material.high.energy_lp.chunks_exact(material.high.coefficients.p().get() + 1);
     let most = if changes.any(|row| row[1..].iter().any(|energy| *energy > 0.0)) {
         material.high.coefficients.p().get()
@@ -251,8 +252,8 @@ pub(crate) fn pair(
     Ok((figures, pictures))
 }
 
-/// What the SHRM's error is made of: over all pixels up to F = 26 or so, over every so many past that, where coefficients
-/// take long to evaluate.
+/// The parts of the SHRM's error: over all pixels up to about F = 26, and over a sample of them above that,
+/// because high degrees take long to evaluate.
 fn parts(
     sphere: &Sphere,
     central: &[Direction],
@@ -284,9 +285,9 @@ fn parts(
     ShrmError { degrees: share(degrees), texels: share(texels) }
 }
 
-/// What would bring an SHRM within `accept`: more texels if the degrees suffice, or the least degrees, P first, that do
-/// by `measure`. `estimated` is what the energies say of the degrees at hand; its ratio to what was measured on the sphere
-/// tells where to look for others.
+/// What would bring an SHRM's error below `accept`: more texels if the degrees are high enough, or else the
+/// least degrees, P first, that `measure` finds good enough. `estimated` is the error of the current degrees
+/// by their energies; its ratio to the measured error guides the search.
 fn help(
     known: &shrm::accuracy::Accuracy,
     shrm: ShrmError,
@@ -345,8 +346,8 @@ fn curve(estimates: Vec<Estimate>) -> Accuracy {
     }
 }
 
-/// The environment at a size at which all its light can be added up for every pixel: twice as many rows as the degree
-/// F of the material, which blurs finer detail away.
+/// The environment, small enough that all its light can be added up for every pixel: twice as many rows as
+/// the degree F of the material, which blurs finer detail.
 fn scaled(environment: &Environment, f: usize, most: usize) -> Result<Environment, Failure> {
     let rows = (2 * f + 2).next_multiple_of(16).max(FEWEST_ROWS).min(most);
     if rows >= environment.grid().height {

@@ -1,8 +1,8 @@
-//! A ball of a material before its environment.
+//! A ball of a material in front of its environment.
 //!
-//! The camera looks along +X, up is +Z: the picture's centre is the centre of the lat-long image. A pixel that
-//! looks along d and meets the ball at normal N shows the map toward the view V = -d, at its central direction:
-//! R = d - 2 (d . N) N, or N, or the tangent T = Z x N.
+//! The camera looks along +X, up is +Z: the picture's centre is the centre of the lat-long image. A pixel
+//! that looks along d and meets the ball at normal N shows the map toward the view V = -d, at its central
+//! direction: R = d - 2 (d . N) N, or N, or the tangent T = Z x N.
 
 use envmap::Environment;
 use rayon::prelude::*;
@@ -126,7 +126,8 @@ mod tests {
         let normal = hit(ray, distance).unwrap();
         let (facing, view) = (Direction::normalised(normal), Direction::normalised(-ray));
         let reflected = Centre::Reflection.central(facing, Direction::Y, view).vector();
-        // Grazing: the ray is turned by twice the angle to the tangent plane, about sqrt(2 * 0.0025 * ...) here.
+        // Grazing: the ray is turned by twice the angle to the tangent plane, about sqrt(2 * 0.0025 * ...)
+        // here.
         assert!(reflected.dot(ray) > 0.97, "{}", reflected.dot(ray));
         assert!(hit(DVec3::new(1.0, 0.401, 0.0).normalize(), distance).is_none());
     }

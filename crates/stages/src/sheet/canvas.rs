@@ -51,7 +51,7 @@ impl Canvas {
         &self.pixels
     }
 
-    /// Lays `coverage` (0 to 1) of a colour over a pixel; outside the picture nothing is done.
+    /// Lays `coverage` (0 to 1) of a colour over a pixel; outside the picture this does nothing.
     pub(crate) fn blend(&mut self, x: i64, y: i64, colour: [u8; 3], coverage: f32) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
         if x < self.width && y < self.height && coverage > 0.0 {
@@ -85,7 +85,7 @@ impl Canvas {
 
     /// Draws a line of a thickness through points, in coordinates where pixel (x, y) covers x..x+1, y..y+1.
     pub(crate) fn line(&mut self, points: &[(f64, f64)], thickness: f64, colour: [u8; 3]) {
-        // Joints belong to two segments: coverage is gathered first, so that nothing is blended twice.
+        // Joints belong to two segments: coverage is collected first, so that no pixel is blended twice.
         let reach = thickness / 2.0 + 1.0;
         let bound = |of: fn(&(f64, f64)) -> f64| {
             let values = points.iter().map(of);

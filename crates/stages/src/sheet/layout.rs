@@ -1,7 +1,7 @@
-//! Where everything stands: five columns, and no two boxes in one place.
+//! The layout of a sheet: five columns of boxes that do not overlap.
 //!
 //! The environment takes three columns and the plot of energies the other two; reconstructions take one each.
-//! Materials stand in two halves of the sheet, each a 2:1 map beside its ball.
+//! Materials are in two halves of the sheet, each a 2:1 map beside its ball.
 
 use super::canvas::Rect;
 
@@ -62,8 +62,8 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// The layout of a sheet with these numbers of reconstructions (with their plot, where there is lighting) and
-    /// materials.
+    /// The layout of a sheet with these numbers of reconstructions (with their plot, if there is lighting)
+    /// and materials.
     pub(crate) fn new(reconstructions: Option<usize>, materials: usize) -> Self {
         let title = Rect::new(MARGIN, MARGIN - 6, CONTENT, 40);
         let subtitle = Rect::new(MARGIN, title.bottom() + 4, CONTENT, 24);
@@ -130,7 +130,7 @@ fn caption(x: usize, below: usize, width: usize) -> [Rect; 2] {
     [0, 1].map(|line| Rect::new(x, below + CAPTION_GAP + line * LINE, width, LINE))
 }
 
-/// A headline below `y`, which is moved to where its content starts.
+/// A headline below `y`, which then is the top of the section's content.
 fn section(y: &mut usize) -> Section {
     let title = Rect::new(MARGIN, *y + SECTION_GAP, CONTENT, 26);
     let rule = Rect::new(MARGIN, title.bottom() + 6, CONTENT, 1);

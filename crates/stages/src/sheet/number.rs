@@ -1,4 +1,4 @@
-//! Numbers as labels show them.
+//! Formats numbers for labels.
 
 /// A number with three significant digits: `0.0213`, `1.25`, `34.2`, `1830`, `2.20×10⁵`.
 pub(crate) fn short(value: f64) -> String {
@@ -30,7 +30,8 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// A fraction as a percentage, with two digits of what is there or of what is missing: `0.021 %`, `99.997 %`.
+/// A fraction as a percentage, with two digits of the fraction or of the rest, whichever is smaller: `0.021
+/// %`, `99.997 %`.
 pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     let small = percent.abs().min((100.0 - percent).abs());

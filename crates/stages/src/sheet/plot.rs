@@ -1,14 +1,14 @@
-//! The energy of each degree of an expansion: bars on a logarithmic axis, and the sum so far as a line.
+//! The energy of each degree of an expansion: bars on a logarithmic axis, and the running sum as a line.
 
 use super::canvas::{Canvas, Rect};
 use super::number::{percent, power_of_ten};
 use super::text::{Align, Style};
 use super::theme;
 
-/// Decades that the logarithmic axis shows at most.
+/// The maximum number of decades on the logarithmic axis.
 const DECADES: i32 = 8;
 
-/// What is plotted, as fractions of the energy of the image that was expanded.
+/// The plotted energies, as fractions of the energy of the image that was expanded.
 pub(crate) struct EnergyPlot<'a> {
     /// The energy of degree l.
     pub(crate) energies: &'a [f64],
@@ -33,7 +33,7 @@ impl Axes {
         let decades = if low > high {
             (-1, 0)
         } else {
-            // Fractions of 1 but for rounding: 1 + 1e-12 does not open a decade.
+            // Fractions are at most 1 except for rounding: 1 + 1e-12 does not start another decade.
             let top = (high.log10() - 1e-9).ceil() as i32;
             ((low.log10().floor() as i32).clamp(top - DECADES, top - 1), top)
         };
@@ -119,7 +119,8 @@ impl EnergyPlot<'_> {
     }
 
     fn draw_energies(&self, canvas: &mut Canvas, axes: &Axes) {
-        // A narrow gap between bars while there is room for one; then whole pixels, so that no seam shows.
+        // A narrow gap between bars if there is room for one; otherwise whole pixels, so that there is no
+        // seam.
         let gap = if axes.share() >= 3.0 { (0.25 * axes.share()).min(6.0) } else { 0.0 };
         let half = (axes.share() - gap) / 2.0;
         for (degree, energy) in self.energies.iter().enumerate() {

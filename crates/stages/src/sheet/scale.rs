@@ -1,12 +1,12 @@
-//! Lat-long radiance at the size at which it is shown.
+//! Scales lat-long radiance to the size at which it is shown.
 
 use envmap::Environment;
 use rayon::prelude::*;
 
 /// The radiance of an environment on `width` x `height` pixels.
 ///
-/// Each axis is filtered by a tent as wide as a pixel of the coarser grid on either side: bilinear interpolation
-/// where the picture grows, an average of all texels where it shrinks. Columns wrap around.
+/// Each axis is filtered by a tent as wide as a pixel of the coarser grid on either side: this is bilinear
+/// interpolation when the picture grows, and an average of all texels when it shrinks. Columns wrap around.
 pub(crate) fn scaled(environment: &Environment, width: usize, height: usize) -> Vec<[f32; 3]> {
     let grid = environment.grid();
     if (grid.width, grid.height) == (width, height) {
@@ -28,7 +28,7 @@ pub(crate) fn scaled(environment: &Environment, width: usize, height: usize) -> 
     picture
 }
 
-/// For each of `to` cells over `from` cells: the cells it takes from, with weights of sum 1.
+/// For each of `to` cells over `from` cells: the cells that it averages, with weights that add up to 1.
 fn taps(from: usize, to: usize, wraps: bool) -> Vec<Vec<(usize, f32)>> {
     let ratio = from as f64 / to as f64;
     let reach = ratio.max(1.0);

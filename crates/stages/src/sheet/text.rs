@@ -1,7 +1,8 @@
 //! Labels in Inter, the typeface in `assets/inter` (SIL Open Font License).
 //!
-//! The files hold Latin, Greek and Cyrillic letters with tabular digits; another letter is shown as a box. There is
-//! no shaping: letters stand one after another with pair kerning, and a combining accent is centred on its letter.
+//! The files hold Latin, Greek and Cyrillic letters with tabular digits; any other letter is shown as a box.
+//! There is no shaping: letters are placed one after another with pair kerning, and a combining accent is
+//! centred on its letter.
 
 use std::borrow::Cow;
 use std::sync::LazyLock;
@@ -26,7 +27,7 @@ pub(crate) struct Style {
     pub(crate) colour: [u8; 3],
 }
 
-/// Where a text stands in its box.
+/// The position of a text in its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
     Left,
@@ -44,7 +45,7 @@ fn typeface(bytes: &'static [u8]) -> FontRef<'static> {
     FontRef::try_from_slice(bytes).expect("the font files are part of the program")
 }
 
-/// A glyph and where its origin stands, in pixels from the start of the text.
+/// A glyph and the position of its origin, in pixels from the start of the text.
 struct Placed {
     glyph: GlyphId,
     x: f32,
@@ -75,7 +76,7 @@ impl Style {
 
     /// The text, or its beginning and its end around an ellipsis, in at most `width` pixels.
     ///
-    /// Files of one family often differ only in their ends, so both ends are kept.
+    /// Related files often differ only at the end of their names, so both ends are kept.
     pub(crate) fn elide<'a>(&self, text: &'a str, width: f32) -> Cow<'a, str> {
         if self.width(text) <= width {
             return Cow::Borrowed(text);
@@ -86,8 +87,8 @@ impl Style {
             let tail: String = letters[letters.len() - count / 2..].iter().collect();
             format!("{}…{}", head.trim_end(), tail.trim_start())
         };
-        // Widths grow with the number of letters but for kerning, so the longest that fits is searched downward
-        // from a bound by halving.
+        // Widths grow with the number of letters but for kerning, so the longest that fits is searched
+        // downward from a bound by halving.
         let (mut low, mut high) = (0, letters.len());
         while low + 1 < high {
             let middle = usize::midpoint(low, high);

@@ -1,4 +1,4 @@
-//! Colours and sizes of a sheet: a neutral dark surround, so that the pictures are judged by themselves.
+//! Colours and sizes of a sheet: a neutral dark surround that does not influence how the pictures look.
 
 use super::text::{Style, Weight};
 

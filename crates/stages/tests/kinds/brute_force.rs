@@ -35,7 +35,8 @@ fn a_map_holds_the_integral_of_the_environment_that_it_names() {
     assert!(difference(&found, &expected) < 1e-5);
 }
 
-/// Head-on, a lobe about N = R = V; its map is rounder than one toward a far viewer, and they are not the same.
+/// Head-on, a lobe about N = R = V; its map is rounder than one toward a far viewer, and they are not the
+/// same.
 #[test]
 fn the_view_matters_for_a_microfacet_surface_and_not_for_phong() {
     let maps = ["", "view = [0, 0]", "view = [10, 80]"].map(|view| pixels(&truth(view).files()[0]).2);
@@ -47,7 +48,7 @@ fn the_view_matters_for_a_microfacet_surface_and_not_for_phong() {
     assert!(of_phong("resolution = 4") == of_phong("resolution = 4\nview = [10, 80]"));
 }
 
-/// The sky is of degree 2, so that nothing is cut; the midpoint rule at 64 rows is good to h^2 / 2 = 1.2e-3.
+/// The sky is of degree 2, so nothing is cut off; the midpoint rule at 64 rows is good to h^2 / 2 = 1.2e-3.
 #[test]
 fn it_agrees_with_harmonics_on_every_layout() {
     for layout in ["lat-long", "cube", "cube-cross", "cube-strip"] {
@@ -66,8 +67,8 @@ fn it_agrees_with_harmonics_on_every_layout() {
     }
 }
 
-/// Head-on, a strand is seen from its side by both kinds. F = 2 holds all of this sky; with P = 16 the maps differ by the
-/// 1.3e-3 of the midpoint rule, with P = 8 by 5e-3.
+/// Head-on, a strand is seen from its side by both kinds. F = 2 holds all of this sky; with P = 16 the maps
+/// differ by the 1.3e-3 of the midpoint rule, with P = 8 by 5e-3.
 #[test]
 fn a_tangent_is_seen_from_its_side() {
     let strand = || brdf::Material::KajiyaKay(brdf::KajiyaKay::new(4.0, [0.5; 3]).unwrap());
@@ -101,14 +102,14 @@ fn a_culled_map_says_so_and_is_darker_by_its_share() {
 }
 
 #[test]
-fn impossible_parameters_are_faults() {
+fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
-        ("cull = 1", "cull: 1 is not 0, nor a share below 1"),
-        ("rows = 0", "rows: 0 is not 1 to 4096"),
-        ("resolution = 9999", "resolution: 9999 is not 1 to 4096"),
+        ("cull = 1", "cull: 1 is not a number, 0 or more and below 1"),
+        ("rows = 0", "rows: 0 is not a whole number from 1 to 4096"),
+        ("resolution = 9999", "resolution: 9999 is not a whole number from 1 to 4096"),
         ("view = [1, 2, 3]", "view: 3 numbers are not [yaw, pitch]"),
         ("view = \"above\"", "view: \"above\" is not \"head-on\" or [yaw, pitch] in degrees"),
     ] {
-        assert_eq!(case("reference", parameters).faults(), [expected]);
+        assert_eq!(case("reference", parameters).errors(), [expected]);
     }
 }

@@ -11,7 +11,8 @@ use test_data::folder;
 
 use crate::pipeline::Pipeline;
 
-/// The first nine harmonics of Ramamoorthi and Hanrahan's tables: L00 L1-1 L10 L11 L2-2 L2-1 L20 L21 L22 of (x, y, z).
+/// The first nine harmonics of Ramamoorthi and Hanrahan's tables: L00 L1-1 L10 L11 L2-2 L2-1 L20 L21 L22 of
+/// (x, y, z).
 fn harmonics(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
     [
         0.282095,
@@ -80,8 +81,9 @@ fn probes_integrated_at_pixel_corners_give_the_published_tables() {
     }
 }
 
-/// The coefficients of our expansion in the tables' frame, whose x is -y of ours, y our z, z our x: both products of
-/// that function with a harmonic of degree 2 at most are integrated exactly by a lat-long grid of 8 rows.
+/// The coefficients of our expansion in the tables' frame, whose x is -y of ours, y our z, z our x: both
+/// products of that function with a harmonic of degree 2 at most are integrated exactly by a lat-long grid of
+/// 8 rows.
 fn in_the_frame_of_the_tables(lighting: &Expansion) -> Vec<[f64; 3]> {
     let grid = sphere::LatLong::with_rows(8);
     let weights = sh::quadrature::fejer(grid.height);
@@ -139,8 +141,8 @@ fn probes_imported_at_pixel_centres_give_the_published_tables() {
     }
 }
 
-/// Six faces against the sum over their own texels by solid angle. Both are midpoint rules of texels of h = 2 / 256: for
-/// degree 8 they differ by l (l + 1) h^2 / 12 = 4e-4 of the coefficients at most.
+/// Six faces against the sum over their own texels by solid angle. Both are midpoint rules of texels of h = 2
+/// / 256: for degree 8 they differ by l (l + 1) h^2 / 12 = 4e-4 of the coefficients at most.
 #[test]
 fn six_faces_keep_their_harmonics() {
     let Some(corpus) = folder("six_faces_keep_their_harmonics", "SPECULA_CORPUS") else { return };
@@ -187,8 +189,8 @@ fn six_faces_keep_their_harmonics() {
     assert!(error < 4e-4, "{error}");
 }
 
-/// The whole path on five photographs and two materials. Energy is kept at each step: a white matte surface and a
-/// highlight that keeps its energy have the mean of the light, over all directions.
+/// The whole path on five photographs and two materials. Energy is kept at each step: a white matte surface
+/// and a highlight that keeps its energy have the mean of the light, over all directions.
 #[test]
 fn photographs_become_reflection_maps() {
     let Some(corpus) = folder("photographs_become_reflection_maps", "SPECULA_CORPUS") else { return };
@@ -256,7 +258,8 @@ fn photographs_become_reflection_maps() {
             let map = pipeline.out(&file);
             assert!(map == alone.out(&file), "{file} depends on the number of threads");
             for channel in 0..3 {
-                // Fejér's weights and solid angles differ by (pi / 512)^2 on the photograph, by (pi / 64)^2 / 6 on the map.
+                // Fejér's weights and solid angles differ by (pi / 512)^2 on the photograph, by (pi / 64)^2 /
+                // 6 on the map.
                 let ratio = mean(&map)[channel] / light[channel];
                 assert!((ratio - 1.0).abs() < 2e-3, "{file}: {ratio}");
             }

@@ -1,4 +1,4 @@
-//! Programs of others, run by the engine: what they see, when they run again, how they fail.
+//! External programs, run by the engine: what they see, when they rerun, how they fail.
 //!
 //! The programs are lines of `sh`, which every Unix has.
 
@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use engine::{BuildOptions, Cancel, Event, Plan, Reason, Summary};
 use envmap::Image;
+use stages::artifacts::Mesh;
 use tempfile::TempDir;
 
 use crate::fixture::{case, environment, exr, pixels, sky};
@@ -38,8 +39,8 @@ struct Project {
     cancel: Cancel,
 }
 
-/// What a build told.
-struct Told {
+/// The events of a build.
+struct Built {
     events: Vec<Event>,
     summary: Summary,
 }
@@ -75,24 +76,24 @@ impl Project {
         Plan::load(&self.path("pipeline.toml"), &stages::kinds())
     }
 
-    /// The faults of the manifest, on one line each.
-    fn faults(&self) -> String {
+    /// The errors of the manifest, one per line.
+    fn errors(&self) -> String {
         self.plan().err().unwrap().to_string()
     }
 
-    fn build(&self) -> Told {
+    fn build(&self) -> Built {
         let events = Mutex::new(Vec::new());
         let options = BuildOptions { jobs: Some(2), keep_going: true, ..BuildOptions::default() };
-        let tell = |event| events.lock().unwrap().push(event);
-        let summary = engine::build(&self.plan().unwrap(), &options, &self.cancel, &tell).unwrap();
-        // Whatever happened, nothing is left of scratch folders.
+        let record = |event| events.lock().unwrap().push(event);
+        let summary = engine::build(&self.plan().unwrap(), &options, &self.cancel, &record).unwrap();
+        // No scratch folder is left, whatever happened.
         let left: Vec<_> = fs::read_dir(self.path(".specula/tmp")).unwrap().collect();
         assert!(left.is_empty(), "{left:?}");
-        Told { events: events.into_inner().unwrap(), summary }
+        Built { events: events.into_inner().unwrap(), summary }
     }
 }
 
-impl Told {
+impl Built {
     /// Each item of `graded` that ran, with the reasons.
     fn graded(&self) -> Vec<(String, Vec<Reason>)> {
         let started = self.events.iter().filter_map(|event| match event {
@@ -116,7 +117,7 @@ impl Told {
     }
 }
 
-/// A stage that publishes a text of a program's.
+/// A stage that publishes a text that a program wrote.
 const SCRIPT: &str = r#"
 command = ["sh", "tools/tool.sh", "{input}", "{output}"]
 input = "sky"
@@ -125,7 +126,7 @@ output = { type = "file", format = "txt" }
 
 #[test]
 fn a_program_grades_an_environment() {
-    // EXPOSURE of a Radiance header divides, so that the second is twice as bright as the first.
+    // EXPOSURE of a Radiance header divides, so the second is twice as bright as the first.
     let graded = |script: &str| {
         let parameters = format!(
             "command = [\"sh\", \"-c\", {script:?}, \"sh\", \"{{input.sky}}\", \"{{output}}\"]
@@ -198,19 +199,30 @@ fn coefficients_travel_as_safetensors_or_json() {
 }
 
 #[test]
-fn a_tool_that_is_edited_runs_again_and_no_other() {
+fn a_mesh_travels_as_safetensors() {
+    let parameters = "command = [\"sh\", \"-c\", \"cp $0 $1\", \"{input.mesh}\", \"{output}\"]
+        output = { type = \"mesh\" }";
+    let knot = mesh::shape("torus-knot").unwrap();
+    let copied = case("exec", parameters).input("mesh", Mesh(knot.clone())).artifact::<Mesh>();
+    assert_eq!(copied.0, knot);
+    let exec = stages::kinds().get("exec").unwrap().ports_named(&["mesh"]);
+    assert!(exec[0].takes("mesh") && exec[0].takes("a-type-of-a-studio"), "{exec:?}");
+}
+
+#[test]
+fn only_a_tool_that_is_edited_reruns() {
     let stage = format!("{SCRIPT}\ntools = [\"tools/lib\"]\n");
     let script = "cat \"$(dirname \"$0\")/lib/words\" > $2";
     let files = [("tools/tool.sh", script), ("tools/lib/words", "one"), ("tools/lib/.words.swp", "")];
     let project = Project::new(&stage, &files);
     assert_eq!(project.build().summary.ran, 4);
     assert_eq!(project.read("out/graded/a.txt"), "one");
-    assert!(project.read("out/graded/a.txt.json").contains("\"exec\""), "the recipe lies beside it");
+    assert!(project.read("out/graded/a.txt.json").contains("\"exec\""), "the recipe is beside it");
     assert_eq!(project.build().summary.ran, 0, "nothing changed");
 
     project.write("tools/lib/words", b"two");
-    let told = project.build();
-    let reasons: Vec<_> = told.graded().into_iter().flat_map(|(_, reasons)| reasons).collect();
+    let built = project.build();
+    let reasons: Vec<_> = built.graded().into_iter().flat_map(|(_, reasons)| reasons).collect();
     let is_words = |reason: &Reason| matches!(reason, Reason::File { path, .. } if path == "tools/lib/words");
     assert!(reasons.len() == 2 && reasons.iter().all(is_words), "{reasons:?}");
     assert_eq!(project.read("out/graded/b.txt"), "two");
@@ -224,7 +236,7 @@ fn a_tool_that_is_edited_runs_again_and_no_other() {
 }
 
 #[test]
-fn an_equal_result_stops_what_comes_after() {
+fn an_equal_result_stops_later_stages() {
     let stage = r#"
 command = ["sh", "tool.sh", "{input}", "{output}"]
 input = "sky"
@@ -242,15 +254,15 @@ degree = 1
 }
 
 #[test]
-fn a_failing_program_fails_its_item_alone_and_is_quoted() {
+fn a_failing_program_fails_only_its_item_and_its_output_is_shown() {
     // One file is larger than the other; its size is all that a shell can see of it.
     let script = "if [ $(wc -c < $1) -gt 20000 ]; then echo 'no luck' >&2; exit 3; fi; echo good > $2";
     let stage = format!("{SCRIPT}\nformats = {{ input = \"safetensors\" }}");
     let project = Project::new(&stage, &[("tools/tool.sh", script)]);
     project.write("skies/b.exr", &exr(64, 32, (0..2048).map(|i| [i as f32, 1.0, 0.5]).collect()));
-    let told = project.build();
-    let failures = told.failures();
-    assert_eq!((told.summary.failed, failures.len()), (1, 1));
+    let built = project.build();
+    let failures = built.failures();
+    assert_eq!((built.summary.failed, failures.len()), (1, 1));
     for word in ["graded [b]", "sh tools/tool.sh", "exit status: 3", "standard error", "no luck"] {
         assert!(failures[0].contains(word), "no {word:?} in {}", failures[0]);
     }
@@ -260,7 +272,7 @@ fn a_failing_program_fails_its_item_alone_and_is_quoted() {
 }
 
 #[test]
-fn what_is_wrong_with_an_output_is_told() {
+fn an_invalid_output_is_reported() {
     let nan = exr(4, 2, vec![[f32::NAN; 3]; 8]);
     let wide = exr(4, 4, vec![[1.0; 3]; 16]);
     let negative = exr(4, 2, vec![[-1.0; 3]; 8]);
@@ -268,13 +280,13 @@ fn what_is_wrong_with_an_output_is_told() {
     let image = Image::new(4, 2, vec![[1.0; 3]; 8]).unwrap();
     let radiance = containers::write_rgbe(&image, None).unwrap().bytes;
     let cases: [(&str, &[u8], &[&str]); 9] = [
-        ("true", b"", &["ended well", "did not write output.exr"]),
+        ("true", b"", &["succeeded", "did not write output.exr"]),
         ("echo whole > $1; kill -9 $$", b"", &["ended with signal: 9"]),
         (": > $1", b"", &["output.exr", "empty"]),
-        ("mkdir $1", b"", &["no plain file"]),
-        ("cp $0 $1", &whole[..whole.len() / 2], &["wrote no sound environment"]),
+        ("mkdir $1", b"", &["not a regular file"]),
+        ("cp $0 $1", &whole[..whole.len() / 2], &["did not write a valid environment"]),
         ("cp $0 $1", &nan, &["NaN", "finite"]),
-        ("cp $0 $1", &negative, &["negative", "0 or more"]),
+        ("cp $0 $1", &negative, &["negative", "not negative"]),
         ("cp $0 $1", &wide, &["4 x 4"]),
         ("cp $0 $1", &radiance, &["Radiance, not OpenEXR"]),
     ];
@@ -293,7 +305,7 @@ fn what_is_wrong_with_an_output_is_told() {
 }
 
 #[test]
-fn a_program_that_is_not_there_is_told_and_found_when_it_comes() {
+fn a_missing_program_is_reported_and_found_when_it_appears() {
     let stage = "command = [\"specula-has-no-such-tool\", \"{output}\"]\noutput = { type = \"file\", format = \"txt\" }";
     let failure = Project::new(stage, &[]).build().failures().remove(0);
     assert!(failure.contains("there is no program \"specula-has-no-such-tool\" in PATH"), "{failure}");
@@ -308,7 +320,7 @@ fn a_program_that_is_not_there_is_told_and_found_when_it_comes() {
 }
 
 #[test]
-fn the_environment_is_empty_but_for_what_is_named() {
+fn only_named_variables_are_in_the_environment() {
     // Cargo sets several variables for tests: one is named, the others must not arrive.
     let stage = r#"
 command = ["sh", "-c", "env > $0; pwd >> $0; cat >> $0", "{output}"]
@@ -316,9 +328,9 @@ output = { type = "file", format = "txt" }
 env = ["CARGO_PKG_NAME", "SPECULA_NOT_SET"]
 "#;
     let project = Project::new(stage, &[]);
-    let told = project.build();
+    let built = project.build();
     let warned = |event: &Event| matches!(event, Event::Warning { message, .. } if message.contains("SPECULA_NOT_SET"));
-    assert!(told.events.iter().any(warned));
+    assert!(built.events.iter().any(warned));
     let text = project.read("out/graded.txt");
     let value = |name: &str| text.lines().find_map(|line| line.strip_prefix(&format!("{name}=")));
     assert_eq!(value("CARGO_PKG_NAME"), Some("stages"));
@@ -363,7 +375,7 @@ fn is_alive(process: &str) -> bool {
     probe.unwrap().success() && !is_zombie(process)
 }
 
-/// Where nobody waits for orphans (as in some containers) a killed process stays in the list.
+/// If no process waits for orphans (as in some containers), a killed process stays in the list.
 fn is_zombie(process: &str) -> bool {
     let state = Command::new("ps").args(["-o", "stat=", "-p", process]).output();
     state.is_ok_and(|state| String::from_utf8_lossy(&state.stdout).trim_start().starts_with('Z'))
@@ -378,7 +390,7 @@ fn wait_for(what: &str, condition: impl Fn() -> bool) {
 }
 
 #[test]
-fn when_time_is_up_all_that_was_started_is_killed() {
+fn after_the_timeout_all_processes_are_killed() {
     let stage = format!(
         "command = [\"sh\", \"-c\", \"{LINGERS}\", \"{{output}}\"]\noutput = {{ type = \"file\", format = \"txt\" }}\ntimeout = 2"
     );
@@ -390,7 +402,7 @@ fn when_time_is_up_all_that_was_started_is_killed() {
 }
 
 #[test]
-fn what_a_program_leaves_running_holds_nothing_up_and_is_killed() {
+fn processes_that_a_program_leaves_running_are_killed_without_delay() {
     let script = "sleep 600 & echo $! > {folder}/child; echo done > $0";
     let stage = format!(
         "command = [\"sh\", \"-c\", \"{script}\", \"{{output}}\"]\noutput = {{ type = \"file\", format = \"txt\" }}"
@@ -415,15 +427,15 @@ fn a_cancelled_build_kills_the_program() {
             });
             project.cancel.cancel();
         });
-        let told = project.build();
-        assert!(told.summary.cancelled && told.failures().is_empty());
+        let built = project.build();
+        assert!(built.summary.cancelled && built.failures().is_empty());
     });
     let child = project.read("child").trim().to_owned();
     wait_for("the child's end", || !is_alive(&child));
 }
 
 #[test]
-fn a_program_that_never_stops_talking_is_killed() {
+fn a_program_that_never_stops_writing_is_killed() {
     let stage = "command = [\"sh\", \"-c\", \"yes 0123456789012345678901234567890123456789\", \"{output}\"]
         output = { type = \"file\", format = \"txt\" }\ntimeout = 600";
     let failure = Project::new(stage, &[]).build().failures().remove(0);
@@ -444,12 +456,12 @@ path = "set"
 }
 
 #[test]
-fn what_does_not_fit_is_told_before_anything_runs() {
+fn mismatches_are_reported_before_anything_runs() {
     let sky = "inputs = { sky = \"sky\" }\noutput = { type = \"environment\" }\n";
     let cases = [
         (
             format!("command = [\"t\", \"{{input.sly}}\", \"{{output}}\"]\n{sky}"),
-            "pipeline.toml:10:11: command: {input.sly} names no input of the stage: inputs has sky; did you mean {input.sky}?",
+            "pipeline.toml:10:11: command: {input.sly} is not an input of the stage: inputs has sky; did you mean {input.sky}?",
         ),
         (format!("command = [\"t\", \"{{output}}\"]\n{sky}"), "the input \"sky\" is not used"),
         (format!("command = [\"t\", \"{{input.sky}}\"]\n{sky}"), "no argument is \"{output}\""),
@@ -475,14 +487,14 @@ fn what_does_not_fit_is_told_before_anything_runs() {
             "command = [\"t\", \"{output}\"]\noutput = { type = \"lighting\", format = \"exr\" }".into(),
             "\"exr\" is not \"safetensors\" or \"json\"",
         ),
-        ("command = [\"t\", \"{output}\"]\noutput = { type = \"file\" }".into(), "there is no format"),
+        ("command = [\"t\", \"{output}\"]\noutput = { type = \"file\" }".into(), "\"format\" is missing"),
         (
             "command = [\"t\", \"{output}\"]\noutput = { type = \"files\", names = [\"../x\"] }".into(),
-            "\"../x\" is no name of a file",
+            "\"../x\" is not a valid file name",
         ),
         (
             "command = [\"t\", \"{output}\"]\noutput = { type = \"files\", names = [\"x\", \"X\"] }".into(),
-            "is there twice",
+            "is listed twice",
         ),
         (
             "command = [\"t\", \"{input}\", \"{output}\"]\noutput = { type = \"brdf\" }".into(),
@@ -490,8 +502,8 @@ fn what_does_not_fit_is_told_before_anything_runs() {
         ),
     ];
     for (stage, expected) in cases {
-        let faults = Project::new(&stage, &[]).faults();
-        assert!(faults.contains(expected), "no {expected:?} in {faults}\n{stage}");
+        let errors = Project::new(&stage, &[]).errors();
+        assert!(errors.contains(expected), "no {expected:?} in {errors}\n{stage}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Explicit maps are written, hold what the reflection says, and come back.
+//! Explicit maps are written, hold the reflection's values, and are read back.
 
 use brdf::{BrdfCoefficients, Centre};
 use containers::{ReadOptions, read_image, read_texture};
@@ -14,7 +14,8 @@ use crate::fixture::{Case, case, difference, pixels, sky_lighting};
 /// Values are below 3; f32 keeps 6e-8 of them, and sums of 25 coefficients some of those.
 const F32: f64 = 1e-6;
 
-/// A half keeps 11 bits, rounded: 2^-12 of values below 4; coefficients are sums of such errors times 3.5 / views.
+/// A half keeps 11 bits, rounded: 2^-12 of values below 4; coefficients are sums of such errors times 3.5 /
+/// views.
 const HALF: f64 = 2e-3;
 
 /// The reflection of the sky, F = 2, by a made-up BRDF of degree P with terms up to |q| = `azimuth`.
@@ -53,7 +54,7 @@ fn vector(value: &Value) -> [f64; 3] {
     serde_json::from_value(value.clone()).unwrap()
 }
 
-/// The three weights by the rule that the index tells, from nothing but the index.
+/// The three weights by the rule in the index, from nothing but the index.
 fn blend(index: &Value, view: Direction) -> Vec<(usize, f64)> {
     let vertex =
         |k: &Value| sphere::DVec3::from_array(vector(&index["maps"][k.as_u64().unwrap() as usize]["view"]));
@@ -146,8 +147,8 @@ fn a_sphere_map_is_looked_up_as_its_index_says() {
 
 #[test]
 fn every_format_of_cabrals_maps_comes_back() {
-    // RGBE keeps 8 bits of the largest channel, cut: 2^-7 of values below 4. It has no negative values, which the field of
-    // P = 2 has.
+    // RGBE keeps 8 bits of the largest channel, cut: 2^-7 of values below 4. It has no negative values, which
+    // the field of P = 2 has.
     for (parameters, tolerance) in [
         ("format = \"exr\"\nprecision = \"float\"", F32),
         ("format = \"exr\"", HALF),
@@ -177,12 +178,13 @@ fn every_format_of_cabrals_maps_comes_back() {
 }
 
 #[test]
-fn twelve_views_of_a_higher_degree_lose_and_tell() {
+fn twelve_views_of_a_higher_degree_lose_energy_with_a_note() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(4, 2));
     let note = &exported.run().unwrap().notes;
     assert!(
-        note.iter()
-            .any(|note| note.ends_with("changes with the view faster (P = 3 to 4) than twelve views follow"))
+        note.iter().any(
+            |note| note.ends_with("changes faster with the view (P = 3 to 4) than twelve views can hold")
+        )
     );
     let ran = import("", &exported).run().unwrap();
     assert_eq!(ran.artifact::<Shrm>().0.p().get(), 2);
@@ -194,8 +196,8 @@ fn twelve_views_of_a_higher_degree_lose_and_tell() {
     );
 }
 
-/// The middle of a 64-texel ball has 1 / 16 radians a texel: h^2 / 8 of second derivatives up to 9 times 2; the rim spoils a
-/// few texels of each of the twelve views.
+/// The middle of a 64-texel ball has 1 / 16 radians a texel: h^2 / 8 of second derivatives up to 9 times 2;
+/// the rim spoils a few texels of each of the twelve views.
 #[test]
 fn sphere_maps_come_back_blurred_and_say_so() {
     let exported = export("export-cabral", "layout = \"sphere\"\nresolution = 64", reflection(2, 2));
@@ -292,8 +294,8 @@ fn view_maps_hold_every_view_and_come_back() {
         }
     }
     let few = export("export-view-maps", "views = 4\nresolution = 3", reflection(2, 2)).run().unwrap();
-    let told = "4 x 4 views hold P = 1; the field has P = 2, for which views = 5 is enough";
-    assert!(few.notes.iter().any(|note| note == told), "{:?}", few.notes);
+    let message = "4 x 4 views hold P = 1; the field has P = 2, for which views = 5 is enough";
+    assert!(few.notes.iter().any(|note| note == message), "{:?}", few.notes);
 }
 
 /// A map that arrives is taken as it is on its own texels, and interpolated on others.
@@ -324,9 +326,9 @@ fn maps_are_made_from_a_map_too() {
     assert_eq!(pixels(&ball[0]).0, 16);
 }
 
-/// The exports of what came back are those of what was written.
+/// The exports of an imported map equal the files that were imported.
 #[test]
-fn what_came_back_is_exported_again() {
+fn an_imported_map_is_exported_again() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(2, 2));
     let back = import("", &exported).artifact::<Shrm>();
     let again = case("export-cabral", "precision = \"float\"").input("reflection", (*back).clone());
@@ -336,7 +338,7 @@ fn what_came_back_is_exported_again() {
 }
 
 #[test]
-fn bad_maps_are_told_by_file() {
+fn bad_maps_are_reported_by_file() {
     let exported =
         export("export-view-maps", "views = 3\nformat = \"exr\"\nresolution = 2", reflection(1, 1));
     let files = exported.files();
@@ -367,7 +369,7 @@ fn bad_maps_are_told_by_file() {
     check(
         "/view-004.exr",
         Some(picture(3, 18, 0.5)),
-        "view-004.exr: 3 x 3 texels, but view-000.exr has 2 x 2; all maps of an index have one size",
+        "view-004.exr: 3 x 3 texels, but view-000.exr has 2 x 2; all maps of an index must have the same size",
     );
     check(
         "/view-004.exr",
@@ -399,7 +401,7 @@ fn bad_maps_are_told_by_file() {
     );
     check("/view-maps.json", edit("view-001.exr", "../new/view-001.exr"), "view-001.exr: cannot read ");
     check("/view-maps.json", Some(b"{}".to_vec()), "missing field `format`");
-    // Nine views, eight of them alike, determine one coefficient.
+    // Nine views, eight of them equal, determine one coefficient.
     let mut value: Value = serde_json::from_slice(&files[9]).unwrap();
     for k in 1..9 {
         value["maps"][k]["view"] = value["maps"][0]["view"].clone();
@@ -439,7 +441,7 @@ fn parts_of_textures_are_checked() {
 }
 
 #[test]
-fn values_past_the_largest_half_are_told() {
+fn values_past_the_largest_half_are_reported() {
     let mut bright = reflection(2, 2);
     let lighting = sh::Expansion::from_coefficients(
         bright.0.lighting().degree(),
@@ -461,34 +463,34 @@ fn values_past_the_largest_half_are_told() {
 }
 
 #[test]
-fn negative_values_that_rgbe_cannot_hold_are_told() {
+fn negative_values_that_rgbe_cannot_hold_are_reported() {
     let mut lighting = sky_lighting().0;
     lighting.coefficients_mut().iter_mut().for_each(|row| *row = row.map(|value| -value));
     let dark = Reflection(shrm::Reflection::convolve(&lighting, reflection(2, 2).0.brdf()));
     let ran =
         case("export-cabral", "resolution = 2\nformat = \"rgbe\"").input("reflection", dark).run().unwrap();
-    assert!(ran.warnings[0].ends_with("values are negative, and RGBE has them as 0"), "{:?}", ran.warnings);
+    assert!(ran.warnings[0].ends_with("values are negative; RGBE stores them as 0"), "{:?}", ran.warnings);
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_or_no_sense_are_faults() {
+fn parameters_without_effect_or_out_of_range_are_errors() {
     for (kind, parameters, expected) in [
         (
             "export-cabral",
             "format = \"rgbe\"\nprecision = \"float\"",
-            "precision: format = \"rgbe\" has its own",
+            "precision: format = \"rgbe\" has a precision of its own",
         ),
         (
             "export-cabral",
             "precision = \"float\"\noverflow = \"error\"",
             "overflow: only precision = \"half\" uses it",
         ),
-        ("export-kautz-mccool", "slices = 1", "slices: 1 is not 2 to 256"),
-        ("export-view-maps", "views = 65", "views: 65 is not 1 to 64"),
-        ("import-reflection-maps", "degree = 65", "degree: 65 is not 0 to 64"),
-        ("import-reflection-maps", "resolution = 0", "resolution: 0 is not 1 to 4096"),
+        ("export-kautz-mccool", "slices = 1", "slices: 1 is not a whole number from 2 to 256"),
+        ("export-view-maps", "views = 65", "views: 65 is not a whole number from 1 to 64"),
+        ("import-reflection-maps", "degree = 65", "degree: 65 is not a whole number from 0 to 64"),
+        ("import-reflection-maps", "resolution = 0", "resolution: 0 is not a whole number from 1 to 4096"),
     ] {
-        assert_eq!(case(kind, parameters).faults(), [expected]);
+        assert_eq!(case(kind, parameters).errors(), [expected]);
     }
 }
 
@@ -519,7 +521,7 @@ fn more_maps_than_a_file_holds_are_refused() {
 
 /// A line of a hand-written index that was copied and not changed.
 #[test]
-fn a_map_or_a_view_that_is_named_twice_is_told() {
+fn a_map_or_a_view_that_is_named_twice_is_reported() {
     let exported =
         export("export-view-maps", "views = 3\nformat = \"exr\"\nresolution = 2", reflection(1, 1));
     assert!(import("", &exported).run().unwrap().warnings.is_empty());
@@ -534,11 +536,11 @@ fn a_map_or_a_view_that_is_named_twice_is_told() {
         let case = (0..9).fold(case, |case, k| case.file(&format!("old/view-00{k}.exr"), files[k].clone()));
         assert_eq!(case.source("old/i.json").run().unwrap().warnings, [expected]);
     };
-    check("file", "entries 3 and 5 of `maps` name one map, view-002.exr");
-    check("view", "entries 3 and 5 of `maps`, in view-002.exr and view-004.exr, have one view");
+    check("file", "entries 3 and 5 of `maps` name the same map, view-002.exr");
+    check("view", "entries 3 and 5 of `maps`, in view-002.exr and view-004.exr, have the same view");
 }
 
-/// Faces of a cube in one picture look where the faces of `export-reflection-map` look.
+/// Faces of a cube in one picture have the orientation of those of `export-reflection-map`.
 #[test]
 fn the_faces_of_a_picture_lie_in_file_order() {
     let exported = export("export-cabral", "resolution = 3\nprecision = \"float\"", reflection(1, 1));

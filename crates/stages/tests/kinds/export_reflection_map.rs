@@ -8,7 +8,7 @@ fn export(parameters: &str) -> Case {
     case("export-reflection-map", parameters).input("reflection", reflection(lambert(1.0), 2))
 }
 
-/// What a white matte surface reflects of [`sky`] where its normal is w: degree 1 times 2/3, xy times 1/4.
+/// The reflection of [`sky`] by a white matte surface with the normal w: degree 1 times 2/3, xy times 1/4.
 fn irradiance(w: sphere::DVec3) -> [f64; 3] {
     let base = 1.0 + w.z / 3.0;
     [base + 0.2 * w.x, base, base + 0.2 * w.y + 0.05 * w.x * w.y]
@@ -57,7 +57,8 @@ fn strip_and_cross_hold_the_faces() {
     assert_eq!(cross[0], [0.0; 3]);
 }
 
-/// What is written is read back under the same layout; cubes are resampled, and a texel of 2 / 32 blurs by its square.
+/// What is written is read back under the same layout; cubes are resampled, and a texel of 2 / 32 blurs by
+/// its square.
 #[test]
 fn every_layout_is_imported_again() {
     let truth = environment(64, irradiance);
@@ -111,7 +112,7 @@ fn ringing(parameters: &str) -> Case {
 }
 
 #[test]
-fn what_rings_below_zero_is_counted_and_kept_where_it_can_be() {
+fn negative_ringing_is_counted_and_kept_if_the_format_can() {
     let ran = ringing("resolution = 16").run().unwrap();
     assert!(ran.notes[0].contains("values are negative, the least -"), "{:?}", ran.notes);
     assert!(ran.warnings.is_empty());
@@ -135,41 +136,41 @@ fn bright(parameters: &str) -> Case {
 }
 
 #[test]
-fn values_past_the_largest_half_are_told() {
+fn values_past_the_largest_half_are_reported() {
     let past = |found: &[[f32; 3]]| found.iter().flatten().filter(|value| **value > 65504.0).count();
     for layout in ["lat-long", "cube"] {
         let shape = format!("layout = \"{layout}\"\nresolution = 4\n");
         let exact = bright(&format!("{shape}precision = \"float\"")).files();
         let count: usize = exact.iter().map(|file| past(&pixels(file).2)).sum();
         assert!(count > 0);
-        let told = format!("{count} values are past 65504, the largest half");
+        let message = format!("{count} values exceed 65504, the largest half");
         // One warning for all the files of an item.
         let ran = bright(&shape).run().unwrap();
         assert_eq!(
             ran.warnings,
-            [format!("{told}, and became it; precision = \"float\" keeps them")],
+            [format!("{message}, and were clamped to it; precision = \"float\" keeps them")],
             "{layout}"
         );
         assert!(bright(&shape).files().iter().all(|file| past(&pixels(file).2) == 0));
         let failure = bright(&format!("{shape}overflow = \"error\"")).run().err().unwrap();
-        assert_eq!((failure.chain, failure.help.is_some()), (vec![told], true));
+        assert_eq!((failure.chain, failure.help.is_some()), (vec![message], true));
     }
     assert!(export("overflow = \"error\"").run().unwrap().warnings.is_empty());
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_are_faults() {
+fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [
-        ("resolution = 0", "resolution: 0 is not 1 to 4096"),
+        ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096"),
         (
             "overflow = \"error\"\nprecision = \"float\"",
             "overflow: only format = \"exr\" with precision = \"half\" uses it",
         ),
-        ("format = \"png\"\nexposure = 101", "exposure: 101 is not -100 to 100 stops"),
+        ("format = \"png\"\nexposure = 101", "exposure: 101 is not a number from -100 to 100"),
         ("exposure = 1", "exposure: only format = \"png\" uses it"),
         ("format = \"png\"\nprecision = \"float\"", "precision: only format = \"exr\" uses it"),
     ] {
-        assert_eq!(case("export-reflection-map", parameters).faults(), [expected]);
+        assert_eq!(case("export-reflection-map", parameters).errors(), [expected]);
     }
 }
 
@@ -221,8 +222,8 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
     }
     let accuracy = shrm::accuracy::Accuracy::of(&field, [0.0; 3], 0.0);
     let lost = 100.0 * accuracy.at(2, 0).truth;
-    let told: f64 = notes[0].split("; ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!(lost > 1.0 && (told - lost).abs() < 1e-3, "{notes:?}, not {lost}");
+    let noted: f64 = notes[0].split("; ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(lost > 1.0 && (noted - lost).abs() < 1e-3, "{notes:?}, not {lost}");
 }
 
 #[test]

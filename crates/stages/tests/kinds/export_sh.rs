@@ -48,18 +48,21 @@ fn every_preset_is_written() {
 
 #[test]
 fn safetensors_take_no_preset() {
-    let faults = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").faults();
-    assert_eq!(faults, ["preset: safetensors hold Specula's own coefficients only"]);
+    let errors = case("export-sh", "format = \"safetensors\"\npreset = \"unity\"").errors();
+    assert_eq!(
+        errors,
+        ["preset: format = \"safetensors\" holds coefficients in Specula's own convention only"]
+    );
 }
 
-/// The manual says of each preset what its files say.
+/// The manual describes each preset as its files do.
 #[test]
 fn the_manual_holds_every_preset_in_full() {
     let manual = stages::kinds().get("export-sh").unwrap().manual();
     let manual = manual.split_whitespace().collect::<Vec<_>>().join(" ");
     for preset in containers::lighting_json::Preset::ALL {
         let definition = preset.definition();
-        let told = format!(
+        let message = format!(
             "`{}` - frame: {} - yaw: {} - signs: {} - scale: {} - source: {}",
             preset.name(),
             definition.frame,
@@ -68,6 +71,6 @@ fn the_manual_holds_every_preset_in_full() {
             definition.scale,
             definition.source
         );
-        assert!(manual.contains(&told), "{told}");
+        assert!(manual.contains(&message), "{message}");
     }
 }

@@ -36,12 +36,12 @@ fn grids() -> [(&'static str, MapGrid); 2] {
     [(CUBE, MapGrid::Cube(Cube { edge: 3 })), (LAT_LONG, MapGrid::LatLong(LatLong { width: 8, height: 4 }))]
 }
 
-/// Values below 8 as f32: half a unit in the last place of 2^-21, twice for what is computed before.
+/// Values below 8 as f32: half a unit in the last place of 2^-21, twice because of earlier rounding.
 const F32: f64 = 1e-6;
 /// As halves: half of 2^-8.
 const HALF: f64 = 0.002;
 
-/// The largest difference of a texel's rows from what they should be.
+/// The largest difference of a texel's rows from the expected ones.
 fn error(found: &[[f32; 3]], expected: &[[f64; 3]]) -> f64 {
     crate::fixture::difference(found, expected)
 }
@@ -240,7 +240,7 @@ fn map(grid: MapGrid, view: View) -> Shrm {
 }
 
 #[test]
-fn a_map_that_arrives_is_written_as_it_is() {
+fn a_map_that_arrives_is_written_unchanged() {
     for (shape, grid) in grids() {
         for view in [View::Local, View::Global] {
             let from_map =
@@ -280,21 +280,20 @@ fn a_map_that_arrives_is_not_made_into_another() {
         let failure =
             case("export-shrm", parameters).input("reflection", map(cube, view)).run().err().unwrap();
         assert_eq!(failure.to_string(), message);
-        assert!(failure.help.unwrap().contains("out, or make the map anew"));
+        assert!(failure.help.unwrap().contains(", or make a new map"));
     }
 }
 
 #[test]
-fn degrees_resolution_and_size_are_told() {
+fn degrees_resolution_and_size_are_noted() {
     let ran = export(CUBE).run().unwrap();
     let engine::Output::Files(files) = &ran.output else { panic!("no files") };
-    let told =
-        "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups miss an estimated ";
-    assert!(ran.notes[0].starts_with(told), "{}", ran.notes[0]);
+    let message = "F = 2, P = 2: a local cube of 3, 54 texels of 9 coefficients; bilinear look-ups have an estimated error of ";
+    assert!(ran.notes[0].starts_with(message), "{}", ran.notes[0]);
     assert_eq!(ran.notes[1], format!("{} bytes", files[0].len()));
     let zonal = case("export-shrm", LAT_LONG).input("reflection", made_up(false)).run().unwrap();
-    let told = "a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0, all others being zero; bilinear";
-    assert!(zonal.notes[0].contains(told), "{}", zonal.notes[0]);
+    let message = "a local lat-long map of 8 x 4, 32 texels of 3 coefficients with q = 0; all others are zero; bilinear";
+    assert!(zonal.notes[0].contains(message), "{}", zonal.notes[0]);
     let lambert = case("export-shrm", CUBE).input("reflection", reflection(lambert(0.5), 2)).run().unwrap();
     assert!(lambert.notes[0].starts_with("F = 2, P = 0: "), "{}", lambert.notes[0]);
 }
@@ -308,8 +307,8 @@ fn an_error_chooses_the_resolution() {
             let ran = case.run().unwrap();
             let [_, rows, _] = tensors::decode_shrm(&case.files()[0]).unwrap().grid().shape();
             assert_eq!(rows, expected.texels, "{words}, {error}");
-            let told = format!("estimated {:.1e} of RMS radiance", expected.estimated_error);
-            assert!(ran.notes[0].ends_with(&told), "{}", ran.notes[0]);
+            let message = format!("estimated error of {:.1e} of the RMS radiance", expected.estimated_error);
+            assert!(ran.notes[0].ends_with(&message), "{}", ran.notes[0]);
         }
     }
     // Degree 2 asks for no more than an edge of 10, to the next multiple of 4.
@@ -321,7 +320,7 @@ fn an_error_chooses_the_resolution() {
 }
 
 #[test]
-fn values_past_the_largest_half_are_told() {
+fn values_past_the_largest_half_are_reported() {
     let bright = |parameters: &str| {
         let values = vec![[7e4, 1.0, -7e4]; 6];
         let cube = MapGrid::Cube(Cube { edge: 1 });
@@ -331,9 +330,12 @@ fn values_past_the_largest_half_are_told() {
     };
     for format in ["exr", "ktx2"] {
         let ran = bright(&format!("format = \"{format}\"")).run().unwrap();
-        let told = "12 values are past 65504, the largest half";
-        assert_eq!(ran.warnings, [format!("{told}, and became it; precision = \"float\" keeps them")]);
-        assert_eq!(bright(&format!("format = \"{format}\"\noverflow = \"error\"")).failure(), told);
+        let message = "12 values exceed 65504, the largest half";
+        assert_eq!(
+            ran.warnings,
+            [format!("{message}, and were clamped to it; precision = \"float\" keeps them")]
+        );
+        assert_eq!(bright(&format!("format = \"{format}\"\noverflow = \"error\"")).failure(), message);
         let kept = bright(&format!("format = \"{format}\"\nprecision = \"float\"")).run().unwrap();
         assert!(kept.warnings.is_empty());
     }
@@ -341,19 +343,19 @@ fn values_past_the_largest_half_are_told() {
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_are_faults() {
+fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [
         ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = 5000", "resolution: 5000 is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = \"best\"", "resolution: \"best\" is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = 8\nerror = 0.1", "error: only resolution = \"auto\" uses it"),
-        ("error = 1", "error: 1 is not 0.000001 or more and below 1"),
+        ("error = 1", "error: 1 is not a number, 0.000001 or more and below 1"),
         ("precision = \"float\"", "precision: only format = \"exr\" or \"ktx2\" uses it"),
         (
             "overflow = \"error\"",
             "overflow: only format = \"exr\" or \"ktx2\" with precision = \"half\" uses it",
         ),
     ] {
-        assert_eq!(case("export-shrm", parameters).faults(), [expected]);
+        assert_eq!(case("export-shrm", parameters).errors(), [expected]);
     }
 }

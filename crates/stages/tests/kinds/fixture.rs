@@ -18,7 +18,7 @@ fn absolute(path: &str) -> PathBuf {
     Path::new("/memory").join(path)
 }
 
-/// Files that exist only here; beside them the system's programs are to be seen.
+/// Files that exist only in memory, in addition to the system's programs.
 #[derive(Default)]
 pub(crate) struct Memory(BTreeMap<PathBuf, Arc<Vec<u8>>>);
 
@@ -64,7 +64,7 @@ pub(crate) struct Case {
     scratch: Option<PathBuf>,
 }
 
-/// What a run made and said.
+/// The output and the messages of a run.
 pub(crate) struct Ran {
     pub(crate) output: Output,
     pub(crate) notes: Vec<String>,
@@ -124,9 +124,9 @@ impl Case {
         kinds.get(self.kind).unwrap().configure(&table(&self.parameters))
     }
 
-    /// The messages of the faults of the parameters.
-    pub(crate) fn faults(&self) -> Vec<String> {
-        self.configure().err().unwrap_or_default().into_iter().map(|fault| fault.message).collect()
+    /// The messages of the errors of the parameters.
+    pub(crate) fn errors(&self) -> Vec<String> {
+        self.configure().err().unwrap_or_default().into_iter().map(|error| error.message).collect()
     }
 
     /// What an item makes.
@@ -137,8 +137,8 @@ impl Case {
         self.configure().unwrap().product(&types)
     }
 
-    /// Runs it, and checks that what came is what was promised, twice the same, and that an artifact's bytes
-    /// decode to the value.
+    /// Runs it twice, and checks that the output is of the declared product, that both runs agree, and that
+    /// an artifact's bytes decode to the value.
     pub(crate) fn run(&self) -> Result<Ran, Failure> {
         let configured = self.configure().unwrap();
         let mut context = Context::new(&self.files)
@@ -206,7 +206,7 @@ impl Case {
 }
 
 impl Ran {
-    /// The artifact, which is also what its bytes decode to.
+    /// The artifact; its bytes decode to the same value.
     pub(crate) fn artifact<T: Artifact + PartialEq>(&self) -> Arc<T> {
         let Output::Artifact { bytes, value } = &self.output else { panic!("not an artifact") };
         let value = Arc::clone(value).downcast::<T>().ok().unwrap();

@@ -39,7 +39,7 @@ fn a_lat_long_image_keeps_its_pixels() {
 fn exposure_is_in_stops() {
     let imported = import("exposure = -1.0", "a.exr", lat_long(8)).artifact::<Environment>();
     assert_eq!(*imported, environment(8, |w| sky(w).map(|value| value / 2.0)));
-    assert_eq!(import("exposure = 101", "a.exr", "").faults().len(), 1);
+    assert_eq!(import("exposure = 101", "a.exr", "").errors().len(), 1);
     let bright = exr(2, 1, vec![[1e30; 3]; 2]);
     assert_eq!(import("exposure = 40", "a.exr", bright).failure(), "exposure 40 makes a value infinite");
 }
@@ -48,17 +48,18 @@ fn exposure_is_in_stops() {
 fn resolution_resizes() {
     let imported = import("resolution = 4", "a.exr", lat_long(8)).artifact::<Environment>();
     assert_eq!(imported.0.grid(), LatLong::with_rows(4));
-    // A texel is the mean of four: with the sky's slope below 1 a radian, off by h^2 / 8 times its bend at most.
+    // A texel is the mean of four: with the sky's slope below 1 a radian, off by h^2 / 8 times its bend at
+    // most.
     assert!(difference(imported.0.pixels(), environment(4, sky).0.pixels()) < 0.1);
-    let message = &case("import-environment", "resolution = 0").faults()[0];
-    assert_eq!(message, "resolution: 0 is not 1 to 8192");
+    let message = &case("import-environment", "resolution = 0").errors()[0];
+    assert_eq!(message, "resolution: 0 is not a whole number from 1 to 8192");
 }
 
 /// The same sky in OpenEXR's own lat-long and cube, whose pixel centres lie on the poles and the edges.
 ///
-/// Bilinear interpolation and the mean over a texel blur by (h^2 + g^2 / 2) / 12 of the Laplacian (1.8 at most; h = 2 / 15 in
-/// the middle of a face, g = pi / 32): 0.003. A texel at a pole is a triangle, whose mean lies g / 6 farther out than its
-/// centre, where the sky's slope is 0.36: 0.006.
+/// Bilinear interpolation and the mean over a texel blur by (h^2 + g^2 / 2) / 12 of the Laplacian (1.8 at
+/// most; h = 2 / 15 in the middle of a face, g = pi / 32): 0.003. A texel at a pole is a triangle, whose mean
+/// lies g / 6 farther out than its centre, where the sky's slope is 0.36: 0.006.
 #[test]
 fn openexr_envmap_attribute_is_honoured() {
     let truth = environment(32, sky);
@@ -79,7 +80,7 @@ fn openexr_envmap_attribute_is_honoured() {
     let error = difference(imported.0.pixels(), truth.0.pixels());
     assert!(error < 0.009, "{error}");
 
-    // The manifest's word stands against the attribute's, aloud.
+    // If the manifest contradicts the attribute, the manifest wins, with a warning.
     let ran = import("layout = \"lat-long\"", "a.exr", file).run().unwrap();
     assert_eq!(
         ran.warnings,
@@ -88,7 +89,7 @@ fn openexr_envmap_attribute_is_honoured() {
     assert!(difference(ran.artifact::<Environment>().0.pixels(), truth.0.pixels()) > 0.012);
 }
 
-/// Six files, each of one colour that tells its face.
+/// Six files, each of one colour that identifies its face.
 fn faces(names: [&str; 6], edge: usize) -> Case {
     let mut case = case("import-environment", "").source("sets/sky").file("sets/sky/notes.txt", "");
     for (index, name) in names.iter().enumerate() {
@@ -127,7 +128,7 @@ fn one_face_names_its_set() {
 }
 
 #[test]
-fn faces_that_are_missing_or_wrong_are_told() {
+fn faces_that_are_missing_or_wrong_are_reported() {
     let failure = faces(["px.exr", "nx.exr", "py.exr", "top.exr", "pz.exr", "nz.exr"], 2).failure();
     assert_eq!(failure, "sky: py.exr and top.exr are the same face");
     let failure = faces(["px.exr", "nx.exr", "py.exr", "down.txt", "pz.exr", "nz.exr"], 2).failure();
@@ -137,12 +138,13 @@ fn faces_that_are_missing_or_wrong_are_told() {
 }
 
 #[test]
-fn crosses_and_strips_are_told_by_their_shape() {
+fn crosses_and_strips_are_recognised_by_their_shape() {
     let cube = Cube { edge: 6 };
     let looks = |face, row, column| sky(cube.direction(face, row, column).vector()).map(|value| value as f32);
     let strip: Vec<_> = (0..6 * 36).map(|i| looks(Face::ALL[i / 36], i / 6 % 6, i % 6)).collect();
     let imported = import("layout = \"cube-strip\"", "a.exr", exr(6, 36, strip)).artifact::<Environment>();
-    // Texels in the middle of a face span 1/3: bilinear and mean err by 0.02 where the sky bends most.
+    // Texels in the middle of a face span 1/3: where the sky bends most, interpolation and mean have an error
+    // of 0.02.
     assert!(difference(imported.0.pixels(), environment(12, sky).0.pixels()) < 0.04);
     let failure = import("layout = \"cube-cross\"", "a.exr", exr(6, 1, vec![[1.0; 3]; 6])).failure();
     assert!(failure.contains("cube cross is 4 cells wide and 3 high"), "{failure}");
@@ -179,7 +181,7 @@ fn bad_pixels_are_counted_placed_and_treated_as_asked() {
 }
 
 #[test]
-fn files_that_are_none_say_what_they_are() {
+fn files_of_other_formats_are_named_in_the_error() {
     for (bytes, expected) in [
         (Vec::new(), "the file is empty"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n".to_vec(), "git lfs pull"),
@@ -195,7 +197,7 @@ fn files_that_are_none_say_what_they_are() {
 }
 
 #[test]
-fn a_png_is_told_to_hold_no_high_dynamic_range() {
+fn a_png_without_high_dynamic_range_is_warned_of() {
     let png = containers::write_png(2, 1, &[[255, 0, 188]; 2], None).unwrap();
     let ran = import("", "a.png", png).run().unwrap();
     assert!(ran.warnings[0].starts_with("a.png: PNG holds no high dynamic range"), "{:?}", ran.warnings);

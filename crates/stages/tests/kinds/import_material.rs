@@ -44,7 +44,8 @@ fn models_take_their_parameters() {
     );
 }
 
-/// Every model of the list, with the parameters that it must have and one of each choice, is read by the one mechanism.
+/// Every model of the list, with the parameters that it must have and one of each choice, is read by the one
+/// mechanism.
 #[test]
 fn every_model_can_be_imported() {
     for (model, rest) in [
@@ -82,7 +83,7 @@ fn layers_are_materials_in_an_array() {
 
 /// What is read can also be handed on: the artifact's bytes hold the deepest layers that are allowed.
 #[test]
-fn layers_may_lie_in_layers_to_a_depth() {
+fn layers_may_be_nested_to_a_depth() {
     let nested = |depth: usize| {
         let heads = (1..=depth).map(|depth| format!("[[{}]]\n", vec!["layers"; depth].join(".")));
         import(&format!("{}model = \"lambert\"\nalbedo = 0.5", heads.collect::<String>()))
@@ -95,7 +96,7 @@ fn layers_may_lie_in_layers_to_a_depth() {
     let failure = nested(33).failure();
     assert_eq!(
         failure,
-        "gold.toml:33:227: layers lie more than 32 deep in layers; put them side by side: they are summed"
+        "gold.toml:33:227: layers are nested more than 32 deep; put them side by side in one list: layers are summed"
     );
 }
 
@@ -124,12 +125,12 @@ fn case_of(name: &str, text: &str) -> Case {
 }
 
 #[test]
-fn faults_of_measured_files_say_what_and_where() {
+fn errors_of_measured_files_say_what_and_where() {
     for (text, expected) in [
         ("model = \"measured\"", "gold.toml:1:1: \"file\" is missing"),
         (
             "model = \"measured\"\nfile = \"paint.txt\"",
-            "gold.toml:2:8: file: the ending of \"paint.txt\" is none of a measured BRDF; expected one of: .binary (merl), .brdf \
+            "gold.toml:2:8: file: \"paint.txt\" does not have the extension of a measured BRDF; expected one of: .binary (merl), .brdf \
              (cornell), .curet (curet), .csv (table); or give its format, as in format = \"merl\"",
         ),
         (
@@ -150,12 +151,12 @@ fn faults_of_measured_files_say_what_and_where() {
 }
 
 #[test]
-fn all_faults_are_told_each_with_its_place() {
+fn all_errors_are_reported_each_with_its_place() {
     let failure = import("model = \"phong\"\nexponant = 4\nspecular = [1, 2]\n").run().err().unwrap();
     assert_eq!(
         failure.chain,
         [
-            "gold.toml: 3 faults",
+            "gold.toml: 3 errors",
             "gold.toml:1:1: \"exponent\" is missing; expected exponent = a number from 0 to 1e9",
             "gold.toml:2:1: unknown key \"exponant\"; expected one of: exponent, specular; did you mean \"exponent\"?",
             "gold.toml:3:12: specular: 2 numbers are not a colour; expected a colour: [red, green, blue] or one \
@@ -168,7 +169,7 @@ fn all_faults_are_told_each_with_its_place() {
     assert_eq!(
         failure.chain,
         [
-            "gold.toml: 8 faults".to_owned(),
+            "gold.toml: 8 errors".to_owned(),
             "gold.toml:2:33: exponent: -4 is not a number from 0 to 1e9".into(),
             "gold.toml:2:52: specular: -2 is not a number from 0 to 1e6".into(),
             "gold.toml:2:56: specular: \"x\" is not a number from 0 to 1e6".into(),
@@ -199,7 +200,7 @@ fn one_fault_stands_alone() {
         ),
         (
             "model = \"lambert\"\nalbedo = 1\nlayers = [{ model = \"phong\", exponent = 3 }]",
-            "gold.toml:3:1: layers stand beside model = \"lambert\"; make the model one of the layers".into(),
+            "gold.toml:3:1: `layers` cannot be combined with model = \"lambert\"; make the model one of the layers".into(),
         ),
         ("model = 3", format!("gold.toml:1:9: 3 is not a string; {expected_models}")),
         ("model = \"phong\"\nexponent = -1", "gold.toml:2:12: exponent: -1 is not a number from 0 to 1e9".into()),
@@ -241,7 +242,7 @@ fn a_material_that_makes_light_is_warned_of() {
     assert_eq!(
         ran.warnings,
         [
-            "the material reflects more light than falls on it: 1.500 times as much toward a view 0 degrees from the normal"
+            "the material reflects more light than falls on it: 1.500 times as much when viewed 0 degrees from the normal"
         ]
     );
     let both = "layers = [{ model = \"lambert\", albedo = 0.8 }, { model = \"phong\", exponent = 9, specular = 0.8 }]";
@@ -268,14 +269,17 @@ fn a_folder_is_no_material() {
     assert!(failure.help.unwrap().contains("*.toml"));
 }
 
-/// Pictures, and tables under a foreign name, are not told fifty faults of syntax.
+/// For pictures, and tables with another extension, syntax errors are not listed.
 #[test]
-fn what_is_no_material_by_content_and_name_is_told_so() {
+fn a_file_that_is_not_a_material_is_reported_as_such() {
     for content in [&b"\x76\x2f\x31\x01\xff"[..], b"theta_i,theta_o\n1,2\n3,4\n"] {
         let failure =
             case("import-material", "").file("sky.exr", content).source("sky.exr").run().err().unwrap();
         assert_eq!(failure.chain.len(), 2, "{:?}", failure.chain);
-        assert_eq!(failure.chain[0], "sky.exr is not TOML, and its ending is none of a measured BRDF");
+        assert_eq!(
+            failure.chain[0],
+            "sky.exr is not TOML, and does not have the extension of a measured BRDF"
+        );
         assert!(failure.help.unwrap().contains(".toml, or one of: .binary (merl)"));
     }
     // TOML under any name is a material.

@@ -7,8 +7,9 @@ use stages::artifacts::Mesh;
 
 use crate::fixture::{Case, case};
 
-/// A square of side 2 that faces +X_file, our +Y, twice: with a picture on it that is turned by a quarter, so that no
-/// other rule gives its tangent, and with one coordinate everywhere, which gives none. Its numbers lie beside it.
+/// A square of side 2 that faces +X_file, our +Y, twice: with a picture on it that is turned by a quarter, so
+/// no other rule gives its tangent, and with one coordinate everywhere, which gives none. Its numbers are in
+/// separate files.
 pub(crate) fn square() -> Case {
     let numbers: Vec<f32> = vec![
         0.0, -1.0, 1.0, 0.0, -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, // positions
@@ -39,7 +40,7 @@ pub(crate) fn square() -> Case {
         .source("meshes/square.gltf")
 }
 
-/// The corpus's helmet, its numbers beside it.
+/// The corpus's helmet, with its numbers in separate files.
 pub(crate) fn helmet(corpus: &Path) -> Case {
     let read = |name: &str| std::fs::read(corpus.join("mesh/FlightHelmet").join(name)).unwrap();
     case("import-mesh", "")
@@ -55,7 +56,7 @@ fn a_mesh_is_read_with_the_files_beside_it() {
     assert_eq!(mesh.0.triangles(), [[0, 1, 2], [3, 4, 5], [6, 7, 8], [9, 10, 11]]);
     assert_eq!(mesh.0.positions()[..2], [[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]]);
     assert!(mesh.0.normals().iter().all(|normal| *normal == [0.0, 1.0, 0.0]));
-    // Where the picture's u grows, and east of a normal to the north: Z x Y.
+    // The direction in which the picture's u grows; and for a normal to the north, east: Z x Y.
     assert_eq!(mesh.0.tangents()[..6], [[0.0, 0.0, 1.0, 1.0]; 6]);
     assert_eq!(mesh.0.tangents()[6..], [[-1.0, 0.0, 0.0, 1.0]; 6]);
     let read: Vec<_> = ran.reads.iter().filter_map(|read| read.path.file_name()).collect();

@@ -1,4 +1,4 @@
-//! What must hold for every kind of the list.
+//! Rules that hold for every kind of the list.
 
 use std::collections::HashSet;
 
@@ -35,8 +35,8 @@ fn every_manual_has_an_example_that_parses_with_its_kind() {
                 assert_eq!(table.get("source").is_some(), kind.has_source(), "{}", kind.name());
                 let own = table.entries.iter().filter(|entry| !OWNED.contains(&entry.key.as_str()));
                 let parameters = Table { span: table.span.clone(), entries: own.cloned().collect() };
-                let faults = kind.configure(&parameters).err();
-                assert!(faults.is_none(), "{}: {faults:?}", kind.name());
+                let errors = kind.configure(&parameters).err();
+                assert!(errors.is_none(), "{}: {errors:?}", kind.name());
                 if let Some(inputs) = table.get("inputs") {
                     let ValueKind::Table(inputs) = &inputs.value.kind else { panic!("inputs") };
                     let names: Vec<_> = inputs.entries.iter().map(|entry| entry.key.as_str()).collect();
@@ -79,15 +79,15 @@ fn every_parameter_is_documented() {
     }
 }
 
-/// What a kind makes with its defaults, for each type that may arrive at its first port; nothing, where its user says
-/// what it makes.
+/// The product of a kind with its defaults, for each type that may arrive at its first port; none if its user
+/// chooses the product.
 fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
     if kind.name() == "exec" {
         return Vec::new();
     }
     let configured = kind.configure(&Table::default()).unwrap();
     let Some(first) = kind.ports().into_iter().next() else { return vec![configured.product(&[])] };
-    first.types.iter().map(|arrives| configured.product(&[(&first.name, arrives)])).collect()
+    first.types().map(|arrives| configured.product(&[(&first.name, arrives)])).collect()
 }
 
 #[test]
@@ -103,7 +103,38 @@ fn every_type_that_a_port_takes_has_a_producer() {
         .collect();
     for kind in kinds.iter() {
         for port in kind.ports() {
-            assert!(port.types.iter().all(|name| made.contains(name)), "{} {}", kind.name(), port.name);
+            assert!(port.types().all(|name| made.contains(name)), "{} {}", kind.name(), port.name);
         }
     }
+}
+
+#[test]
+fn every_default_is_in_its_range() {
+    for kind in stages::kinds().iter() {
+        for field in kind.fields() {
+            let Some(default) = field.default.as_ref().and_then(serde_json::Value::as_f64) else { continue };
+            let bound = |name: &str| field.schema[name].as_f64();
+            let is_inside = bound("minimum").is_none_or(|least| default >= least)
+                && bound("maximum").is_none_or(|most| default <= most)
+                && bound("exclusiveMinimum").is_none_or(|least| default > least)
+                && bound("exclusiveMaximum").is_none_or(|most| default < most);
+            assert!(is_inside, "{} {}: {default}", kind.name(), field.name);
+        }
+    }
+}
+
+#[test]
+fn the_schema_has_ranges_and_the_words_of_kernels() {
+    let schema = stages::kinds().schema();
+    let parameter = |kind: &str, name: &str| schema["$defs"][kind]["properties"][name].clone();
+    let resolution = parameter("import-environment", "resolution");
+    assert_eq!((&resolution["minimum"], &resolution["maximum"]), (&1.into(), &8192.into()));
+    let tolerance = parameter("project-brdf", "tolerance");
+    assert_eq!((&tolerance["exclusiveMinimum"], &tolerance["exclusiveMaximum"]), (&0.into(), &1.into()));
+    let layouts = envmap::Layout::ALL.map(envmap::Layout::name);
+    let words = parameter("import-environment", "layout")["enum"].clone();
+    let words: Vec<_> =
+        words.as_array().unwrap().iter().map(|word| word.as_str().unwrap().to_owned()).collect();
+    assert!(layouts.iter().chain(&["auto"]).all(|name| words.iter().any(|word| word == name)), "{words:?}");
+    assert_eq!(words.len(), layouts.len() + 1);
 }

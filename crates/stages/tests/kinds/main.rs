@@ -1,4 +1,4 @@
-//! Every kind, run in memory through the engine's own door.
+//! Runs every kind in memory, through the engine's own interface.
 
 #![allow(clippy::unwrap_used, missing_docs)] // a test may panic
 

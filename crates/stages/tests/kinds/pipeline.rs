@@ -29,14 +29,14 @@ impl Pipeline {
     /// Builds all of it; nothing may fail.
     pub(crate) fn build(&self, jobs: usize) -> Summary {
         let plan = Plan::load(&self.folder.path().join("pipeline.toml"), &stages::kinds())
-            .unwrap_or_else(|faults| panic!("{faults}"));
+            .unwrap_or_else(|errors| panic!("{errors}"));
         let options = BuildOptions { jobs: Some(jobs), keep_going: true, ..BuildOptions::default() };
-        let tell = |event: Event| {
+        let record = |event: Event| {
             if let Event::Failed { item, error, .. } = event {
                 eprintln!("{item}: {}", error.join(": "));
             }
         };
-        let summary = build(&plan, &options, &Cancel::default(), &tell).unwrap();
+        let summary = build(&plan, &options, &Cancel::default(), &record).unwrap();
         assert_eq!(summary.failed + summary.skipped, 0);
         summary
     }

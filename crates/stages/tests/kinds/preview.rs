@@ -1,4 +1,4 @@
-//! Previews: pictures of every mode, turntables, and what is told of what cannot be drawn.
+//! Previews: pictures of every mode, turntables, and the messages about what cannot be drawn.
 
 use std::io::Cursor;
 
@@ -88,7 +88,7 @@ fn with_its_defaults_it_draws_a_sphere() {
     assert_eq!((size, frames.len()), ([512, 512], 1));
 }
 
-/// What each mode shows of this sky is far from the others, and every one differs from the background alone.
+/// Every mode's picture of this sky differs clearly from the others, and from the background alone.
 #[test]
 fn every_mode_draws_a_picture_of_its_own() {
     let whole = |mode: &str| picture(&sphere(&format!("modes = [\"{mode}\"]\nsize = [40, 30]")));
@@ -121,12 +121,12 @@ fn outputs_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn comparisons_stand_below_and_tell_their_figures() {
+fn comparisons_are_below_with_their_numbers() {
     let case = sphere("modes = [\"prefiltered\", \"local-shrm\"]\ncompare = \"brute-force\"\nsize = 64");
     let ran = case.run().unwrap();
     let Output::Files(files) = &ran.output else { panic!("no files") };
     let (size, _) = frames(&files[0]);
-    // Three pictures beside each other, and two rows.
+    // Three pictures side by side, in two rows.
     assert!(size[0] > 3 * 64 && size[0] < 4 * 64 && size[1] > 2 * 64 && size[1] < 4 * 64, "{size:?}");
     let figure = |mode: &str| {
         let note = ran.notes.iter().find(|note| note.starts_with(mode)).unwrap();
@@ -157,7 +157,7 @@ fn turntables_have_their_frames() {
         let own: Vec<_> = strip.chunks(120).flat_map(|row| row[24 * at..][..24].to_vec()).collect();
         assert!(own == *frame, "frame {at}");
     }
-    // Each frame is what a still with that camera is.
+    // Each frame equals a still with that camera.
     let (_, still) = picture(&sphere("camera-yaw = 144\nsize = 24"));
     assert!(still == turning[2]);
 
@@ -166,8 +166,8 @@ fn turntables_have_their_frames() {
     assert!(still == turned[1]);
 }
 
-/// A turned light is the same as an environment and a lighting that were turned before, and it is told where only one of
-/// the two was.
+/// A turned light is the same as an environment and a lighting that were turned before; if only one of the
+/// two was turned, a warning says so.
 #[test]
 fn light_is_turned_as_rotate_turns_it() {
     let turn = Rotation::from_yaw_pitch_roll(90.0_f64.to_radians(), 0.0, 0.0);
@@ -214,7 +214,7 @@ fn a_map_or_a_mesh_may_be_connected() {
 }
 
 #[test]
-fn what_is_behind_is_what_was_asked_for() {
+fn the_background_is_the_one_that_was_asked_for() {
     let corner = |parameters: &str| picture(&bare(&format!("size = 16\nsamples = 1\n{parameters}"))).1[0];
     assert_eq!(corner("background = 0\nexposure = 3"), [0; 3]);
     assert_eq!(corner("background = [0, 1, 0]\ncurve = \"plain\"\nexposure = -3"), [0, 255, 0]);
@@ -226,47 +226,47 @@ fn what_is_behind_is_what_was_asked_for() {
 #[test]
 fn brute_force_needs_the_material() {
     for parameters in ["modes = [\"brute-force\"]", "compare = \"brute-force\""] {
-        let message = "brute-force needs the material, and the port material is not connected";
+        let message = "brute-force needs a material, but the port material is not connected";
         assert_eq!(bare(parameters).failure(), message);
     }
 }
 
 #[test]
-fn impossible_parameters_are_faults() {
+fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
-        ("amplify = 0", "amplify: 0 is not 1 to 1000"),
-        ("camera-pitch = 91", "camera-pitch: 91 is not -90 to 90"),
-        ("zoom = 0", "zoom: 0 is not 0.1 to 100"),
-        ("field = 180", "field: 180 is not 1 to 120"),
-        ("exposure = 101", "exposure: 101 is not -100 to 100"),
-        ("seconds = 0", "seconds: 0 is not 0.1 to 600"),
-        ("resolution = 1000", "resolution: 1000 is not 4 to 512"),
-        ("slices = 1", "slices: 1 is not 2 to 256"),
-        ("samples = 5", "samples: 5 is not 1 to 4"),
-        ("light-samples = 0", "light-samples: 0 is not 1 to 65536"),
-        ("frames = 0", "frames: 0 is not 1 to 360"),
-        ("modes = []", "modes: there is none; name one, such as \"local-shrm\""),
-        ("modes = [\"mirror\", \"mirror\"]", "modes: \"mirror\" is there twice"),
-        ("compare = \"local-shrm\"", "compare: modes names no other mode to compare with it"),
-        ("format = \"apng\"", "format: one frame is a \"png\"; frames says how many there are"),
-        ("frames = 2\nformat = \"png\"", "format: 2 frames are an \"apng\" or a \"strip\""),
+        ("amplify = 0", "amplify: 0 is not a number from 1 to 1000"),
+        ("camera-pitch = 91", "camera-pitch: 91 is not a number from -90 to 90"),
+        ("zoom = 0", "zoom: 0 is not a number from 0.1 to 100"),
+        ("field = 180", "field: 180 is not a number from 1 to 120"),
+        ("exposure = 101", "exposure: 101 is not a number from -100 to 100"),
+        ("seconds = 0", "seconds: 0 is not a number from 0.1 to 600"),
+        ("resolution = 1000", "resolution: 1000 is not a whole number from 4 to 512"),
+        ("slices = 1", "slices: 1 is not a whole number from 2 to 256"),
+        ("samples = 5", "samples: 5 is not a whole number from 1 to 4"),
+        ("light-samples = 0", "light-samples: 0 is not a whole number from 1 to 65536"),
+        ("frames = 0", "frames: 0 is not a whole number from 1 to 360"),
+        ("modes = []", "modes: the list is empty; name one, such as \"local-shrm\""),
+        ("modes = [\"mirror\", \"mirror\"]", "modes: \"mirror\" is listed twice"),
+        ("compare = \"local-shrm\"", "compare: `modes` has no other mode to compare with it"),
+        ("format = \"apng\"", "format: one frame needs \"png\"; set frames to the number of frames"),
+        ("frames = 2\nformat = \"png\"", "format: 2 frames need \"apng\" or \"strip\""),
         (
             "frames = 300\nsize = 1000",
-            "size: all pictures together have 300000000 pixels, more than 67108864",
+            "size: all pictures together have 300000000 pixels, which is more than 67108864",
         ),
-        ("size = 8", "size: 8 is not a whole number, 16 to 4096"),
+        ("size = 8", "size: 8 is not a whole number from 16 to 4096"),
     ] {
-        let faults = case("preview", parameters).faults();
-        assert!(faults.contains(&expected.to_owned()), "{parameters}: {faults:?}");
+        let errors = case("preview", parameters).errors();
+        assert!(errors.contains(&expected.to_owned()), "{parameters}: {errors:?}");
     }
-    let faults = case("preview", "modes = [\"local\"]\nmesh = \"teapot\"\nbackground = \"sky\"").faults();
-    assert_eq!(faults.len(), 3, "{faults:?}");
+    let errors = case("preview", "modes = [\"local\"]\nmesh = \"teapot\"\nbackground = \"sky\"").errors();
+    assert_eq!(errors.len(), 3, "{errors:?}");
 }
 
 /// A real mesh under a real light.
 #[test]
-fn a_helmet_stands_in_a_studio() {
-    let Some(corpus) = test_data::folder("a_helmet_stands_in_a_studio", "SPECULA_CORPUS") else { return };
+fn a_helmet_is_drawn_in_a_studio() {
+    let Some(corpus) = test_data::folder("a_helmet_is_drawn_in_a_studio", "SPECULA_CORPUS") else { return };
     let bytes = std::fs::read(corpus.join("env/cc0/studio.hdr")).unwrap();
     let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
     let grid = sphere::LatLong { width: image.width(), height: image.height() };
@@ -284,6 +284,6 @@ fn a_helmet_stands_in_a_studio() {
     let helmet = codes.iter().filter(|code| **code != [0, 0, 255]);
     let share = helmet.clone().count() as f64 / codes.len() as f64;
     let bright = helmet.filter(|code| code[1] > 100).count() as f64 / codes.len() as f64;
-    // It stands on a plinth, higher than wide; lamps light it from both sides.
+    // It is on a plinth, higher than wide, and lamps light it from both sides.
     assert!((0.08..0.3).contains(&share) && bright > 0.02, "{share} {bright}");
 }

@@ -20,8 +20,8 @@ fn a_constant_sky_has_one_coefficient() {
 
 #[test]
 fn auto_takes_the_least_degree_that_holds_enough() {
-    // The sky is of degree 2. Its degree 0 holds 4 pi 3; z, x and y 4 pi / 3 (3 0.25 + 2 0.09), 7 percent of the
-    // whole; xy the rest, 4 pi / 15 0.04, less than a thousandth.
+    // The sky is of degree 2. Its degree 0 holds 4 pi 3; z, x and y 4 pi / 3 (3 0.25 + 2 0.09), 7 percent of
+    // the whole; xy the rest, 4 pi / 15 0.04, less than a thousandth.
     for (tolerance, degree) in [(0.2, 0), (0.01, 1), (1e-5, 2)] {
         let ran = project(&format!("degree = \"auto\"\ntolerance = {tolerance}")).run().unwrap();
         assert_eq!(ran.artifact::<Lighting>().0.degree().get(), degree, "{tolerance}");
@@ -83,15 +83,15 @@ fn the_non_negative_window_leaves_nothing_negative() {
 }
 
 #[test]
-fn parameters_that_would_have_no_effect_are_faults() {
+fn parameters_that_would_have_no_effect_are_errors() {
     for (parameters, expected) in [
         ("degree = 3\ntolerance = 0.1", "tolerance: only degree = \"auto\" uses it"),
-        ("tolerance = 1.0", "tolerance 1 is not above 0 and below 1"),
+        ("tolerance = 1.0", "tolerance: 1.0 is not a number above 0 and below 1"),
         ("lambda = 0.1", "lambda: only window = \"laplacian\" uses it"),
         ("window = \"laplacian\"", "window: \"laplacian\" needs lambda, the weight of its penalty"),
         ("window = \"laplacian\"\nlambda = -1", "lambda: penalty -1 is not a finite number of 0 or more"),
         ("degree = \"all\"", "degree: \"all\" is not a degree from 0 to 2048 or \"auto\""),
     ] {
-        assert_eq!(project(parameters).faults(), [expected]);
+        assert_eq!(project(parameters).errors(), [expected]);
     }
 }

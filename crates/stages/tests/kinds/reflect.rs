@@ -42,13 +42,13 @@ fn lambert_has_the_coefficients_of_the_irradiance_paper() {
 }
 
 #[test]
-fn parameters_that_contradict_each_other_are_faults() {
+fn parameters_that_contradict_each_other_are_errors() {
     for (parameters, expected) in [
         ("degree = [3, 0]\ntolerance = 0.1", "tolerance: degree already sets the degrees"),
-        ("tolerance = 0", "tolerance 0 is not above 0 and below 1"),
+        ("tolerance = 0", "tolerance: 0 is not a number above 0 and below 1"),
         ("degree = 3", "degree: 3 is not [F, P], two degrees from 0 to 2048"),
     ] {
-        assert_eq!(case("project-brdf", parameters).faults(), [expected]);
+        assert_eq!(case("project-brdf", parameters).errors(), [expected]);
     }
 }
 

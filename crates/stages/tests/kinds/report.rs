@@ -1,4 +1,4 @@
-//! The report: its figures against the kernels, and a page that stands by itself.
+//! The report: its figures compared with the kernels, and a page without outside references.
 
 use brdf::{Choice, project};
 use envmap::Environment as Map;
@@ -107,7 +107,8 @@ fn two_environments_and_two_materials_are_four_pairs() {
         assert_eq!(pair["advice"]["method"], "reflection-map");
         assert!(rms.iter().all(|one| (one - rms[3]).abs() < 5e-3), "{rms:?}");
     }
-    // A rough surface does not: in the window's light a plain map is far off, and a texture without azimuth too.
+    // A rough surface does not: in the window's light a plain map is far off, and a texture without azimuth
+    // too.
     let rms: Vec<f64> =
         pairs[3]["exports"].as_array().unwrap().iter().map(|e| e["rms"].as_f64().unwrap()).collect();
     assert!(rms[3] < 0.07 && rms[1] > 1.5 * rms[3] && rms[0] > 2.0 * rms[1], "{rms:?}");
@@ -137,7 +138,7 @@ fn the_figures_of_a_material_are_those_of_its_projection() {
         let expected = project(&material, Choice::Degree { f: degree(30), p: degree(p) }).unwrap().captured;
         assert!((captured - expected).abs() < 1e-5, "P = {p}: {captured}, not {expected}");
     }
-    // Accuracies rise to 1, and what is guaranteed is never above what is measured.
+    // Accuracies rise to 1, and the guaranteed accuracy is never above the measured one.
     for key in ["accuracy", "accuracy_per_p"] {
         let accuracy = &json["pairs"][0][key];
         let [truth, bound] = ["truth", "bound"].map(|name| numbers(&accuracy[name]));
@@ -151,8 +152,9 @@ fn the_figures_of_a_material_are_those_of_its_projection() {
     assert_eq!(bytes, [6 * 144, 16 * 24 * 48, 12 * 6 * 144, rows * 6 * 144]);
 }
 
-/// The error of the SHRM, computed again from coefficients at each pixel's own direction. The map's resolution adds
-/// the error of bilinear texels of 90 / 48 degrees, (F h)^2 / 8 = 0.002 of the detail at degree F = 4.
+/// The error of the SHRM, computed again from coefficients at each pixel's own direction. The map's
+/// resolution adds the error of bilinear texels of 90 / 48 degrees, (F h)^2 / 8 = 0.002 of the detail at
+/// degree F = 4.
 #[test]
 fn the_error_on_the_sphere_is_that_of_the_kernels() {
     let material = microfacet(0.5);
@@ -216,7 +218,7 @@ fn connected_coefficients_are_those_that_are_shown() {
     assert_eq!((&json["materials"][0]["f"], &json["materials"][0]["p"]), (&5.into(), &0.into()));
     let other = with_material(with_environment(case("report", SMALL), "day", sky), "gold", phong(8.0));
     let other = other.keyed_input("brdf", &[("material", "brass")], Brdf(brdf.coefficients));
-    assert_eq!(other.failure(), "gold: no coefficients of this material arrive at brdf");
+    assert_eq!(other.failure(), "gold: the port brdf receives no coefficients of this material");
 }
 
 #[test]
@@ -243,15 +245,15 @@ fn the_files_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn impossible_parameters_are_faults() {
+fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
-        ("accept = 0", "accept: 0 is not above 0 and below 1"),
-        ("sphere = 31", "sphere: 31 is not 32 to 256"),
-        ("resolution = 1000", "resolution: 1000 is not 4 to 512"),
-        ("reference-rows = 8", "reference-rows: 8 is not 32 to 512"),
-        ("amplify = 0.5", "amplify: 0.5 is not 1 to 100"),
+        ("accept = 0", "accept: 0 is not a number above 0 and below 1"),
+        ("sphere = 31", "sphere: 31 is not a whole number from 32 to 256"),
+        ("resolution = 1000", "resolution: 1000 is not a whole number from 4 to 512"),
+        ("reference-rows = 8", "reference-rows: 8 is not a whole number from 32 to 512"),
+        ("amplify = 0.5", "amplify: 0.5 is not a number from 1 to 100"),
         ("tolerance = 0.1\ndegree = [3, 1]", "tolerance: degree already sets the degrees"),
     ] {
-        assert_eq!(case("report", parameters).faults(), [expected]);
+        assert_eq!(case("report", parameters).errors(), [expected]);
     }
 }

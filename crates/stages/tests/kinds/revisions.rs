@@ -1,9 +1,10 @@
-//! The revision guard: a kind whose output changes beyond rounding must raise its revision, or old results in
-//! caches would pass for new ones.
+//! The revision guard: if the output of a kind changes beyond rounding, its revision must be raised, or
+//! caches would return old results as new ones.
 //!
-//! [`TABLE`] holds, for each kind, its revision and a fingerprint of what its fixture makes: how many numbers, their
-//! sum, the sum of their sizes and two sums with weights that tell their order. When a test fails because a change was
-//! meant, raise `REVISION` in the kind's file and put the printed line into the table.
+//! [`TABLE`] holds, for each kind, its revision and a fingerprint of its fixture's output: the number of
+//! numbers, their sum, the sum of their sizes and two sums with weights that depend on their order. If a test
+//! fails because of an intended change, raise `REVISION` in the file of the kind or of the kernel that
+//! changed, and put the printed line into the table.
 
 use engine::{Artifact, Output, Product};
 use serde_json::Value;
@@ -34,7 +35,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-sh", 1, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
-/// A small run of a kind that uses what can change in it.
+/// A small run of a kind that covers what can change.
 fn fixture(kind: &str) -> Case {
     match kind {
         "import-environment" => {
@@ -141,7 +142,7 @@ fn numbers(case: &Case) -> Vec<f64> {
 
 fn file_numbers(file: &[u8]) -> Vec<f64> {
     if file.starts_with(b"<!doctype html>") {
-        // A page shows the figures of the file beside it; here count its pictures and plots.
+        // A page shows the figures of the JSON file; this counts its pictures and plots.
         let page = String::from_utf8_lossy(file);
         return ["<img", "<polyline", "<tr>"].map(|element| page.matches(element).count() as f64).into();
     }
@@ -174,7 +175,7 @@ fn fingerprint(numbers: &[f64]) -> [f64; 5] {
 
 #[test]
 fn an_output_that_changes_has_a_new_revision() {
-    let mut faults = Vec::new();
+    let mut errors = Vec::new();
     for kind in stages::kinds().iter() {
         if kind.name() == "exec" && !cfg!(unix) {
             eprintln!("SKIPPED the revision of exec: its fixture is a shell's command");
@@ -183,18 +184,19 @@ fn an_output_that_changes_has_a_new_revision() {
         let found = fingerprint(&numbers(&fixture(kind.name())));
         let line = format!("(\"{}\", {}, {found:.8?}),", kind.name(), kind.revision());
         match TABLE.iter().find(|(name, ..)| *name == kind.name()) {
-            None => faults.push(format!("add: {line}")),
-            Some((_, revision, _)) if *revision != kind.revision() => faults.push(format!("update: {line}")),
+            None => errors.push(format!("add: {line}")),
+            Some((_, revision, _)) if *revision != kind.revision() => errors.push(format!("update: {line}")),
             Some((_, _, expected)) => {
-                // Rounding of another processor or of 8 and 16-bit files moves sums by less than 1e-5 of their size.
+                // Rounding of another processor or of 8 and 16-bit files moves sums by less than 1e-5 of
+                // their size.
                 let same = found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-5 * found[2].max(1.0));
                 if !same {
-                    faults.push(format!("raise the revision of {0}, then update: {line}", kind.name()));
+                    errors.push(format!("raise the revision of {0}, then update: {line}", kind.name()));
                 }
             }
         }
     }
     let listed = |name: &str| stages::kinds().get(name).is_some();
-    faults.extend(TABLE.iter().filter(|(name, ..)| !listed(name)).map(|(name, ..)| format!("remove {name}")));
-    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    errors.extend(TABLE.iter().filter(|(name, ..)| !listed(name)).map(|(name, ..)| format!("remove {name}")));
+    assert!(errors.is_empty(), "\n{}", errors.join("\n"));
 }

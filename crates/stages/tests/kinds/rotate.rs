@@ -38,7 +38,7 @@ fn a_quaternion_of_any_length_is_a_rotation() {
 }
 
 #[test]
-fn a_rotation_given_twice_or_not_at_all_is_a_fault() {
+fn a_rotation_given_twice_or_not_at_all_is_an_error() {
     for (parameters, expected) in [
         (
             "yaw = 10\nquaternion = [0, 0, 1, 0]",
@@ -47,12 +47,12 @@ fn a_rotation_given_twice_or_not_at_all_is_a_fault() {
         ("quaternion = [0, 0, 0, 0]", "quaternion: an array is not [x, y, z, w], not all 0"),
         ("quaternion = [0, 0, 1]", "quaternion: an array is not [x, y, z, w], not all 0"),
     ] {
-        assert_eq!(case("rotate", parameters).faults(), [expected]);
+        assert_eq!(case("rotate", parameters).errors(), [expected]);
     }
 }
 
 #[test]
-fn the_type_that_arrives_leaves() {
+fn the_output_has_the_type_of_the_input() {
     let product = case("rotate", "yaw = 1").input("lighting", environment(4, sky)).product();
     assert_eq!(product, Product::Artifact("environment"));
     let product = case("rotate", "yaw = 1").input("lighting", sky_lighting()).product();

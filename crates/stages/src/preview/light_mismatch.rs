@@ -1,16 +1,17 @@
-//! Whether an environment is the light that a reflection was made of.
+//! Whether a reflection was made from an environment.
 
 use envmap::Environment;
 use sh::{Degree, Expansion, Transform};
 
-/// Below this cosine between their coefficients of one degree, two lights are not the same. A window scales all
-/// coefficients of a degree alike, and a turn by 20 degrees leaves 0.94 of a lamp on the horizon.
+/// If the cosine between their coefficients of one degree is below this, two lights are different. A window
+/// scales all coefficients of a degree alike, and a turn by 20 degrees leaves 0.94 of a lamp on the horizon.
 const ALIKE: f64 = 0.97;
 
-/// Degrees that are compared: they are what every lighting holds, and what a turn changes least.
+/// The degrees that are compared: every lighting holds them, and a turn changes them least.
 const DEGREES: usize = 3;
 
-/// What is told where an environment and the lighting of a reflection differ by more than a window does.
+/// The warning, if an environment and the lighting of a reflection differ by more than a window makes them
+/// differ.
 pub(super) fn difference(environment: &Environment, lighting: &Expansion) -> Option<String> {
     let degree = Degree::new(DEGREES.min(lighting.degree().get())).ok()?;
     let own = Transform::new(environment.grid(), degree).ok()?.analyse(environment.pixels());
@@ -21,9 +22,9 @@ pub(super) fn difference(environment: &Environment, lighting: &Expansion) -> Opt
         let (ours, theirs) = (rows(&own, l), rows(lighting, l));
         let product: f64 = ours.as_flattened().iter().zip(theirs.as_flattened()).map(|(a, b)| a * b).sum();
         let cosine = product / (energy(&ours) * energy(&theirs)).sqrt();
-        // What is next to nothing has no direction.
+        // Coefficients that are almost zero have no direction.
         (energy(&ours) > 1e-4 * whole && cosine < ALIKE).then(|| {
-            "the reflection is not of this environment: connect the one that was projected, turned as the lighting was".into()
+            "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was".into()
         })
     })
 }
@@ -41,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn only_another_light_is_told() {
+    fn only_another_light_is_reported() {
         let lamp = |w: DVec3| 0.1 + (8.0 * (w.x - 1.0)).exp();
         let lit = environment(lamp);
         let degree = Degree::new(8).unwrap();

@@ -1,7 +1,7 @@
-//! The drawing of a contact sheet: pictures and numbers in, an 8-bit picture out.
+//! Draws a contact sheet: an 8-bit picture from environments, maps and numbers.
 //!
-//! `layout` says where, `canvas` and `text` put pixels there, `plot`, `ball` and `scale` make the pictures. Nothing here
-//! knows of stages; all radiance is shown by one exposure and one curve.
+//! `layout` places the pictures, `canvas` and `text` draw pixels, `plot`, `ball` and `scale` make the
+//! pictures. Nothing here knows about stages; all radiance is shown with the same exposure and tone curve.
 
 mod ball;
 mod canvas;
@@ -29,29 +29,29 @@ pub(crate) const RECONSTRUCTION: LatLong = LatLong::with_rows(layout::COLUMN / 2
 /// The grid on which a material's map is shown; one of another size is scaled.
 pub(crate) const MAP: LatLong = LatLong::with_rows(layout::BALL);
 
-/// What a sheet shows.
+/// The content of a sheet.
 pub(crate) struct Sheet<'a> {
     /// The headline.
     pub(crate) title: String,
     /// Facts on the line below.
     pub(crate) subtitle: String,
     pub(crate) environment: &'a Environment,
-    pub(crate) lighting: Option<Lighting>,
-    pub(crate) materials: Vec<Material>,
+    pub(crate) lighting: Option<Harmonics>,
+    pub(crate) materials: Vec<MaterialPictures>,
     /// Stops.
     pub(crate) exposure: f64,
     pub(crate) tone: ToneMap,
 }
 
 /// The environment in spherical harmonics.
-pub(crate) struct Lighting {
+pub(crate) struct Harmonics {
     /// The energy of each degree, as a fraction of the environment's.
     pub(crate) energies: Vec<f64>,
     /// Ascending.
     pub(crate) reconstructions: Vec<Reconstruction>,
 }
 
-/// An environment put together again from its harmonics up to a degree.
+/// An environment reconstructed from its harmonics up to a degree.
 pub(crate) struct Reconstruction {
     pub(crate) degree: usize,
     /// The fraction of the environment's energy.
@@ -60,7 +60,7 @@ pub(crate) struct Reconstruction {
 }
 
 /// A material under the environment.
-pub(crate) struct Material {
+pub(crate) struct MaterialPictures {
     pub(crate) name: String,
     pub(crate) detail: String,
     /// Reflected radiance by central direction and view.
@@ -153,7 +153,7 @@ impl Sheet<'_> {
     }
 }
 
-/// A headline at the left, what is shown at the right, over a rule.
+/// A headline at the left, a note at the right, above a rule.
 fn headline(canvas: &mut Canvas, section: Section, text: &str, note: &str) {
     let width = theme::SECTION.draw(canvas, section.title, Align::Left, text).ceil() as usize;
     let rest = Rect::new(
@@ -166,7 +166,8 @@ fn headline(canvas: &mut Canvas, section: Section, text: &str, note: &str) {
     canvas.fill(section.rule, theme::RULE);
 }
 
-/// A name with a fact at the right of it, and a line below. A long name gives way to the fact, down to half the line.
+/// A name with a fact at its right, and a line below. A long name is shortened for the fact, down to half the
+/// line.
 fn caption(canvas: &mut Canvas, lines: [Rect; 2], name: &str, fact: &str, below: &str) {
     const GAP: usize = 16;
     let [first, second] = lines;
@@ -216,13 +217,13 @@ mod tests {
             title: "sky".into(),
             subtitle: "a test".into(),
             environment,
-            lighting: Some(Lighting {
+            lighting: Some(Harmonics {
                 energies: (0..21).map(|l| 0.5 * 0.5_f64.powi(l)).collect(),
                 reconstructions: [2, 5, 10, 20].map(reconstruction).into(),
             }),
             materials: names
                 .iter()
-                .map(|name| Material {
+                .map(|name| MaterialPictures {
                     name: (*name).into(),
                     detail: "about the reflection vector · degree 20".into(),
                     field: field(&sky(64)),

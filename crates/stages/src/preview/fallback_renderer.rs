@@ -1,46 +1,45 @@
-//! What draws: a graphics device where one is asked for and there is one, else the CPU.
+//! Draws on a graphics device if one is asked for and available, otherwise on the CPU.
 
-use engine::Context;
-use engine::Failure;
+use engine::{Context, Failure};
 use preview::{Cpu, Picture, RenderError, Renderer, Scene, Shot, graphics_device};
 
-use super::{Backend, failure};
+use super::values::Backend;
 
-/// What a key does not hold cannot make a result out of date.
+/// The device is not part of the key, so that another device does not make a result out of date.
 const KEPT: &str = "; this picture stays until a parameter or an input changes";
 
 /// Draws pictures of an item.
-pub(super) struct Easel<'a, 'b> {
+pub(super) struct FallbackRenderer<'a, 'b> {
     context: &'a Context<'b>,
     device: Option<Box<dyn Renderer>>,
     cpu: Cpu,
 }
 
-impl<'a, 'b> Easel<'a, 'b> {
-    /// An easel; it tells what draws, and warns where that is not what was asked for.
+impl<'a, 'b> FallbackRenderer<'a, 'b> {
+    /// Notes the name of the device, or warns that the CPU draws although a device was asked for.
     pub(super) fn new(backend: Backend, context: &'a Context<'b>) -> Self {
         Self::with(matches!(backend, Backend::Gpu).then(graphics_device), context)
     }
 
     fn with(device: Option<Result<Box<dyn Renderer>, RenderError>>, context: &'a Context<'b>) -> Self {
-        let mut easel = Self { context, device: None, cpu: Cpu::new() };
+        let mut renderer = Self { context, device: None, cpu: Cpu::new() };
         match device {
             Some(Ok(device)) => {
                 context.note(format!("drawn by {}", device.name()));
-                easel.device = Some(device);
+                renderer.device = Some(device);
             }
-            Some(Err(error)) => easel.warn(&error),
+            Some(Err(error)) => renderer.warn(&error),
             None => {}
         }
-        easel
+        renderer
     }
 
     fn warn(&self, error: &RenderError) {
-        let message = format!("drawn on the CPU, because the graphics device cannot: {error}");
+        let message = format!("drawn on the CPU, because the graphics device cannot draw this: {error}");
         self.context.warn(message + KEPT);
     }
 
-    /// The picture of a scene. What the device cannot draw the CPU does, this picture and all after it.
+    /// The picture of a scene. If the device cannot draw it, the CPU draws this picture and all after it.
     pub(super) fn draw(&mut self, scene: &Scene, shot: &Shot) -> Result<Picture, Failure> {
         let context = self.context;
         let stop = || context.check_cancelled().is_err();
@@ -54,6 +53,14 @@ impl<'a, 'b> Easel<'a, 'b> {
             }
         }
         self.cpu.render(scene, shot, &stop).map_err(failure)
+    }
+}
+
+/// The failure of an item whose picture could not be drawn.
+fn failure(error: RenderError) -> Failure {
+    match error {
+        RenderError::Cancelled => Failure::cancelled(),
+        error => Failure::from(error),
     }
 }
 
@@ -87,12 +94,12 @@ mod tests {
         }
     }
 
-    /// Makes so many black pictures of one pixel, then answers with an error.
-    struct Pretence(usize, RenderError);
+    /// Returns this many black pictures of one pixel, then the error.
+    struct FakeRenderer(usize, RenderError);
 
-    impl Renderer for Pretence {
+    impl Renderer for FakeRenderer {
         fn name(&self) -> String {
-            "a pretence".into()
+            "a fake device".into()
         }
 
         fn render(
@@ -132,37 +139,37 @@ mod tests {
     }
 
     #[test]
-    fn without_a_device_the_cpu_draws_and_it_is_told_why() {
+    fn without_a_device_the_cpu_draws_with_a_warning_that_says_why() {
         let context = Context::new(&NoFiles);
         let none = RenderError::Device("no adapter was found".into());
         let scene = scene();
-        let mut easel = Easel::with(Some(Err(none)), &context);
-        assert_eq!(easel.draw(&scene, &shot(&scene)).unwrap().codes.len(), 32);
-        let expected = "drawn on the CPU, because the graphics device cannot: no adapter was found";
+        let mut renderer = FallbackRenderer::with(Some(Err(none)), &context);
+        assert_eq!(renderer.draw(&scene, &shot(&scene)).unwrap().codes.len(), 32);
+        let expected = "drawn on the CPU, because the graphics device cannot draw this: no adapter was found";
         assert_eq!(context.warnings(), [format!("{expected}{KEPT}")]);
     }
 
     #[test]
-    fn what_a_device_stops_drawing_the_cpu_goes_on_with() {
+    fn after_an_error_of_the_device_the_cpu_draws() {
         let context = Context::new(&NoFiles);
-        let lost = Pretence(1, RenderError::Limit { what: "the map".into(), asked: 9, limit: 8 });
-        let (scene, mut easel) = (scene(), Easel::with(Some(Ok(Box::new(lost))), &context));
-        let drawn = [(); 3].map(|()| easel.draw(&scene, &shot(&scene)).unwrap().codes.len());
+        let lost = FakeRenderer(1, RenderError::Limit { what: "the map".into(), asked: 9, limit: 8 });
+        let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(lost))), &context));
+        let drawn = [(); 3].map(|()| renderer.draw(&scene, &shot(&scene)).unwrap().codes.len());
         assert_eq!(drawn, [1, 32, 32]);
-        assert_eq!(context.notes(), ["drawn by a pretence"]);
+        assert_eq!(context.notes(), ["drawn by a fake device"]);
         assert_eq!(context.warnings().len(), 1, "{:?}", context.warnings());
     }
 
     #[test]
-    fn what_is_no_matter_of_the_device_is_a_failure() {
+    fn an_error_that_is_not_of_the_device_fails_the_item() {
         let context = Context::new(&NoFiles);
-        let faulty = Pretence(0, RenderError::Maps("a map is too large".into()));
-        let (scene, mut easel) = (scene(), Easel::with(Some(Ok(Box::new(faulty))), &context));
-        let failure = easel.draw(&scene, &shot(&scene)).unwrap_err();
+        let faulty = FakeRenderer(0, RenderError::Maps("a map is too large".into()));
+        let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(faulty))), &context));
+        let failure = renderer.draw(&scene, &shot(&scene)).unwrap_err();
         assert_eq!((failure.to_string().as_str(), failure.cancelled), ("a map is too large", false));
-        let stopped = Pretence(0, RenderError::Cancelled);
+        let stopped = FakeRenderer(0, RenderError::Cancelled);
         assert!(
-            Easel::with(Some(Ok(Box::new(stopped))), &context)
+            FallbackRenderer::with(Some(Ok(Box::new(stopped))), &context)
                 .draw(&scene, &shot(&scene))
                 .unwrap_err()
                 .cancelled
