@@ -74,7 +74,8 @@ fn nothing_compiles_a_window_that_did_not_ask_for_one() {
 fn only_the_preview_and_its_window_name_a_graphics_device() {
     let names = |manifest: &str| ["wgpu", "eframe", "winit"].iter().any(|name| manifest.contains(*name));
     let manifest = |name: &String| fs::read_to_string(root().join("crates").join(name).join("Cargo.toml"));
-    let naming: Vec<_> = crates("crates").into_iter().filter(|name| names(&manifest(name).unwrap())).collect();
+    let naming: Vec<_> =
+        crates("crates").into_iter().filter(|name| names(&manifest(name).unwrap())).collect();
     assert_eq!(naming, ["preview", "preview-window"]);
 }
 

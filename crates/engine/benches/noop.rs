@@ -134,8 +134,7 @@ fn large_graph(criterion: &mut Criterion) {
         bencher.iter(|| assert_eq!(run(folder.path(), &kinds()), 0));
     });
     let session = BuildSession::new(None, 0).expect("threads");
-    let plan =
-        Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest is valid");
+    let plan = Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest is valid");
     let text = plan.manifest.with_file_name("left").join("007.txt");
     let build = |changed: Option<Vec<PathBuf>>| {
         let options = BuildOptions { keep_going: true, changed, ..BuildOptions::default() };

@@ -4,9 +4,9 @@
 //! which subjects there are, the scene of the one that is wanted, what went wrong. What it wants goes to its [`Host`]. So the
 //! window knows no manifest, no watcher and no file.
 
-mod adaptive_quality;
 #![cfg(feature = "window")]
 
+mod adaptive_quality;
 mod app;
 mod device_health;
 mod error_meter;

@@ -189,7 +189,8 @@ impl Reader<'_> {
             match value {
                 Some(value) => values.set(parameter.name, value),
                 None if parameter.absent == Absent::Required && table.get(parameter.name).is_none() => {
-                    let expected = format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
+                    let expected =
+                        format!("expected {} = {}", parameter.name, looks_like(&parameter.value_type));
                     let error = Diagnostic::at(table.span.clone(), format!("\"{name}\" is missing"));
                     self.errors.push(error.expected(expected));
                 }

@@ -1,7 +1,7 @@
 //! Opens the window, and again if its device was lost.
 
-use std::sync::mpsc::Sender;
 use std::sync::Arc;
+use std::sync::mpsc::Sender;
 
 use ::preview::{InitialView, Picture, Subject, SubjectRequest};
 use engine::Cancel;

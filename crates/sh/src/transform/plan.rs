@@ -1,6 +1,5 @@
 //! What analysis and synthesis on one grid share.
 
-
 use parking_lot::Mutex;
 
 use super::fourier::Fourier;
