@@ -17,7 +17,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use rayon::prelude::*;
 use sphere::{Cube, Face, LatLong, Rotation};
 
-use crate::f64x4::{F64x4, Level};
+use crate::f64x4::{F64x4, SimdLevel};
 use crate::fft::{Complex4, Fft, ZERO, cis, times};
 use crate::{Expansion, Sample, Synthesis, TransformError, rotate};
 
@@ -83,7 +83,7 @@ impl Circles {
         let pixels: Vec<[f64; 3]> = Synthesis::new(grid, expansion.degree())?.synthesise(expansion);
         // As many columns as twice the rows: circles around the poles and through them have the same
         // transform.
-        let fft = Fft::new(Level::detect(), width);
+        let fft = Fft::new(SimdLevel::detect(), width);
         let mut rows = vec![ZERO; grid.height * terms];
         rows.par_chunks_mut(terms).zip(pixels.par_chunks(width)).for_each(|(terms, pixels)| {
             terms.copy_from_slice(&series(&fft, pixels.iter().copied(), degree));

@@ -40,7 +40,7 @@ pub fn store<S: Simd>(_: S, vector: S::f64s, value: &mut F64x4) {
 
 /// The instructions that kernels run on.
 #[derive(Clone, Copy, Debug)]
-pub enum Level {
+pub enum SimdLevel {
     /// AVX2 and FMA, found on this CPU.
     #[cfg(target_arch = "x86_64")]
     V3(pulp::x86::V3),
@@ -48,7 +48,7 @@ pub enum Level {
     Portable,
 }
 
-impl Level {
+impl SimdLevel {
     /// The best level of this CPU.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]

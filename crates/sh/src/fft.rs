@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use pulp::{Simd, WithSimd};
 
-use crate::f64x4::{F64x4, LANES, Level, load, store};
+use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
 
 /// Four complex numbers: real parts, imaginary parts.
 pub(crate) type Complex4 = [F64x4; 2];
@@ -33,7 +33,7 @@ const LARGEST_FACTOR: usize = 61;
 
 /// The transform of one length.
 pub(crate) struct Fft {
-    level: Level,
+    level: SimdLevel,
     len: usize,
     /// The radices of the passes; none if Bluestein's method is used.
     factors: Vec<usize>,
@@ -54,7 +54,7 @@ struct Bluestein {
 
 impl Fft {
     /// The transform of sequences of `len` numbers.
-    pub(crate) fn new(level: Level, len: usize) -> Self {
+    pub(crate) fn new(level: SimdLevel, len: usize) -> Self {
         let (mut factors, mut rest) = (Vec::new(), len.max(1));
         for factor in [4, 2].into_iter().chain((3..=LARGEST_FACTOR).step_by(2)) {
             while rest.is_multiple_of(factor) {
@@ -271,7 +271,7 @@ mod tests {
         for len in [1, 2, 3, 4, 5, 8, 12, 31, 62, 63, 64, 67, 75, 96, 122, 130, 134, 211, 512, 1018] {
             let wave = |k: usize| F64x4::from_fn(|lane| (((k + 3) * (lane + 5) * 7919 % 997) as f64).sin());
             let input: Vec<Complex4> = (0..len).map(|j| [wave(j), wave(j + len)]).collect();
-            let mut results = [Level::detect(), Level::Portable].map(|level| {
+            let mut results = [SimdLevel::detect(), SimdLevel::Portable].map(|level| {
                 let mut data = input.clone();
                 Fft::new(level, len).run(&mut data, &mut Vec::new());
                 data

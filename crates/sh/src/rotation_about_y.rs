@@ -9,7 +9,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::f64x4::{F64x4, LANES, Level, load, store};
+use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
 use crate::scaled::Scaled;
 use crate::wigner::{Pair, Recurrence, column};
 
@@ -21,7 +21,7 @@ pub(crate) type Row = [F64x4; PARTS];
 
 /// A rotation about +Y by an angle beta in [0, pi / 2], for coefficients up to a degree.
 pub(crate) struct RotationAboutY {
-    level: Level,
+    level: SimdLevel,
     degree: usize,
     sine: f64,
     cosine: f64,
@@ -50,7 +50,7 @@ impl RotationAboutY {
         let first = Scaled::ONE.times_plain(F64x4([1.0, square, square.powi(2), square.powi(3)]));
         let next = |block: &Scaled| Some(block.times_plain(F64x4([square.powi(4); LANES])));
         Self {
-            level: Level::detect(),
+            level: SimdLevel::detect(),
             degree,
             sine,
             cosine,

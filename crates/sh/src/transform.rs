@@ -23,7 +23,7 @@ pub use grid::{GaussGrid, Grid};
 pub use plan::TransformError;
 pub use synthesis::Synthesis;
 
-use crate::f64x4::Level;
+use crate::f64x4::SimdLevel;
 use crate::{Degree, Expansion};
 use analysis::Colatitude;
 
@@ -65,10 +65,10 @@ impl Transform {
     /// # Errors
     /// If the columns are not more than twice the degree, or the rows not more than the degree.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
-        Self::at_level(Level::detect(), grid.into(), degree)
+        Self::at_level(SimdLevel::detect(), grid.into(), degree)
     }
 
-    fn at_level(level: Level, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
+    fn at_level(level: SimdLevel, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
         let (columns, rows, l) = (grid.width(), grid.height(), degree.get());
         if columns <= 2 * l && columns > 0 {
             return Err(TransformError::TooFewColumns { columns, degree: l });

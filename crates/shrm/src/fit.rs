@@ -45,7 +45,7 @@ pub struct Fit {
 pub enum FitError {
     /// The values are not views x texels.
     #[error("{found} values are not those of {views} maps of {texels} texels")]
-    Shape {
+    Count {
         /// The number of values.
         found: usize,
         /// The number of views.
@@ -219,9 +219,9 @@ impl Solver {
     ) -> Result<Fit, FitError> {
         const BLOCK: usize = 64;
         let (views, texels) = (self.views, grid.len());
-        let shape = FitError::Shape { found: maps.len(), views, texels };
+        let wrong_count = FitError::Count { found: maps.len(), views, texels };
         if maps.len() != views * texels || texels == 0 {
-            return Err(shape);
+            return Err(wrong_count);
         }
         if let Some(bad) = maps.as_flattened().iter().position(|value| !value.is_finite()) {
             let (map, texel) = (bad / 3 / texels, bad / 3 % texels);
@@ -247,7 +247,7 @@ impl Solver {
         let blocks: Vec<[f64; 2]> = blocks.collect();
         let [left, all] = blocks.iter().fold([0.0; 2], |sum, block| [sum[0] + block[0], sum[1] + block[1]]);
         let residual = if all > 0.0 { (left / all).sqrt() } else { 0.0 };
-        let map = shrm(self.p, values).ok_or(shape)?;
+        let map = shrm(self.p, values).ok_or(wrong_count)?;
         Ok(Fit { map, residual, condition: self.condition })
     }
 

@@ -14,13 +14,13 @@ use sphere::{Direction, Rotation};
 use crate::{Shrm, Terms, View};
 
 /// Turns of expansions of one low degree from the frames of central directions into the world's.
-pub(crate) struct Frames {
+pub(crate) struct LocalToWorld {
     degree: usize,
     /// X of degree p = 0 ..= degree, each with shape [2p+1, 2p+1].
     quarter: Vec<f64>,
 }
 
-impl Frames {
+impl LocalToWorld {
     pub(crate) fn new(degree: Degree) -> Self {
         let x = Rotation::from_yaw_pitch_roll(0.0, 0.0, FRAC_PI_2);
         let mut quarter = Vec::new();
@@ -42,7 +42,7 @@ impl Frames {
     }
 
     /// Turns `rows`, (degree + 1)^2 of them, from the frame of the central direction into the world's.
-    pub(crate) fn to_world(&self, central: Direction, rows: &mut [[f64; 3]], scratch: &mut Vec<[f64; 3]>) {
+    pub(crate) fn apply(&self, central: Direction, rows: &mut [[f64; 3]], scratch: &mut Vec<[f64; 3]>) {
         let (alpha, beta) = (central.theta(), central.phi());
         scratch.resize(2 * self.degree + 1, [0.0; 3]);
         let mut start = 0;
@@ -99,13 +99,13 @@ impl Shrm {
             return self.clone();
         }
         let (grid, rows) = (self.grid(), self.p().rows());
-        let frames = Frames::new(self.p());
+        let local_to_world = LocalToWorld::new(self.p());
         let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
         values.par_chunks_mut(64 * rows).enumerate().for_each(|(block, values)| {
             let (mut wide, mut scratch) = (vec![[0.0; 3]; rows], Vec::new());
             for (texel, out) in (block * 64..).zip(values.chunks_exact_mut(rows)) {
                 self.widen(texel, &mut wide);
-                frames.to_world(grid.direction(texel), &mut wide, &mut scratch);
+                local_to_world.apply(grid.direction(texel), &mut wide, &mut scratch);
                 for (out, value) in out.iter_mut().zip(&wide) {
                     *out = value.map(|v| v as f32);
                 }
@@ -138,13 +138,13 @@ mod tests {
             let wave = |row: usize| ((row * 37 % 101) as f64 / 50.0 - 1.0).sin();
             let local: Vec<[f64; 3]> =
                 (0..degree.rows()).map(|row| [wave(row), wave(row + 9), 1.0]).collect();
-            let (frames, basis) = (Frames::new(degree), Basis::new(degree));
+            let (local_to_world, basis) = (LocalToWorld::new(degree), Basis::new(degree));
             let mut scratch = Vec::new();
             for k in 0..20 {
                 let central = Direction::from_angles(0.165 * f64::from(k), 2.4 * f64::from(k) - 3.0);
                 let view = Direction::from_angles(0.15 * f64::from(k) + 0.1, 1.7 * f64::from(k));
                 let mut global = local.clone();
-                frames.to_world(central, &mut global, &mut scratch);
+                local_to_world.apply(central, &mut global, &mut scratch);
                 let value = |rows: &[[f64; 3]], view| {
                     basis.evaluate(&Expansion::from_coefficients(degree, rows.to_vec()).unwrap(), view)
                 };

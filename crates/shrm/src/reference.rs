@@ -18,7 +18,7 @@
 //! because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap covers is
 //! [`Reference::width`].
 
-mod light;
+mod lit_texels;
 mod lobes;
 
 use std::f64::consts::PI;
@@ -28,12 +28,12 @@ use brdf::Material;
 use envmap::Environment;
 use rayon::prelude::*;
 use sh::Tolerance;
-use sh::f64x4::Level;
+use sh::f64x4::SimdLevel;
 use sphere::{DMat3, DVec3, Direction};
 
 use crate::{MapGrid, View, frame};
-use light::{Light, Span};
-use lobes::{Gaussian, Power, Shape, Sum, Weight, WholePower};
+use lit_texels::{LitTexels, Span};
+use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
 pub const REVISION: u32 = 0;
@@ -51,9 +51,9 @@ pub enum Cull {
 /// The brute-force integral of one environment and one material.
 #[derive(Debug)]
 pub struct Reference {
-    light: Light,
+    texels: LitTexels,
     material: Material,
-    shape: Option<(Shape, [f64; 3])>,
+    lobe: Option<(Lobe, [f64; 3])>,
     /// The cosine of the radius of the cap that is summed over.
     cap: Option<f64>,
 }
@@ -81,17 +81,17 @@ impl Reference {
     /// # Ok::<(), brdf::ParameterError>(())
     /// ```
     pub fn new(environment: &Environment, material: &Material, cull: Cull) -> Self {
-        let shape = Shape::of(material);
+        let lobe = Lobe::of(material);
         let cap = match cull {
             Cull::None => None,
             Cull::Energy(tolerance) => cap(material, tolerance.get()),
         };
-        Self { light: Light::new(environment), material: material.clone(), shape, cap }
+        Self { texels: LitTexels::new(environment), material: material.clone(), lobe, cap }
     }
 
     /// The number of texels that hold light.
     pub fn lit(&self) -> usize {
-        self.light.lit()
+        self.texels.lit()
     }
 
     /// W, the part of the sphere that is summed over: 1 if nothing is culled.
@@ -105,7 +105,7 @@ impl Reference {
     /// the world.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
         let at =
-            Central { direction: central, theta: central.theta(), column: self.light.column(central.phi()) };
+            Central { direction: central, theta: central.theta(), column: self.texels.column(central.phi()) };
         self.integral(&at, frame(central).inverse().apply(view), &self.spans(at.theta))
     }
 
@@ -133,7 +133,7 @@ impl Reference {
         assert!(rows.end <= rows_of(grid), "rows of the map");
         let [_, _, width] = grid.shape();
         let mut map = vec![[0.0; 3]; rows.len() * width];
-        let level = Level::detect();
+        let level = SimdLevel::detect();
         map.par_chunks_mut(width.max(1)).zip(rows).for_each(|(texels, row)| {
             let mut spans: Option<(f64, Vec<Span>)> = None;
             for (texel, at) in texels.iter_mut().zip(self.centrals(grid, row)) {
@@ -161,27 +161,34 @@ impl Reference {
                 MapGrid::LatLong(grid) => grid.phi(column),
                 MapGrid::Cube(_) => direction.phi(),
             };
-            Central { direction, theta, column: self.light.column(phi) }
+            Central { direction, theta, column: self.texels.column(phi) }
         })
     }
 
     /// The texels of the environment that a central direction at this colatitude sums over.
     fn spans(&self, theta: f64) -> Vec<Span> {
-        self.cap.map_or_else(|| self.light.whole(), |cosine| self.light.within(theta, cosine))
+        self.cap.map_or_else(|| self.texels.whole(), |cosine| self.texels.within(theta, cosine))
     }
 
     /// One texel of a map.
-    fn texel(&self, level: Level, at: &Central, view: View, toward: Direction, spans: &[Span]) -> [f64; 3] {
+    fn texel(
+        &self,
+        level: SimdLevel,
+        at: &Central,
+        view: View,
+        toward: Direction,
+        spans: &[Span],
+    ) -> [f64; 3] {
         let axis = at.direction.vector();
-        let (sum, scale) = match self.shape {
-            Some((Shape::WholePower(exponent), scale)) => {
+        let (sum, scale) = match self.lobe {
+            Some((Lobe::WholePower(exponent), scale)) => {
                 let weight = WholePower { axis, exponent };
-                (Sum { light: &self.light, spans, column: at.column, weight }.run(level), scale)
+                (Sum { texels: &self.texels, spans, column: at.column, weight }.run(level), scale)
             }
-            Some((Shape::Power(exponent), scale)) => {
+            Some((Lobe::Power(exponent), scale)) => {
                 (self.sum(level, at, spans, Power { axis, exponent }), scale)
             }
-            Some((Shape::Gaussian { sigma }, scale)) => {
+            Some((Lobe::Gaussian { sigma }, scale)) => {
                 let view = match view {
                     View::Global => toward,
                     View::Local => frame(at.direction).apply(toward),
@@ -207,8 +214,8 @@ impl Reference {
         std::array::from_fn(|channel| sum[channel] * scale[channel])
     }
 
-    fn sum<W: Weight>(&self, level: Level, at: &Central, spans: &[Span], weight: W) -> [f64; 3] {
-        level.run(Sum { light: &self.light, spans, column: at.column, weight })
+    fn sum<W: Weight>(&self, level: SimdLevel, at: &Central, spans: &[Span], weight: W) -> [f64; 3] {
+        level.run(Sum { texels: &self.texels, spans, column: at.column, weight })
     }
 
     /// The sum with the material's own transfer function. What depends on the view alone, the surface's
@@ -221,13 +228,13 @@ impl Reference {
         let outgoing = centre.surface(Direction::Z, outgoing)[1];
         let mut total = [0.0; 3];
         for &span in spans {
-            for segment in self.light.segments(span, at.column, 0) {
+            for segment in self.texels.segments(span, at.column, 0) {
                 for index in segment {
-                    let (direction, light) = self.light.texel(span.row, index);
+                    let (direction, radiance) = self.texels.texel(span.row, index);
                     let incident = Direction::from_unit(to_surface * direction);
                     let rho_hat = self.material.rho_hat(incident, outgoing);
                     for channel in 0..3 {
-                        total[channel] += rho_hat[channel] * light[channel];
+                        total[channel] += rho_hat[channel] * radiance[channel];
                     }
                 }
             }

@@ -17,7 +17,7 @@
 use brdf::Centre;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use sh::f64x4::Level;
+use sh::f64x4::SimdLevel;
 use sh::{Basis, Degree};
 use sphere::{Direction, LatLong};
 
@@ -48,7 +48,7 @@ impl ViewMaps {
         for map in maps.chunks_exact_mut(grid.len()) {
             runs.iter_mut().zip(map.chunks_mut(BLOCK)).for_each(|(runs, run)| runs.push(run));
         }
-        let level = Level::detect();
+        let level = SimdLevel::detect();
         let values = map.values().par_chunks(BLOCK * map.rows());
         runs.into_par_iter().zip(values).for_each(|(runs, values)| {
             level.run(Block { views: &terms, values, runs });

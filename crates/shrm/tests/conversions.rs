@@ -260,7 +260,7 @@ fn a_table_of_t_views_holds_half_as_many_degrees() {
 }
 
 #[test]
-fn what_cannot_be_fitted_is_told() {
+fn a_fit_that_is_not_determined_is_an_error() {
     let grid = GRIDS[0];
     let fit = |views: &[Direction], maps: &[[f32; 3]], p: usize| {
         fit_views(grid, Centre::Normal, View::Global, views, maps, Degree::new(p).ok())
@@ -274,7 +274,7 @@ fn what_cannot_be_fitted_is_told() {
     ));
     assert_eq!(
         fit(&circle, &black[1..], 0).unwrap_err(),
-        FitError::Shape { found: 719, views: 12, texels: 60 }
+        FitError::Count { found: 719, views: 12, texels: 60 }
     );
     let mut bad = black.clone();
     bad[60 + 7][1] = f32::NAN;

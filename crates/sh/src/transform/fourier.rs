@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use pulp::{Simd, WithSimd};
 
 use super::sums::{Group, ODD, PARTS};
-use crate::f64x4::{F64x4, LANES, Level, load, store};
+use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
 use crate::fft::{self, Complex4, Fft, cis};
 
 /// A channel of a pixel: `f32` or `f64`.
@@ -65,7 +65,7 @@ impl Sample for f64 {
 
 /// The Fourier transform of one grid's rows for m = 0 ..= degree.
 pub(crate) struct Fourier {
-    level: Level,
+    level: SimdLevel,
     width: usize,
     height: usize,
     fft: Fft,
@@ -82,7 +82,7 @@ pub(crate) struct FourierScratch {
 }
 
 impl Fourier {
-    pub(crate) fn new(level: Level, width: usize, height: usize, degree: usize) -> Self {
+    pub(crate) fn new(level: SimdLevel, width: usize, height: usize, degree: usize) -> Self {
         let turns = (0..=degree)
             .map(|m| {
                 let sign = if m % 2 == 0 { 1.0 } else { -1.0 };

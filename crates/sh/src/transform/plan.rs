@@ -5,7 +5,7 @@ use parking_lot::Mutex;
 use super::fourier::Fourier;
 use super::grid::Grid;
 use super::sums::{self, Group, Rows};
-use crate::f64x4::{F64x4, Level};
+use crate::f64x4::{F64x4, SimdLevel};
 
 /// Why a grid cannot carry a transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -41,7 +41,7 @@ pub enum TransformError {
 pub(super) struct TransformPlan {
     pub(super) grid: Grid,
     pub(super) degree: usize,
-    pub(super) level: Level,
+    pub(super) level: SimdLevel,
     pub(super) rows: Rows,
     pub(super) fourier: Fourier,
     /// Memory of finished calls.
@@ -58,7 +58,7 @@ pub(super) struct Workspace {
 }
 
 impl TransformPlan {
-    pub(super) fn new(level: Level, grid: Grid, degree: usize) -> Self {
+    pub(super) fn new(level: SimdLevel, grid: Grid, degree: usize) -> Self {
         let northern: Vec<(f64, f64)> =
             (0..grid.height().div_ceil(2)).map(|row| grid.cosine_sine(row)).collect();
         Self {

@@ -17,7 +17,7 @@
 use std::f64::consts::PI;
 
 use super::sums::{Group, ODD};
-use crate::f64x4::{F64x4, LANES, Level};
+use crate::f64x4::{F64x4, LANES, SimdLevel};
 use crate::fft::{self, Complex4, Fft, cis, times};
 use crate::quadrature;
 
@@ -44,7 +44,7 @@ pub(crate) struct ResampleScratch {
 
 impl Resample {
     /// For `height` rows; `scale` multiplies the result.
-    pub(crate) fn new(level: Level, height: usize, scale: f64) -> Self {
+    pub(crate) fn new(level: SimdLevel, height: usize, scale: f64) -> Self {
         let samples = 2 * height;
         let weights = quadrature::clenshaw_curtis(samples);
         let fft_scale = 1.0 / (samples * samples) as f64;

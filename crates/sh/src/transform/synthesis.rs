@@ -6,7 +6,7 @@ use super::fourier::{FourierScratch, Sample};
 use super::grid::Grid;
 use super::plan::{TransformError, TransformPlan, Workspace, order_pairs};
 use super::sums::{Evaluate, Group, ODD, PARTS};
-use crate::f64x4::{LANES, Level};
+use crate::f64x4::{LANES, SimdLevel};
 use crate::legendre::Recurrence;
 use crate::{Degree, Expansion};
 
@@ -25,10 +25,10 @@ impl Synthesis {
     /// # Errors
     /// If the grid has no pixel.
     pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
-        Self::at_level(Level::detect(), grid.into(), degree)
+        Self::at_level(SimdLevel::detect(), grid.into(), degree)
     }
 
-    pub(super) fn at_level(level: Level, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
+    pub(super) fn at_level(level: SimdLevel, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
         if grid.is_empty() {
             return Err(TransformError::Empty { columns: grid.width(), rows: grid.height() });
         }

@@ -2,7 +2,7 @@ use sphere::{DVec3, LatLong};
 
 use super::sums::{Evaluate, ODD, PARTS, Project, Rows};
 use super::*;
-use crate::f64x4::{F64x4, LANES, Level};
+use crate::f64x4::{F64x4, LANES, SimdLevel};
 use crate::legendre::Recurrence;
 use crate::quadrature;
 use test_data::reference;
@@ -254,7 +254,7 @@ fn every_level_gives_the_same_transform_to_the_last_bit() {
     // Weights and rows resampled; a width with a large prime factor.
     for (width, height, l) in [(258, 129, 128), (128, 128, 30), (134, 65, 40)] {
         let expected = Noise::new(13).expansion(l);
-        let [best, portable] = [Level::detect(), Level::Portable].map(|level| {
+        let [best, portable] = [SimdLevel::detect(), SimdLevel::Portable].map(|level| {
             let transform = Transform::at_level(level, lat_long(width, height), degree(l)).unwrap();
             let pixels: Vec<[f64; 3]> = transform.synthesise(&expected);
             (transform.analyse(&pixels), pixels)
@@ -318,7 +318,7 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
             terms[k][ODD] = recurrence.odd(k);
         }
         let mut columns = vec![[F64x4::ZERO; PARTS]; rows.groups()];
-        let level = Level::detect();
+        let level = SimdLevel::detect();
         level.run(Evaluate {
             rows: &rows,
             recurrence: &recurrence,

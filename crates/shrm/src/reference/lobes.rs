@@ -5,19 +5,19 @@
 //! exponents are repeated squares; others and the Gaussian of equation 11 are 2^y, with y's whole part put
 //! into the exponent's bits and polynomials for the rest (fitted to the least largest relative error, which
 //! their comments give). f32 rounding of a cosine c costs c^s a relative error of s * 6e-8 and the Gaussian
-//! one of 6e-8 / sigma^2; [`Shape::of`] accepts a model only if that stays below 1e-4 for a single texel.
+//! one of 6e-8 / sigma^2; [`Lobe::of`] accepts a model only if that stays below 1e-4 for a single texel.
 //! Sums are carried to f64 every thousand texels.
 
 use brdf::Material;
 use pulp::Simd;
-use sh::f64x4::Level;
+use sh::f64x4::SimdLevel;
 use sphere::DVec3;
 
-use super::light::{Light, Row, Span};
+use super::lit_texels::{LitTexels, Row, Span};
 
 /// A rho_hat that is computed in vectors, up to a factor for each channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum Lobe {
     /// max(0, C . L)^s, s a whole number.
     WholePower(u32),
     /// max(0, C . L)^s.
@@ -26,7 +26,7 @@ pub(super) enum Shape {
     Gaussian { sigma: f32 },
 }
 
-impl Shape {
+impl Lobe {
     /// The lobe of a material and its factors; `None` if it has none or f32 is not accurate enough.
     pub(super) fn of(material: &Material) -> Option<(Self, [f64; 3])> {
         match material {
@@ -53,7 +53,7 @@ impl Shape {
 
 /// The sum over texels of radiance, solid angle and weight; `weight` is rho_hat up to a factor.
 pub(super) struct Sum<'a, W> {
-    pub(super) light: &'a Light,
+    pub(super) texels: &'a LitTexels,
     pub(super) spans: &'a [Span],
     /// The column coordinate of the central direction.
     pub(super) column: f64,
@@ -62,14 +62,14 @@ pub(super) struct Sum<'a, W> {
 
 impl Sum<'_, WholePower> {
     /// The sum, compiled for the exponents that are powers of two.
-    pub(super) fn run(self, level: Level) -> [f64; 3] {
-        let Sum { light, spans, column, weight } = self;
+    pub(super) fn run(self, level: SimdLevel) -> [f64; 3] {
+        let Sum { texels, spans, column, weight } = self;
         let axis = weight.axis;
         macro_rules! squares {
             ($($times:literal)*) => {
                 match weight.exponent.trailing_zeros() {
                     $($times if weight.exponent.is_power_of_two() => {
-                        level.run(Sum { light, spans, column, weight: Squares::<$times> { axis } })
+                        level.run(Sum { texels, spans, column, weight: Squares::<$times> { axis } })
                     })*
                     _ => level.run(self),
                 }
@@ -91,8 +91,8 @@ impl<W: Weight> pulp::WithSimd for Sum<'_, W> {
         let mut sums = [simd.splat_f32s(0.0); 3];
         let mut pending = 0;
         for &span in self.spans {
-            let row = self.weight.row(simd, self.light.row(span.row));
-            for segment in self.light.segments(span, self.column, S::F32_LANES) {
+            let row = self.weight.row(simd, self.texels.row(span.row));
+            for segment in self.texels.segments(span, self.column, S::F32_LANES) {
                 if segment.is_empty() {
                     continue;
                 }
@@ -100,9 +100,9 @@ impl<W: Weight> pulp::WithSimd for Sum<'_, W> {
                 // dark ones.
                 let reach = segment.start..segment.start + segment.len().next_multiple_of(S::F32_LANES);
                 let vectors = |numbers| S::as_simd_f32s(numbers).0;
-                let cosine = vectors(&self.light.cosine[reach.clone()]);
-                let sine = vectors(&self.light.sine[reach.clone()]);
-                let [red, green, blue] = &self.light.rgb;
+                let cosine = vectors(&self.texels.cosine[reach.clone()]);
+                let sine = vectors(&self.texels.sine[reach.clone()]);
+                let [red, green, blue] = &self.texels.rgb;
                 let red = vectors(&red[reach.clone()]);
                 let green = vectors(&green[reach.clone()]);
                 let blue = vectors(&blue[reach]);
@@ -379,7 +379,7 @@ mod tests {
     /// The polynomials' errors, and a few roundings of f32 (6e-8 each).
     #[test]
     fn powers_logarithms_and_angles_are_those_of_the_standard_library() {
-        for level in [Level::detect(), Level::Portable] {
+        for level in [SimdLevel::detect(), SimdLevel::Portable] {
             let exp2 = level.run(Apply(&grid(-20.0, 0.0), |y| f64::from(y).exp2(), 0));
             // Relative, down to 1e-3 of absolute error near x = 1.
             let log2 = level.run(Apply(&grid(1e-6, 1.0), |x| f64::from(x).log2(), 1));

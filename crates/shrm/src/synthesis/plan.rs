@@ -1,6 +1,6 @@
 //! What all tasks of one synthesis share.
 
-use sh::f64x4::{LANES, Level};
+use sh::f64x4::{LANES, SimdLevel};
 use sh::wigner::Recurrence;
 
 use super::parity_split_fourier::ParitySplitFourier;
@@ -9,7 +9,7 @@ use crate::{Reflection, Terms};
 /// The constants of one synthesis.
 pub(super) struct SynthesisPlan<'a> {
     pub(super) reflection: &'a Reflection,
-    pub(super) level: Level,
+    pub(super) level: SimdLevel,
     pub(super) f: usize,
     pub(super) terms: Terms,
     /// Values of a texel: coefficients times channels.
@@ -37,7 +37,7 @@ impl<'a> SynthesisPlan<'a> {
         odd.resize(padded, false);
         Self {
             reflection,
-            level: Level::detect(),
+            level: SimdLevel::detect(),
             f,
             terms,
             columns,

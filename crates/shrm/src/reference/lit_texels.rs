@@ -21,7 +21,7 @@ pub(super) struct Row {
 
 /// The lit texels, row by row, each row followed by [`PAD`] dark ones.
 #[derive(Debug)]
-pub(super) struct Light {
+pub(super) struct LitTexels {
     grid: LatLong,
     rows: Vec<Row>,
     /// For each row and column, and past the last: the first lit texel there or right of there, [height,
@@ -45,14 +45,14 @@ pub(super) struct Span {
     half: f64,
 }
 
-impl Light {
+impl LitTexels {
     pub(super) fn new(environment: &Environment) -> Self {
         let grid = environment.grid();
         let rows = (0..grid.height).map(|row| {
             let (sin_theta, cos_theta) = grid.theta(row).sin_cos();
             Row { cos_theta, sin_theta, solid_angle: grid.solid_angle(row) }
         });
-        let mut light = Self {
+        let mut texels = Self {
             grid,
             rows: rows.collect(),
             first: Vec::with_capacity((grid.width + 1) * grid.height),
@@ -70,17 +70,17 @@ impl Light {
             .collect();
         for (row, pixels) in environment.pixels().chunks_exact(grid.width).enumerate() {
             for (pixel, azimuth) in pixels.iter().zip(&columns) {
-                light.first.push(light.radiance.len() as u32);
+                texels.first.push(texels.radiance.len() as u32);
                 if *pixel != [0.0; 3] {
-                    light.push(row, *pixel, *azimuth);
+                    texels.push(row, *pixel, *azimuth);
                 }
             }
-            light.first.push(light.radiance.len() as u32);
+            texels.first.push(texels.radiance.len() as u32);
             for _ in 0..PAD {
-                light.push(row, [0.0; 3], [1.0, 0.0]);
+                texels.push(row, [0.0; 3], [1.0, 0.0]);
             }
         }
-        light
+        texels
     }
 
     fn push(&mut self, row: usize, pixel: [f32; 3], azimuth: [f64; 2]) {
@@ -97,7 +97,7 @@ impl Light {
         self.rows[row]
     }
 
-    /// The number of texels that hold light.
+    /// The number of texels that hold texels.
     pub(super) fn lit(&self) -> usize {
         self.radiance.len() - PAD * self.grid.height
     }
@@ -179,8 +179,8 @@ mod tests {
     fn spans_hold_the_texels_of_a_cap_and_no_other() {
         let grid = LatLong { width: 64, height: 24 };
         let pixels: Vec<[f32; 3]> = (0..grid.len()).map(|i| [(i % 3) as f32, 0.0, 0.0]).collect();
-        let light = Light::new(&Environment::new(grid, pixels.clone()).unwrap());
-        assert_eq!(light.lit(), pixels.iter().filter(|pixel| pixel[0] > 0.0).count());
+        let texels = LitTexels::new(&Environment::new(grid, pixels.clone()).unwrap());
+        assert_eq!(texels.lit(), pixels.iter().filter(|pixel| pixel[0] > 0.0).count());
         for theta in [0.0, 0.1, 1.0, 1.57, 2.5, 3.1, PI] {
             for phi in [-PI, -3.0, -0.7, 0.0, 1.9, 3.1] {
                 for radius in [0.01f64, 0.2, 0.9, 1.4, 2.5] {
@@ -194,11 +194,11 @@ mod tests {
                     }
                     for beyond in [0, PAD] {
                         let mut found = 0.0;
-                        for span in light.within(theta, radius.cos()) {
+                        for span in texels.within(theta, radius.cos()) {
                             let mut beside = 0;
-                            for segment in light.segments(span, light.column(phi), beyond) {
+                            for segment in texels.segments(span, texels.column(phi), beyond) {
                                 for index in segment {
-                                    let (direction, weighted) = light.texel(span.row, index);
+                                    let (direction, weighted) = texels.texel(span.row, index);
                                     found += weighted[0];
                                     beside +=
                                         usize::from(direction.dot(centre.vector()) < radius.cos() - 1e-12);
