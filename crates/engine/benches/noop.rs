@@ -1,5 +1,5 @@
-//! Builds that find nothing to do, or one changed file: the manifest is read, every file looked at, every result
-//! looked up. `again` is the same on a workbench that has built before: it knows the journal.
+//! Builds that find nothing to do, or one changed file: the manifest is read, every file looked at, every
+//! result looked up. `again` is the same on a session that has built before and knows the journal.
 
 use std::fs;
 use std::hint::black_box;
@@ -53,19 +53,19 @@ kind = "write"
 input = "text"
 "#;
 
-/// Reads the manifest and builds; returns how many items ran.
+/// Reads the manifest and builds; returns the number of items that ran.
 fn run(folder: &Path, kinds: &Kinds) -> usize {
     run_on(&BuildSession::new(None, 0).expect("threads"), folder, kinds)
 }
 
-fn run_on(bench: &BuildSession, folder: &Path, kinds: &Kinds) -> usize {
+fn run_on(session: &BuildSession, folder: &Path, kinds: &Kinds) -> usize {
     let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest is valid");
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
-    let ran = bench.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
+    let ran = session.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
     ran.expect("the build goes on").ran
 }
 
-/// A project of so many sources that is up to date.
+/// A project of so many sources, which is up to date.
 fn project(manifest: &str, sources: usize, items: usize) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::create_dir(folder.path().join("texts")).expect("a folder");
@@ -74,7 +74,7 @@ fn project(manifest: &str, sources: usize, items: usize) -> TempDir {
         write_source(folder.path(), n, &format!("text {n}"));
     }
     assert_eq!(run(folder.path(), &kinds()), items);
-    // The stamps of files that are two seconds old are trusted.
+    // Stamps of files are trusted when the files are two seconds old.
     std::thread::sleep(Duration::from_millis(2100));
     assert_eq!(run(folder.path(), &kinds()), 0);
     folder
@@ -92,15 +92,15 @@ fn noop(criterion: &mut Criterion) {
         group.bench_function(format!("noop_{items}_items"), |bencher| {
             bencher.iter(|| run(folder.path(), &kinds()));
         });
-        let bench = BuildSession::new(None, 0).expect("threads");
+        let session = BuildSession::new(None, 0).expect("threads");
         group.bench_function(format!("noop_{items}_items_again"), |bencher| {
-            bencher.iter(|| run_on(&bench, folder.path(), &kinds()));
+            bencher.iter(|| run_on(&session, folder.path(), &kinds()));
         });
     }
     group.finish();
 }
 
-/// One source among 10,000 changes: it is found, and its two items run.
+/// One of 10,000 sources changes: the build finds it and runs its two items.
 fn one_changed(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine");
     let folder = project(SHORT, 10_000, 20_000);
@@ -114,15 +114,16 @@ fn one_changed(criterion: &mut Criterion) {
         let find = |()| assert_eq!(run(folder.path(), &kinds()), 2);
         bencher.iter_batched(&mut edit, find, BatchSize::PerIteration);
     });
-    let bench = BuildSession::new(None, 0).expect("threads");
+    let session = BuildSession::new(None, 0).expect("threads");
     group.bench_function("one_changed_of_10000_again", |bencher| {
-        let find = |()| assert_eq!(run_on(&bench, folder.path(), &kinds()), 2);
+        let find = |()| assert_eq!(run_on(&session, folder.path(), &kinds()), 2);
         bencher.iter_batched(&mut edit, find, BatchSize::PerIteration);
     });
     group.finish();
 }
 
-/// 40,000 exports: nothing to do, and one text of 400 edited, of which 402 items have to run, as a watcher does it.
+/// 40,000 exports: first nothing to do, then, as in a watcher, an edit of one of 400 texts, after which 402
+/// items run.
 fn large_graph(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine");
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -133,12 +134,12 @@ fn large_graph(criterion: &mut Criterion) {
     group.bench_function("noop_80800_items", |bencher| {
         bencher.iter(|| assert_eq!(run(folder.path(), &kinds()), 0));
     });
-    let bench = BuildSession::new(None, 0).expect("threads");
+    let session = BuildSession::new(None, 0).expect("threads");
     let plan = Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest is valid");
     let text = plan.manifest.with_file_name("left").join("007.txt");
     let build = |changed: Option<Vec<PathBuf>>| {
         let options = BuildOptions { keep_going: true, changed, ..BuildOptions::default() };
-        bench.build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on").ran
+        session.build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on").ran
     };
     assert_eq!(build(None), 0);
     let mut edits = 0;

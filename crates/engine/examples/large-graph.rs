@@ -1,9 +1,10 @@
-//! What a build costs for a large graph: 200 texts by 200 others, joined and exported, 80,800 items and 40,000 files.
+//! What a build costs for a large graph: 200 texts by 200 others, joined and exported, 80,800 items and
+//! 40,000 files.
 //!
 //! ```sh
 //! cargo run --release -p engine --example large-graph -- make FOLDER
 //! cargo run --release -p engine --example large-graph -- build FOLDER         # again: nothing to do
-//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # so many edits of one text
+//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # 20 edits of texts
 //! ```
 //!
 //! It prints milliseconds and the most memory that the process had.
@@ -65,17 +66,17 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
         cache_limit: None,
     };
     let cancel = Cancel::default();
-    let (told, heard) = channel();
+    let (sender, receiver) = channel();
     std::thread::scope(|scope| {
         let watcher = scope.spawn(|| {
             let events = |event: Event| {
                 if matches!(event, Event::Ended(_) | Event::Watching { .. }) {
-                    let _ = told.send((Instant::now(), event));
+                    let _ = sender.send((Instant::now(), event));
                 }
             };
             engine::watch(&manifest, &testkit::kinds(), &options, &cancel, &events).expect("it watches");
         });
-        while let Ok((_, event)) = heard.recv() {
+        while let Ok((_, event)) = receiver.recv() {
             if matches!(event, Event::Watching { .. }) {
                 break;
             }
@@ -83,12 +84,12 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
         let mut times = Vec::new();
         for edit in 0..edits {
             std::thread::sleep(Duration::from_millis(pause));
-            while heard.try_recv().is_ok() {}
-            let began = Instant::now();
+            while receiver.try_recv().is_ok() {}
+            let start = Instant::now();
             let name = format!("left/{:03}.txt", (edit * 7) % 200);
             fs::write(folder.join(name), format!("edit {edit} of {}", std::process::id())).expect("an edit");
             let ended = loop {
-                match heard.recv().expect("the watcher goes on") {
+                match receiver.recv().expect("the watcher goes on") {
                     (time, Event::Ended(summary)) if summary.ran > 0 => {
                         println!("{} items ran, {} files", summary.ran, summary.published);
                         break time;
@@ -96,7 +97,7 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
                     _ => {}
                 }
             };
-            times.push(milliseconds(ended - began));
+            times.push(milliseconds(ended - start));
         }
         cancel.cancel();
         watcher.join().expect("it ends");
@@ -114,7 +115,7 @@ fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The most resident memory so far, in KiB; 0 if the system does not tell.
+/// The most resident memory so far, in KiB; 0 if the system does not report it.
 fn peak_memory() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
