@@ -1,4 +1,4 @@
-//! A full disk and a folder that cannot be written: a clear error, and the old outputs stay.
+//! A full disk and a folder that cannot be written give a clear error, and the old outputs stay.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -14,7 +14,7 @@ use support::Project;
 struct Mount(PathBuf);
 
 impl Mount {
-    /// Mounts a tmpfs; `None` (said aloud) where this user may not.
+    /// Mounts a tmpfs; `None`, and the test is skipped, if this user may not.
     fn tmpfs(folder: &Path, size: &str, test: &str) -> Option<Self> {
         fs::create_dir_all(folder).unwrap();
         let options = format!("size={size}");
@@ -43,7 +43,8 @@ fn change(project: &Project) {
     project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = 5\nspecular = 1\n");
 }
 
-/// The error names the folder, the cause and what to do; each output is whole, old or new; nothing else is left.
+/// Checks that the error names the folder, the cause and what to do, and that each output is the old or the
+/// new one.
 fn assert_refused(project: &Project, folder: &str, cause: &str) {
     let (before, clean) = (project.outputs(), Project::small());
     change(&clean);
@@ -66,8 +67,8 @@ fn assert_refused(project: &Project, folder: &str, cause: &str) {
     assert_ne!(now, after, "something was refused");
 }
 
-/// With room or leave to write, the next build goes on from there.
-fn assert_mended(project: &Project) {
+/// Checks that a build succeeds after the cause is removed.
+fn assert_recovered(project: &Project) {
     project.ok(&["build"]);
     let clean = Project::small();
     change(&clean);
@@ -76,7 +77,7 @@ fn assert_mended(project: &Project) {
 }
 
 #[test]
-fn a_full_output_disk_is_told_and_loses_nothing() {
+fn a_full_output_disk_is_an_error_and_loses_nothing() {
     let project = Project::small();
     let Some(mount) = Mount::tmpfs(&project.path("out"), "4m", "a_full_output_disk") else { return };
     project.ok(&["build"]);
@@ -84,11 +85,11 @@ fn a_full_output_disk_is_told_and_loses_nothing() {
     mount.remount(&format!("size={}k", used / 1024 + 4));
     assert_refused(&project, "out", "No space left");
     mount.remount("size=4m");
-    assert_mended(&project);
+    assert_recovered(&project);
 }
 
 #[test]
-fn a_full_cache_disk_is_told_and_loses_nothing() {
+fn a_full_cache_disk_is_an_error_and_loses_nothing() {
     let project = Project::small();
     let Some(mount) = Mount::tmpfs(&project.path(".specula"), "16m", "a_full_cache_disk") else { return };
     project.ok(&["build"]);
@@ -97,27 +98,27 @@ fn a_full_cache_disk_is_told_and_loses_nothing() {
     mount.remount(&format!("size={}k", used / 1024 + 8));
     assert_refused(&project, ".specula", "No space left");
     mount.remount("size=16m");
-    assert_mended(&project);
+    assert_recovered(&project);
 }
 
 #[test]
-fn a_read_only_output_folder_is_told_and_loses_nothing() {
+fn a_read_only_output_folder_is_an_error_and_loses_nothing() {
     let project = Project::small();
     let Some(mount) = Mount::tmpfs(&project.path("out"), "4m", "a_read_only_output_folder") else { return };
     project.ok(&["build"]);
     mount.remount("ro");
     assert_refused(&project, "out", "Read-only file system");
     mount.remount("rw");
-    assert_mended(&project);
+    assert_recovered(&project);
 }
 
 #[test]
-fn a_read_only_cache_is_told_and_loses_nothing() {
+fn a_read_only_cache_is_an_error_and_loses_nothing() {
     let project = Project::small();
     let Some(mount) = Mount::tmpfs(&project.path(".specula"), "16m", "a_read_only_cache") else { return };
     project.ok(&["build"]);
     mount.remount("ro");
     assert_refused(&project, ".specula", "Read-only file system");
     mount.remount("rw");
-    assert_mended(&project);
+    assert_recovered(&project);
 }

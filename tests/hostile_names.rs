@@ -1,4 +1,5 @@
-//! Names of files and texts in them that a terminal would act on are shown escaped, by every command and on both streams.
+//! Names of files and texts in them that a terminal would act on are shown escaped, by every command and on
+//! both streams.
 
 // Windows has no such names.
 #![cfg(unix)]
@@ -11,12 +12,13 @@ use std::time::{Duration, Instant};
 
 use support::{PATIENCE, Project, Run};
 
-/// Sets the title, colours, by ESC and by C1's CSI; deletes; turns the direction of what follows.
+/// They set the title and colours, by ESC and by C1's CSI, delete characters, and change the direction of
+/// text.
 const HOSTILE: [&str; 5] =
     ["gold\x1b]0;pwned\x07", "red\x1b[31m", "c1\u{9b}31m", "del\x7f\r", "iso\u{2066}x"];
 
-/// `out` may hold a name that turns the direction, but no control characters.
-const TURNED: &str = "bidi\u{202e}txt";
+/// Names in `out` may contain a character that changes the direction of text, but no control characters.
+const BIDIRECTIONAL: &str = "bidi\u{202e}txt";
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -69,11 +71,11 @@ fn project() -> Project {
     for name in HOSTILE {
         project.write(&format!("hostile/{name}.toml"), MATERIAL);
     }
-    project.write(&format!("turned/{TURNED}.toml"), MATERIAL);
+    project.write(&format!("turned/{BIDIRECTIONAL}.toml"), MATERIAL);
     project
 }
 
-/// The characters that a terminal acts on, line feeds and tabs apart.
+/// Whether a terminal acts on a character; line feeds and tabs are allowed.
 fn is_raw(c: char) -> bool {
     let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || c.is_control() && !matches!(c, '\n' | '\t')
@@ -96,20 +98,20 @@ fn clean(project: &Project, arguments: &[&str]) -> String {
 #[test]
 fn no_command_prints_the_name_of_a_file_raw() {
     let project = project();
-    let told = clean(&project, &["build", "--verbose"]);
+    let printed = clean(&project, &["build", "--verbose"]);
     for shown in
         [r"gold\u{1b}]0;pwned\u{7}", r"red\u{1b}[31m", r"c1\u{9b}31m", r"del\u{7f}\u{d}", r"iso\u{2066}x"]
     {
-        assert!(told.contains(shown), "no {shown} in {told}");
+        assert!(printed.contains(shown), "no {shown} in {printed}");
     }
     clean(&project, &["build", "--verbose"]);
     project.write(&format!("hostile/{}.toml", HOSTILE[0]), "model = \"fo\u{9b}ng\x07\"\n");
     project.write(&format!("hostile/{}.toml", HOSTILE[1]), "model = \"phong\"\n\"\u{202e}key\" = 1\n");
-    project.write(&format!("turned/{TURNED}.toml"), "model = \"lambert\"\nalbedo = 0.25\n");
+    project.write(&format!("turned/{BIDIRECTIONAL}.toml"), "model = \"lambert\"\nalbedo = 0.25\n");
     assert!(clean(&project, &["build", "--dry-run"]).contains(r"bidi\u{202e}txt"));
     assert!(clean(&project, &["build"]).contains(r"map [studio, bidi\u{202e}txt]"));
-    let file = format!("maps/{TURNED}.exr");
-    for target in ["hostile", "coefficients", &file, &format!("turned/{TURNED}.toml"), HOSTILE[0]] {
+    let file = format!("maps/{BIDIRECTIONAL}.exr");
+    for target in ["hostile", "coefficients", &file, &format!("turned/{BIDIRECTIONAL}.toml"), HOSTILE[0]] {
         assert!(clean(&project, &["explain", target]).contains(r"\u{"), "{target:?}");
         clean(&project, &["explain", target, "--verbose"]);
     }
@@ -131,12 +133,12 @@ fn no_command_prints_the_name_of_a_file_raw() {
     ] {
         clean(&project, command);
     }
-    // A result of a hostile item that is lost is named.
+    // A lost result of a hostile item is named.
     for blob in support::files_below(&project.path(".specula/blobs")).keys() {
         fs::write(project.path(".specula/blobs").join(blob), "damaged").unwrap();
     }
     assert!(clean(&project, &["cache", "verify"]).contains(r"iso\u{2066}x"));
-    fs::remove_file(project.path(&format!("turned/{TURNED}.toml"))).unwrap();
+    fs::remove_file(project.path(&format!("turned/{BIDIRECTIONAL}.toml"))).unwrap();
     project.write("turned/plain.toml", MATERIAL);
     assert!(clean(&project, &["build"]).contains(r"removed  maps/bidi\u{202e}txt.exr"));
 }
@@ -145,8 +147,8 @@ fn no_command_prints_the_name_of_a_file_raw() {
 fn json_is_escaped_as_json() {
     let project = project();
     project.ok(&["build"]);
-    project.write(&format!("turned/{TURNED}.toml"), "model = \"lambert\"\nalbedo = 0.25\n");
-    let file = format!("maps/{TURNED}.exr");
+    project.write(&format!("turned/{BIDIRECTIONAL}.toml"), "model = \"lambert\"\nalbedo = 0.25\n");
+    let file = format!("maps/{BIDIRECTIONAL}.exr");
     for command in [
         &["build", "--json", "--dry-run"][..],
         &["explain", "coefficients", "--json"],
@@ -165,7 +167,7 @@ fn json_is_escaped_as_json() {
             let keys =
                 values[0]["items"].as_array().unwrap().iter().map(|item| &item["item"]["key"]["hostile"]);
             let keys = keys.map(|key| key.as_str().unwrap()).collect::<Vec<_>>();
-            assert!(HOSTILE.iter().all(|name| keys.contains(name)), "what is parsed is the name: {keys:?}");
+            assert!(HOSTILE.iter().all(|name| keys.contains(name)), "parsed JSON has the names: {keys:?}");
         }
     }
 }
@@ -178,19 +180,19 @@ fn a_watcher_prints_nothing_raw() {
     let mut command = project.command(&["watch", "--once", "--verbose"]);
     command.stdout(fs::File::create(project.path("data")).unwrap());
     let mut child = command.stderr(fs::File::create(&log).unwrap()).spawn().unwrap();
-    let told = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
+    let printed = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
     let deadline = Instant::now() + PATIENCE;
-    while !["listening to", "looking every"].iter().any(|way| told().contains(way)) {
-        assert!(Instant::now() < deadline, "{}", told());
+    while !["listening to", "looking every"].iter().any(|mode| printed().contains(mode)) {
+        assert!(Instant::now() < deadline, "{}", printed());
         std::thread::sleep(Duration::from_millis(10));
     }
     project.write(&format!("hostile/{}.toml", HOSTILE[2]), "model = \"fo\u{9b}ng\"\n");
     while child.try_wait().unwrap().is_none() {
-        assert!(Instant::now() < deadline, "{}", told());
+        assert!(Instant::now() < deadline, "{}", printed());
         std::thread::sleep(Duration::from_millis(10));
     }
     let stdout = fs::read_to_string(project.path("data")).unwrap();
-    let run = Run { code: child.wait().unwrap().code(), stdout, stderr: told() };
+    let run = Run { code: child.wait().unwrap().code(), stdout, stderr: printed() };
     assert_clean("specula watch", &run);
     assert!(
         run.stderr.contains(r"c1\u{9b}31m.toml changed") && run.stderr.contains("FAILED"),
@@ -224,9 +226,9 @@ fn errors_of_a_manifest_are_drawn_without_its_raw_text() {
     ] {
         project.write("\x1b[32mbad.toml", text);
         for command in ["build", "check", "graph"] {
-            let told = clean(&project, &[command, "--manifest", "\x1b[32mbad.toml"]);
-            assert!(told.contains(r"\u{1b}[32mbad.toml"), "{told}");
-            assert!(told.contains(shown), "no {shown} in {told}");
+            let printed = clean(&project, &[command, "--manifest", "\x1b[32mbad.toml"]);
+            assert!(printed.contains(r"\u{1b}[32mbad.toml"), "{printed}");
+            assert!(printed.contains(shown), "no {shown} in {printed}");
         }
     }
 }
@@ -250,8 +252,8 @@ fn arguments_are_quoted_escaped() {
         &["cache", "stats", "--manifest", &format!("{hostile}/pipeline.toml")],
         &["init", hostile],
     ] {
-        let told = clean(&project, command);
-        assert!(told.contains(r"\u{1b}]0;pwned\u{7}\u{202e}"), "{command:?} says {told}");
+        let printed = clean(&project, command);
+        assert!(printed.contains(r"\u{1b}]0;pwned\u{7}\u{202e}"), "{command:?} prints {printed}");
     }
     assert!(clean(&project, &["--help"]).contains("Usage: specula"));
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use support::{Project, assert_whole, uniform};
+use test_data::length;
 
 fn edit(project: &Project, version: u64) {
     let exponent = 4.0 + version as f64 / 8.0;
@@ -17,8 +18,8 @@ fn edit(project: &Project, version: u64) {
     );
 }
 
-/// Kills so many builds while they run, each of another edit; after every `between` rounds a build must give
-/// what a clean one gives.
+/// Kills so many builds while they run, each after another edit; after every `between` rounds a build must
+/// give what a clean one gives.
 fn kill(kills: u64, between: u64) {
     let (project, clean) = (Project::small(), Project::small());
     let mut known = BTreeSet::new();
@@ -52,11 +53,12 @@ fn kill(kills: u64, between: u64) {
 }
 
 #[test]
-fn two_hundred_kills_leave_every_output_whole_and_the_next_build_correct() {
-    kill(200, 1);
+fn a_kill_at_any_moment_leaves_every_output_whole_and_the_next_build_correct() {
+    const TEST: &str = "a_kill_at_any_moment_leaves_every_output_whole_and_the_next_build_correct";
+    kill(length(TEST, "kills", 200, 10), 1);
 }
 
 #[test]
-fn kills_that_follow_each_other_are_mended_by_one_build() {
-    kill(60, 5);
+fn one_build_repairs_what_several_kills_left() {
+    kill(length("one_build_repairs_what_several_kills_left", "kills", 60, 10), 5);
 }

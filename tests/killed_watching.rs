@@ -6,21 +6,20 @@ mod support;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use support::{Project, assert_whole, uniform};
+use test_data::{length, say};
 
-const KILLS: u64 = 300;
-/// So many different states of the material are edited in.
+/// The number of versions of the material.
 const VERSIONS: u64 = 12;
 
-/// A numbered state of the material.
+/// A version of the material.
 fn material(version: u64) -> String {
     format!("model = \"phong\"\nexponent = {}\nspecular = 1\n", 4.0 + version as f64 / 2.0)
 }
 
-/// Edits the material: in place, or as most editors do by a rename.
+/// Edits the material: in place, or by a rename as most editors do.
 fn edit(project: &Project, version: u64, in_place: bool) {
     let name = "assets/materials/gold.toml";
     if in_place {
@@ -45,20 +44,23 @@ fn clean_builds() -> (Vec<BTreeMap<String, Vec<u8>>>, Duration) {
 }
 
 #[test]
-fn three_hundred_kills_under_watch_leave_every_output_whole_and_the_next_start_correct() {
+fn a_kill_of_a_watcher_at_any_moment_leaves_every_output_whole_and_the_next_start_correct() {
+    const TEST: &str =
+        "a_kill_of_a_watcher_at_any_moment_leaves_every_output_whole_and_the_next_start_correct";
+    let kills = length(TEST, "kills", 300, 15);
     let (clean, build) = clean_builds();
     let known = clean.iter().flatten().map(|(name, bytes)| (name.clone(), bytes.clone()));
     let known = known.collect::<BTreeSet<_>>();
     let project = Project::small();
     let (mut version, mut edits) = (0, 0_u64);
     edit(&project, version, true);
-    for round in 0..KILLS {
+    for round in 0..kills {
         let mut watcher = project.watch(&["--debounce", "5"]);
-        // Every third one is killed while it starts; the others must first have mended what the kill before them left.
+        // Every third one is killed while it starts; the others must first repair what the last kill left.
         if round % 3 != 0 {
             watcher.wait_for_build();
             let wanted = &clean[usize::try_from(version).unwrap()];
-            assert!(project.outputs() == *wanted, "the start of round {round} did not mend out/");
+            assert!(project.outputs() == *wanted, "the start of round {round} did not repair out/");
         }
         let end = Instant::now() + build.mul_f64(2.0 * uniform(round));
         while Instant::now() < end {
@@ -73,11 +75,6 @@ fn three_hundred_kills_under_watch_leave_every_output_whole_and_the_next_start_c
     }
     project.ok(&["build"]);
     assert!(project.outputs() == clean[usize::try_from(version).unwrap()], "the last build is not correct");
-    assert!(edits > KILLS / 2, "{edits} edits were made");
-    say(&format!("{KILLS} kills among {edits} edits"));
-}
-
-/// Tells a figure also where the test passes, whose `println!` nobody would see.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    assert!(edits > kills / 2, "{edits} edits were made");
+    say(&format!("{kills} kills among {edits} edits"));
 }

@@ -1,4 +1,4 @@
-//! Of many failed items the first are told in full and the others counted, unless all are asked for.
+//! Of many failed items the first are reported in full and the others counted, except with `--verbose`.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -6,7 +6,7 @@ mod support;
 
 use support::Project;
 
-/// 60 materials that fail, each with a stage behind it, and one with ten.
+/// 60 materials that fail, each with one dependent item, and another with ten.
 const MANIFEST: &str = r#"
 schema = 1
 out = "out"
@@ -38,19 +38,19 @@ fn project() -> Project {
 }
 
 #[test]
-fn the_first_are_told_and_the_others_counted_and_events_name_all() {
+fn the_first_are_reported_and_the_others_counted_and_events_name_all() {
     let project = project();
     let run = project.specula(&["build", "--jobs", "1"]);
     assert_eq!(run.code, Some(1), "{}", run.stderr);
-    let told = |run: &str| (run.matches("FAILED  ").count(), run.matches("\nerror: ").count());
-    assert_eq!(told(&run.stderr), (50, 50), "{}", run.stderr);
+    let reported = |run: &str| (run.matches("FAILED  ").count(), run.matches("\nerror: ").count());
+    assert_eq!(reported(&run.stderr), (50, 50), "{}", run.stderr);
     assert!(run.stderr.contains("\n... and 11 more failed items; --verbose shows all\n"), "{}", run.stderr);
     assert!(run.stderr.contains("61 FAILED, 70 not run"), "{}", run.stderr);
     let few = run.stderr.lines().find(|line| line.contains("not run because of it: of-root")).unwrap();
     assert!(few.ends_with("; of-root-4 [root] and 5 more"), "{few}");
 
     let all = project.specula(&["build", "--verbose"]);
-    assert_eq!(told(&all.stderr), (61, 61), "{}", all.stderr);
+    assert_eq!(reported(&all.stderr), (61, 61), "{}", all.stderr);
     assert!(!all.stderr.contains(" more"), "{}", all.stderr);
     let events = project.events(&[]);
     assert_eq!(events.iter().filter(|event| event["event"] == "failed").count(), 61);

@@ -1,4 +1,4 @@
-//! Two processes in one folder: one works, the other waits or is told who is at work.
+//! Two processes in one folder: one holds the lock, the other waits or fails with the name of the first.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -10,7 +10,7 @@ use std::process::{Child, Stdio};
 
 use support::Project;
 
-/// Works in the folder as a watcher in this process would.
+/// Holds the lock of the folder as a watcher would.
 fn hold(project: &Project) -> File {
     project.ok(&["build"]);
     let lock = File::options().write(true).open(project.path(".specula/lock")).unwrap();
@@ -19,26 +19,26 @@ fn hold(project: &Project) -> File {
     lock
 }
 
-/// Starts a command, and returns when it says that it waits.
+/// Starts a command, and returns when it reports that it waits.
 fn waiting(project: &Project, arguments: &[&str]) -> Child {
     let mut child = project.command(arguments).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-    let told = lines.find(|line| line.as_ref().unwrap().contains("waiting")).expect("it waits").unwrap();
-    assert!(told.contains("for specula watch (process 77, since 2026-03-01 09:30:05 UTC)"), "{told}");
-    // It may go on writing.
+    let line = lines.find(|line| line.as_ref().unwrap().contains("waiting")).expect("it waits").unwrap();
+    assert!(line.contains("for specula watch (process 77, since 2026-03-01 09:30:05 UTC)"), "{line}");
+    // The command goes on writing, so its pipe must be read.
     std::thread::spawn(move || lines.for_each(drop));
     child
 }
 
 #[test]
-fn a_build_that_will_not_wait_names_the_one_at_work() {
+fn a_build_that_does_not_wait_names_the_holder_of_the_lock() {
     let project = Project::small();
     let lock = hold(&project);
     let run = project.specula(&["build", "--wait=0"]);
     assert_eq!(run.code, Some(4), "{run:?}");
     let who = "error: specula watch (process 77, since 2026-03-01 09:30:05 UTC) is at work in ";
     assert!(run.stderr.contains(who) && run.stderr.contains("hint: "), "{}", run.stderr);
-    // What only reads is not kept out.
+    // Commands that only read do not need the lock.
     project.ok(&["build", "--dry-run"]);
     project.ok(&["explain", "map"]);
     drop(lock);
@@ -69,7 +69,7 @@ fn ctrl_c_ends_the_wait() {
 }
 
 #[test]
-fn builds_that_meet_each_other_all_succeed() {
+fn builds_at_the_same_time_all_succeed() {
     let (project, clean) = (Project::small(), Project::small());
     for round in 0..3 {
         for project in [&project, &clean] {

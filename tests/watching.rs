@@ -1,4 +1,4 @@
-//! `specula watch` as it is used: what it tells, what it publishes, how it gets along with others, how it ends.
+//! `specula watch` end to end: what it reports and publishes, how it shares a folder, and how it ends.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use support::{PATIENCE, Project, ran};
 
-/// The files that hang on one material: a map and six faces.
+/// The number of files that depend on one material: a map and six faces.
 const PUBLISHED: u64 = 7;
 
 const GOLD: &str = "assets/materials/gold.toml";
@@ -20,14 +20,14 @@ fn phong(exponent: u32) -> String {
     format!("model = \"phong\"\nexponent = {exponent}\nspecular = 1\n")
 }
 
-/// Waits until `out` is what a build from nothing makes of the same sources.
+/// Waits until `out` equals that of a clean build of the same sources.
 fn await_clean_outputs(project: &Project, manifest: &str, gold: &str) {
     let clean = Project::new(manifest);
     clean.write(GOLD, gold);
     clean.ok(&["build"]);
     let (wanted, deadline) = (clean.outputs(), Instant::now() + PATIENCE);
     while project.outputs() != wanted {
-        assert!(Instant::now() < deadline, "out/ does not become what a clean build makes");
+        assert!(Instant::now() < deadline, "out/ does not become that of a clean build");
         std::thread::sleep(Duration::from_millis(20));
     }
 }
@@ -38,11 +38,11 @@ fn names<'a>(events: &'a [Value], event: &str, field: &str) -> Vec<&'a str> {
 }
 
 #[test]
-fn an_edited_material_is_noticed_and_only_what_hangs_on_it_runs_and_is_published() {
+fn after_an_edit_of_a_material_only_what_depends_on_it_runs_and_is_published() {
     let project = Project::small();
     let mut watcher = project.watch(&[]);
     watcher.wait_until_it_watches();
-    // The first edit may come while it still makes sure that it attends to everything: found then, but not noticed.
+    // An edit that comes before everything is watched is built without a `noticed` event.
     let (exponent, events) = (9..12)
         .map(|exponent| {
             project.write(GOLD, &phong(exponent));
@@ -70,26 +70,26 @@ fn an_edited_material_is_noticed_and_only_what_hangs_on_it_runs_and_is_published
 }
 
 #[test]
-fn a_broken_manifest_is_told_the_last_good_graph_goes_on_and_the_mended_one_takes_over() {
+fn errors_of_a_manifest_are_reported_and_the_last_valid_one_is_used_until_they_are_corrected() {
     let project = Project::small();
     let mut watcher = project.watch(&[]);
     watcher.wait_until_it_watches();
     project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
     let events = watcher.wait("rejected", |event| event.to_string().contains("resolutoin"));
     let text = events[events.len() - 1].to_string();
-    assert!(text.contains("did you mean"), "the remedy is told: {text}");
-    // While it is broken, an edit still arrives through the last good graph.
+    assert!(text.contains("did you mean"), "{text}");
+    // Meanwhile edits are built with the last valid manifest.
     project.write(GOLD, &phong(7));
     watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == PUBLISHED);
-    let mended = support::SMALL.replace("resolution = 16", "resolution = 8");
-    project.write("pipeline.toml", &mended);
+    let corrected = support::SMALL.replace("resolution = 16", "resolution = 8");
+    project.write("pipeline.toml", &corrected);
     watcher.wait("accepted", |_| true);
     watcher.wait_for_build();
-    await_clean_outputs(&project, &mended, &phong(7));
+    await_clean_outputs(&project, &corrected, &phong(7));
 }
 
 #[test]
-fn an_item_that_fails_keeps_its_last_good_outputs_until_it_is_mended() {
+fn an_item_that_fails_keeps_its_last_good_outputs_until_it_succeeds() {
     let project = Project::small();
     let mut watcher = project.watch(&[]);
     watcher.wait_until_it_watches();
@@ -109,12 +109,12 @@ fn a_build_beside_a_watcher_and_two_watchers_get_along() {
     let (mut first, mut second) = (project.watch(&[]), project.watch(&[]));
     first.wait_until_it_watches();
     second.wait_until_it_watches();
-    // At rest nobody holds the lock.
+    // An idle watcher does not hold the lock.
     let run = project.ok(&["build"]);
     assert!(run.stderr.contains("Nothing to run"), "{}", run.stderr);
     for exponent in 10..15 {
         project.write(GOLD, &phong(exponent));
-        // One of them runs it, the other finds it done; a build may come at a bad moment, and says so.
+        // One of them runs the items, the other finds them up to date. The build may find the folder locked.
         let run = project.specula(&["build"]);
         assert!(matches!(run.code, Some(0 | 4)), "{}", run.stderr);
         assert!(run.code == Some(0) || run.stderr.contains("another build"), "{}", run.stderr);
@@ -129,7 +129,7 @@ fn once_returns_after_the_first_rebuild_with_its_exit_code() {
         let project = Project::small();
         let mut watcher = project.watch(&["--once"]);
         watcher.wait_until_it_watches();
-        // Whole at once: a truncated file would be a change of its own.
+        // Replaced in one step, because a truncated file would be a change of its own.
         project.write("assets/materials/.new", &text);
         std::fs::rename(project.path("assets/materials/.new"), project.path(GOLD)).unwrap();
         watcher.wait_for_build();
@@ -149,7 +149,7 @@ fn once_says_that_the_change_broke_the_manifest() {
 }
 
 #[test]
-fn polling_notices_too() {
+fn polling_finds_changes() {
     let project = Project::small();
     let mut watcher = project.watch(&["--poll", "50"]);
     let events = watcher.wait("watching", |_| true);
@@ -160,14 +160,14 @@ fn polling_notices_too() {
 }
 
 #[test]
-fn a_stage_that_is_not_there_is_told_and_ends_it() {
+fn an_unknown_stage_ends_the_watcher_with_the_nearest_name() {
     let run = Project::small().specula(&["watch", "reflecton"]);
     assert_eq!(run.code, Some(2), "{}", run.stderr);
     assert!(run.stderr.contains("did you mean \"reflection\""), "{}", run.stderr);
 }
 
 #[test]
-fn a_watcher_whose_reader_has_gone_ends() {
+fn a_watcher_ends_when_its_reader_has_gone() {
     let project = Project::small();
     let mut child = project.command(&["watch", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -181,7 +181,7 @@ fn a_watcher_whose_reader_has_gone_ends() {
             assert_eq!(status.code(), Some(0));
             return;
         }
-        assert!(Instant::now() < deadline, "it works on though nobody hears of it");
+        assert!(Instant::now() < deadline, "it goes on without a reader");
     }
 }
 
@@ -195,7 +195,7 @@ fn interrupt(process: u32) {
 
 #[cfg(unix)]
 #[test]
-fn control_c_is_how_watching_ends_well() {
+fn control_c_ends_watching_with_success() {
     for (arguments, code) in [(&[][..], 0), (&["--once"], 130)] {
         let project = Project::small();
         let mut watcher = project.watch(arguments);

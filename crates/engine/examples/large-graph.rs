@@ -1,10 +1,10 @@
-//! The cost of a build of a large graph: 200 texts joined with 200 others and exported, 80,800 items and
+//! What a build costs for a large graph: 200 texts by 200 others, joined and exported, 80,800 items and
 //! 40,000 files.
 //!
 //! ```sh
 //! cargo run --release -p engine --example large-graph -- make FOLDER
 //! cargo run --release -p engine --example large-graph -- build FOLDER         # again: nothing to do
-//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # so many edits of one text
+//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # 20 edits of texts
 //! ```
 //!
 //! It prints milliseconds and the process's peak memory.
@@ -85,7 +85,7 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
         for edit in 0..edits {
             std::thread::sleep(Duration::from_millis(pause));
             while receiver.try_recv().is_ok() {}
-            let began = Instant::now();
+            let start = Instant::now();
             let name = format!("left/{:03}.txt", (edit * 7) % 200);
             fs::write(folder.join(name), format!("edit {edit} of {}", std::process::id())).expect("an edit");
             let ended = loop {
@@ -97,7 +97,7 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
                     _ => {}
                 }
             };
-            times.push(milliseconds(ended - began));
+            times.push(milliseconds(ended - start));
         }
         cancel.cancel();
         watcher.join().expect("it ends");
@@ -115,7 +115,7 @@ fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The peak resident memory so far, in KiB; 0 if the system does not report it.
+/// The most resident memory so far, in KiB; 0 if the system does not report it.
 fn peak_memory() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

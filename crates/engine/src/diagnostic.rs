@@ -1,4 +1,5 @@
-//! What is wrong with a manifest or another text file: each error with its place, what was expected and what to do.
+//! What is wrong with a manifest or another text file: each error with its place, what was expected and what
+//! to do.
 
 use std::borrow::Cow;
 use std::fmt;

@@ -1,10 +1,10 @@
 //! A parsed TOML text in which every key and value has its place.
 //!
-//! The `toml` crate recovers from syntax errors, so that all of them are reported; of each line only the first is,
-//! because the others mostly follow from it. A text with syntax errors is not interpreted further.
+//! The `toml` crate recovers from syntax errors, so that all of them are reported; of each line only the
+//! first is, because the others mostly follow from it. A text with syntax errors is not interpreted further.
 //!
-//! Memory is bounded: a text longer than [`Document::MAX_BYTES`] is refused, and the parser refuses values that are
-//! nested deeper than 80 levels.
+//! Memory is bounded: a text longer than [`Document::MAX_BYTES`] is refused, and the parser refuses values
+//! that are nested deeper than 80 levels.
 
 use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
@@ -71,7 +71,8 @@ impl Table {
     /// Parses a TOML text.
     ///
     /// # Errors
-    /// If the text has syntax errors or numbers that are too large: the first of each line, in order of place.
+    /// If the text has syntax errors or numbers that are too large: the first of each line, in order of
+    /// place.
     pub fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
         let (parsed, errors) = DeTable::parse_recoverable(text);
         let mut diagnostics = Vec::new();

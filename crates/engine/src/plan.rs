@@ -63,7 +63,8 @@ pub struct Plan {
     pub state: PathBuf,
     /// The stages, in topological order, ties in the order of the manifest. Clones of the plan share them.
     pub stages: Arc<[Stage]>,
-    /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share them.
+    /// The items, stage by stage in the order of `stages`, sorted by key within one. Clones of the plan share
+    /// them.
     pub items: Arc<[Item]>,
     /// Finds the recipe in an exported file.
     pub recipe_reader: RecipeReader,
@@ -73,8 +74,8 @@ impl Plan {
     /// Reads a manifest and finds the files that it names.
     ///
     /// # Errors
-    /// If the manifest's text, its stages or the files that they match are not valid: all errors. If the text is not
-    /// TOML or has another schema, nothing else is checked.
+    /// If the manifest's text, its stages or the files that they match are not valid: all errors. If the text
+    /// is not TOML or has another schema, nothing else is checked.
     pub fn load(manifest: &Path, kinds: &Kinds) -> Result<Self, Diagnostics> {
         let bytes = read(manifest)?;
         Self::of_bytes(manifest, &bytes, kinds, &DiskFolders)
@@ -135,7 +136,8 @@ impl Graph {
         self.expand_after(folders, None).map(|expansion| expansion.plan)
     }
 
-    /// The same, given an earlier expansion of this graph: if the files are the same, this returns that expansion.
+    /// The same, given an earlier expansion of this graph: if the files are the same, this returns that
+    /// expansion.
     pub(crate) fn expand_after(
         &self,
         folders: &dyn Folders,
@@ -198,7 +200,8 @@ fn assemble(graph: &Graph, items: Vec<Item>, diagnostics: Vec<Diagnostic>) -> Re
             let state = manifest.parent().unwrap_or(Path::new(".")).to_path_buf();
             Ok(Plan { manifest, out, state, stages, items, recipe_reader: graph.recipe_reader })
         }
-        // Each unknown part of a stage comes with a diagnostic; if one was forgotten, an error is better than a guess.
+        // Each unknown part of a stage comes with a diagnostic; if one was forgotten, an error is better than
+        // a guess.
         None => {
             Err(graph
                 .diagnostics(vec![Diagnostic::of_file("a stage of the manifest could not be understood")]))

@@ -10,9 +10,11 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     Spelling::default().nearest(name, candidates)
 }
 
-/// Finds the nearest spellings of many words among many candidates. The work is bounded; after that it finds nothing.
+/// Finds the nearest spellings of many words among many candidates. The work is bounded; after that it finds
+/// nothing.
 ///
-/// Of thousands of errors people read a few, and thousands of words times thousands of candidates take minutes.
+/// Of thousands of errors people read a few, and thousands of words times thousands of candidates take
+/// minutes.
 pub(crate) struct Spelling {
     budget: Cell<usize>,
 }

@@ -1,21 +1,23 @@
 //! Keeps a graph's outputs up to date: builds, and builds again when something that the graph reads changes.
 //!
-//! Events of the file system are only hints. Any hint that concerns the graph triggers a *pass*: the manifest is read
-//! again if it changed, its sources are expanded again, and a build decides by contents what to run. So a superfluous
-//! hint costs only a short check, but a missing one would leave outputs stale. These measures prevent that:
+//! Events of the file system are only hints. Any hint that concerns the graph triggers a *pass*: the manifest
+//! is read again if it changed, its sources are expanded again, and a build decides by contents what to run.
+//! So a superfluous hint costs only a short check, but a missing one would leave outputs stale. These
+//! measures prevent that:
 //!
 //! - The places that a graph depends on ([`places`]) are recorded while it asks the disk, not guessed.
-//! - If a pass watches more places than the one before it, another pass follows, which finds what happened between
-//!   reading a place and watching it.
+//! - If a pass watches more places than the one before it, another pass follows, which finds what happened
+//!   between reading a place and watching it.
 //! - Hints that arrive during a build stop the items that they make stale, and trigger another pass.
-//! - A pass that hints triggered checks only what they name, so that an edit in a large project takes no longer than
-//!   its own work. After a quiet time another pass checks everything, including the published files.
+//! - A pass that hints triggered checks only what they name, so that an edit in a large project takes no
+//!   longer than its own work. After a quiet time another pass checks everything, including the published
+//!   files.
 //! - If the system's event queue overflows, all watches are renewed and a pass follows.
 //! - Folders from which no events arrive are polled instead ([`probe`], [`poller`]).
 //!
-//! A file that is still being written gives no hint until it is finished ([`unfinished`]). If the system refuses an
-//! operation, it is tried again after a pause ([`backoff`]). A pass that no change triggered is reported only if it has
-//! news ([`event_buffer`]).
+//! A file that is still being written gives no hint until it is finished ([`unfinished`]). If the system
+//! refuses an operation, it is tried again after a pause ([`backoff`]). A pass that no change triggered is
+//! reported only if it has news ([`event_buffer`]).
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -58,7 +60,8 @@ const POLL: Duration = Duration::from_millis(500);
 /// The first and the longest pause before a build that the system refused is tried again.
 const RETRIES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(60)];
 
-/// If the places still change after so many looks at the manifest, the pass goes on: events will report the changes.
+/// If the places still change after so many looks at the manifest, the pass goes on: events will report the
+/// changes.
 const MOST_LOOKS: usize = 8;
 /// The quiet time after an edit before a pass checks everything.
 const CHECK_AFTER: Duration = Duration::from_secs(1);
@@ -84,12 +87,12 @@ pub struct WatchOptions {
 
 /// Builds, then builds again whenever a file that the graph reads changes, until `cancel` is cancelled.
 ///
-/// Events come one at a time. Errors of the manifest and of a build are reported as events, and the watcher goes on. If
-/// the system refuses an operation (a full disk, a folder that cannot be written), it is tried again after a pause of a
-/// second, then of 2, 4 and so on up to a minute; tries that fail in the same way are not reported. An
-/// [`Event::Noticed`] is followed by a build's events up to its end, even if nothing had to be done, or by
-/// [`Event::Rejected`] or [`Event::BuildError`] if nothing can be built. A pass that no change triggered reports nothing
-/// unless it finds something to do.
+/// Events come one at a time. Errors of the manifest and of a build are reported as events, and the watcher
+/// goes on. If the system refuses an operation (a full disk, a folder that cannot be written), it is tried
+/// again after a pause of a second, then of 2, 4 and so on up to a minute; tries that fail in the same way
+/// are not reported. An [`Event::Noticed`] is followed by a build's events up to its end, even if nothing had
+/// to be done, or by [`Event::Rejected`] or [`Event::BuildError`] if nothing can be built. A pass that no
+/// change triggered reports nothing unless it finds something to do.
 ///
 /// # Errors
 /// If threads cannot be started, or if the first valid manifest does not have a stage that was asked for.
@@ -282,8 +285,8 @@ impl<'a> Watcher<'a> {
         true
     }
 
-    /// Loads the manifest, expands its sources and builds. A pass that a change triggered reports all that it does;
-    /// another only if it finds something to do.
+    /// Loads the manifest, expands its sources and builds. A pass that a change triggered reports all that it
+    /// does; another only if it finds something to do.
     fn pass(&mut self, is_triggered: bool) -> Result<PassResult, Error> {
         let mut snapshot = self.loader.load();
         for _ in 0..MOST_LOOKS {
@@ -344,8 +347,8 @@ impl<'a> Watcher<'a> {
         true
     }
 
-    /// Builds and collects changes meanwhile, which stop the items that they make stale. Also returns whether places are
-    /// watched now that were not watched before.
+    /// Builds and collects changes meanwhile, which stop the items that they make stale. Also returns whether
+    /// places are watched now that were not watched before.
     fn build(
         &mut self,
         plan: &Plan,

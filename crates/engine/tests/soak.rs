@@ -1,9 +1,11 @@
-//! Random edits, as editors make them, for a while: after each burst of them `out` becomes equal to a clean
-//! build's, byte for byte, without any help, and stays so. A missed event would leave it different for good.
+//! Random edits, as editors make them, for a while: after each burst of edits the watcher makes `out` equal
+//! to that of a clean build, byte for byte, and it stays so. A missed event would leave `out` different for
+//! good.
 //!
-//! `SPECULA_SOAK_SECONDS` sets the time (20), `SPECULA_SOAK_SEED` repeats a sequence of edits.
+//! `SPECULA_SOAK_SECONDS` sets the time (20 seconds with `CI`, otherwise 4), `SPECULA_SOAK_SEED` repeats a
+//! sequence of edits.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may panic, and says what it did")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../src/testkit.rs"]
 #[allow(dead_code, reason = "the kinds of the engine's own tests, which need more of it")]
@@ -12,13 +14,13 @@ mod watching;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 // The kinds expect the engine's names at the root of the crate.
 #[allow(unused_imports, reason = "some of them")]
 use engine::*;
+use test_data::{length, say};
 use watching::{PATIENCE, Random, Watcher, clean_build, files_below};
 
 const MANIFEST: &str = r#"
@@ -91,13 +93,13 @@ input = "count"
 path = "counts/{word}"
 "#;
 
-/// The files that a checkout changes.
+/// The number of files that a checkout changes.
 const BRANCH: usize = 12;
 
-/// The edits that editors, exporters and version control make, by name.
-type Habit = (&'static str, fn(&mut Studio));
+/// A way in which editors, exporters or version control change files, with its name.
+type EditPattern = (&'static str, fn(&mut Studio));
 
-const HABITS: &[Habit] = &[
+const PATTERNS: &[EditPattern] = &[
     ("write in place", |studio| {
         let (path, text) = (studio.any_text(), studio.text());
         studio.write(&path, &text);
@@ -143,7 +145,7 @@ const HABITS: &[Habit] = &[
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let beside = [format!(".{name}.swp"), format!("{name}~"), format!("{name}.tmp"), "4913".into()];
         for name in &beside {
-            studio.write(&path.with_file_name(name), "of no concern");
+            studio.write(&path.with_file_name(name), "ignored");
         }
         for name in &beside[studio.random.below(3)..] {
             studio.remove(&path.with_file_name(name));
@@ -152,7 +154,7 @@ const HABITS: &[Habit] = &[
     ("an old time restored", |studio| {
         let path = studio.any_text();
         let time = fs::metadata(&path).unwrap().modified().unwrap();
-        // The size stays the same too: every text begins with one letter or another.
+        // The size stays the same as well: only the first letter changes.
         let text = fs::read_to_string(&path).unwrap();
         let letter = if text.starts_with('a') { 'e' } else { 'a' };
         studio.write(&path, &format!("{letter}{}", &text[1..]));
@@ -162,7 +164,7 @@ const HABITS: &[Habit] = &[
         let (path, text) = (studio.new_text(), studio.text());
         studio.write(&path, &text);
     }),
-    ("a file gone", |studio| {
+    ("a file removed", |studio| {
         if studio.texts().len() > 3 {
             let path = studio.any_text();
             studio.remove(&path);
@@ -176,7 +178,7 @@ const HABITS: &[Habit] = &[
         let (text, markdown) = (studio.path("words/w0.txt"), studio.path("words/w0.md"));
         let (from, to) = if text.exists() { (text, markdown) } else { (markdown, text) };
         let word = studio.word();
-        // For a moment there are two files with one stem, which no manifest may have.
+        // For a moment there are two files with one stem, which is an error of the manifest.
         studio.write(&to, &word);
         studio.pause(3);
         studio.remove(&from);
@@ -259,11 +261,11 @@ const HABITS: &[Habit] = &[
             None => text + MORE,
         });
     }),
-    ("a manifest broken and mended", |studio| {
-        let good = fs::read_to_string(studio.path("pipeline.toml")).unwrap();
+    ("a manifest broken and repaired", |studio| {
+        let valid = fs::read_to_string(studio.path("pipeline.toml")).unwrap();
         studio.edit_manifest(|text| text.replace("kind = \"upper\"", "kind = \"uper"));
         studio.pause(10);
-        studio.edit_manifest(|_| good.clone());
+        studio.edit_manifest(|_| valid.clone());
     }),
 ];
 
@@ -332,7 +334,7 @@ impl Studio {
         format!("a word of {} letters, the {}th\n", self.random.below(40), self.serial())
     }
 
-    /// A text; now and then one that a stage refuses, or one that includes a file, which may be missing.
+    /// A text; sometimes one that a stage refuses, or that includes a file, which may be missing.
     fn text(&mut self) -> String {
         let word = self.word();
         match self.random.below(12) {
@@ -381,9 +383,9 @@ impl Studio {
         std::thread::sleep(Duration::from_millis(milliseconds));
     }
 
-    /// A failed item keeps its last good output, which a clean build does not have: before `out` is compared,
-    /// all texts are repaired, and long ones are shortened.
-    fn mend(&mut self) {
+    /// An item that fails keeps its last good output, which a clean build does not have. So before `out` is
+    /// compared, all texts that fail are replaced. If there are too many texts, some are removed.
+    fn repair(&mut self) {
         let mut texts = self.texts();
         while texts.len() > 25 {
             let path = texts.swap_remove(self.random.below(texts.len()));
@@ -399,8 +401,8 @@ impl Studio {
     }
 }
 
-/// Rounds of edits and comparisons for some time; returns the numbers of rounds and of edits, and the count
-/// of each habit.
+/// Edits and compares for some time. Returns the numbers of rounds and of edits, and how often each pattern
+/// was used.
 fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTreeMap<&'static str, usize>) {
     let start = Instant::now();
     let kinds = testkit::kinds();
@@ -409,13 +411,13 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
     let mut watcher = Watcher::start(manifest, testkit::kinds(), poll, 1 << 20);
     watcher.wait("start", |event| matches!(event, Event::Watching { .. }));
     let (mut rounds, mut turns) = (0, BTreeMap::new());
-    // Until every habit has had its turn, then as long as there is time.
-    let mut due = HABITS.iter().collect::<Vec<_>>();
+    // It ends when every pattern was used and the time is over.
+    let mut due = PATTERNS.iter().collect::<Vec<_>>();
     while !due.is_empty() || start.elapsed() < time {
         let mut burst = Vec::new();
         for _ in 0..1 + studio.random.below(20) {
             let next = match due.len() {
-                0 => studio.random.one_of(HABITS),
+                0 => studio.random.one_of(PATTERNS),
                 left => due.swap_remove(studio.random.below(left)),
             };
             burst.push(next.0);
@@ -425,7 +427,7 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
                 studio.pause(30);
             }
         }
-        studio.mend();
+        studio.repair();
         rounds += 1;
         let (summary, wanted) = clean_build(studio.folder.path(), &kinds);
         assert_eq!((summary.failed, summary.skipped), (0, 0), "the clean build of round {rounds}: {burst:?}");
@@ -436,12 +438,12 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
     (rounds, studio.edits, turns)
 }
 
-/// Waits until `out` is as expected, and then until nothing happens any more: it must have stayed so.
+/// Waits until `out` is as wanted, and then until no more events come, after which it must be the same.
 fn await_equality(studio: &Studio, watcher: &mut Watcher, wanted: &BTreeMap<PathBuf, Vec<u8>>, moment: &str) {
     let out = studio.path("out");
     let deadline = Instant::now() + PATIENCE;
     loop {
-        // Any event may be the last that it takes; without events it is checked again from time to time.
+        // `out` is compared after each batch of events, and from time to time without one.
         watcher.next(Duration::from_millis(100));
         while watcher.next(Duration::ZERO).is_some() {}
         let found = files_below(&out);
@@ -472,12 +474,13 @@ fn differences(found: &BTreeMap<PathBuf, Vec<u8>>, wanted: &BTreeMap<PathBuf, Ve
 
 #[test]
 fn after_every_burst_of_edits_out_equals_a_clean_build() {
+    const TEST: &str = "after_every_burst_of_edits_out_equals_a_clean_build";
     let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().unwrap());
-    let seconds = number("SPECULA_SOAK_SECONDS").unwrap_or(20);
+    let seconds = number("SPECULA_SOAK_SECONDS").unwrap_or_else(|| length(TEST, "seconds", 20, 4));
     let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_millis();
     let seed = number("SPECULA_SOAK_SEED").unwrap_or(u64::try_from(clock).unwrap());
     say(&format!("soak: seed {seed}"));
-    // A sixth of the time it polls.
+    // It polls for a sixth of the time.
     let listening = Duration::from_secs(seconds) * 5 / 6;
     for (way, time, poll) in [
         ("listening", listening, None),
@@ -485,13 +488,8 @@ fn after_every_burst_of_edits_out_equals_a_clean_build() {
     ] {
         let (rounds, edits, turns) = soak(seed, time, poll);
         say(&format!("soak: {way}, {edits} edits in {rounds} rounds, each equal to a clean build"));
-        for (habit, times) in turns {
-            say(&format!("soak:   {times:>5}  {habit}"));
+        for (pattern, times) in turns {
+            say(&format!("soak:   {times:>5}  {pattern}"));
         }
     }
-}
-
-/// Prints a figure even if the test passes, whose `println!` output is hidden.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -1,8 +1,9 @@
 //! For tests: the data that this project did not make, and messages about what a test leaves out.
 //!
-//! `SPECULA_CORPUS` names a folder of real environments, BRDFs and meshes, `SPECULA_REFERENCE` one of values that were
-//! computed without this project's code. If they are unset, a test that needs them is skipped and says so; if
-//! `SPECULA_REQUIRE` is set, it fails instead. Tests that repeat something many times are short unless `CI` is set.
+//! `SPECULA_CORPUS` names a folder of real environments, BRDFs and meshes, `SPECULA_REFERENCE` one of values
+//! that were computed without this project's code. If they are unset, a test that needs them is skipped and
+//! says so; if `SPECULA_REQUIRE` is set, it fails instead. Tests that repeat something many times are short
+//! unless `CI` is set.
 
 use std::fmt::Display;
 use std::io::Write as _;
@@ -41,7 +42,8 @@ pub fn skip(test: &str, why: &str) {
     say(&format!("SKIPPED {test}: {why}"));
 }
 
-/// The length of a long test: `full` if `CI` is set, otherwise `short`, which is reported. `what` says what it counts.
+/// The length of a long test: `full` if `CI` is set, otherwise `short`, which is reported. `what` says what
+/// it counts.
 pub fn length<N: Display>(test: &str, what: &str, full: N, short: N) -> N {
     if std::env::var_os("CI").is_some() {
         return full;

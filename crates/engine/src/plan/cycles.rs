@@ -1,16 +1,18 @@
-//! Orders stages so that each comes after those that it needs, and finds the cycles that make this impossible.
+//! Orders stages so that each comes after those that it needs, and finds the cycles that make this
+//! impossible.
 //!
 //! The order is Kahn's algorithm's; of several stages that are ready it takes the one that comes first in the
-//! manifest. The stages that are left contain every cycle: Tarjan's algorithm, with an explicit stack, finds their
-//! strongly connected components, and a breadth-first search finds the shortest cycle through the first stage of each.
+//! manifest. The stages that are left contain every cycle: Tarjan's algorithm, with an explicit stack, finds
+//! their strongly connected components, and a breadth-first search finds the shortest cycle through the first
+//! stage of each.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, VecDeque};
 
 use super::index::StageIndex;
 
-/// All stages in topological order, given what each needs, and a cycle of each strongly connected component. Stages
-/// that are in a cycle, or after one, come last.
+/// All stages in topological order, given what each needs, and a cycle of each strongly connected component.
+/// Stages that are in a cycle, or after one, come last.
 pub(crate) fn order(needs: &[Vec<StageIndex>]) -> (Vec<StageIndex>, Vec<Vec<StageIndex>>) {
     let mut order = topological(needs);
     let mut is_left = vec![true; needs.len()];
@@ -86,7 +88,8 @@ fn components(needs: &[Vec<StageIndex>], is_left: &[bool]) -> Vec<Vec<StageIndex
     found
 }
 
-/// From the first member through what it needs back to itself, without the repetition; empty if there is no way.
+/// From the first member through what it needs back to itself, without the repetition; empty if there is no
+/// way.
 fn shortest_cycle(needs: &[Vec<StageIndex>], members: &[StageIndex]) -> Vec<StageIndex> {
     let first = members[0];
     let mut came_from = HashMap::new();

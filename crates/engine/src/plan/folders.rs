@@ -1,4 +1,5 @@
-//! What the plan asks of the file system: the names in folders, and whether a path exists. Tests answer from memory.
+//! What the plan asks of the file system: the names in folders, and whether a path exists. Tests answer from
+//! memory.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

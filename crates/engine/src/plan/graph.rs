@@ -1,7 +1,7 @@
 //! The stages and their connections, as far as the manifest alone describes them, without the files on disk.
 //!
-//! A stage with an error stays in the graph, as far as it is known, so that the others can be checked; what depends on
-//! its unknown part is not reported, so that each mistake is reported once.
+//! A stage with an error stays in the graph, as far as it is known, so that the others can be checked; what
+//! depends on its unknown part is not reported, so that each mistake is reported once.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -21,7 +21,8 @@ use crate::{
 
 /// The stages of a manifest and their connections, without items.
 ///
-/// It contains everything that the manifest says, so that items can be expanded again when files appear or disappear.
+/// It contains everything that the manifest says, so that items can be expanded again when files appear or
+/// disappear.
 #[derive(Clone)]
 pub struct Graph {
     pub(crate) manifest: PathBuf,
@@ -166,7 +167,8 @@ impl Graph {
         let unconnected = unconnected.into_iter().map(|(stage, index)| self.unconnected(stage, index));
         let mismatched = mismatched.into_iter().map(|(stage, edge)| self.mismatched(stage, edge));
         let mut without_input = unconnected.chain(mismatched).collect::<Vec<_>>();
-        // All stages are searched for those that could be connected, so only the errors that are shown get this help.
+        // All stages are searched for those that could be connected, so only the errors that are shown get
+        // this help.
         without_input.sort_by_key(|(_, _, diagnostic)| diagnostic.span.as_ref().map(|span| span.start));
         let helped =
             without_input.into_iter().enumerate().map(|(index, (stage, port, diagnostic))| match index {
@@ -178,7 +180,8 @@ impl Graph {
         diagnostics.extend(helped);
     }
 
-    /// The types that arrive; `None` if one is unknown, or if one does not fit, which is added to `mismatched`.
+    /// The types that arrive; `None` if one is unknown, or if one does not fit, which is added to
+    /// `mismatched`.
     fn types(
         &self,
         stage: StageIndex,
@@ -331,7 +334,8 @@ impl Graph {
         (stage, index, diagnostic.expected(format!("expected a stage that makes {types}")))
     }
 
-    /// The stages that could be connected to a port, for help: those that make its type and do not need `stage`.
+    /// The stages that could be connected to a port, for help: those that make its type and do not need
+    /// `stage`.
     fn producers(&self, stage: StageIndex, port: &Port) -> String {
         let mut needs = vec![false; self.nodes.len()];
         needs[stage] = true;
@@ -462,7 +466,8 @@ fn configure(
     kind: &dyn ErasedKind,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Arc<dyn Configured>> {
-    // Unknown keys are reported here rather than by the kind, because they may be misspelt keys of the engine.
+    // Unknown keys are reported here rather than by the kind, because they may be misspelt keys of the
+    // engine.
     let fields: Vec<_> = kind.fields().into_iter().map(|field| field.name).collect();
     let ports = kind.ports_named(&names(stage));
     let used = |key: &&str| match *key {

@@ -1,14 +1,15 @@
 //! The items of a graph: the instances of each stage.
 //!
-//! A source stage has an item for each asset. Every other stage has the natural join of the items that arrive at its
-//! single ports: keys that name the same source stage agree, others multiply. Since every stage that descends from a
-//! source descends from all of its assets, a join never drops an item: a stage's items are the full product of the
-//! assets of its keys' source stages. So an item is a number in mixed radix with one digit for each key (the most
-//! significant first, keys sorted by name), and the item at the other end of an edge is computed, not searched for.
-//! The order of these numbers is the order of the keys, because assets are sorted by stem.
+//! A source stage has an item for each asset. Every other stage has the natural join of the items that arrive
+//! at its single ports: keys that name the same source stage agree, others multiply. Since every stage that
+//! descends from a source descends from all of its assets, a join never drops an item: a stage's items are
+//! the full product of the assets of its keys' source stages. So an item is a number in mixed radix with one
+//! digit for each key (the most significant first, keys sorted by name), and the item at the other end of an
+//! edge is computed, not searched for. The order of these numbers is the order of the keys, because assets
+//! are sorted by stem.
 //!
-//! A `many` port receives the items that agree: the digits that the stage keeps are fixed, and the others take all
-//! their values.
+//! A `many` port receives the items that agree: the digits that the stage keeps are fixed, and the others
+//! take all their values.
 
 use std::borrow::Cow;
 use std::collections::hash_map::Entry;
@@ -91,8 +92,8 @@ pub(crate) fn expand(graph: &Graph, assets: &Assets, diagnostics: &mut Vec<Diagn
     items
 }
 
-/// The folder for exports is inside the manifest's folder even when links are followed: a project that somebody else
-/// prepared must not publish elsewhere.
+/// The folder for exports is inside the manifest's folder even when links are followed: a project that
+/// somebody else prepared must not publish elsewhere.
 fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Diagnostic> {
     let folder = graph.manifest.parent()?;
     let mut above = graph.out.ancestors().take_while(|above| *above != folder);
@@ -250,8 +251,8 @@ fn lowercase(file: &str) -> Cow<'_, str> {
     if is_lowercase { Cow::Borrowed(file) } else { Cow::Owned(file.to_lowercase()) }
 }
 
-/// Reports items that write the same file, or of which one writes a file where another needs a folder. Names that
-/// differ only in case are the same on Windows and macOS.
+/// Reports items that write the same file, or of which one writes a file where another needs a folder. Names
+/// that differ only in case are the same on Windows and macOS.
 fn clashes(graph: &Graph, items: &[Item], diagnostics: &mut Vec<Diagnostic>) {
     let files = items.iter().map(|item| item.files.len()).sum();
     let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);

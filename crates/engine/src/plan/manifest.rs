@@ -1,4 +1,5 @@
-//! The manifest's text as declarations: the keys of each stage, not yet checked against its kind and the other stages.
+//! The manifest's text as declarations: the keys of each stage, not yet checked against its kind and the
+//! other stages.
 
 use std::ops::Range;
 
@@ -64,7 +65,8 @@ pub(crate) struct Manifest {
 }
 
 impl Manifest {
-    /// Reads the declarations. `None` if the schema has another version, because then nothing else can be checked.
+    /// Reads the declarations. `None` if the schema has another version, because then nothing else can be
+    /// checked.
     pub(crate) fn parse(document: &Document, diagnostics: &mut Vec<Diagnostic>) -> Option<Self> {
         let table = &document.table;
         match table.get("schema").map(|entry| &entry.value) {

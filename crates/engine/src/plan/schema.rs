@@ -1,12 +1,12 @@
 //! The JSON Schema of a manifest, made from the kinds, for completion, descriptions and errors in editors.
 //!
-//! It describes each table by itself. Only the parser checks what needs the graph or the disk (names of
-//! stages, types on connections, ranges that depend on another parameter). The schema is never stricter than
-//! the parser.
+//! It describes what can be checked in one table; only the parser checks what needs the graph or the disk
+//! (names of stages, types of connections, ranges that depend on another parameter). It is never stricter
+//! than the parser.
 //!
-//! Its keywords mean the same in draft 7 and draft 2020-12, because editors differ in which one they support.
-//! A stage is a `oneOf` over the kinds, distinguished by `kind`: Tombi completes keys of the matching branch,
-//! Taplo (Even Better TOML) offers the keys of all branches; neither completes through `if` and `then`.
+//! Its keywords mean the same in draft 7 and draft 2020-12, because editors support different drafts. A stage
+//! is a `oneOf` over the kinds, distinguished by `kind`: Tombi completes the branch that fits, Taplo (Even
+//! Better TOML) offers the keys of all branches; neither completes through `if` and `then`.
 
 use serde_json::{Map, Value, json};
 

@@ -1,12 +1,12 @@
 //! What a stage's `source` names: a file, a folder, or the files that a glob matches.
 //!
-//! A glob is split at the last `/` before its first special character: the part before it is the folder to search, and
-//! the part after it is matched against the paths below that folder. `*` and `?` do not match `/`, `**` does, `{a,b}`
-//! are alternatives, and `[ab]` is a set. Matching is case-sensitive on every system, so that a manifest means the
-//! same everywhere.
+//! A glob is split at the last `/` before its first special character: the part before it is the folder to
+//! search, and the part after it is matched against the paths below that folder. `*` and `?` do not match
+//! `/`, `**` does, `{a,b}` are alternatives, and `[ab]` is a set. Matching is case-sensitive on every system,
+//! so that a manifest means the same everywhere.
 //!
-//! Hidden files and folders and the backups of editors never match, and neither does anything in `out`, so that a build
-//! does not read its own exports.
+//! Hidden files and folders and the backups of editors never match, and neither does anything in `out`, so
+//! that a build does not read its own exports.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -361,7 +361,8 @@ impl Pattern {
         };
         let parts = parts(glob);
         let deep = glob.contains("**");
-        // The last part matches files. From the first part that may match several folders on, a level is not known.
+        // The last part matches files. From the first part that may match several folders on, a level is not
+        // known.
         let levels =
             parts[..parts.len() - 1].iter().take_while(|part| !part.contains('/') && !part.contains("**"));
         Ok(Self {
@@ -410,7 +411,8 @@ fn is_ignored(name: &OsStr) -> bool {
         || (name.starts_with('#') && name.ends_with('#'))
 }
 
-/// A path without `.` and, as far as possible without the disk, without `..`: to compare and show, not to open.
+/// A path without `.` and, as far as possible without the disk, without `..`: to compare and show, not to
+/// open.
 pub(crate) fn resolved(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {

@@ -1,7 +1,8 @@
 //! Where an item's files are written: `path` templates, and the names that are valid on every system.
 //!
-//! A template is text with placeholders `{source stage}`, which stand for the stem of the item's file of that stage.
-//! The kind's endings are appended. The result is a path below `out` that is valid on Linux, macOS and Windows.
+//! A template is text with placeholders `{source stage}`, which stand for the stem of the item's file of that
+//! stage. The kind's endings are appended. The result is a path below `out` that is valid on Linux, macOS and
+//! Windows.
 
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! What a watcher does when files change as editors, exporters and version control change them.
 //!
-//! Each test begins with a project that is watched, does what some program does, and waits until `out` holds what it
-//! must. Those of `each_way!` are run twice: listening and polling.
+//! Each test watches a project, changes files as some program does, and waits until `out` has the right
+//! content. Those in `each_way!` run twice: listening and polling.
 
 mod editors;
 mod folders;
@@ -24,13 +24,13 @@ use crate::testkit::kinds;
 use crate::watch::{Backoff, ChangeCollector, Watcher};
 use crate::{Cancel, Change, Changed, Error, Event, Summary, WatchOptions};
 
-/// Far longer than anything takes.
+/// The longest wait for anything.
 const DEADLINE: Duration = Duration::from_secs(60);
 const QUIET: Duration = Duration::from_millis(20);
-/// The first and the longest pause before another try, after which a test need not wait.
+/// The first and the longest pause before another try: so short that tests need not wait.
 const TRIES: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(20)];
 
-/// Every text of `in` in capitals, under its name.
+/// Exports every text of `in` in capitals, under its name.
 const CAPITALS: &str = r#"
 schema = 1
 [stage.text]
@@ -74,29 +74,26 @@ impl Way {
     }
 }
 
-/// The events of a watcher, as they come.
+/// The events of a watcher so far.
 #[derive(Default)]
-struct Told {
+struct EventLog {
     events: Mutex<Vec<Event>>,
-    more: Condvar,
+    changed: Condvar,
 }
 
-/// A watcher at work.
+/// A running watcher.
 struct Watched<'a> {
     project: &'a Project,
-    told: Arc<Told>,
+    log: Arc<EventLog>,
     cancel: Cancel,
     thread: Option<JoinHandle<Result<(), Error>>>,
 }
 
 impl<'a> Watched<'a> {
-    /// Watches, and waits until the first build is done and the way is known.
+    /// Starts a watcher, and waits until it watches.
     fn new(project: &'a Project, way: Way) -> Self {
         let watched = Self::start(project, way.options());
-        watched.until("it watches", |events| {
-            let watches = events.iter().any(|event| matches!(event, Event::Watching { .. }));
-            watches && summaries(events).next().is_some()
-        });
+        watched.until_watching();
         watched
     }
 
@@ -116,33 +113,41 @@ impl<'a> Watched<'a> {
         collector: ChangeCollector,
         [first, longest]: [Duration; 2],
     ) -> Self {
-        let (told, cancel) = (Arc::new(Told::default()), Cancel::default());
-        let (manifest, ears, stop) = (project.path("pipeline.toml"), Arc::clone(&told), cancel.clone());
+        let (log, cancel) = (Arc::new(EventLog::default()), Cancel::default());
+        let (manifest, writer, stop) = (project.path("pipeline.toml"), Arc::clone(&log), cancel.clone());
         let thread = std::thread::spawn(move || {
             let events = |event| {
-                ears.events.lock().push(event);
-                ears.more.notify_all();
+                writer.events.lock().push(event);
+                writer.changed.notify_all();
             };
-            let kinds = kinds().with(running::Patient).with(retries::Refused).with(writing::Sentence);
+            let kinds = kinds().with(running::WaitForFile).with(retries::Refused).with(writing::Sentence);
             let mut watcher = Watcher::new(&manifest, &kinds, &options, &stop, &events, collector)?;
             watcher.retry = Backoff::new(first, longest);
             watcher.run()
         });
-        Self { project, told, cancel, thread: Some(thread) }
+        Self { project, log, cancel, thread: Some(thread) }
     }
 
-    /// Waits until the events say so.
+    /// Waits until the first build has ended and the watcher has said whether it listens or polls.
+    fn until_watching(&self) {
+        self.until("it watches", |events| {
+            let watches = events.iter().any(|event| matches!(event, Event::Watching { .. }));
+            watches && summaries(events).next().is_some()
+        });
+    }
+
+    /// Waits until the events fulfil a condition.
     fn until(&self, what: &str, is_so: impl Fn(&[Event]) -> bool) {
         let deadline = Instant::now() + DEADLINE;
-        let mut events = self.told.events.lock();
+        let mut events = self.log.events.lock();
         while !is_so(&events) {
             let left = deadline.saturating_duration_since(Instant::now());
-            assert!(!left.is_zero(), "waited for: {what}; told was:\n{}", log(&events));
-            self.told.more.wait_for(&mut events, left);
+            assert!(!left.is_zero(), "waited for: {what}; the events were:\n{}", log(&events));
+            self.log.changed.wait_for(&mut events, left);
         }
     }
 
-    /// Waits until `out` has exactly these files with these texts, and the build that made them has ended.
+    /// Waits until `out` has exactly these files with these texts and the build that made them has ended.
     fn until_out(&self, expected: &[(&str, &str)]) {
         let deadline = Instant::now() + DEADLINE;
         let mut expected =
@@ -157,12 +162,8 @@ impl<'a> Watched<'a> {
                     ended > last(|event| matches!(event, Event::Planned { .. }))
                 });
             }
-            let told = || log(&self.told.events.lock());
-            assert!(
-                Instant::now() < deadline,
-                "out has {found:?}, expected {expected:?}; told was:\n{}",
-                told()
-            );
+            let events = || log(&self.events());
+            assert!(Instant::now() < deadline, "out has {found:?}, expected {expected:?}:\n{}", events());
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -173,22 +174,22 @@ impl<'a> Watched<'a> {
     }
 
     fn events(&self) -> Vec<Event> {
-        self.told.events.lock().clone()
+        self.log.events.lock().clone()
     }
 
-    /// The changes that were noticed, without those that are told again.
+    /// The changes that were reported, without repetitions.
     fn noticed(&self) -> Vec<(String, Changed)> {
         let mut changes = changes(&self.events()).collect::<Vec<_>>();
         changes.dedup();
         changes
     }
 
-    /// Waits until it ends by itself.
+    /// Waits until the watcher ends by itself.
     fn ended(mut self) -> Result<(), Error> {
         let deadline = Instant::now() + DEADLINE;
         let thread = self.thread.take().unwrap();
         while !thread.is_finished() {
-            assert!(Instant::now() < deadline, "it goes on; told was:\n{}", log(&self.events()));
+            assert!(Instant::now() < deadline, "it goes on; the events were:\n{}", log(&self.events()));
             std::thread::sleep(Duration::from_millis(5));
         }
         thread.join().unwrap()
@@ -227,7 +228,7 @@ fn summaries(events: &[Event]) -> impl Iterator<Item = &Summary> {
     })
 }
 
-/// A project with two texts, which are in place.
+/// A project with two texts.
 fn capitals() -> Project {
     let project = Project::new(CAPITALS);
     project.write("in/sky.txt", "blue");
@@ -235,7 +236,7 @@ fn capitals() -> Project {
     project
 }
 
-/// Sets the time of change of a file's content back.
+/// Sets the modification time of a file.
 fn set_modified(project: &Project, name: &str, time: std::time::SystemTime) {
     File::options().write(true).open(project.path(name)).unwrap().set_modified(time).unwrap();
 }
@@ -244,7 +245,7 @@ fn rename(project: &Project, from: &str, to: &str) {
     fs::rename(project.path(from), project.path(to)).unwrap();
 }
 
-/// Saves a file in one step, so that nobody reads half of it.
+/// Replaces a file in one step, so that it is never incomplete.
 fn save(project: &Project, name: &str, text: &str) {
     let beside = format!("{name}.tmp");
     project.write(&beside, text);

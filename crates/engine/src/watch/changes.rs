@@ -1,9 +1,9 @@
-//! Collects changes of the places of a graph: listens or polls, waits until it is quiet, and knows whether events can be
-//! relied on.
+//! Collects changes of the places of a graph: listens or polls, waits until it is quiet, and knows whether
+//! events can be relied on.
 //!
-//! Events are collected here, not by `notify`'s full debouncer, which merges the events of a path and can so lose a
-//! change: it reports nothing for a file that is written, renamed over an old one and removed at once. Here nothing is
-//! merged. An event is only a hint; contents decide what runs.
+//! Events are collected here, not by `notify`'s full debouncer, which merges the events of a path and can so
+//! lose a change: it reports nothing for a file that is written, renamed over an old one and removed at once.
+//! Here nothing is merged. An event is only a hint; contents decide what runs.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -184,7 +184,8 @@ impl ChangeCollector {
         Arc::clone(&self.pending)
     }
 
-    /// Records what a build made of changes: the files on which items failed, and whether the build was completed.
+    /// Records what a build made of changes: the files on which items failed, and whether the build was
+    /// completed.
     pub(super) fn record_outcome(
         &mut self,
         changed: &BTreeSet<PathBuf>,
@@ -199,8 +200,8 @@ impl ChangeCollector {
         self.sender.clone()
     }
 
-    /// Watches these places from now on. Returns whether any is new: changes of new places may have been missed until
-    /// now, so that everything has to be checked again.
+    /// Watches these places from now on. Returns whether any is new: changes of new places may have been
+    /// missed until now, so that everything has to be checked again.
     pub(super) fn watch(&mut self, places: Places) -> bool {
         // Whether a changed path existed before is known from the old places.
         self.receive_all();
@@ -271,8 +272,8 @@ impl ChangeCollector {
         })
     }
 
-    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so. A file that is
-    /// still being written does not count as a change until it is finished.
+    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so. A
+    /// file that is still being written does not count as a change until it is finished.
     pub(super) fn wait(&mut self, timeout: Option<Instant>, stop: &dyn Fn() -> bool) -> Wakeup {
         loop {
             self.receive_all();

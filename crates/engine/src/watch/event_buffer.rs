@@ -1,7 +1,7 @@
 //! Holds back the events of a build that no change triggered, until one of them is news.
 //!
-//! A watcher builds again to make sure that it watches everything, and to retry what the system refused. If such a build
-//! finds nothing to do, or fails in the same way as the one before it, it is not reported.
+//! A watcher builds again to make sure that it watches everything, and to retry what the system refused. If
+//! such a build finds nothing to do, or fails in the same way as the one before it, it is not reported.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,9 +1,9 @@
 //! Listens to folders through the operating system.
 //!
-//! Folders are watched one by one, never recursively, because the graph knows which ones matter. A watch belongs to a
-//! folder, not to its name, so each entry remembers the identity of its folder. If a folder is moved or removed, its
-//! watch is forgotten when that event arrives, before another folder can get the name: by then the system, or `notify`,
-//! has dropped the watch.
+//! Folders are watched one by one, never recursively, because the graph knows which ones matter. A watch
+//! belongs to a folder, not to its name, so each entry remembers the identity of its folder. If a folder is
+//! moved or removed, its watch is forgotten when that event arrives, before another folder can get the name:
+//! by then the system, or `notify`, has dropped the watch.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -28,14 +28,14 @@ pub(crate) enum Message {
     Wake,
 }
 
-/// What an event says of the file at a path.
+/// What an event means for the file at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FileEvent {
     /// It was written to; a close follows.
     Written,
-    /// It was closed by who could write to it.
+    /// It was closed after it was open for writing.
     Closed,
-    /// Another file, or none, stands in its place: whole, if it is one.
+    /// Another file, which is complete, or no file is in its place.
     Replaced,
     /// Something changed.
     Changed,

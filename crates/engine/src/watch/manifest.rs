@@ -20,7 +20,8 @@ pub(super) struct ManifestLoader<'a> {
 
 /// The state of the manifest and of the folders that it names.
 pub(super) struct ManifestSnapshot {
-    /// The plan to build: that of the last valid graph, if there are errors; `None` if there never was a valid one.
+    /// The plan to build: that of the last valid graph, if there are errors; `None` if there never was a
+    /// valid one.
     pub(super) plan: Option<Plan>,
     /// The errors of the manifest as it is now.
     pub(super) diagnostics: Option<Diagnostics>,

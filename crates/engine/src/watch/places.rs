@@ -1,9 +1,9 @@
 //! The places that a graph depends on: names in folders.
 //!
-//! A path is followed from folder to folder as the system follows it, through every link. Each step depends on one name
-//! in one folder; the places are these pairs. So a link that is replaced anywhere on the way, a folder that is moved
-//! away, and the first missing folder of a path are all places. Folders are canonical, because the events of a folder
-//! that is watched under two names arrive under only one of them.
+//! A path is followed from folder to folder as the system follows it, through every link. Each step depends
+//! on one name in one folder; the places are these pairs. So a link that is replaced anywhere on the way, a
+//! folder that is moved away, and the first missing folder of a path are all places. Folders are canonical,
+//! because the events of a folder that is watched under two names arrive under only one of them.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ffi::{OsStr, OsString};

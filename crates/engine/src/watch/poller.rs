@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use super::places::Places;
 use crate::platform::{FolderIdentity, Stamp, folder_identity};
 
-/// Two changes within a file system's time resolution, at most so long, have the same stamp. So the contents are checked
-/// once more when this time is over.
+/// Two changes within a file system's time resolution, at most so long, have the same stamp. So the contents
+/// are checked once more when this time is over.
 const SETTLES: Duration = Duration::from_millis(2500);
 
 /// The state of a path as far as it can be seen without reading it.
@@ -55,8 +55,8 @@ impl Poller {
         self.next
     }
 
-    /// Reads the state of new places, and forgets those that are not needed any more. The others keep their last state,
-    /// so that the next poll finds what changed meanwhile. Returns whether any place is new.
+    /// Reads the state of new places, and forgets those that are not needed any more. The others keep their
+    /// last state, so that the next poll finds what changed meanwhile. Returns whether any place is new.
     pub(super) fn watch(&mut self, places: &Places) -> bool {
         let mut is_new = false;
         let mut before = std::mem::take(&mut self.paths);

@@ -1,10 +1,11 @@
 //! Files that are still being written, as far as that can be known: they are not built yet.
 //!
-//! Linux reports when a file that was open for writing is closed. So after a write the watcher waits until then, or until
-//! the file has been quiet for a while, since a program may keep a file open. If a program closes the file after each
-//! piece, or if the system does not report a close, only a failure shows that the file was not complete: if an item
-//! failed on a file that soon changes again, the file has to be quiet for longer, and longer still after each further
-//! failure. An exception is a file that did not grow when it was closed: it was written anew rather than continued.
+//! Linux reports when a file that was open for writing is closed. So after a write the watcher waits until
+//! then, or until the file has been quiet for a while, since a program may keep a file open. If a program
+//! closes the file after each piece, or if the system does not report a close, only a failure shows that the
+//! file was not complete: if an item failed on a file that soon changes again, the file has to be quiet for
+//! longer, and longer still after each further failure. An exception is a file that did not grow when it was
+//! closed: it was written anew rather than continued.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs;
@@ -80,8 +81,8 @@ impl UnfinishedFiles {
         self.files.contains_key(path)
     }
 
-    /// A file was written to; it will be closed. `pending` describes an earlier change that has not been built: whether
-    /// the path existed before, when it changed, and since when it was complete.
+    /// A file was written to; it will be closed. `pending` describes an earlier change that has not been
+    /// built: whether the path existed before, when it changed, and since when it was complete.
     pub(super) fn written(
         &mut self,
         path: PathBuf,
@@ -154,7 +155,8 @@ impl UnfinishedFiles {
         self.files.iter().map(|(path, file)| self.ready_at(path, file)).min()
     }
 
-    /// Records what a build made of changes: the files on which items failed, and whether the build was completed.
+    /// Records what a build made of changes: the files on which items failed, and whether the build was
+    /// completed.
     pub(super) fn record_outcome(
         &mut self,
         changed: &BTreeSet<PathBuf>,
@@ -244,7 +246,8 @@ mod tests {
             self.unfinished.closed(&self.path(), self.at(time)).is_some()
         }
 
-        /// A change that does not show whether the file is complete; returns whether the watcher waits for it.
+        /// A change that does not show whether the file is complete; returns whether the watcher waits for
+        /// it.
         fn changed(&mut self, time: u32) -> bool {
             self.unfinished.changed(&self.path(), true, self.at(time))
         }

@@ -1,4 +1,4 @@
-//! A watcher in a thread of its own, what it tells, and the files around it.
+//! A watcher in a thread of its own, its events, and the files around it.
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
@@ -11,20 +11,20 @@ use std::time::{Duration, Instant};
 
 use engine::{BuildOptions, Cancel, Error, Event, Kinds, Plan, Summary, WatchOptions};
 
-/// Longer than anything takes, unless it never comes.
+/// The longest wait for anything.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A watcher at work.
+/// A running watcher.
 pub(crate) struct Watcher {
     cancel: Cancel,
     thread: Option<JoinHandle<Result<(), Error>>>,
     events: Receiver<Event>,
-    /// The last events, for who asks what went wrong.
-    heard: Vec<Event>,
+    /// The last events, for messages of tests that fail.
+    recent: Vec<Event>,
 }
 
 impl Watcher {
-    /// Watches a manifest; a minimal debounce, since no person waits.
+    /// Watches a manifest, with a minimal debounce so that tests are quick.
     pub(crate) fn start(manifest: PathBuf, kinds: Kinds, poll: Option<Duration>, memory: u64) -> Self {
         let (sender, events) = channel();
         let cancel = Cancel::default();
@@ -42,20 +42,20 @@ impl Watcher {
                 engine::watch(&manifest, &kinds, &options, &cancel, &|event| _ = sender.send(event))
             })
         };
-        Self { cancel, thread: Some(thread), events, heard: Vec::new() }
+        Self { cancel, thread: Some(thread), events, recent: Vec::new() }
     }
 
     /// The next event, if one comes in time.
     pub(crate) fn next(&mut self, within: Duration) -> Option<Event> {
         let event = self.events.recv_timeout(within).ok()?;
-        if self.heard.len() == 400 {
-            self.heard.drain(..200);
+        if self.recent.len() == 400 {
+            self.recent.drain(..200);
         }
-        self.heard.push(event.clone());
+        self.recent.push(event.clone());
         Some(event)
     }
 
-    /// Waits for an event that is as asked for.
+    /// Waits for an event.
     pub(crate) fn wait(&mut self, what: &str, wanted: impl Fn(&Event) -> bool) -> Event {
         let deadline = Instant::now() + PATIENCE;
         while let Some(event) = self.next(deadline.saturating_duration_since(Instant::now())) {
@@ -70,17 +70,17 @@ impl Watcher {
     pub(crate) fn wait_for_build(&mut self) -> Summary {
         match self.wait("end of a build", |event| matches!(event, Event::Ended(end) if !end.cancelled)) {
             Event::Ended(summary) => summary,
-            other => panic!("{other:?} is no end"),
+            other => panic!("{other:?} is not an end"),
         }
     }
 
     /// The last events, a line each.
     pub(crate) fn log(&self) -> String {
-        let told = self.heard.iter().filter(|event| !matches!(event, Event::UpToDate { .. }));
-        told.map(|event| format!("{event:?}\n")).collect()
+        let events = self.recent.iter().filter(|event| !matches!(event, Event::UpToDate { .. }));
+        events.map(|event| format!("{event:?}\n")).collect()
     }
 
-    /// Ends the watcher as Ctrl-C does.
+    /// Stops the watcher as Ctrl-C does.
     pub(crate) fn stop(mut self) {
         self.cancel.cancel();
         if let Some(thread) = self.thread.take() {
@@ -95,7 +95,7 @@ impl Drop for Watcher {
     }
 }
 
-/// Every file below a folder, by its path there; one that goes while it is read is passed over.
+/// Every file below a folder, by its path there, except those that are removed meanwhile.
 pub(crate) fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let (mut found, mut open) = (BTreeMap::new(), vec![folder.to_path_buf()]);
     while let Some(next) = open.pop() {
@@ -111,7 +111,7 @@ pub(crate) fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// What a build from nothing makes of a project: its files, without what an earlier build left.
+/// The summary and the files of a build of the project in an empty folder.
 pub(crate) fn clean_build(project: &Path, kinds: &Kinds) -> (Summary, BTreeMap<PathBuf, Vec<u8>>) {
     let copy = tempfile::tempdir().unwrap();
     copy_sources(project, copy.path());
@@ -127,7 +127,7 @@ fn copy_sources(from: &Path, to: &Path) {
         let entry = entry.unwrap();
         let (source, target) = (entry.path(), to.join(entry.file_name()));
         let kind = entry.file_type().unwrap();
-        if ["out", ".specula"].iter().any(|made| entry.file_name() == *made) {
+        if entry.file_name() == "out" || entry.file_name() == ".specula" {
             continue;
         } else if kind.is_dir() {
             copy_sources(&source, &target);
@@ -140,7 +140,7 @@ fn copy_sources(from: &Path, to: &Path) {
     }
 }
 
-/// A fixed sequence of numbers from a seed: splitmix64.
+/// Random numbers from a seed: splitmix64.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

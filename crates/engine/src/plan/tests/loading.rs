@@ -61,7 +61,8 @@ fn ten_thousand_items_are_planned_quickly() {
         assert_eq!(plan.items.len(), 70 + 70 + 4900 + 4900 + 1);
         assert_eq!(plan.items.last().unwrap().inputs[0].len(), 4900);
     }
-    // It takes 20 ms on an idle core of 2025; the bound only excludes a join that compares all pairs, on a busy machine.
+    // It takes 20 ms on an idle core of 2025; the bound only excludes a join that compares all pairs, on a
+    // busy machine.
     assert!(least < std::time::Duration::from_secs(2), "{least:?}");
 }
 

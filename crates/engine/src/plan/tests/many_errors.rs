@@ -1,5 +1,5 @@
-//! A manifest with thousands of errors, as a program may generate one, is refused quickly: every error is found and
-//! counted, and help that takes long to find is added only to those that are shown.
+//! A manifest with thousands of errors, as a program may generate one, is refused quickly: every error is
+//! found and counted, and help that takes long to find is added only to those that are shown.
 
 use std::cell::Cell;
 

@@ -9,8 +9,8 @@ use super::*;
 const BEFORE: [(&str, &str); 2] = [("gold.txt", "WARM"), ("sky.txt", "BLUE")];
 const AFTER: [(&str, &str); 2] = [("gold.txt", "WARM"), ("sky.txt", "GREY")];
 
-/// Saves `sky` anew in some way, and sees that it becomes fresh, that the other did not run, and that nothing else
-/// was noticed.
+/// Saves `sky` in some way, and checks that its output is updated, that the other item did not run, and that
+/// no other change was reported.
 fn saved(way: Way, save: impl Fn(&Project)) {
     let project = capitals();
     let watched = Watched::new(&project, way);
@@ -104,10 +104,10 @@ each_way! {
         });
     }
 
-    fn swap_and_backup_files_are_passed_over(way: Way) {
+    fn swap_and_backup_files_are_ignored(way: Way) {
         saved(way, |project| {
-            for litter in [".sky.txt.swp", "4913", "sky.txt~", "#sky.txt#", "sky.txt.bak", "sky.part", ".#sky.txt"] {
-                project.write(&format!("in/{litter}"), "litter");
+            for name in [".sky.txt.swp", "4913", "sky.txt~", "#sky.txt#", "sky.txt.bak", "sky.part", ".#sky.txt"] {
+                project.write(&format!("in/{name}"), "ignored");
                 std::thread::sleep(QUIET * 2);
             }
             project.remove("in/4913");
@@ -127,7 +127,7 @@ each_way! {
         assert_eq!(ran.iter().sum::<usize>(), 9, "{}", log(&watched.events()));
     }
 
-    fn an_edit_that_is_taken_back_runs_nothing_twice(way: Way) {
+    fn an_edit_that_is_undone_runs_nothing_twice(way: Way) {
         let project = capitals();
         let watched = Watched::new(&project, way);
         save(&project, "in/sky.txt", "grey");
@@ -137,7 +137,7 @@ each_way! {
         assert_eq!(summaries(&watched.events()).map(|summary| summary.ran).sum::<usize>(), 9);
     }
 
-    fn new_files_give_new_outputs_and_gone_ones_take_theirs_away(way: Way) {
+    fn new_files_give_new_outputs_and_outputs_of_removed_files_are_removed(way: Way) {
         let project = capitals();
         let watched = Watched::new(&project, way);
         project.write("in/rain.txt", "wet");
@@ -150,22 +150,22 @@ each_way! {
         assert!(watched.noticed().iter().all(|(path, _)| names.contains(&path.as_str())), "{:?}", watched.noticed());
     }
 
-    fn a_checkout_that_changes_five_hundred_files(way: Way) {
+    fn a_checkout_that_changes_two_hundred_files(way: Way) {
         let project = Project::new(CAPITALS);
-        let write = |text: &str| (0..500).for_each(|n| project.write(&format!("in/{n:03}.txt"), &format!("{text} {n}")));
+        let write = |text: &str| (0..200).for_each(|n| project.write(&format!("in/{n:03}.txt"), &format!("{text} {n}")));
         write("one");
         let watched = Watched::new(&project, way);
         write("two");
-        project.remove("in/499.txt");
-        let names = (0..499).map(|n| (format!("{n:03}.txt"), format!("TWO {n}"))).collect::<Vec<_>>();
+        project.remove("in/199.txt");
+        let names = (0..199).map(|n| (format!("{n:03}.txt"), format!("TWO {n}"))).collect::<Vec<_>>();
         watched.until_out(&names.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect::<Vec<_>>());
     }
 }
 
-/// What `O_TMPFILE` is for: a file that has no name until it is whole.
+/// The use of `O_TMPFILE`: a file that has no name until it is complete.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_nameless_file_that_is_linked() {
+fn a_file_without_a_name_that_is_linked() {
     use std::os::fd::AsRawFd as _;
     let project = capitals();
     let watched = Watched::new(&project, Way::Listening);

@@ -1,4 +1,4 @@
-//! Folders that come, go and move, and links that lead elsewhere.
+//! Folders that appear, disappear and move, and links that are replaced.
 
 use std::fs;
 
@@ -52,7 +52,7 @@ each_way! {
         project.write("in/a/rain.txt", "wet");
         let watched = Watched::new(&project, way);
         rename(&project, "in/a", "in/z");
-        watched.until("it is noticed", |events| changes(events).count() > 0);
+        watched.until("the change", |events| changes(events).count() > 0);
         project.write("in/z/rain.txt", "dry");
         watched.until_out(&[("rain.txt", "DRY"), ("sky.txt", "BLUE")]);
         project.write("in/a/snow.txt", "cold");
@@ -74,12 +74,12 @@ each_way! {
         let project = capitals();
         let watched = Watched::new(&project, way);
         rename(&project, "in", "elsewhere");
-        watched.until("the missing folder is told", |events| {
+        watched.until("the error", |events| {
             events.iter().any(|event| matches!(event, Event::Rejected { .. }))
         });
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
         rename(&project, "elsewhere", "in");
-        watched.until("it is mended", |events| events.contains(&Event::Accepted));
+        watched.until("it is accepted", |events| events.contains(&Event::Accepted));
         project.write("in/sky.txt", "grey");
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "GREY")]);
     }
@@ -103,7 +103,7 @@ mod links {
 
     use super::*;
 
-    /// Puts another link in the place of one, in one step.
+    /// Replaces a link in one step.
     fn relink(project: &Project, target: &str, link: &str) {
         symlink(target, project.path("new-link")).unwrap();
         rename(project, "new-link", link);
@@ -153,7 +153,7 @@ mod links {
             watched.until_out(&[("sky.txt", "TWO")]);
         }
 
-        fn a_link_to_nothing_comes_to_lead_to_a_file(way: Way) {
+        fn the_target_of_a_dangling_link_appears(way: Way) {
             let project = capitals();
             symlink("../store/rain.dat", project.path("in/rain.txt")).unwrap();
             let watched = Watched::new(&project, way);

@@ -1,9 +1,9 @@
-//! Events that are lost, or do not come at all.
+//! Events that are lost or never arrive.
 
 use super::*;
 use crate::watch::Message;
 
-/// `notify`'s full debouncer tells nothing of this, which is why it is not used.
+/// `notify`'s full debouncer reports nothing here, which is why it is not used.
 #[test]
 fn a_file_renamed_over_another_and_removed_at_once() {
     let project = capitals();
@@ -24,14 +24,14 @@ fn a_file_renamed_and_removed_at_once() {
 }
 
 #[test]
-fn a_queue_that_overflowed_leads_to_a_look_at_everything() {
+fn after_an_overflow_of_the_queue_everything_is_checked() {
     let project = capitals();
     let options = Way::Listening.options();
     let collector = ChangeCollector::without_listener(options.debounce);
     let system = collector.sender();
     let watched = Watched::with(&project, options, collector);
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
-    watched.until("it rests", |events| summaries(events).next().is_some());
+
     project.write("in/sky.txt", "grey");
     project.write("in/rain.txt", "wet");
     system.send(Message::EventsLost).unwrap();
@@ -40,13 +40,13 @@ fn a_queue_that_overflowed_leads_to_a_look_at_everything() {
 }
 
 #[test]
-fn after_an_overflow_folders_that_were_replaced_unheard_are_listened_to() {
+fn after_an_overflow_folders_that_were_replaced_meanwhile_are_watched() {
     let project = capitals();
     let options = Way::Listening.options();
     let collector = ChangeCollector::new(options.debounce, None, Duration::from_secs(3600));
     let system = collector.sender();
     let watched = Watched::with(&project, options, collector);
-    watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
+    watched.until_watching();
     for text in ["one", "two"] {
         system.send(Message::EventsLost).unwrap();
         project.remove("in");
@@ -56,19 +56,19 @@ fn after_an_overflow_folders_that_were_replaced_unheard_are_listened_to() {
 }
 
 #[test]
-fn where_no_event_arrives_polling_takes_over() {
+fn if_no_event_arrives_the_watcher_polls() {
     let project = capitals();
     let options = Way::Listening.options();
     let collector = ChangeCollector::with_silent_listener(options.debounce, Duration::from_millis(25));
     let watched = Watched::with(&project, options, collector);
-    let way = |events: &[Event]| {
+    let mode = |events: &[Event]| {
         events.iter().find_map(|event| match event {
             Event::Watching { poll_milliseconds, because, .. } => Some((*poll_milliseconds, because.clone())),
             _ => None,
         })
     };
-    watched.until("the way", |events| way(events).is_some());
-    let (poll, because) = way(&watched.events()).unwrap();
+    watched.until("the mode", |events| mode(events).is_some());
+    let (poll, because) = mode(&watched.events()).unwrap();
     assert_eq!(poll, Some(25.0));
     let because = because.unwrap();
     assert!(because.contains("no event of a file that was written to"), "{because}");
@@ -77,15 +77,15 @@ fn where_no_event_arrives_polling_takes_over() {
 }
 
 #[test]
-fn probes_prove_every_root_and_leave_nothing() {
+fn every_root_is_probed_and_no_probe_file_is_left() {
     let project = capitals();
     project.write("in/.specula-probe-1", "of a watcher that was killed");
     let watched = Watched::new(&project, Way::Listening);
-    let told = watched.events();
-    let way = told.iter().find(|event| matches!(event, Event::Watching { .. })).unwrap();
+    let events = watched.events();
+    let mode = events.iter().find(|event| matches!(event, Event::Watching { .. })).unwrap();
     assert!(
-        matches!(way, Event::Watching { poll_milliseconds: None, because: None, folders } if *folders >= 3),
-        "{way:?}"
+        matches!(mode, Event::Watching { poll_milliseconds: None, because: None, folders } if *folders >= 3),
+        "{mode:?}"
     );
     for folder in ["", "in"] {
         let names = std::fs::read_dir(project.path(folder)).unwrap().map(|entry| entry.unwrap().file_name());

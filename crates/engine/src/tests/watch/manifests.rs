@@ -1,4 +1,4 @@
-//! Manifests that are edited, broken and mended, and builds that cannot go on.
+//! Manifests that are edited, broken and repaired, and builds that fail as a whole.
 
 use super::*;
 use crate::lock::LockRequest;
@@ -26,25 +26,25 @@ each_way! {
         watched.until_out(&[("rain-loud.txt", "DRY")]);
     }
 
-    fn a_broken_manifest_is_told_and_the_last_good_graph_goes_on(way: Way) {
+    fn errors_of_a_manifest_are_reported_and_the_last_valid_one_stays_in_use(way: Way) {
         let project = capitals();
         let watched = Watched::new(&project, way);
         project.edit("kind = \"upper\"", "kind = \"uper\"");
         watched.until("the rejection", |events| !rejected(events).is_empty());
-        let told = rejected(&watched.events()).remove(0);
-        assert!(told.contains("pipeline.toml:7:8: there is no kind \"uper\""), "{told}");
+        let errors = rejected(&watched.events()).remove(0);
+        assert!(errors.contains("pipeline.toml:7:8: there is no kind \"uper\""), "{errors}");
         project.write("in/sky.txt", "grey");
         project.write("in/rain.txt", "wet");
         let after = [("gold.txt", "WARM"), ("rain.txt", "WET"), ("sky.txt", "GREY")];
         watched.until_out(&after);
         assert_eq!(rejected(&watched.events()).len(), 1, "the same errors are reported once");
         project.edit("kind = \"uper\"", "kind = \"upper\"");
-        watched.until("it is mended", |events| events.contains(&Event::Accepted));
+        watched.until("it is accepted", |events| events.contains(&Event::Accepted));
         project.write("in/sky.txt", "red");
         watched.until_out(&[after[0], after[1], ("sky.txt", "RED")]);
     }
 
-    fn a_manifest_that_is_broken_at_the_start_is_waited_for(way: Way) {
+    fn a_watcher_waits_for_a_manifest_that_is_invalid_at_the_start(way: Way) {
         let project = capitals();
         project.edit("schema = 1", "schema = ");
         let watched = Watched::start(&project, way.options());
@@ -53,7 +53,7 @@ each_way! {
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
     }
 
-    fn a_manifest_that_is_not_there_is_waited_for(way: Way) {
+    fn a_watcher_waits_for_a_manifest_that_does_not_exist(way: Way) {
         let project = capitals();
         project.remove("pipeline.toml");
         let watched = Watched::start(&project, way.options());
@@ -62,7 +62,7 @@ each_way! {
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
     }
 
-    fn two_files_with_one_stem_are_told_until_one_goes(way: Way) {
+    fn two_files_with_one_stem_are_an_error_until_one_is_removed(way: Way) {
         let project = Project::new(&CAPITALS.replace("*.txt", "*.{txt,md}"));
         project.write("in/sky.txt", "blue");
         let watched = Watched::new(&project, way);
@@ -74,7 +74,7 @@ each_way! {
         assert!(watched.events().contains(&Event::Accepted));
     }
 
-    fn the_state_folder_of_another_build_is_waited_for(way: Way) {
+    fn a_watcher_waits_for_the_lock_of_another_build(way: Way) {
         let project = capitals();
         let request = LockRequest {
             purpose: LockPurpose::Collect,
@@ -84,7 +84,7 @@ each_way! {
         };
         let other = State::lock(&project.path(""), &request).unwrap();
         let watched = Watched::start(&project, way.options());
-        watched.until("the holder is told", |events| {
+        watched.until("it waits", |events| {
             events.iter().any(|event| matches!(event, Event::Waiting { .. }))
         });
         drop(other);
@@ -94,32 +94,32 @@ each_way! {
     fn once_ends_after_the_first_rebuild_that_a_change_caused(way: Way) {
         let project = capitals();
         let watched = Watched::start(&project, WatchOptions { once: true, ..way.options() });
-        watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
+        watched.until_watching();
         project.write("in/sky.txt", "grey");
         watched.ended().unwrap();
         assert_eq!(texts(&project)[1], ("sky.txt".into(), "GREY".into()));
     }
 }
 
-/// A folder that cannot be written is as good as a full disk: builds fail as a whole.
+/// A folder that cannot be written stands for a full disk: builds fail as a whole.
 #[cfg(unix)]
 #[test]
-fn a_build_that_cannot_go_on_is_told_and_tried_again_at_the_next_change() {
+fn a_failed_build_is_reported_and_tried_again_at_the_next_change() {
     let project = capitals();
-    project.write(".specula", "in the way");
+    project.write(".specula", "not a folder");
     let watched = Watched::start(&project, Way::Listening.options());
-    let hindered =
+    let failed =
         |events: &[Event]| events.iter().filter(|event| matches!(event, Event::BuildError { .. })).count();
-    watched.until("the error", |events| hindered(events) == 1);
+    watched.until("the error", |events| failed(events) == 1);
     project.write("in/sky.txt", "grey");
-    watched.until("the error again", |events| hindered(events) >= 2);
+    watched.until("the error again", |events| failed(events) >= 2);
     project.remove(".specula");
     project.write("in/sky.txt", "red");
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "RED")]);
 }
 
 #[test]
-fn a_stage_that_does_not_exist_ends_it_at_the_start() {
+fn a_stage_that_does_not_exist_ends_the_watcher_at_the_start() {
     let project = capitals();
     let mut options = Way::Listening.options();
     options.build.stages = vec!["wirte".into()];

@@ -1,4 +1,4 @@
-//! Files that no glob names: those that a stage reads, looks for, or lists.
+//! Files that no glob matches: those that a stage reads, looks for or lists.
 
 use super::*;
 
@@ -23,7 +23,7 @@ each_way! {
         watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "DARK")]);
     }
 
-    fn a_new_reading_is_attended_to(way: Way) {
+    fn a_file_that_a_stage_begins_to_read_is_watched(way: Way) {
         let project = capitals();
         project.write("parts/cloud", "soft");
         let watched = Watched::new(&project, way);
@@ -44,8 +44,8 @@ each_way! {
         watched.until_out(&[("faces.txt", "B")]);
     }
 
-    /// All that the engine writes lies in the folder that the glob searches.
-    fn what_the_engine_writes_is_not_noticed(way: Way) {
+    /// The glob searches the folder that the engine writes to.
+    fn files_that_the_engine_writes_are_not_changes(way: Way) {
         let project = Project::new(&CAPITALS.replace("in/*.txt", "**/*.txt"));
         project.write("sky.txt", "blue");
         let watched = Watched::new(&project, way);

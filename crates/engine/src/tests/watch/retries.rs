@@ -1,4 +1,5 @@
-//! What the system refuses is tried again without a change, and not a word is said until something comes of it.
+//! What the system refuses is tried again without a change, and tries that fail in the same way are not
+//! reported.
 
 use std::fs::OpenOptions;
 use std::io::Write as _;
@@ -8,15 +9,15 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
-/// Is refused by the system until the file exists whose path is its text; `.tries` beside that has a byte for each
-/// time that it ran, and what it says is in `.words`.
+/// Fails with a system error until the file exists whose path is its text. `.tries` beside that file has a
+/// byte for each run, and `.words` the end of the error's message.
 pub(super) struct Refused;
 
 impl Kind for Refused {
     type Parameters = Nothing;
     const NAME: &'static str = "refused";
     const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Is refused.\n";
+    const TEXT: &'static str = "//! Fails with a system error.\n";
 
     fn ports() -> Vec<Port> {
         vec![Port::one::<Text>("text")]
@@ -39,7 +40,7 @@ impl Kind for Refused {
     }
 }
 
-/// Pauses that no test waits for.
+/// A pause that no test waits for.
 const FOR_EVER: Duration = Duration::from_secs(86_400);
 
 fn failures(events: &[Event]) -> Vec<String> {
@@ -55,32 +56,32 @@ fn is_failed(events: &[Event]) -> bool {
     !failures(events).is_empty()
 }
 
-/// A link to nowhere in the place of `out`: not even root can make a folder there.
+/// Makes `out` a dangling link: not even root can create a folder there.
 #[cfg(unix)]
-fn lead_out_nowhere(project: &Project) {
+fn make_out_unwritable(project: &Project) {
     std::os::unix::fs::symlink(project.path("missing/drive"), project.path("out")).unwrap();
 }
 
 each_way! {
     #[cfg(unix)]
-    fn an_out_that_cannot_be_written_is_published_when_it_can(way: Way) {
+    fn exports_are_published_as_soon_as_out_can_be_written(way: Way) {
         let project = capitals();
-        // With one file no try is refused in part.
+        // With a single file no try succeeds in part.
         project.remove("in/gold.txt");
-        lead_out_nowhere(&project);
+        make_out_unwritable(&project);
         let watched = Watched::new(&project, way);
         watched.until("the refusal", is_failed);
         project.remove_link("out");
         watched.until_out(&[("sky.txt", "BLUE")]);
-        // The files are there before the try is told that put them there.
+        // The file appears before the build that published it is reported.
         let refused = |events: &[Event]| summaries(events).map(|summary| summary.system_errors).collect::<Vec<_>>();
         watched.until("the end of that try", |events| refused(events) == [1, 0]);
         assert_eq!(failures(&watched.events()).len(), 1, "{}", log(&watched.events()));
     }
 
-    fn a_build_that_could_not_go_on_does_when_it_can(way: Way) {
+    fn a_failed_build_succeeds_as_soon_as_its_cause_is_removed(way: Way) {
         let project = capitals();
-        project.write(".specula", "no folder");
+        project.write(".specula", "not a folder");
         let watched = Watched::start(&project, way.options());
         watched.until("the refusal", is_failed);
         project.remove(".specula");
@@ -88,7 +89,7 @@ each_way! {
         assert_eq!(failures(&watched.events()).len(), 1, "{}", log(&watched.events()));
     }
 
-    fn tries_that_fail_as_before_say_nothing_and_one_that_fails_otherwise_does(way: Way) {
+    fn a_try_is_reported_only_if_it_fails_in_another_way(way: Way) {
         let project = Project::new(&CAPITALS.replace("kind = \"upper\"", "kind = \"refused\""));
         let gate = project.path("gate");
         project.write("in/sky.txt", &gate.display().to_string());
@@ -102,11 +103,11 @@ each_way! {
             }
         };
         wait_for_more();
-        let told = |told: &[Event]| told.iter().filter(|event| !matches!(event, Event::Watching { .. })).count();
-        let (first, before) = (failures(&watched.events()), told(&watched.events()));
+        let count = |events: &[Event]| events.iter().filter(|event| !matches!(event, Event::Watching { .. })).count();
+        let (first, before) = (failures(&watched.events()), count(&watched.events()));
         assert_eq!(first, ["upper [sky]: refused"], "{}", log(&watched.events()));
         wait_for_more();
-        assert_eq!(told(&watched.events()), before, "{}", log(&watched.events()));
+        assert_eq!(count(&watched.events()), before, "{}", log(&watched.events()));
         project.write("gate.words", ", and how");
         watched.until("the other failure", |events| failures(events).len() == 2);
         wait_for_more();
@@ -119,12 +120,12 @@ each_way! {
     #[cfg(unix)]
     fn a_change_does_not_wait_for_the_next_try(way: Way) {
         let project = capitals();
-        lead_out_nowhere(&project);
+        make_out_unwritable(&project);
         let options = way.options();
         let collector = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
         let watched = Watched::trying(&project, options, collector, [FOR_EVER, FOR_EVER]);
         watched.until("the refusal", |events| failures(events).len() == 2);
-        watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
+        watched.until_watching();
         save(&project, "in/sky.txt", "grey");
         watched.until("the answer", |events| failures(events).len() == 4);
         project.remove_link("out");
@@ -137,16 +138,13 @@ each_way! {
         for place in ["out", ".specula"] {
             let project = capitals();
             let watched = Watched::start(&project, WatchOptions { once: true, ..way.options() });
-            watched.until("it watches", |events| {
-                let watches = events.iter().any(|event| matches!(event, Event::Watching { .. }));
-                watches && summaries(events).next().is_some()
-            });
+            watched.until_watching();
             project.remove(place);
             std::os::unix::fs::symlink(project.path("missing/drive"), project.path(place)).unwrap();
             save(&project, "in/sky.txt", "grey");
-            let told = Arc::clone(&watched.told);
+            let events = Arc::clone(&watched.log);
             watched.ended().unwrap();
-            assert!(is_failed(&told.events.lock()), "{place}");
+            assert!(is_failed(&events.events.lock()), "{place}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Changes that come while a build is at work.
+//! Changes during a build.
 
 use std::path::Path;
 
@@ -6,12 +6,12 @@ use super::*;
 use crate::testkit::{Nothing, Text};
 use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
-/// Passes a text on; `wait PATH` only when there is a file at that path.
-pub(super) struct Patient;
+/// Passes a text on; `wait PATH` only after a file exists at that path.
+pub(super) struct WaitForFile;
 
-impl Kind for Patient {
+impl Kind for WaitForFile {
     type Parameters = Nothing;
-    const NAME: &'static str = "patient";
+    const NAME: &'static str = "wait-for-file";
     const REVISION: u32 = 1;
     const TEXT: &'static str = "//! Waits.\n";
 
@@ -30,7 +30,7 @@ impl Kind for Patient {
             while !Path::new(path).exists() {
                 context.check_cancelled()?;
                 if Instant::now() > deadline {
-                    return Err(Failure::new("nobody came"));
+                    return Err(Failure::new("the file did not appear"));
                 }
                 std::thread::sleep(Duration::from_millis(1));
             }
@@ -39,15 +39,15 @@ impl Kind for Patient {
     }
 }
 
-/// The times that an item began to run.
-fn began(events: &[Event], item: &str) -> usize {
+/// How often an item started to run.
+fn starts(events: &[Event], item: &str) -> usize {
     let is =
         |event: &&Event| matches!(event, Event::Started { item: started, .. } if started.to_string() == item);
     events.iter().filter(is).count()
 }
 
 fn waiting() -> Project {
-    let project = Project::new(&CAPITALS.replace("kind = \"upper\"", "kind = \"patient\""));
+    let project = Project::new(&CAPITALS.replace("kind = \"upper\"", "kind = \"wait-for-file\""));
     project.write("in/sky.txt", "blue");
     project.write("in/gold.txt", &format!("wait {}", project.path("go").display()));
     project
@@ -57,17 +57,17 @@ each_way! {
     fn an_edit_stops_what_it_makes_stale_at_once(way: Way) {
         let project = waiting();
         let watched = Watched::start(&project, way.options());
-        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        watched.until("gold runs", |events| starts(events, "upper [gold]") == 1);
         project.write("in/gold.txt", "warm");
         watched.until_out(&[("gold.txt", "warm"), ("sky.txt", "blue")]);
         assert!(summaries(&watched.events()).any(|summary| summary.cancelled), "{}", log(&watched.events()));
     }
 
-    fn a_manifest_edited_meanwhile_stops_what_it_leaves_out(way: Way) {
+    fn a_manifest_edited_meanwhile_stops_the_items_that_it_removes(way: Way) {
         let project = waiting();
         let watched = Watched::start(&project, way.options());
-        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
-        project.edit("patient", "upper");
+        watched.until("gold runs", |events| starts(events, "upper [gold]") == 1);
+        project.edit("wait-for-file", "upper");
         let waited = format!("WAIT {}", project.path("go").display().to_string().to_uppercase());
         watched.until_out(&[("gold.txt", &waited), ("sky.txt", "BLUE")]);
     }
@@ -75,7 +75,7 @@ each_way! {
     fn a_source_deleted_meanwhile_stops_its_item(way: Way) {
         let project = waiting();
         let watched = Watched::start(&project, way.options());
-        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        watched.until("gold runs", |events| starts(events, "upper [gold]") == 1);
         project.remove("in/gold.txt");
         watched.until_out(&[("sky.txt", "blue")]);
     }
@@ -83,26 +83,27 @@ each_way! {
     fn an_edit_of_something_else_neither_stops_a_run_nor_is_lost(way: Way) {
         let project = waiting();
         let watched = Watched::start(&project, way.options());
-        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        watched.until("gold runs", |events| starts(events, "upper [gold]") == 1);
         watched.until_out_holds("sky.txt", "blue");
         project.write("in/sky.txt", "grey");
-        // Long enough to be heard in most runs; whether it was, the outcome is the same.
+        // In most runs the event arrives within this time; the outcome is the same if it does not.
         std::thread::sleep(QUIET * 5);
         project.write("go", "");
         watched.until_out(&[("gold.txt", "wait"), ("sky.txt", "grey")]);
-        assert_eq!(began(&watched.events(), "upper [gold]"), 1, "{}", log(&watched.events()));
+        assert_eq!(starts(&watched.events(), "upper [gold]"), 1, "{}", log(&watched.events()));
     }
 
-    fn a_watcher_that_is_told_to_stop_stops_its_build(way: Way) {
+    fn a_watcher_that_is_cancelled_stops_its_build(way: Way) {
         let project = waiting();
         let watched = Watched::start(&project, way.options());
-        watched.until("gold runs", |events| began(events, "upper [gold]") == 1);
+        watched.until("gold runs", |events| starts(events, "upper [gold]") == 1);
         watched.cancel.cancel();
         watched.ended().unwrap();
     }
 
-    /// Nothing is heard of it: a rebuild for another reason leads to a look at everything, once it is quiet.
-    fn a_published_file_that_somebody_deletes_comes_back_after_the_next_rebuild(way: Way) {
+    /// The deletion is not a change of the graph, but after a rebuild for another reason everything is
+    /// checked.
+    fn a_deleted_export_is_restored_after_the_next_rebuild(way: Way) {
         let project = Project::new(CAPITALS);
         project.write("in/sky.txt", "blue");
         project.write("in/sea.txt", "deep");

@@ -1,4 +1,4 @@
-//! Files that are written slowly: half of one is waited for, and nothing else is.
+//! Files that are written slowly: the watcher waits for them, but not for other files.
 
 use std::fs::OpenOptions;
 use std::io::Write as _;
@@ -8,8 +8,8 @@ use crate::testkit::{Nothing, Text};
 use crate::watch::WritePauses;
 use crate::{Artifact as _, Context, Failure, Kind, Output, Port, Product};
 
-/// Reads a text that is whole when it ends with a full stop, which it leaves out; `wait PATH` when there is a file at
-/// that path.
+/// Reads a text, which is complete if it ends with a full stop, and removes the full stop; `wait PATH` is
+/// read after a file exists at that path.
 pub(super) struct Sentence;
 
 impl Kind for Sentence {
@@ -44,7 +44,7 @@ impl Kind for Sentence {
 
 /// Longer than any test.
 const FOR_EVER: Duration = Duration::from_secs(86_400);
-/// A pause between two pieces, longer than the quiet time and the time between two looks.
+/// A pause between two pieces, longer than the quiet time and the time between two polls.
 const PAUSE: Duration = Duration::from_millis(60);
 const LETTERS: &str = "abcdefghijklmnopqrstuvwx.";
 const BEFORE: [(&str, &str); 2] = [("gold.txt", "WARM"), ("sky.txt", "BLUE")];
@@ -57,7 +57,7 @@ fn sentences() -> Project {
     project
 }
 
-/// Pauses that leave no doubt what was waited for, however slow the machine is.
+/// Pauses that show what the watcher waited for, however slow the machine is.
 fn pauses() -> WritePauses {
     WritePauses {
         open: FOR_EVER,
@@ -67,12 +67,12 @@ fn pauses() -> WritePauses {
     }
 }
 
-/// Watches until all is built and settled.
+/// Watches, and waits until everything is built.
 fn watched(project: &Project, way: Way, pauses: WritePauses) -> Watched<'_> {
     let options = way.options();
     let collector = ChangeCollector::new(options.debounce, options.poll, Duration::from_millis(25));
     let watched = Watched::with(project, options, collector.with_pauses(pauses));
-    watched.until("it watches", |events| events.iter().any(|event| matches!(event, Event::Watching { .. })));
+    watched.until_watching();
     watched.until_out(&BEFORE);
     watched
 }
@@ -81,14 +81,14 @@ fn failures(events: &[Event]) -> usize {
     events.iter().filter(|event| matches!(event, Event::Failed { .. })).count()
 }
 
-/// The times that the text of `sky` was read with success.
+/// How often the text of `sky` was read without a failure.
 fn made(events: &[Event]) -> usize {
     let is =
         |event: &&Event| matches!(event, Event::Finished { item, .. } if item.to_string() == "text [sky]");
     events.iter().filter(is).count()
 }
 
-/// Writes `sky` anew, piece by piece, and closes it at the end.
+/// Overwrites `sky` piece by piece, and closes it at the end.
 fn write_slowly(project: &Project) {
     let mut file = File::create(project.path("in/sky.txt")).unwrap();
     for letter in LETTERS.chars() {
@@ -105,8 +105,8 @@ fn a_slow_copy_through_one_handle_is_built_once_and_never_fails() {
     let watched = watched(&project, Way::Listening, pauses());
     write_slowly(&project);
     watched.until_out(&AFTER);
-    let told = watched.events();
-    assert_eq!((failures(&told), made(&told), changes(&told).count()), (0, 2, 1), "{}", log(&told));
+    let events = watched.events();
+    assert_eq!((failures(&events), made(&events), changes(&events).count()), (0, 2, 1), "{}", log(&events));
 }
 
 #[cfg(target_os = "linux")]
@@ -118,24 +118,25 @@ fn a_new_file_that_is_copied_slowly_is_built_once_and_never_fails() {
     watched.until_out(&BEFORE[..1]);
     write_slowly(&project);
     watched.until_out(&AFTER);
-    let told = watched.events();
-    assert_eq!((failures(&told), made(&told), changes(&told).count()), (0, 2, 2), "{}", log(&told));
+    let events = watched.events();
+    assert_eq!((failures(&events), made(&events), changes(&events).count()), (0, 2, 2), "{}", log(&events));
 }
 
 #[test]
-fn a_slow_copy_fails_once_where_no_close_is_heard_of() {
+fn without_close_events_a_slow_copy_fails_once() {
     let project = sentences();
     let watched = watched(&project, Way::Polling, pauses());
     write_slowly(&project);
     watched.until_out(&AFTER);
-    // The first piece fails. Then two seconds without a change are waited for, which come after the last piece; or
-    // before, if the machine stops for as long, and then four are.
+    // The first piece fails. Then the watcher waits for two seconds without a change, which come after the
+    // last piece. If the machine stops for as long before that, another piece fails, and it waits for four
+    // seconds.
     assert!(failures(&watched.events()) <= 3, "{}", log(&watched.events()));
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn another_edit_does_not_wait_for_a_slow_copy_and_half_of_that_is_not_reported() {
+fn another_edit_does_not_wait_for_a_slow_copy_whose_failure_is_not_reported() {
     let project = sentences();
     let watched = watched(&project, Way::Listening, pauses());
     let mut file = File::create(project.path("in/sky.txt")).unwrap();
@@ -145,8 +146,8 @@ fn another_edit_does_not_wait_for_a_slow_copy_and_half_of_that_is_not_reported()
     write!(file, "ey.").unwrap();
     drop(file);
     watched.until_out(&[("gold.txt", "HOT"), ("sky.txt", "GREY")]);
-    let told = watched.events();
-    assert_eq!((failures(&told), made(&told)), (0, 2), "{}", log(&told));
+    let events = watched.events();
+    assert_eq!((failures(&events), made(&events)), (0, 2), "{}", log(&events));
 }
 
 #[cfg(target_os = "linux")]
@@ -165,13 +166,13 @@ fn a_file_that_stays_open_is_built_when_it_is_quiet() {
 }
 
 #[test]
-fn opening_a_file_without_writing_is_not_noticed() {
+fn opening_a_file_without_writing_is_not_a_change() {
     let project = sentences();
     let watched = watched(&project, Way::Listening, pauses());
     drop(OpenOptions::new().append(true).open(project.path("in/sky.txt")).unwrap());
     drop(OpenOptions::new().read(true).write(true).open(project.path("in/sky.txt")).unwrap());
     assert_eq!(project.read("in/sky.txt"), "blue.");
-    // What comes of one folder comes in order.
+    // The events of a folder arrive in order.
     project.write("in/gold.txt", "hot.");
     watched.until_out(&[("gold.txt", "HOT"), BEFORE[1]]);
     assert_eq!(watched.noticed(), [("in/gold.txt".into(), Changed::Changed)]);
@@ -179,13 +180,13 @@ fn opening_a_file_without_writing_is_not_noticed() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_file_that_is_right_after_a_failure_is_a_file_like_any_other() {
+fn a_file_that_succeeds_after_a_failure_is_stable() {
     let project = sentences();
     let failed = [FOR_EVER, FOR_EVER];
     let watched = watched(&project, Way::Listening, WritePauses { failed, ..pauses() });
     project.write("in/sky.txt", "half");
     watched.until("the failure", |events| failures(events) == 1);
-    // Whole at once, so that it is not waited for.
+    // Complete at once, so that the watcher does not wait for it.
     save(&project, "in/sky.txt", "pink.");
     watched.until_out(&[BEFORE[0], ("sky.txt", "PINK")]);
     project.write("in/sky.txt", "grey.");
@@ -194,7 +195,7 @@ fn a_file_that_is_right_after_a_failure_is_a_file_like_any_other() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_close_that_was_lost_is_not_waited_for() {
+fn the_watcher_does_not_wait_for_a_close_event_that_was_lost() {
     let project = sentences();
     let options = Way::Listening.options();
     let collector =
@@ -223,11 +224,11 @@ each_way! {
         assert!(failures(&watched.events()) <= 3, "{}", log(&watched.events()));
     }
 
-    fn a_good_file_that_is_saved_again_and_again_is_built_meanwhile(way: Way) {
+    fn a_stable_file_that_is_replaced_again_and_again_is_built_meanwhile(way: Way) {
         let project = sentences();
         let failed = [FOR_EVER, FOR_EVER];
         let watched = watched(&project, way, WritePauses { failed, ..pauses() });
-        // It ends when results come, whenever that is: a watcher that waited for a pause would wait for ever.
+        // It ends after some results: a watcher that waited for a pause would wait for ever.
         let (mut seen, deadline) = (std::collections::BTreeSet::new(), Instant::now() + DEADLINE);
         for number in 0.. {
             save(&project, "in/gold.txt", &format!("{number}."));
@@ -240,7 +241,7 @@ each_way! {
         }
     }
 
-    fn a_good_file_that_is_saved_in_place_is_built_meanwhile(way: Way) {
+    fn a_stable_file_that_is_saved_in_place_is_built_meanwhile(way: Way) {
         let project = capitals();
         let failed = [FOR_EVER, FOR_EVER];
         let watched = watched(&project, way, WritePauses { failed, ..pauses() });
@@ -261,10 +262,10 @@ each_way! {
         let watched = watched(&project, way, pauses());
         save(&project, "in/sky.txt", &format!("wait {}", project.path("go").display()));
         watched.until("it is read", |events| {
-            let begun = |event: &&Event| matches!(event, Event::Started { item, .. } if item.to_string() == "text [sky]");
-            events.iter().filter(begun).count() == 2
+            let starts = |event: &&Event| matches!(event, Event::Started { item, .. } if item.to_string() == "text [sky]");
+            events.iter().filter(starts).count() == 2
         });
-        // Long enough that it is read; whether it was, nothing fails.
+        // Usually it is read within this time; if it is not, nothing fails either.
         std::thread::sleep(QUIET);
         save(&project, "in/sky.txt", "grey.");
         project.write("go", "");
