@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::{
-    Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemKey, ItemName, Kinds, Port, Product,
-    RecipeReader, nearest, regular,
+    Configured, Diagnostic, Diagnostics, Document, ErasedKind, ItemName, Kinds, Port, Product, RecipeReader,
+    nearest, regular,
 };
 
 mod cycles;

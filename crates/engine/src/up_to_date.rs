@@ -480,7 +480,7 @@ fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
         });
         for (name, from) in &stage.inputs {
             let port = stage.ports.iter().find(|port| port.name == *name);
-            if let (Some(port), Some((made, decoder))) = (port, &mut facts[*from].artifact) {
+            if let (Some(port), Some((made, decoder))) = (port, &mut info[*from].artifact) {
                 *decoder = decoder.or(port.decoder(made));
             }
         }

@@ -228,7 +228,7 @@ impl<'a> PreviewController<'a> {
     fn read_plan(&mut self) {
         let Ok(plan) = Plan::load(self.opening.manifest, self.opening.kinds) else { return };
         let showcase = PreviewCatalog::among(plan, self.opening.stages);
-        let catalogue = showcase.catalogue();
+        let catalogue = showcase.catalog();
         if self.told.catalogue != catalogue {
             // For what is no longer there the window wants something else.
             self.wanted.take_if(|wanted| subject::check(&showcase, &subject::wish(wanted)).is_err());
@@ -249,7 +249,7 @@ impl<'a> PreviewController<'a> {
             return Err(subject::nothing(self.opening.manifest, self.opening.stages).lines());
         }
         if let CommandOutput::Still(settings) = &self.audience {
-            self.wanted = Some(settings.subject(&showcase.catalogue()));
+            self.wanted = Some(settings.subject(&showcase.catalog()));
         }
         let (Some(subject), Some(shelf)) = (self.wanted.clone(), &self.shelf) else { return Ok(()) };
         let shelf = shelf.as_ref().map_err(|error| error.chain().to_vec())?;

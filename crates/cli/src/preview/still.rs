@@ -50,7 +50,7 @@ pub(crate) fn run(
     showcase: PreviewCatalog,
     view: &InitialView,
 ) -> Exit {
-    let subject = view.subject(&showcase.catalogue());
+    let subject = view.subject(&showcase.catalog());
     let found = subject::exhibit(&showcase, &subject.environment, &subject.material);
     let exhibit = match found {
         Ok(exhibit) => exhibit,

@@ -99,7 +99,7 @@ fn every_pair_that_is_reflected_is_shown_under_the_names_of_its_files() {
     let stages = catalog.stages(catalog.entry("east", "gold").unwrap().unwrap(), "sphere");
     let stages = stages.into_iter().collect::<Vec<_>>();
     assert_eq!(stages, ["coefficients", "environment", "lighting", "material", "reflection"]);
-    assert_eq!(catalog.catalogue().pairs, [(0, 0), (0, 1), (1, 0), (1, 1)].into());
+    assert_eq!(catalog.catalog().pairs, [(0, 0), (0, 1), (1, 0), (1, 1)].into());
     assert!(catalog.check_environment("north").is_ok() && catalog.check_material("north").is_err());
     let unknown = catalog.entry("nort", "gold").unwrap_err();
     assert_eq!((unknown.what, &unknown.known[..]), ("environment", &["east".to_owned(), "north".into()][..]));
