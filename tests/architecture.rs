@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -168,4 +168,169 @@ fn the_kernels_share_one_list_of_forbidden_calls() {
     for kernel in KERNELS {
         assert_eq!(list(kernel).unwrap(), first, "clippy.toml of {kernel}");
     }
+}
+
+/// The paths that a file uses, one by one, and whether each is a re-export.
+fn uses(text: &str) -> Vec<(bool, String)> {
+    fn expand(prefix: &str, tree: &str, found: &mut Vec<String>) {
+        let Some((path, list)) = tree.split_once('{') else {
+            let path = tree.split(" as ").next().unwrap().trim();
+            let path =
+                if path == "self" { prefix.trim_end_matches("::").into() } else { format!("{prefix}{path}") };
+            return found.push(path);
+        };
+        let (prefix, list) = (format!("{prefix}{}", path.trim()), list.trim_end().strip_suffix('}').unwrap());
+        let (mut depth, mut start) = (0, 0);
+        for (at, letter) in list.char_indices().chain([(list.len(), ',')]) {
+            match letter {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                ',' if depth == 0 => {
+                    let tree = list[start..at].trim();
+                    if !tree.is_empty() {
+                        expand(&prefix, tree, found);
+                    }
+                    start = at + 1;
+                }
+                _ => {}
+            }
+        }
+    }
+    let mut found = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let words = line.trim_start();
+        let tree = ["use ", "pub use ", "pub(crate) use ", "pub(super) use "]
+            .iter()
+            .find_map(|start| words.strip_prefix(start));
+        let Some(tree) = tree else { continue };
+        let mut tree = tree.to_owned();
+        while !tree.ends_with(';') {
+            tree += lines.next().unwrap().trim();
+        }
+        let mut paths = Vec::new();
+        expand("", tree.trim_end_matches(';'), &mut paths);
+        found.extend(paths.into_iter().map(|path| (words.starts_with("pub"), path)));
+    }
+    found
+}
+
+type Module = Vec<String>;
+
+/// The modules of a crate that have a file, tests left out, with the paths that each uses.
+fn modules(source: &Path) -> BTreeMap<Module, Vec<(bool, String)>> {
+    let mut modules = BTreeMap::new();
+    for file in rust_files(source) {
+        let path = file.strip_prefix(source).unwrap().with_extension("");
+        let mut module: Module = path.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+        if module.iter().any(|part| ["tests", "testkit", "bin", "main"].contains(&part.as_str())) {
+            continue;
+        }
+        module.retain(|part| part != "lib");
+        modules.insert(module, uses(&shipped(&fs::read_to_string(&file).unwrap())));
+    }
+    modules
+}
+
+/// The files of a crate that use each other in a circle, and those between two circles. An item that a module re-exports belongs
+/// to the file that it comes from.
+fn circle(source: &Path) -> Vec<String> {
+    let modules = modules(source);
+    let absolute = |module: &Module, path: &str| -> Option<Module> {
+        let mut parts = path.split("::").map(str::to_owned).peekable();
+        let mut base = match parts.peek()?.as_str() {
+            "crate" => Module::new(),
+            "self" | "super" => module.clone(),
+            first if modules.contains_key(&[&module[..], &[first.to_owned()]].concat()) => {
+                return Some([&module[..], &parts.collect::<Vec<_>>()].concat());
+            }
+            _ => return None,
+        };
+        while let Some(part) = parts.next_if(|part| ["crate", "self", "super"].contains(&part.as_str())) {
+            if part == "super" {
+                base.pop();
+            }
+        }
+        base.extend(parts);
+        Some(base)
+    };
+    let mut exports = BTreeMap::new();
+    for (module, used) in &modules {
+        for path in
+            used.iter().filter(|(is_public, _)| *is_public).filter_map(|(_, path)| absolute(module, path))
+        {
+            exports.insert([&module[..], &[path.last().cloned().unwrap_or_default()]].concat(), path);
+        }
+    }
+    let home = |mut path: Module| loop {
+        let length = (0..=path.len()).rev().find(|length| modules.contains_key(&path[..*length])).unwrap();
+        match path.get(..=length).and_then(|item| exports.get(item)) {
+            Some(original) if *original != path => path = [&original[..], &path[length + 1..]].concat(),
+            _ => return path[..length].to_vec(),
+        }
+    };
+    let mut edges = BTreeSet::new();
+    for (module, used) in &modules {
+        for (_, path) in used.iter().filter(|(is_public, path)| !is_public && !path.ends_with('*')) {
+            if let Some(path) = absolute(module, path).map(home).filter(|path| path != module) {
+                edges.insert((module.clone(), path));
+            }
+        }
+    }
+    // What uses nothing that is left, or is used by nothing that is left, is in no circle.
+    loop {
+        let (from, to): (BTreeSet<_>, BTreeSet<_>) = edges.iter().cloned().unzip();
+        let before = edges.len();
+        edges.retain(|(user, used)| to.contains(user) && from.contains(used));
+        if edges.len() == before {
+            return edges
+                .iter()
+                .map(|(user, used)| format!("{} uses {}", user.join("::"), used.join("::")))
+                .collect();
+        }
+    }
+}
+
+#[test]
+fn no_files_of_a_crate_use_each_other_in_a_circle() {
+    let mut circles = Vec::new();
+    for name in crates("crates") {
+        let found = circle(&root().join("crates").join(&name).join("src"));
+        circles.extend(found.into_iter().map(|edge| format!("{name}: {edge}")));
+    }
+    assert!(circles.is_empty(), "{}", circles.join("\n"));
+}
+
+#[test]
+fn a_circle_is_found_through_lists_and_re_exports() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("lib.rs", "mod a;\nmod b;\nmod c;\npub use b::Item;\n");
+    write("a.rs", "use std::fmt;\nuse crate::{Item, c};\n");
+    write("b.rs", "use super::a::Other as _;\n#[cfg(test)]\nmod tests {\n    use crate::c;\n}\n");
+    write("c.rs", "// use crate::a;\n");
+    assert_eq!(circle(folder.path()), ["a uses b", "b uses a"]);
+    write("b.rs", "#[cfg(test)]\nuse super::a;\n");
+    assert!(circle(folder.path()).is_empty());
+}
+
+#[test]
+fn documentation_is_as_wide_as_code() {
+    let mut wide = Vec::new();
+    for folder in ["crates", "examples", "tests"] {
+        for file in rust_files(&root().join(folder)) {
+            let text = fs::read_to_string(&file).unwrap();
+            let is_wide = |line: &&str| line.trim_start().starts_with("//") && line.chars().count() > 110;
+            // A row of a table cannot be broken, nor can an address.
+            let can_break =
+                |line: &&str| !line.contains("//! |") && !line.contains("/// |") && !line.contains("http");
+            wide.extend(
+                text.lines()
+                    .filter(is_wide)
+                    .filter(can_break)
+                    .map(|line| format!("{}: {line}", file.display())),
+            );
+        }
+    }
+    assert!(wide.is_empty(), "{} lines are wider than 110 columns:\n{}", wide.len(), wide.join("\n"));
 }
