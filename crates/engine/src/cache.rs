@@ -9,10 +9,9 @@
 //! A collection first writes the journal without the lines of the removed results, and then removes their
 //! blobs: if it is killed in between, it leaves garbage, but no line without its blob.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::journal::{Journal, Retention, Tag};
@@ -23,7 +22,7 @@ use crate::retention::Manifests;
 use crate::state::{FOLDER, State};
 pub use crate::store::Amount;
 use crate::store::Blob;
-use crate::{BuildSession, Cancel, Digest, Error, ErrorKind, ItemName, LockPurpose, LockTimeout};
+use crate::{BuildSession, Cancel, Digest, Error, ErrorKind, ItemName, LockPurpose, LockTimeout, parallel};
 
 /// The contents of the state folder of some manifests.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -151,34 +150,35 @@ pub fn collect(folder: &Path, options: &CollectOptions, waiting: &dyn Fn(String)
 pub fn verify(folder: &Path, timeout: LockTimeout, waiting: &dyn Fn(String)) -> Result<Verified, Error> {
     let state = read(folder)?;
     let inventory = Inventory::of(&state, folder);
-    let checked = inventory.blobs.par_iter().map(|(digest, bytes)| {
-        let place = state.store.path(*digest);
+    let blobs = inventory.blobs.iter().collect::<Vec<_>>();
+    let checked = parallel::map(blobs.len(), &|index| {
+        let place = state.store.path(*blobs[index].0);
         match hash(&place) {
-            Ok(found) => Ok((*digest, *bytes, Some(found == *digest))),
+            Ok(found) => Ok(Some(found == *blobs[index].0)),
             // A collection removed it meanwhile.
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok((*digest, *bytes, None)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(Error::io(&error, "read", &place)),
         }
     });
-    let checked = checked.collect::<Result<Vec<_>, _>>()?;
     let mut verified = Verified::default();
-    let mut lost = BTreeMap::new();
-    for (digest, bytes, found) in checked {
-        match found {
-            Some(true) => verified.intact.add(bytes),
-            Some(false) => _ = lost.insert(digest, true),
+    let mut lost = Vec::new();
+    for ((digest, bytes), found) in blobs.into_iter().zip(checked) {
+        match found? {
+            Some(true) => verified.intact.add(*bytes),
+            Some(false) => lost.push((*digest, true)),
             None => {}
         }
     }
     if !lost.is_empty() {
         let state = State::open(lock(folder, LockPurpose::Verify, timeout, waiting)?, None)?;
-        for digest in lost.keys() {
+        for (digest, _) in &lost {
             // It is read once more: a build may have made it again meanwhile.
             state.store.get(*digest)?;
         }
     }
     let missing = inventory.in_effect.iter().filter(|digest| !inventory.blobs.contains_key(digest));
     lost.extend(missing.map(|digest| (*digest, false)));
+    lost.sort_unstable();
     verified.lost = lost.into_iter().map(|(digest, damaged)| inventory.lost(digest, damaged)).collect();
     Ok(verified)
 }
@@ -323,7 +323,7 @@ impl Inventory {
     }
 
     fn shares(&self) -> Vec<StageShare> {
-        let mut stages = BTreeMap::<(&str, &str), BTreeSet<Digest>>::new();
+        let mut stages = BTreeMap::<(&str, &str), HashSet<Digest>>::new();
         for made in self.items.iter().chain(self.results.iter().map(|(_, made)| made)) {
             let place = (made.manifest.as_str(), made.item.stage.as_str());
             stages.entry(place).or_default().extend(digests(std::slice::from_ref(made)));
@@ -346,17 +346,16 @@ impl Inventory {
 
     fn lost(&self, digest: Digest, damaged: bool) -> LostBlob {
         let holds = |made: &RecordOutputs| made.outputs.iter().any(|blob| blob.digest == digest);
+        let sorted = |mut items: Vec<ItemName>| {
+            items.sort_unstable();
+            items.dedup();
+            items
+        };
         let items = self.items.iter().filter(|made| holds(made)).map(|made| made.item.clone());
-        let items = items.collect::<BTreeSet<_>>();
+        let items = sorted(items.collect());
         let results = self.results.iter().map(|(_, made)| made).filter(|made| holds(made));
         let earlier = results.map(|made| made.item.clone()).filter(|item| !items.contains(item));
-        let earlier = earlier.collect::<BTreeSet<_>>();
-        LostBlob {
-            digest,
-            damaged,
-            items: items.into_iter().collect(),
-            earlier: earlier.into_iter().collect(),
-        }
+        LostBlob { digest, damaged, earlier: sorted(earlier.collect()), items }
     }
 }
 
@@ -416,6 +415,6 @@ impl Collection {
     }
 }
 
-fn distinct(made: &RecordOutputs) -> BTreeSet<Digest> {
+fn distinct(made: &RecordOutputs) -> HashSet<Digest> {
     digests(std::slice::from_ref(made)).collect()
 }

@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parking_lot::{Mutex, MutexGuard};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::files::digest_now;
@@ -18,7 +17,7 @@ use crate::journal::{Journal, Line, Tag, subject};
 use crate::platform::Stamp;
 use crate::reader::Reader;
 use crate::regular::hash_until;
-use crate::{Cancel, Digest, Read};
+use crate::{Cancel, Digest, Read, parallel};
 
 /// The files on disk as one build sees them.
 pub(crate) struct Disk {
@@ -80,13 +79,18 @@ impl Disk {
 
     /// Computes the digests of many files and folders in parallel, before [`Disk::digest`] is asked for them.
     pub(crate) fn hash_all(&self, places: Vec<(PathBuf, bool)>, journal: &Journal) {
-        let hashed = places.into_par_iter().map(|place| {
-            let (digest, line) = self.digest_and_line(&place.0, place.1, journal);
-            ((place, digest), line)
+        let hashed = parallel::map(places.len(), &|index| {
+            let (path, listing) = &places[index];
+            self.digest_and_line(path, *listing, journal)
         });
-        let (digests, lines): (Vec<_>, Vec<_>) = hashed.unzip();
-        self.digests.lock().extend(digests);
-        let _ = journal.append(&lines.into_iter().flatten().collect::<Vec<_>>());
+        let mut lines = Vec::new();
+        let mut digests = self.digests.lock();
+        for (place, (digest, line)) in places.into_iter().zip(hashed) {
+            digests.insert(place, digest);
+            lines.extend(line);
+        }
+        drop(digests);
+        let _ = journal.append(&lines);
     }
 
     /// The files on disk as a running item of this build sees them.

@@ -22,7 +22,6 @@ use std::path::{Path, PathBuf};
 
 use line::{CHECK, HEAD, check, write_line};
 use parking_lot::Mutex;
-use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use tables::{Tables, Update};
 use text::Text;
@@ -35,7 +34,7 @@ pub(crate) use tables::{LatestRecord, PublishedStamp};
 
 use crate::platform::Stamp;
 use crate::regular::replace_through;
-use crate::{Digest, Error, ErrorKind};
+use crate::{Digest, Error, ErrorKind, parallel};
 
 mod index;
 mod line;
@@ -436,8 +435,11 @@ fn parse_piece(start: u64, text: &[u8]) -> Vec<Update> {
         pieces.push(begin..begin + end);
         begin += end;
     }
-    let updates = pieces.into_par_iter().map(|piece| lines(start + piece.start as u64, &text[piece]));
-    updates.collect::<Vec<_>>().into_iter().flatten().collect()
+    let parse = |index: usize| {
+        let piece = pieces[index].clone();
+        lines(start + piece.start as u64, &text[piece])
+    };
+    parallel::map(pieces.len(), &parse).into_iter().flatten().collect()
 }
 
 /// The updates of the lines whose check is right.

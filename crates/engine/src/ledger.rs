@@ -7,14 +7,13 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::journal::{Journal, Line, PublishedStamp, Subject, Tag, subject};
 use crate::plan::template;
 use crate::platform::Stamp;
 use crate::record::path_name;
-use crate::{Digest, ItemName, Plan};
+use crate::{Digest, ItemName, Plan, parallel};
 
 /// A line of the ledger.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -171,9 +170,11 @@ impl<'a> Ledger<'a> {
 
     fn wanted(&self) -> &[Subject] {
         self.wanted.get_or_init(|| {
-            let files = self.plan.items.par_iter().flat_map_iter(|item| &item.files);
-            let mut wanted = files.map(|file| self.subject(file)).collect::<Vec<_>>();
-            wanted.par_sort_unstable();
+            let items = &self.plan.items;
+            let subjects =
+                |item: usize| items[item].files.iter().map(|file| self.subject(file)).collect::<Vec<_>>();
+            let mut wanted = parallel::map(items.len(), &subjects).concat();
+            wanted.sort_unstable();
             wanted
         })
     }

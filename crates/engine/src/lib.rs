@@ -26,6 +26,7 @@ mod kind;
 mod ledger;
 mod lock;
 mod memory;
+mod parallel;
 mod parameters;
 mod plan;
 mod platform;

@@ -12,7 +12,7 @@
 //! rename: any later change of the file changes its stamp. If the file system keeps time too coarsely for
 //! that, the content is read again until the stamp is old enough.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -69,9 +69,9 @@ pub(crate) struct Publisher<'a> {
     /// Files of the ledger that no item exports any more, by their former item.
     stale: BTreeMap<ItemName, Vec<String>>,
     /// The files that this build has removed.
-    removed: Mutex<BTreeSet<String>>,
+    removed: Mutex<HashSet<String>>,
     /// The folders of those files.
-    emptied_folders: Mutex<BTreeSet<PathBuf>>,
+    emptied_folders: Mutex<HashSet<PathBuf>>,
     announced: AtomicBool,
     next: AtomicU64,
 }
@@ -229,7 +229,8 @@ impl<'a> Publisher<'a> {
                 (Some(content), None) if self.is_export(item, files, file) => {
                     replaces = Some(content);
                     remark = Some(PublishEvent::Note(format!(
-                        "{} was replaced: there is no record of it, but its recipe says that an earlier build published it",
+                        "{} was replaced: there is no record of it, but its recipe says that an earlier build \
+                         published it",
                         place.display()
                     )));
                 }

@@ -37,7 +37,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     replace_through(&temporary, path, &mut |mut file| file.write_all(bytes))
 }
 
-/// Writes a file under a temporary name and renames it to its place, whose folder is created if it does not exist.
+/// Writes a file under a temporary name and renames it to its place, whose folder is created if necessary.
 ///
 /// # Errors
 /// If it cannot be written; nothing is left of it then.

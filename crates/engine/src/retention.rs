@@ -3,35 +3,22 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use serde::Deserialize;
-
 use crate::disk::stamp_subject;
-use crate::journal::{Journal, Retention, Tag, short};
-use crate::{Digest, FileRead};
-
-/// The fields of a record that refer to other lines.
-#[derive(Deserialize)]
-struct Needs {
-    key: Digest,
-    manifest: String,
-    reads: Vec<FileRead>,
-    #[serde(default)]
-    gone: bool,
-}
+use crate::journal::{Journal, Retention, short};
 
 impl Retention {
     /// What a compaction of the journal of the manifests in a folder keeps.
     pub(crate) fn of(journal: &Journal, folder: &Path) -> Self {
         let mut manifests = Manifests::new(folder);
         let (mut results, mut stamps, mut gone) = (HashSet::new(), HashSet::new(), HashSet::new());
-        for (subject, needs) in journal.contents::<Needs>(Tag::Item) {
-            if needs.gone || !manifests.has(&needs.manifest) {
+        for (subject, latest) in journal.latest_records() {
+            if latest.is_gone() || !manifests.has(latest.manifest()) {
                 gone.insert(subject);
                 continue;
             }
-            results.insert(short(needs.key));
-            let files = needs.reads.iter().filter(|read| !read.listing);
-            stamps.extend(files.map(|read| stamp_subject(&folder.join(&read.path))));
+            results.insert(short(latest.key()));
+            let files = latest.reads().filter(|(_, listing, _)| !listing);
+            stamps.extend(files.map(|(path, ..)| stamp_subject(&folder.join(path))));
         }
         Self::new(results, stamps, gone)
     }
@@ -65,7 +52,8 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::journal::{Line, OTHERS, Subject, subject};
+    use crate::Digest;
+    use crate::journal::{Line, OTHERS, Subject, Tag, subject};
 
     fn digest(n: usize) -> Digest {
         Digest::of(&n.to_le_bytes())

@@ -397,9 +397,8 @@ pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
 }
 
 fn bug(kind: &str, what: &str) -> Failure {
-    Failure::new(format!("a bug in kind {kind}: {what}"))
-        .help(
-            "report it to the kind's author with the output of RUST_BACKTRACE=1; its other items and the last good \
-             outputs are not affected",
-        )
+    Failure::new(format!("a bug in kind {kind}: {what}")).help(
+        "report it to the kind's author with the output of RUST_BACKTRACE=1; its other items and the last \
+             good outputs are not affected",
+    )
 }

@@ -9,13 +9,13 @@
 //! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
 //! be the one that has to do the work.
 
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
 use rayon::{Scope, ThreadPool};
 
 use crate::journal::{Line, Tag, short};
@@ -25,7 +25,9 @@ use crate::run::{Outcome, RunContext, RunRequest, message_of};
 use crate::running::Dependencies;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, UpToDateCheck};
-use crate::{Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work};
+use crate::{
+    Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work, parallel,
+};
 
 mod outcomes;
 mod tasks;
@@ -103,7 +105,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     selected: Vec<ItemIndex>,
     /// Whether nothing has to be done for an item.
     was_complete: Vec<bool>,
-    to_check: BTreeSet<ItemIndex>,
+    to_check: BinaryHeap<Reverse<ItemIndex>>,
     tasks: Tasks,
     busy: usize,
     pub(crate) summary: Summary,
@@ -124,12 +126,11 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let check = context.check;
         let plan = check.plan;
         // For most items of most builds this is the only check, so all are checked in parallel.
-        let is_complete = (0..plan.items.len()).into_par_iter().map(|item| {
+        let is_complete = parallel::map(plan.items.len(), &|item| {
             check.is_complete(item)
                 || check.is_current(item)
                     && context.is_published(item, check.latest(item).map_or(&[], |latest| latest.outputs()))
         });
-        let is_complete = is_complete.collect::<Vec<_>>();
         let mut consumers = vec![Vec::new(); plan.items.len()];
         let mut items = Vec::with_capacity(plan.items.len());
         let mut chosen = Vec::new();
@@ -162,7 +163,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             progress.users = consumers.len();
         }
         let is_first = |item: &ItemIndex| !is_complete[*item] && items[*item].waiting == 0;
-        let to_check = chosen.iter().copied().filter(is_first).collect();
+        let to_check = chosen.iter().copied().filter(is_first).map(Reverse).collect();
         Self {
             context,
             check,
@@ -260,7 +261,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn next_to_check(&mut self) -> Option<ItemIndex> {
-        if self.is_stopping() { None } else { self.to_check.pop_first() }
+        if self.is_stopping() { None } else { self.to_check.pop().map(|Reverse(item)| item) }
     }
 
     fn check_item(&mut self, item: ItemIndex) {

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::journal::Tag;
 use crate::record::Record;
 use crate::run::failure_of;
 use crate::state::State;
 use crate::store::{Blob, BlobFile, Store};
 use crate::up_to_date::item_subject;
-use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product};
+use crate::{Digest, Error, Failure, Handle, ItemIndex, Plan, Product, parallel};
 
 /// The latest results of a plan's items, as they were recorded when the snapshot was opened.
 ///
@@ -39,7 +37,8 @@ impl ResultsSnapshot {
     pub fn open(plan: &Plan) -> Result<Self, Error> {
         let State { journal, store, .. } = State::read(&plan.state)?;
         let manifest = plan.manifest_name();
-        let items = plan.items.par_iter().map(|item| {
+        let result_of = |index: usize| {
+            let item = &plan.items[index];
             let stage = &plan.stages[item.stage];
             let subject = item_subject(&manifest, &stage.name, &item.key);
             // Another kind may have made another artifact.
@@ -54,8 +53,8 @@ impl ResultsSnapshot {
                 _ => return None,
             };
             fits.then_some(ItemResult { record, handle })
-        });
-        Ok(Self { items: items.collect() })
+        };
+        Ok(Self { items: parallel::map(plan.items.len(), &result_of) })
     }
 
     /// The artifact of an item: the same handle each time, which reads, checks and decodes it on first use.

@@ -3,13 +3,13 @@
 //! ```text
 //! .specula/
 //!   .gitignore   "*": the folder ignores itself
-//!   lock         locked by the build at work; the system frees it when the process ends, however it ends
+//!   lock         locked by the running build; the system frees it when the process ends, however it ends
 //!   holder       who holds the lock, for people
-//!   journal      what is remembered
-//!   index        what of that every build asks, so that the journal need not be read
+//!   journal      all records
+//!   index        the tables of the journal, so that builds do not need to read it
 //!   blobs/ab/... results by digest
-//!   tmp/         blobs that are being written and items' scratch folders; what is here when a build begins is left
-//!                over from a killed one
+//!   tmp/         blobs that are being written and items' scratch folders; at the start of a build it contains
+//!                only what a killed build left
 //! ```
 
 use std::path::{Path, PathBuf};

@@ -12,11 +12,10 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::regular::{read_file, replace_through};
-use crate::{Digest, Error, platform};
+use crate::{Digest, Error, parallel, platform};
 
 /// A stored output: its digest and size.
 #[repr(C)]
@@ -137,27 +136,30 @@ impl Store {
 
     /// Every blob, with its size. One that is removed meanwhile may be missing.
     pub(crate) fn blobs(&self) -> HashMap<Digest, u64> {
-        self.listed(|entry, digest| Some((digest, entry.metadata().ok()?.len()))).into_iter().collect()
+        self.listed(true).collect()
     }
 
     /// Answers which blobs exist, for so many questions. For many the folders are listed, and only names
     /// count: asking the system for each file would take most of the time of a build that has nothing to do.
     /// A truncated blob is detected when it is read.
     pub(crate) fn presence(&self, asked: usize) -> Presence<'_> {
-        let listed = || self.listed(|_, digest| Some(digest)).into_iter().collect();
+        let listed = || self.listed(false).map(|(digest, _)| digest).collect();
         Presence { store: self, listed: (asked >= LIST_FROM).then(listed) }
     }
 
-    fn listed<T: Send>(&self, of: impl Fn(&fs::DirEntry, Digest) -> Option<T> + Sync) -> Vec<T> {
+    /// Every blob in the folders, and with `sizes` its size.
+    fn listed(&self, sizes: bool) -> impl Iterator<Item = (Digest, u64)> {
         let folders = entries(&self.folder.join("blobs")).map(|entry| entry.path()).collect::<Vec<_>>();
-        let found = folders.par_iter().flat_map_iter(|folder| {
-            let first = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            entries(folder).filter_map(|entry| {
+        let blobs_of = |index: usize| {
+            let first = folders[index].file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            let blobs = entries(&folders[index]).filter_map(|entry| {
                 let digest = blake3::Hash::from_hex(first.to_owned() + entry.file_name().to_str()?).ok()?;
-                of(&entry, Digest(*digest.as_bytes()))
-            })
-        });
-        found.collect()
+                let bytes = if sizes { entry.metadata().ok()?.len() } else { 0 };
+                Some((Digest(*digest.as_bytes()), bytes))
+            });
+            blobs.collect::<Vec<_>>()
+        };
+        parallel::map(folders.len(), &blobs_of).into_iter().flatten()
     }
 
     /// The files that are being written, or were left by a killed build.

@@ -7,7 +7,6 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::disk::Disk;
@@ -18,7 +17,9 @@ use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::running::{ChangedPaths, Dependencies};
 use crate::state::State;
 use crate::store::{Blob, Presence};
-use crate::{Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason};
+use crate::{
+    Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel,
+};
 
 /// What is computed once for a stage.
 pub(crate) struct StageInfo {
@@ -95,8 +96,8 @@ impl<'a> UpToDateCheck<'a> {
         let mut check =
             Self { plan, state, disk, stages, folder, manifest, selected, latest, current, known };
         if check.known.is_none() {
-            let items = (0..plan.items.len()).into_par_iter();
-            check.latest = items.map(|item| state.journal.latest(check.subject(item))).collect();
+            let latest = |item: usize| state.journal.latest(check.subject(item));
+            check.latest = parallel::map(plan.items.len(), &latest);
         }
         check
     }
@@ -147,7 +148,7 @@ impl<'a> UpToDateCheck<'a> {
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
             let first = current.len();
             let is_current = |index: usize| !stop() && self.is_current_after(first + index, &current, &store);
-            let found = (0..stage.len()).into_par_iter().map(is_current).collect::<Vec<_>>();
+            let found = parallel::map(stage.len(), &is_current);
             current.extend(found);
         }
         self.current = current;
@@ -202,8 +203,8 @@ impl<'a> UpToDateCheck<'a> {
         if ours.count() == self.latest.iter().flatten().filter(|latest| is_ours(latest)).count() {
             return Ok(());
         }
-        let here = (0..self.plan.items.len()).into_par_iter().map(|item| self.subject(item));
-        let here = here.collect::<HashSet<_>>();
+        let here = parallel::map(self.plan.items.len(), &|item| self.subject(item));
+        let here = here.into_iter().collect::<HashSet<_>>();
         let ours =
             journal.latest_records().filter(|(subject, latest)| is_ours(latest) && !here.contains(subject));
         let gone = ours.filter_map(|(subject, _)| {

@@ -180,8 +180,8 @@ fn unknown(file: &Path) -> Error {
         file.display()
     );
     Error::new(ErrorKind::UnknownTarget, message).with_help(
-        "name an exported file and, with --manifest, the manifest that it comes from; `specula inspect` describes any \
-         file",
+        "name an exported file and, with --manifest, the manifest that it comes from; `specula inspect` describes \
+         any file",
     )
 }
 

@@ -83,17 +83,7 @@ pub(super) struct ReadEntry {
     flags: u32,
 }
 
-/// The stamp of a file, and the digest that it had then.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct StampEntry {
-    line: Location,
-    stamp: Stamp,
-    digest: [u8; 32],
-    flags: u64,
-}
-
-/// A published file.
+/// The stamp and digest of a file: recorded when it was hashed, or when it was published.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct FileEntry {
@@ -119,7 +109,7 @@ pub(super) trait Entry: Pod {
 macro_rules! entries {
     ($($entry:ident),*) => { $(impl Entry for $entry { fn line(&self) -> &Location { &self.line } })* };
 }
-entries!(ItemEntry, StampEntry, FileEntry);
+entries!(ItemEntry, FileEntry);
 
 impl Entry for Location {
     fn line(&self) -> &Location {
@@ -131,7 +121,7 @@ impl Entry for Location {
 pub(super) enum Update {
     Item(Location, Option<ItemFields>),
     Result(Location),
-    Stamp(Location, Option<StampFields>),
+    Stamp(Location, Option<FileFields>),
     Published(Location, Option<FileFields>),
     Publishing(Location),
     /// Revokes what earlier lines say.
@@ -167,12 +157,6 @@ pub(super) struct ItemFields {
 }
 
 #[derive(Deserialize)]
-pub(super) struct StampFields {
-    stamp: Stamp,
-    digest: Digest,
-}
-
-#[derive(Deserialize)]
 pub(super) struct FileFields {
     digest: Digest,
     stamp: Option<Stamp>,
@@ -184,7 +168,7 @@ pub(super) struct FileFields {
 #[derive(Default)]
 pub(super) struct Tables {
     pub(super) items: Vec<ItemEntry>,
-    pub(super) stamps: Vec<StampEntry>,
+    pub(super) stamps: Vec<FileEntry>,
     pub(super) files: Vec<FileEntry>,
     pub(super) publishing: Vec<Location>,
     /// By subject; of one subject, the oldest first.
@@ -229,7 +213,7 @@ impl Tables {
         for update in updates {
             match update {
                 Update::Item(line, fields) => items.push(self.item_entry(line, fields)),
-                Update::Stamp(line, fields) => stamps.push(stamp_entry(line, fields)),
+                Update::Stamp(line, fields) => stamps.push(file_entry(line, fields)),
                 Update::Published(line, fields) => files.push(file_entry(line, fields)),
                 Update::Publishing(line) => publishing.push(line),
                 Update::Result(line) => results.push(line),
@@ -238,7 +222,7 @@ impl Tables {
                     let nothing = Location { length: 0, ..line };
                     match Tag::of(line.tag as u8) {
                         Some(Tag::Item) => items.push(ItemEntry { line: nothing, ..Zeroable::zeroed() }),
-                        Some(Tag::Stamp) => stamps.push(StampEntry { line: nothing, ..Zeroable::zeroed() }),
+                        Some(Tag::Stamp) => stamps.push(FileEntry { line: nothing, ..Zeroable::zeroed() }),
                         Some(Tag::Published) => {
                             files.push(FileEntry { line: nothing, ..Zeroable::zeroed() });
                         }
@@ -387,7 +371,7 @@ impl Tables {
     }
 
     pub(super) fn stamped(&self, subject: Subject) -> Option<(Stamp, Digest)> {
-        let entry = find(&self.stamps, subject).filter(|entry| entry.flags != 0)?;
+        let entry = find(&self.stamps, subject).filter(|entry| entry.flags & u64::from(THERE) != 0)?;
         Some((entry.stamp, Digest(entry.digest)))
     }
 
@@ -462,15 +446,6 @@ pub(crate) struct PublishedStamp {
     pub(crate) digest: Digest,
     /// The stamp that it had, if it is reliable.
     pub(crate) stamp: Option<Stamp>,
-}
-
-fn stamp_entry(line: Location, fields: Option<StampFields>) -> StampEntry {
-    match fields {
-        Some(fields) => {
-            StampEntry { line, stamp: fields.stamp, digest: fields.digest.0, flags: UNDERSTOOD.into() }
-        }
-        None => StampEntry { line, ..Zeroable::zeroed() },
-    }
 }
 
 fn file_entry(line: Location, fields: Option<FileFields>) -> FileEntry {

@@ -1,5 +1,6 @@
 //! Handles what workers report: what becomes of the item, and of the items that wait for it.
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 use super::{Message, Phase, Scheduler, Task, distinct};
@@ -166,7 +167,7 @@ impl Scheduler<'_, '_> {
             let consumer = self.consumers[item][index];
             self.items[consumer].waiting -= 1;
             if self.items[consumer].waiting == 0 {
-                self.to_check.insert(consumer);
+                self.to_check.push(Reverse(consumer));
             }
         }
     }
