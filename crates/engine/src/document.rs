@@ -74,12 +74,12 @@ impl Table {
     /// If the text has syntax errors or numbers that are too large: the first of each line, in order of
     /// place.
     pub fn parse(text: &str) -> Result<Self, Vec<Diagnostic>> {
-        let (parsed, errors) = DeTable::parse_recoverable(text);
-        let mut diagnostics = Vec::new();
-        let table = table_of(parsed.get_ref(), 0..0, &mut diagnostics);
-        let errors = errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
-        diagnostics.extend(syntax_diagnostics(text, errors, &table));
-        if diagnostics.is_empty() { Ok(table) } else { Err(diagnostics) }
+        let (parsed, found) = DeTable::parse_recoverable(text);
+        let mut errors = Vec::new();
+        let table = table_of(parsed.get_ref(), 0..0, &mut errors);
+        let found = found.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
+        errors.extend(syntax_errors(text, found, &table));
+        if errors.is_empty() { Ok(table) } else { Err(errors) }
     }
 }
 
@@ -105,49 +105,48 @@ impl Document {
     pub fn parse(file: impl Into<String>, bytes: &[u8]) -> Result<Self, Diagnostics> {
         let file = file.into();
         if bytes.len() > Self::MAX_BYTES {
-            let diagnostic =
-                Diagnostic::of_file(format!("the file is larger than {} bytes", Self::MAX_BYTES));
-            return Err(Diagnostics::new(file, "", vec![diagnostic.expected("expected a text file")]));
+            let error = Diagnostic::of_file(format!("the file is larger than {} bytes", Self::MAX_BYTES));
+            return Err(Diagnostics::new(file, "", vec![error.expected("expected a text file")]));
         }
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = std::str::from_utf8(bytes).map_err(|error| not_utf8(&file, bytes, error.valid_up_to()))?;
         match Table::parse(text) {
             Ok(table) => Ok(Self { file, text: text.into(), table }),
-            Err(diagnostics) => Err(Diagnostics::new(file, text, diagnostics)),
+            Err(errors) => Err(Diagnostics::new(file, text, errors)),
         }
     }
 
     /// The errors of this document.
-    pub fn diagnostics(&self, diagnostics: Vec<Diagnostic>) -> Diagnostics {
-        Diagnostics::new(&self.file, &self.text, diagnostics)
+    pub fn diagnostics(&self, errors: Vec<Diagnostic>) -> Diagnostics {
+        Diagnostics::new(&self.file, &self.text, errors)
     }
 }
 
 fn not_utf8(file: &str, bytes: &[u8], place: usize) -> Diagnostics {
     // Up to this place the lossy text has the same bytes, and there a replacement character of three bytes.
     let text = String::from_utf8_lossy(bytes);
-    let diagnostic = Diagnostic::at(place..place + 3, format!("byte 0x{:02x} is not UTF-8", bytes[place]))
+    let error = Diagnostic::at(place..place + 3, format!("byte 0x{:02x} is not UTF-8", bytes[place]))
         .expected("expected UTF-8 text")
         .help(match bytes {
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "this looks like UTF-16: save the file as UTF-8",
             _ => "save the file as UTF-8",
         });
-    Diagnostics::new(file, text, vec![diagnostic])
+    Diagnostics::new(file, text, vec![error])
 }
 
-/// The diagnostics of the parser's errors: the first of each line, with the names of duplicates.
-fn syntax_diagnostics(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Diagnostic> {
+/// The errors that the parser found: the first of each line, with the names of duplicates.
+fn syntax_errors(text: &str, mut found: Vec<(Range<usize>, &str)>, table: &Table) -> Vec<Diagnostic> {
     let lines = Lines::new(text, table);
-    for (span, _) in &mut errors {
+    for (span, _) in &mut found {
         *span = text.floor_char_boundary(span.start)..text.ceil_char_boundary(span.end.max(span.start));
     }
-    errors.sort_by_key(|(span, _)| span.start);
+    found.sort_by_key(|(span, _)| span.start);
     let mut reported = HashSet::new();
-    let mut diagnostics = Vec::new();
+    let mut errors = Vec::new();
     // The keys of a table that is defined twice are duplicates too: they are skipped until the next header.
     let mut twice = false;
     let mut place = 0;
-    for (span, message) in errors {
+    for (span, message) in found {
         let start = lines.line_start(span.start);
         twice = twice && !text[place..span.start].contains("\n[");
         place = span.start;
@@ -156,18 +155,18 @@ fn syntax_diagnostics(text: &str, mut errors: Vec<(Range<usize>, &str)>, table: 
             continue;
         }
         let header = text[start..].trim_start().starts_with('[');
-        diagnostics.push(match is_duplicate {
+        errors.push(match is_duplicate {
             true => duplicate(&lines, span, header),
             false => syntax_error(text, span, message),
         });
         twice |= is_duplicate && header;
     }
-    if diagnostics.len() > Diagnostics::SHOWN
-        && let Some(first) = diagnostics.first_mut()
+    if errors.len() > Diagnostics::SHOWN
+        && let Some(first) = errors.first_mut()
     {
         first.help.get_or_insert_with(|| "is this a TOML file?".into());
     }
-    diagnostics
+    errors
 }
 
 /// The lines of keys and headers, collected once, because there may be thousands of duplicates.
@@ -251,7 +250,7 @@ fn syntax_error(text: &str, span: Range<usize>, message: &str) -> Diagnostic {
 
 fn duplicate(lines: &Lines<'_>, span: Range<usize>, header: bool) -> Diagnostic {
     let key = &lines.text[span.clone()];
-    let (diagnostic, first) = if header {
+    let (error, first) = if header {
         let (header, first) = lines.header(span.start);
         let message = match header.strip_prefix("[stage.") {
             Some(_) => format!("two stages are named {key:?}"),
@@ -263,25 +262,25 @@ fn duplicate(lines: &Lines<'_>, span: Range<usize>, header: bool) -> Diagnostic 
         (Diagnostic::at(span, format!("the key {key:?} appears twice in its table")), first)
     };
     match first {
-        Some(line) => diagnostic.help(format!("the first is on line {}", line + 1)),
-        None => diagnostic,
+        Some(line) => error.help(format!("the first is on line {}", line + 1)),
+        None => error,
     }
 }
 
-fn table_of(parsed: &DeTable<'_>, span: Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Table {
+fn table_of(parsed: &DeTable<'_>, span: Range<usize>, errors: &mut Vec<Diagnostic>) -> Table {
     let mut entries: Vec<_> = parsed
         .iter()
         .map(|(key, value)| Entry {
             key: key.get_ref().to_string(),
             key_span: key.span(),
-            value: value_of(value.get_ref(), value.span(), diagnostics),
+            value: value_of(value.get_ref(), value.span(), errors),
         })
         .collect();
     entries.sort_by_key(|entry| entry.key_span.start);
     Table { span, entries }
 }
 
-fn value_of(parsed: &DeValue<'_>, span: Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Value {
+fn value_of(parsed: &DeValue<'_>, span: Range<usize>, errors: &mut Vec<Diagnostic>) -> Value {
     let kind = match parsed {
         DeValue::Boolean(value) => ValueKind::Boolean(*value),
         DeValue::String(text) => ValueKind::String(text.to_string()),
@@ -289,7 +288,7 @@ fn value_of(parsed: &DeValue<'_>, span: Range<usize>, diagnostics: &mut Vec<Diag
         DeValue::Integer(number) => match i64::from_str_radix(number.as_str(), number.radix()) {
             Ok(number) => ValueKind::Integer(number),
             Err(_) => {
-                diagnostics.push(too_large(&span, number.as_str(), "a 64-bit whole number"));
+                errors.push(too_large(&span, number.as_str(), "a 64-bit whole number"));
                 ValueKind::Integer(0)
             }
         },
@@ -298,14 +297,14 @@ fn value_of(parsed: &DeValue<'_>, span: Range<usize>, diagnostics: &mut Vec<Diag
                 ValueKind::Float(value)
             }
             _ => {
-                diagnostics.push(too_large(&span, number.as_str(), "a double-precision number"));
+                errors.push(too_large(&span, number.as_str(), "a double-precision number"));
                 ValueKind::Float(0.0)
             }
         },
         DeValue::Array(values) => ValueKind::Array(
-            values.iter().map(|value| value_of(value.get_ref(), value.span(), diagnostics)).collect(),
+            values.iter().map(|value| value_of(value.get_ref(), value.span(), errors)).collect(),
         ),
-        DeValue::Table(table) => ValueKind::Table(table_of(table, span.clone(), diagnostics)),
+        DeValue::Table(table) => ValueKind::Table(table_of(table, span.clone(), errors)),
     };
     Value { span, kind }
 }
@@ -324,9 +323,9 @@ mod tests {
     use crate::testkit::shown;
 
     fn check(text: &str, expected: Expect) {
-        let diagnostics = Document::parse("x.toml", text.as_bytes())
-            .map_or_else(|diagnostics| shown(&diagnostics), |_| String::new());
-        expected.assert_eq(&diagnostics);
+        let errors = Document::parse("x.toml", text.as_bytes())
+            .map_or_else(|errors| shown(&errors), |_| String::new());
+        expected.assert_eq(&errors);
     }
 
     #[test]
@@ -394,29 +393,29 @@ mod tests {
 
     #[test]
     fn bytes_that_are_not_utf_8_are_reported_with_their_place() {
-        let diagnostics = Document::parse("x.toml", b"a = 1\nb = \"caf\xe9\"\n").unwrap_err();
+        let errors = Document::parse("x.toml", b"a = 1\nb = \"caf\xe9\"\n").unwrap_err();
         expect![[r#"
             2:9 byte 0xe9 is not UTF-8 | expected UTF-8 text | save the file as UTF-8
         "#]]
-        .assert_eq(&shown(&diagnostics));
-        let diagnostics = Document::parse("x.toml", b"\xff\xfea\0=\x001\0").unwrap_err();
+        .assert_eq(&shown(&errors));
+        let errors = Document::parse("x.toml", b"\xff\xfea\0=\x001\0").unwrap_err();
         expect![[r#"
             1:1 byte 0xff is not UTF-8 | expected UTF-8 text | this looks like UTF-16: save the file as UTF-8
         "#]]
-        .assert_eq(&shown(&diagnostics));
-        let diagnostics = Document::parse("x.toml", &vec![b'#'; Document::MAX_BYTES + 1]).unwrap_err();
+        .assert_eq(&shown(&errors));
+        let errors = Document::parse("x.toml", &vec![b'#'; Document::MAX_BYTES + 1]).unwrap_err();
         expect![[r#"
             - the file is larger than 1048576 bytes | expected a text file
         "#]]
-        .assert_eq(&shown(&diagnostics));
+        .assert_eq(&shown(&errors));
         assert!(Document::parse("x.toml", &vec![b'#'; Document::MAX_BYTES]).is_ok());
     }
 
     #[test]
     fn a_binary_file_does_not_make_thousands_of_messages() {
-        let diagnostics = Document::parse("x.toml", "=\n".repeat(1000).as_bytes()).unwrap_err();
-        assert_eq!(diagnostics.errors.len(), 1000);
-        let text = diagnostics.to_string();
+        let found = Document::parse("x.toml", "=\n".repeat(1000).as_bytes()).unwrap_err();
+        assert_eq!(found.errors.len(), 1000);
+        let text = found.to_string();
         let lines = text.lines().collect::<Vec<_>>();
         assert_eq!((lines.len(), lines[50]), (51, "... and 950 more errors"));
         assert!(lines[0].ends_with("; is this a TOML file?"), "{text}");

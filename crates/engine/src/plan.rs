@@ -106,10 +106,10 @@ impl Plan {
         kinds: &Kinds,
         folders: &dyn Folders,
     ) -> Result<Self, Diagnostics> {
-        let (graph, mut diagnostics) = parse(manifest, bytes, kinds)?;
-        let assets = items::assets(&graph, folders, &mut diagnostics);
-        let items = items::expand(&graph, &assets, &mut diagnostics);
-        assemble(&graph, items, diagnostics)
+        let (graph, mut errors) = parse(manifest, bytes, kinds)?;
+        let assets = items::assets(&graph, folders, &mut errors);
+        let items = items::expand(&graph, &assets, &mut errors);
+        assemble(&graph, items, errors)
     }
 }
 
@@ -124,8 +124,8 @@ impl Graph {
 
     /// The graph of a manifest that has been read.
     pub(crate) fn of_bytes(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<Self, Diagnostics> {
-        let (graph, diagnostics) = parse(manifest, bytes, kinds)?;
-        if diagnostics.is_empty() { Ok(graph) } else { Err(graph.diagnostics(diagnostics)) }
+        let (graph, errors) = parse(manifest, bytes, kinds)?;
+        if errors.is_empty() { Ok(graph) } else { Err(graph.diagnostics(errors)) }
     }
 
     /// The plan for the files that exist now.
@@ -143,13 +143,13 @@ impl Graph {
         folders: &dyn Folders,
         before: Option<&Expansion>,
     ) -> Result<Expansion, Diagnostics> {
-        let mut diagnostics = Vec::new();
-        let assets = items::assets(self, folders, &mut diagnostics);
-        if let Some(before) = before.filter(|before| diagnostics.is_empty() && before.assets == assets) {
+        let mut errors = Vec::new();
+        let assets = items::assets(self, folders, &mut errors);
+        if let Some(before) = before.filter(|before| errors.is_empty() && before.assets == assets) {
             return Ok(before.clone());
         }
-        let items = items::expand(self, &assets, &mut diagnostics);
-        let plan = assemble(self, items, diagnostics)?;
+        let items = items::expand(self, &assets, &mut errors);
+        let plan = assemble(self, items, errors)?;
         Ok(Expansion { plan, assets })
     }
 }
@@ -167,18 +167,18 @@ fn parse(manifest: &Path, bytes: &[u8], kinds: &Kinds) -> Result<(Graph, Vec<Dia
     let absolute = std::path::absolute(manifest).map_err(|error| {
         document.diagnostics(vec![Diagnostic::of_file(format!("cannot make the path absolute: {error}"))])
     })?;
-    let mut diagnostics = Vec::new();
+    let mut errors = Vec::new();
     let (file, text) = (document.file.clone(), document.text.clone());
-    match Graph::parse(absolute, document, kinds, &mut diagnostics) {
-        Some(graph) => Ok((graph, diagnostics)),
-        None => Err(Diagnostics::new(file, text, diagnostics)),
+    match Graph::parse(absolute, document, kinds, &mut errors) {
+        Some(graph) => Ok((graph, errors)),
+        None => Err(Diagnostics::new(file, text, errors)),
     }
 }
 
 /// The plan of a graph, if there are no errors.
-fn assemble(graph: &Graph, items: Vec<Item>, diagnostics: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
-    if !diagnostics.is_empty() {
-        return Err(graph.diagnostics(diagnostics));
+fn assemble(graph: &Graph, items: Vec<Item>, errors: Vec<Diagnostic>) -> Result<Plan, Diagnostics> {
+    if !errors.is_empty() {
+        return Err(graph.diagnostics(errors));
     }
     let stages = graph.nodes.iter().map(|node| {
         let kind = node.kind.clone()?;
@@ -226,7 +226,7 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     if manifest.is_dir() {
         return Diagnostic::of_file("the manifest is a folder").expected("expected a file, pipeline.toml");
     }
-    let diagnostic = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
+    let error = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
     let folder = manifest.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();
     let mut names: Vec<_> = names.iter().map(|name| name.name.to_string_lossy().into_owned()).collect();
@@ -234,12 +234,10 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     names.sort_unstable();
     let wanted = manifest.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     match nearest(&wanted, names.iter().map(String::as_str)) {
-        Some(near) => diagnostic.help(format!("did you mean {near:?}?")),
-        None if folder.is_dir() && names.is_empty() => {
-            diagnostic.help("there is no .toml file in that folder")
-        }
-        None if folder.is_dir() => diagnostic.help(format!("that folder contains {}", source::listed(names))),
-        None => diagnostic.help("that folder does not exist"),
+        Some(near) => error.help(format!("did you mean {near:?}?")),
+        None if folder.is_dir() && names.is_empty() => error.help("there is no .toml file in that folder"),
+        None if folder.is_dir() => error.help(format!("that folder contains {}", source::listed(names))),
+        None => error.help("that folder does not exist"),
     }
 }
 

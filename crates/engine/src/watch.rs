@@ -5,7 +5,7 @@
 //! So a superfluous hint costs only a short check, but a missing one would leave outputs stale. These
 //! measures prevent that:
 //!
-//! - The places that a graph depends on ([`places`]) are recorded while it asks the disk, not guessed.
+//! - The places that a graph depends on ([`mod@places`]) are recorded while it asks the disk, not guessed.
 //! - If a pass watches more places than the one before it, another pass follows, which finds what happened
 //!   between reading a place and watching it.
 //! - Hints that arrive during a build stop the items that they make stale, and trigger another pass.

@@ -69,16 +69,16 @@ impl Graph {
         manifest: PathBuf,
         document: Document,
         kinds: &Kinds,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
-        let Manifest { out, stages } = Manifest::parse(&document, diagnostics)?;
+        let Manifest { out, stages } = Manifest::parse(&document, errors)?;
         let folder = manifest.parent().unwrap_or(&manifest).to_path_buf();
-        let out = out_folder(&out, &folder, diagnostics);
+        let out = out_folder(&out, &folder, errors);
         let spelling = Spelling::default();
-        let mut nodes = connect(&stages, kinds, &folder, out.as_deref(), &spelling, diagnostics);
+        let mut nodes = connect(&stages, kinds, &folder, out.as_deref(), &spelling, errors);
         let needs = nodes.iter().map(|node| node.edges.iter().map(|edge| edge.from).collect());
         let (order, cycles) = cycles::order(&needs.collect::<Vec<_>>());
-        diagnostics.extend(cycles.iter().map(|cycle| in_a_cycle(&nodes, cycle)));
+        errors.extend(cycles.iter().map(|cycle| in_a_cycle(&nodes, cycle)));
         let mut index = vec![0; order.len()];
         order.iter().enumerate().for_each(|(new, &old)| index[old] = new);
         nodes.iter_mut().flat_map(|node| &mut node.edges).for_each(|edge| edge.from = index[edge.from]);
@@ -88,7 +88,7 @@ impl Graph {
         let out = out.unwrap_or_else(|| folder.join("out"));
         let mut graph =
             Self { manifest, out, document: Arc::new(document), nodes, recipe_reader: kinds.recipe_reader() };
-        graph.resolve(&declarations, &spelling, diagnostics);
+        graph.resolve(&declarations, &spelling, errors);
         Some(graph)
     }
 
@@ -107,17 +107,12 @@ impl Graph {
         self.nodes.iter().filter_map(|node| Some((node.name.as_str(), node.source.as_ref()?)))
     }
 
-    pub(crate) fn diagnostics(&self, diagnostics: Vec<Diagnostic>) -> Diagnostics {
-        self.document.diagnostics(diagnostics)
+    pub(crate) fn diagnostics(&self, errors: Vec<Diagnostic>) -> Diagnostics {
+        self.document.diagnostics(errors)
     }
 
     /// Adds to each stage what depends on those before it: types, keys and paths.
-    fn resolve(
-        &mut self,
-        declarations: &[&Declaration],
-        spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) {
+    fn resolve(&mut self, declarations: &[&Declaration], spelling: &Spelling, errors: &mut Vec<Diagnostic>) {
         let mut unconnected = Vec::new();
         let mut mismatched = Vec::new();
         for stage in 0..self.nodes.len() {
@@ -149,18 +144,15 @@ impl Graph {
                     for (name, message) in configured.check_inputs(&types) {
                         let entry = declaration.parameters.get(name);
                         let span = entry.map_or(node.header.clone(), |entry| entry.value.span.clone());
-                        diagnostics.push(Diagnostic::at(span, message));
+                        errors.push(Diagnostic::at(span, message));
                     }
                     Some(configured.product(&types))
                 }
                 _ => None,
             };
-            let keys = if is_connected {
-                self.keys(stage, &ports, declaration, spelling, diagnostics)
-            } else {
-                None
-            };
-            let template = self.template(stage, &keys, product.as_ref(), declaration, spelling, diagnostics);
+            let keys =
+                if is_connected { self.keys(stage, &ports, declaration, spelling, errors) } else { None };
+            let template = self.template(stage, &keys, product.as_ref(), declaration, spelling, errors);
             let node = &mut self.nodes[stage];
             (node.product, node.keys, node.template) = (product, keys, template);
         }
@@ -169,15 +161,12 @@ impl Graph {
         let mut without_input = unconnected.chain(mismatched).collect::<Vec<_>>();
         // All stages are searched for those that could be connected, so only the errors that are shown get
         // this help.
-        without_input.sort_by_key(|(_, _, diagnostic)| diagnostic.span.as_ref().map(|span| span.start));
-        let helped =
-            without_input.into_iter().enumerate().map(|(index, (stage, port, diagnostic))| match index {
-                ..Diagnostics::SHOWN => {
-                    diagnostic.help(self.producers(stage, &self.nodes[stage].ports[port]))
-                }
-                _ => diagnostic,
-            });
-        diagnostics.extend(helped);
+        without_input.sort_by_key(|(_, _, error)| error.span.as_ref().map(|span| span.start));
+        let helped = without_input.into_iter().enumerate().map(|(index, (stage, port, error))| match index {
+            ..Diagnostics::SHOWN => error.help(self.producers(stage, &self.nodes[stage].ports[port])),
+            _ => error,
+        });
+        errors.extend(helped);
     }
 
     /// The types that arrive; `None` if one is unknown, or if one does not fit, which is added to
@@ -214,7 +203,7 @@ impl Graph {
         ports: &[Port],
         declaration: &Declaration,
         spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Option<Vec<StageIndex>> {
         let node = &self.nodes[stage];
         let (mut kept, mut gathered) = (Vec::new(), Vec::new());
@@ -242,13 +231,13 @@ impl Graph {
             Key::Given(_) if !ports.iter().any(|port| port.many) => None,
             Key::Given(_) if !known => None,
             Key::Given(per) => {
-                let before = diagnostics.len();
+                let before = errors.len();
                 let all = sorted(kept.iter().chain(&gathered).copied().collect());
                 let named: HashMap<&str, StageIndex> = all.iter().map(|key| (name(key), *key)).collect();
                 let mut chosen = HashSet::new();
                 for word in &per.value {
                     match named.get(word.value.as_str()) {
-                        Some(key) if !chosen.insert(*key) => diagnostics.push(
+                        Some(key) if !chosen.insert(*key) => errors.push(
                             Diagnostic::at(word.span.clone(), format!("{:?} appears twice", word.value))
                                 .expected("expected each key once"),
                         ),
@@ -256,23 +245,23 @@ impl Graph {
                         None => {
                             let message = format!("{:?} is not a key of this stage's inputs", word.value);
                             let near = spelling.nearest(&word.value, all.iter().map(name));
-                            diagnostics.push(unknown(message, word, all.iter().map(name), near, "no key"));
+                            errors.push(unknown(message, word, all.iter().map(name), near, "no key"));
                         }
                     }
                 }
                 let lost: Vec<_> = kept.iter().filter(|key| !chosen.contains(*key)).map(name).collect();
-                if diagnostics.len() == before && !lost.is_empty() {
+                if errors.len() == before && !lost.is_empty() {
                     let message = format!(
                         "\"per\" leaves out {}, but a port that takes a single item needs it",
                         listed(lost)
                     );
                     let expected = kept.iter().map(|key| format!("{:?}", name(key)));
-                    diagnostics.push(
+                    errors.push(
                         Diagnostic::at(per.span.clone(), message)
                             .expected(format!("expected at least {}", listed(expected))),
                     );
                 }
-                (diagnostics.len() == before).then(|| sorted(chosen.into_iter().collect()))
+                (errors.len() == before).then(|| sorted(chosen.into_iter().collect()))
             }
         }
     }
@@ -284,12 +273,12 @@ impl Graph {
         product: Option<&Product>,
         declaration: &Declaration,
         spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Option<Template> {
         let node = &self.nodes[stage];
         if let (Some(Product::Artifact(made)), Key::Given(path)) = (product, &declaration.path) {
             let kind = node.kind.as_ref()?.name();
-            diagnostics.push(
+            errors.push(
                 Diagnostic::at(path.span.clone(), format!("stage {:?} exports no files", node.name))
                     .expected("expected no \"path\"")
                     .help(format!("{kind} makes {made}, for other stages")),
@@ -301,7 +290,7 @@ impl Graph {
             Key::Absent => Some(Template::of_stage(&node.name, declaration.name.span.clone(), keys.len())),
             Key::Given(path) => {
                 let names: Vec<_> = keys.iter().map(|&key| self.nodes[key].name.as_str()).collect();
-                Template::parse(path, &node.name, &names, spelling, diagnostics)
+                Template::parse(path, &node.name, &names, spelling, errors)
             }
         }
     }
@@ -330,8 +319,8 @@ impl Graph {
             _ => "exports files".into(),
         };
         let message = format!("port {:?} takes {types}, but stage {:?} {made}", port.name, from.name);
-        let diagnostic = Diagnostic::at(edge.span.clone(), message);
-        (stage, index, diagnostic.expected(format!("expected a stage that makes {types}")))
+        let error = Diagnostic::at(edge.span.clone(), message);
+        (stage, index, error.expected(format!("expected a stage that makes {types}")))
     }
 
     /// The stages that could be connected to a port, for help: those that make its type and do not need
@@ -382,25 +371,25 @@ fn names(declaration: &Declaration) -> Vec<&str> {
     short.into_iter().chain(named.iter().map(|(port, _)| port.value.as_str())).collect()
 }
 
-fn out_folder(out: &Key<String>, folder: &Path, diagnostics: &mut Vec<Diagnostic>) -> Option<PathBuf> {
+fn out_folder(out: &Key<String>, folder: &Path, errors: &mut Vec<Diagnostic>) -> Option<PathBuf> {
     let written = match out {
         Key::Absent => return Some(folder.join("out")),
         Key::Invalid => return None,
         Key::Given(written) => written,
     };
     let plain = written.value.trim_start_matches("./").trim_end_matches('/');
-    let diagnostic = |message: String, expected: String| {
+    let error = |message: String, expected: String| {
         Diagnostic::at(written.span.clone(), message).expected(expected).help("out = \"out\" is the default")
     };
     if plain.is_empty() || plain == "." {
         let message = format!("out = {:?} is the manifest's own folder", written.value);
         let expected = "expected a folder for exports only, inside the manifest's folder";
-        diagnostics.push(diagnostic(message, expected.into()));
+        errors.push(error(message, expected.into()));
         return None;
     }
     if let Err(problem) = check(plain, "the manifest's folder") {
         let message = format!("out = {:?} {}", written.value, problem.message);
-        diagnostics.push(diagnostic(message, problem.expected));
+        errors.push(error(message, problem.expected));
         return None;
     }
     Some(plain.split('/').fold(folder.to_path_buf(), |path, name| path.join(name)))
@@ -413,29 +402,29 @@ fn connect(
     folder: &Path,
     out: Option<&Path>,
     spelling: &Spelling,
-    diagnostics: &mut Vec<Diagnostic>,
+    errors: &mut Vec<Diagnostic>,
 ) -> Vec<Node> {
     let indices = stages.iter().zip(0..).map(|(stage, index)| (stage.name.value.as_str(), index));
     let indices: HashMap<&str, StageIndex> = indices.collect();
     stages
         .iter()
         .map(|stage| {
-            let kind = kind(stage, kinds, diagnostics);
+            let kind = kind(stage, kinds, errors);
             let ports = kind.as_ref().map(|kind| kind.ports_named(&names(stage)));
             Node {
                 name: stage.name.value.clone(),
                 header: stage.header.clone(),
-                configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), diagnostics)),
+                configured: kind.as_ref().and_then(|kind| configure(stage, kind.as_ref(), errors)),
                 edges: edges(
                     stage,
                     kind.as_deref().zip(ports.as_deref()),
                     &indices,
                     stages,
                     spelling,
-                    diagnostics,
+                    errors,
                 ),
                 ports: ports.unwrap_or_default(),
-                source: source(stage, kind.as_deref(), folder, out, diagnostics),
+                source: source(stage, kind.as_deref(), folder, out, errors),
                 product: None,
                 keys: None,
                 template: None,
@@ -445,18 +434,14 @@ fn connect(
         .collect()
 }
 
-fn kind(
-    stage: &Declaration,
-    kinds: &Kinds,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Option<Arc<dyn ErasedKind>> {
+fn kind(stage: &Declaration, kinds: &Kinds, errors: &mut Vec<Diagnostic>) -> Option<Arc<dyn ErasedKind>> {
     let written = stage.kind.given()?;
     let kind = kinds.get(&written.value).cloned();
     if kind.is_none() {
         let names: Vec<_> = kinds.iter().map(|kind| kind.name()).collect();
         let near = nearest(&written.value, names.iter().copied());
         let message = format!("there is no kind {:?}", written.value);
-        diagnostics.push(unknown(message, written, names.iter().copied(), near, "no kind"));
+        errors.push(unknown(message, written, names.iter().copied(), near, "no kind"));
     }
     kind
 }
@@ -464,7 +449,7 @@ fn kind(
 fn configure(
     stage: &Declaration,
     kind: &dyn ErasedKind,
-    diagnostics: &mut Vec<Diagnostic>,
+    errors: &mut Vec<Diagnostic>,
 ) -> Option<Arc<dyn Configured>> {
     // Unknown keys are reported here rather than by the kind, because they may be misspelt keys of the
     // engine.
@@ -477,10 +462,10 @@ fn configure(
         _ => true,
     };
     let owned = OWNED.into_iter().filter(used).map(str::to_owned);
-    unknown_keys(&stage.parameters, &owned.chain(fields.iter().cloned()).collect::<Vec<_>>(), diagnostics);
+    unknown_keys(&stage.parameters, &owned.chain(fields.iter().cloned()).collect::<Vec<_>>(), errors);
     let mut table = Table { span: stage.parameters.span.clone(), entries: stage.parameters.entries.clone() };
     table.entries.retain(|entry| fields.contains(&entry.key));
-    kind.configure(&table).map_err(|found| diagnostics.extend(found)).ok()
+    kind.configure(&table).map_err(|found| errors.extend(found)).ok()
 }
 
 fn source(
@@ -488,26 +473,26 @@ fn source(
     kind: Option<&dyn ErasedKind>,
     folder: &Path,
     out: Option<&Path>,
-    diagnostics: &mut Vec<Diagnostic>,
+    errors: &mut Vec<Diagnostic>,
 ) -> Option<Source> {
     match (&stage.source, kind) {
         (Key::Given(written), Some(kind)) if !kind.has_source() => {
-            let diagnostic = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
-            let diagnostic = diagnostic.expected("expected no \"source\"");
-            diagnostics.push(match kind.ports().first() {
+            let error = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
+            let error = error.expected("expected no \"source\"");
+            errors.push(match kind.ports().first() {
                 Some(port) => {
                     let types = port.takes_text();
-                    diagnostic.help(format!("connect a stage that makes {types}: input = \"STAGE\""))
+                    error.help(format!("connect a stage that makes {types}: input = \"STAGE\""))
                 }
-                None => diagnostic,
+                None => error,
             });
             None
         }
-        (Key::Given(written), _) => Source::parse(written, folder, out, diagnostics),
+        (Key::Given(written), _) => Source::parse(written, folder, out, errors),
         (Key::Absent, Some(kind)) if kind.has_source() => {
             let message = format!("stage {:?} has no source", stage.name.value);
-            let diagnostic = Diagnostic::at(stage.header.clone(), message);
-            diagnostics.push(diagnostic.expected("expected source = \"...\", a file, a folder or a glob"));
+            let error = Diagnostic::at(stage.header.clone(), message);
+            errors.push(error.expected("expected source = \"...\", a file, a folder or a glob"));
             None
         }
         _ => None,
@@ -520,19 +505,19 @@ fn edges(
     indices: &HashMap<&str, StageIndex>,
     stages: &[Declaration],
     spelling: &Spelling,
-    diagnostics: &mut Vec<Diagnostic>,
+    errors: &mut Vec<Diagnostic>,
 ) -> Vec<Edge> {
     let ports = kind.map_or(&[][..], |(_, ports)| ports);
     let mut edges = Vec::new();
     if let Some((kind, [])) = kind {
         let given = stage.input.given().map(|input| &input.span);
         if let Some(span) = given.or(stage.inputs.given().map(|inputs| &inputs.span)) {
-            let diagnostic = Diagnostic::at(span.clone(), format!("{} takes no input", kind.name()));
-            let diagnostic = diagnostic.expected("expected no \"input\"");
-            diagnostics.push(if kind.has_source() {
-                diagnostic.help("it reads files: source = \"...\"")
+            let error = Diagnostic::at(span.clone(), format!("{} takes no input", kind.name()));
+            let error = error.expected("expected no \"input\"");
+            errors.push(if kind.has_source() {
+                error.help("it reads files: source = \"...\"")
             } else {
-                diagnostic
+                error
             });
             return edges;
         }
@@ -541,8 +526,8 @@ fn edges(
         && !ports.iter().any(|port| port.many)
     {
         let message = format!("{} has no port that takes many items", kind.name());
-        let diagnostic = Diagnostic::at(per.span.clone(), message).expected("expected no \"per\"");
-        diagnostics.push(diagnostic.help("\"per\" chooses how such a port groups its items"));
+        let error = Diagnostic::at(per.span.clone(), message).expected("expected no \"per\"");
+        errors.push(error.help("\"per\" chooses how such a port groups its items"));
     }
     let mut connect = |port: Option<usize>, from: &Written<String>| match indices.get(from.value.as_str()) {
         Some(&stage) => edges.push(Edge { port, from: stage, span: from.span.clone() }),
@@ -550,7 +535,7 @@ fn edges(
             let names = stages.iter().map(|stage| stage.name.value.as_str());
             let near = spelling.nearest(&from.value, names.clone());
             let message = format!("there is no stage {:?}", from.value);
-            diagnostics.push(unknown(message, from, names, near, "no stage"));
+            errors.push(unknown(message, from, names, near, "no stage"));
         }
     };
     if let Key::Given(input) = &stage.input {
@@ -569,7 +554,7 @@ fn edges(
         }
         connect(index, from);
     }
-    diagnostics.append(&mut unknown_ports);
+    errors.append(&mut unknown_ports);
     edges.sort_by_key(|edge| edge.port);
     edges
 }
@@ -582,13 +567,13 @@ fn unknown<'n>(
     near: Option<&str>,
     none: &str,
 ) -> Diagnostic {
-    let diagnostic = Diagnostic::at(word.span.clone(), message);
-    let diagnostic = match names.len() {
-        0 => diagnostic.expected(format!("expected {none}")),
-        _ => diagnostic.expected(format!("expected one of: {}", listed(names))),
+    let error = Diagnostic::at(word.span.clone(), message);
+    let error = match names.len() {
+        0 => error.expected(format!("expected {none}")),
+        _ => error.expected(format!("expected one of: {}", listed(names))),
     };
     match near {
-        Some(near) => diagnostic.help(format!("did you mean {near:?}?")),
-        None => diagnostic,
+        Some(near) => error.help(format!("did you mean {near:?}?")),
+        None => error,
     }
 }

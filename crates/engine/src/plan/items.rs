@@ -51,15 +51,15 @@ pub struct Item {
 pub(crate) type Assets = Vec<Vec<Asset>>;
 
 /// The files and folders of the source stages.
-pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, diagnostics: &mut Vec<Diagnostic>) -> Arc<Assets> {
-    diagnostics.extend(linked_out(graph, folders));
+pub(crate) fn assets(graph: &Graph, folders: &dyn Folders, errors: &mut Vec<Diagnostic>) -> Arc<Assets> {
+    errors.extend(linked_out(graph, folders));
     let spelling = Spelling::default();
-    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, diagnostics));
+    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(folders, &spelling, errors));
     Arc::new(found.map(Option::unwrap_or_default).collect())
 }
 
 /// The items of the stages whose keys and assets are known.
-pub(crate) fn expand(graph: &Graph, assets: &Assets, diagnostics: &mut Vec<Diagnostic>) -> Vec<Item> {
+pub(crate) fn expand(graph: &Graph, assets: &Assets, errors: &mut Vec<Diagnostic>) -> Vec<Item> {
     let mut items = Vec::new();
     let (mut firsts, mut inputs) = (vec![0; graph.nodes.len()], 0_usize);
     let mut known = vec![false; graph.nodes.len()];
@@ -76,7 +76,7 @@ pub(crate) fn expand(graph: &Graph, assets: &Assets, diagnostics: &mut Vec<Diagn
         let gathered = node.edges.iter().map(|edge| gathered(graph, keys, edge.from, assets));
         inputs = gathered.fold(inputs, |sum, each| sum.saturating_add(each.saturating_mul(count)));
         if items.len().saturating_add(count) > MOST_ITEMS || inputs > MOST_INPUTS {
-            diagnostics.push(too_many(graph, node, keys, assets));
+            errors.push(too_many(graph, node, keys, assets));
             // All stages that follow would have too many as well.
             return Vec::new();
         }
@@ -88,7 +88,7 @@ pub(crate) fn expand(graph: &Graph, assets: &Assets, diagnostics: &mut Vec<Diagn
         });
         items.par_extend(made);
     }
-    add_files(graph, &known, &mut items, assets, diagnostics);
+    add_files(graph, &known, &mut items, assets, errors);
     items
 }
 
@@ -209,7 +209,7 @@ fn add_files(
     known: &[bool],
     items: &mut [Item],
     assets: &Assets,
-    diagnostics: &mut Vec<Diagnostic>,
+    errors: &mut Vec<Diagnostic>,
 ) {
     let mut done = vec![false; graph.nodes.len()];
     for (stage, node) in graph.nodes.iter().enumerate() {
@@ -219,8 +219,8 @@ fn add_files(
         done[stage] = several.is_empty();
         if !several.is_empty() {
             let message = format!("the path is the same for several items of {:?}", node.name);
-            let diagnostic = Diagnostic::at(template.span.clone(), message);
-            diagnostics.push(diagnostic.expected(format!("expected {} in the path", several.join(" and "))));
+            let error = Diagnostic::at(template.span.clone(), message);
+            errors.push(error.expected(format!("expected {} in the path", several.join(" and "))));
         }
     }
     for item in items.iter_mut() {
@@ -239,11 +239,11 @@ fn add_files(
             // One error for each stage is enough.
             done[item.stage] = false;
             let message = format!("the file {file:?} of item [{}] {}", item.key, problem.message);
-            diagnostics.push(Diagnostic::at(template.span.clone(), message).expected(problem.expected));
+            errors.push(Diagnostic::at(template.span.clone(), message).expected(problem.expected));
             item.files.clear();
         }
     }
-    clashes(graph, items, diagnostics);
+    clashes(graph, items, errors);
 }
 
 fn lowercase(file: &str) -> Cow<'_, str> {
@@ -253,12 +253,12 @@ fn lowercase(file: &str) -> Cow<'_, str> {
 
 /// Reports items that write the same file, or of which one writes a file where another needs a folder. Names
 /// that differ only in case are the same on Windows and macOS.
-fn clashes(graph: &Graph, items: &[Item], diagnostics: &mut Vec<Diagnostic>) {
+fn clashes(graph: &Graph, items: &[Item], errors: &mut Vec<Diagnostic>) {
     let files = items.iter().map(|item| item.files.len()).sum();
     let mut writers: HashMap<Cow<'_, str>, (usize, &str)> = HashMap::with_capacity(files);
     let mut reported = HashSet::new();
     let mut report =
-        |first: usize, second: usize, message: &dyn Fn() -> String, diagnostics: &mut Vec<Diagnostic>| {
+        |first: usize, second: usize, message: &dyn Fn() -> String, errors: &mut Vec<Diagnostic>| {
             let (a, b) = (items[first].stage, items[second].stage);
             let (first, second) = if b >= a { (a, b) } else { (b, a) };
             // One pair of files is enough for two stages.
@@ -272,9 +272,8 @@ fn clashes(graph: &Graph, items: &[Item], diagnostics: &mut Vec<Diagnostic>) {
             } else {
                 "give one of the stages another path"
             };
-            let diagnostic =
-                Diagnostic::at(span, message()).expected("expected a path that no other item has");
-            diagnostics.push(diagnostic.help(help));
+            let error = Diagnostic::at(span, message()).expected("expected a path that no other item has");
+            errors.push(error.help(help));
         };
     let name = |item: usize| match items[item].key.iter().len() {
         0 => graph.nodes[items[item].stage].name.clone(),
@@ -297,7 +296,7 @@ fn clashes(graph: &Graph, items: &[Item], diagnostics: &mut Vec<Diagnostic>) {
                             "{names} write {other:?} and {file:?}, which are the same file if case is ignored"
                         )
                     };
-                    report(first, index, &message, diagnostics);
+                    report(first, index, &message, errors);
                 }
             }
         }
@@ -316,6 +315,6 @@ fn clashes(graph: &Graph, items: &[Item], diagnostics: &mut Vec<Diagnostic>) {
                 "{writer} writes the file {folder:?}, and {other_writer} needs a folder of that name for {file:?}"
             )
         };
-        report(other, index, &message, diagnostics);
+        report(other, index, &message, errors);
     }
 }

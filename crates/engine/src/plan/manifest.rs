@@ -67,35 +67,35 @@ pub(crate) struct Manifest {
 impl Manifest {
     /// Reads the declarations. `None` if the schema has another version, because then nothing else can be
     /// checked.
-    pub(crate) fn parse(document: &Document, diagnostics: &mut Vec<Diagnostic>) -> Option<Self> {
+    pub(crate) fn parse(document: &Document, errors: &mut Vec<Diagnostic>) -> Option<Self> {
         let table = &document.table;
         match table.get("schema").map(|entry| &entry.value) {
             Some(Value { kind: ValueKind::Integer(SCHEMA), .. }) => {}
             Some(value @ Value { kind: ValueKind::Integer(number), .. }) => {
-                let diagnostic = Diagnostic::at(value.span.clone(), format!("unknown schema {number}"));
-                diagnostics.push(
-                    diagnostic
+                let error = Diagnostic::at(value.span.clone(), format!("unknown schema {number}"));
+                errors.push(
+                    error
                         .expected(format!("expected {SCHEMA}"))
                         .help("this manifest was written for another version of the program"),
                 );
                 return None;
             }
-            Some(value) => diagnostics.push(unexpected(value, &SCHEMA.to_string())),
-            None => diagnostics.push(
+            Some(value) => errors.push(unexpected(value, &SCHEMA.to_string())),
+            None => errors.push(
                 Diagnostic::at(0..0, "\"schema\" is missing")
                     .expected(format!("expected schema = {SCHEMA} on the first line")),
             ),
         }
-        unknown_keys(table, &["schema", "out", "stage"].map(String::from), diagnostics);
-        let out = string(table, "out", diagnostics);
+        unknown_keys(table, &["schema", "out", "stage"].map(String::from), errors);
+        let out = string(table, "out", errors);
         let stages = match table.get("stage") {
             Some(Entry { value: Value { kind: ValueKind::Table(stages), .. }, .. })
                 if !stages.entries.is_empty() =>
             {
-                stages.entries.iter().map(|entry| declaration(entry, diagnostics)).collect()
+                stages.entries.iter().map(|entry| declaration(entry, errors)).collect()
             }
             Some(entry) if !matches!(entry.value.kind, ValueKind::Table(_)) => {
-                diagnostics.push(
+                errors.push(
                     Diagnostic::at(entry.value.span.clone(), "\"stage\" is not a table of stages")
                         .expected("expected [stage.NAME]"),
                 );
@@ -103,7 +103,7 @@ impl Manifest {
             }
             _ => {
                 let end = document.text.trim_end().len();
-                diagnostics
+                errors
                     .push(Diagnostic::at(end..end, "there are no stages").expected("expected [stage.NAME]"));
                 Vec::new()
             }
@@ -112,17 +112,17 @@ impl Manifest {
     }
 }
 
-fn declaration(entry: &Entry, diagnostics: &mut Vec<Diagnostic>) -> Declaration {
+fn declaration(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Declaration {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if entry.key.is_empty() || !entry.key.chars().all(plain) {
-        diagnostics.push(
+        errors.push(
             Diagnostic::at(entry.key_span.clone(), format!("{:?} cannot be the name of a stage", entry.key))
                 .expected("expected only the characters A-Z, a-z, 0-9, _ and -"),
         );
     }
     let name = Written { span: entry.key_span.clone(), value: entry.key.clone() };
     let ValueKind::Table(table) = &entry.value.kind else {
-        diagnostics.push(not_a(&entry.value, "a table", &format!("[stage.{}]", entry.key)));
+        errors.push(not_a(&entry.value, "a table", &format!("[stage.{}]", entry.key)));
         return Declaration {
             name,
             header: entry.value.span.clone(),
@@ -135,15 +135,15 @@ fn declaration(entry: &Entry, diagnostics: &mut Vec<Diagnostic>) -> Declaration 
             parameters: Table::default(),
         };
     };
-    let kind = string(table, "kind", diagnostics);
+    let kind = string(table, "kind", errors);
     if kind.is_absent() {
-        let diagnostic = Diagnostic::at(table.span.clone(), format!("stage {:?} has no kind", entry.key));
-        diagnostics.push(diagnostic.expected("expected kind = \"...\""));
+        let error = Diagnostic::at(table.span.clone(), format!("stage {:?} has no kind", entry.key));
+        errors.push(error.expected("expected kind = \"...\""));
     }
-    let input = string(table, "input", diagnostics);
-    let inputs = connections(table, diagnostics);
+    let input = string(table, "input", errors);
+    let inputs = connections(table, errors);
     if let (Some(entry), false) = (table.get("inputs"), input.is_absent()) {
-        diagnostics.push(
+        errors.push(
             Diagnostic::at(entry.key_span.clone(), "\"input\" and \"inputs\" are both given")
                 .expected("expected only one of them")
                 .help("\"input\" connects the first port, \"inputs\" connects ports by name"),
@@ -154,11 +154,11 @@ fn declaration(entry: &Entry, diagnostics: &mut Vec<Diagnostic>) -> Declaration 
         name,
         header: table.span.clone(),
         kind,
-        source: string(table, "source", diagnostics),
+        source: string(table, "source", errors),
         input,
         inputs,
-        per: words(table, "per", diagnostics),
-        path: string(table, "path", diagnostics),
+        per: words(table, "per", errors),
+        path: string(table, "path", errors),
         parameters: Table {
             span: table.span.clone(),
             entries: table.entries.iter().filter(own).cloned().collect(),
@@ -171,20 +171,20 @@ fn not_a(value: &Value, wanted: &str, example: &str) -> Diagnostic {
     unexpected(value, wanted).expected(format!("expected {example}"))
 }
 
-fn string(table: &Table, key: &str, diagnostics: &mut Vec<Diagnostic>) -> Key<String> {
+fn string(table: &Table, key: &str, errors: &mut Vec<Diagnostic>) -> Key<String> {
     match table.get(key) {
         None => Key::Absent,
         Some(entry) => match text(&entry.value) {
             Some(written) => Key::Given(written),
             None => {
-                diagnostics.push(not_a(&entry.value, "a string", &format!("{key} = \"...\"")));
+                errors.push(not_a(&entry.value, "a string", &format!("{key} = \"...\"")));
                 Key::Invalid
             }
         },
     }
 }
 
-fn words(table: &Table, key: &str, diagnostics: &mut Vec<Diagnostic>) -> Key<Vec<Written<String>>> {
+fn words(table: &Table, key: &str, errors: &mut Vec<Diagnostic>) -> Key<Vec<Written<String>>> {
     let Some(entry) = table.get(key) else { return Key::Absent };
     let all = match &entry.value.kind {
         ValueKind::Array(values) => values.iter().map(text).collect::<Option<Vec<_>>>(),
@@ -193,40 +193,33 @@ fn words(table: &Table, key: &str, diagnostics: &mut Vec<Diagnostic>) -> Key<Vec
     match all {
         Some(value) => Key::Given(Written { span: entry.value.span.clone(), value }),
         None => {
-            diagnostics.push(not_a(&entry.value, "an array of strings", &format!("{key} = [\"...\"]")));
+            errors.push(not_a(&entry.value, "an array of strings", &format!("{key} = [\"...\"]")));
             Key::Invalid
         }
     }
 }
 
-fn connections(
-    table: &Table,
-    diagnostics: &mut Vec<Diagnostic>,
-) -> Key<Vec<(Written<String>, Written<String>)>> {
+fn connections(table: &Table, errors: &mut Vec<Diagnostic>) -> Key<Vec<(Written<String>, Written<String>)>> {
     let Some(entry) = table.get("inputs") else { return Key::Absent };
     let ValueKind::Table(ports) = &entry.value.kind else {
-        let diagnostic = not_a(&entry.value, "a table", "inputs = { PORT = \"STAGE\" }");
-        diagnostics.push(match &entry.value.kind {
-            ValueKind::String(stage) => diagnostic.help(format!("input = {stage:?} connects the first port")),
-            _ => diagnostic,
+        let error = not_a(&entry.value, "a table", "inputs = { PORT = \"STAGE\" }");
+        errors.push(match &entry.value.kind {
+            ValueKind::String(stage) => error.help(format!("input = {stage:?} connects the first port")),
+            _ => error,
         });
         return Key::Invalid;
     };
-    let before = diagnostics.len();
+    let before = errors.len();
     let mut value = Vec::new();
     for entry in &ports.entries {
         match text(&entry.value) {
             Some(stage) => {
                 value.push((Written { span: entry.key_span.clone(), value: entry.key.clone() }, stage));
             }
-            None => diagnostics.push(unexpected(&entry.value, "the name of a stage")),
+            None => errors.push(unexpected(&entry.value, "the name of a stage")),
         }
     }
-    if diagnostics.len() > before {
-        Key::Invalid
-    } else {
-        Key::Given(Written { span: ports.span.clone(), value })
-    }
+    if errors.len() > before { Key::Invalid } else { Key::Given(Written { span: ports.span.clone(), value }) }
 }
 
 fn text(value: &Value) -> Option<Written<String>> {

@@ -62,19 +62,19 @@ impl Source {
         written: &Written<String>,
         base: &Path,
         out: Option<&Path>,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let (text, span) = (written.value.as_str(), written.span.clone());
         if text.is_empty() {
-            diagnostics.push(
+            errors.push(
                 Diagnostic::at(span, "the source is empty").expected("expected a file, a folder or a glob"),
             );
             return None;
         }
         if text.contains('\\') {
-            let diagnostic =
+            let error =
                 Diagnostic::at(span, "a source cannot contain \\").expected("expected / between folders");
-            diagnostics.push(diagnostic.help(format!("write {:?}", text.replace('\\', "/"))));
+            errors.push(error.help(format!("write {:?}", text.replace('\\', "/"))));
             return None;
         }
         let special = text.find(['*', '?', '[', '{']);
@@ -85,11 +85,9 @@ impl Source {
                 match Pattern::parse(&text[split..]) {
                     Ok(pattern) => (&text[..split], Some(pattern)),
                     Err(error) => {
-                        let diagnostic =
-                            Diagnostic::at(span, format!("{text:?} is not a valid glob: {error}"));
-                        diagnostics.push(
-                            diagnostic
-                                .help("to match a special character itself, put it in brackets: [[] or [*]"),
+                        let error = Diagnostic::at(span, format!("{text:?} is not a valid glob: {error}"));
+                        errors.push(
+                            error.help("to match a special character itself, put it in brackets: [[] or [*]"),
                         );
                         return None;
                     }
@@ -100,19 +98,15 @@ impl Source {
         let root = base.join(named.clone().collect::<PathBuf>());
         let plain = resolved(&root);
         if out.is_some_and(|out| plain.starts_with(resolved(out))) {
-            let diagnostic =
-                Diagnostic::at(span, format!("{text:?} is inside \"out\", the folder for exports"));
-            diagnostics
-                .push(diagnostic.help("connect the stage that makes the file instead, or move the file"));
+            let error = Diagnostic::at(span, format!("{text:?} is inside \"out\", the folder for exports"));
+            errors.push(error.help("connect the stage that makes the file instead, or move the file"));
             return None;
         }
         if glob.is_none() && !matches!(named.next_back(), Some(Component::Normal(_))) {
-            let diagnostic =
+            let error =
                 Diagnostic::at(span, format!("{text:?} does not end in a name, which its item needs"));
-            diagnostics.push(
-                diagnostic
-                    .expected("expected a file, a folder or a glob")
-                    .help("name the folder: \"../faces\""),
+            errors.push(
+                error.expected("expected a file, a folder or a glob").help("name the folder: \"../faces\""),
             );
             return None;
         }
@@ -166,14 +160,14 @@ impl Source {
         &self,
         folders: &dyn Folders,
         spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Option<Vec<Asset>> {
-        let before = diagnostics.len();
+        let before = errors.len();
         let found = match &self.glob {
-            None => self.find(folders, spelling, diagnostics),
-            Some(glob) => self.search(glob, folders, spelling, diagnostics),
+            None => self.find(folders, spelling, errors),
+            Some(glob) => self.search(glob, folders, spelling, errors),
         };
-        if diagnostics.len() > before {
+        if errors.len() > before {
             return None;
         }
         let mut stems: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
@@ -183,23 +177,22 @@ impl Source {
                 Some(stem) => stems.entry(stem.into()).or_default().push(path),
                 None => {
                     let message = format!("the name of {} is not Unicode", self.shown(&path));
-                    diagnostics.push(Diagnostic::at(self.span.clone(), message).help("rename the file"));
+                    errors.push(Diagnostic::at(self.span.clone(), message).help("rename the file"));
                 }
             }
         }
         for (stem, paths) in stems.iter().filter(|(_, paths)| paths.len() > 1) {
             let names = paths.iter().map(|path| self.shown(path));
             let message = format!("{} files have the stem {stem:?}: {}", paths.len(), listed(names));
-            let diagnostic =
+            let error =
                 Diagnostic::at(self.span.clone(), message).expected("expected one file for each stem");
-            diagnostics.push(
-                diagnostic.help("the stem is the item's name: rename a file, or use a stage for each glob"),
-            );
+            errors
+                .push(error.help("the stem is the item's name: rename a file, or use a stage for each glob"));
         }
         let assets = stems.into_iter().flat_map(|(stem, paths)| {
             paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path })
         });
-        (diagnostics.len() == before).then(|| assets.collect())
+        (errors.len() == before).then(|| assets.collect())
     }
 
     /// The file or folder that the source names.
@@ -207,19 +200,19 @@ impl Source {
         &self,
         folders: &dyn Folders,
         spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Vec<(PathBuf, Found)> {
         match folders.find(&self.root) {
             Some(found @ (Found::File | Found::Folder)) => return vec![(self.root.clone(), found)],
             Some(Found::Other) => {
                 let message = format!("{:?} is neither a file nor a folder", self.text);
-                diagnostics.push(Diagnostic::at(self.span.clone(), message));
+                errors.push(Diagnostic::at(self.span.clone(), message));
             }
             None => {
                 let message = format!("there is no file or folder {:?}", self.text);
-                let diagnostic = Diagnostic::at(self.span.clone(), message)
+                let error = Diagnostic::at(self.span.clone(), message)
                     .expected("expected a file, a folder or a glob");
-                diagnostics.push(self.with_surroundings(diagnostic, folders, spelling));
+                errors.push(self.with_surroundings(error, folders, spelling));
             }
         }
         Vec::new()
@@ -231,9 +224,9 @@ impl Source {
         glob: &Pattern,
         folders: &dyn Folders,
         spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Vec<(PathBuf, Found)> {
-        let before = diagnostics.len();
+        let before = errors.len();
         let mut found = Vec::new();
         let mut searched = 0;
         let mut open = vec![(PathBuf::new(), 0)];
@@ -242,9 +235,8 @@ impl Source {
             searched += 1;
             if searched > MOST_FOLDERS {
                 let message = format!("{:?} searches more than {MOST_FOLDERS} folders", self.text);
-                let diagnostic =
-                    Diagnostic::at(self.span.clone(), message).expected("expected a narrower glob");
-                diagnostics.push(diagnostic.help(format!("the search begins in {}", self.shown(&self.root))));
+                let error = Diagnostic::at(self.span.clone(), message).expected("expected a narrower glob");
+                errors.push(error.help(format!("the search begins in {}", self.shown(&self.root))));
                 return Vec::new();
             }
             let names = match folders.list(&folder) {
@@ -252,7 +244,7 @@ impl Source {
                 Err(_) if folders.find(&folder) != Some(Found::Folder) => continue,
                 Err(error) => {
                     let message = format!("cannot read the folder {}: {error}", self.shown(&folder));
-                    diagnostics.push(Diagnostic::at(self.span.clone(), message));
+                    errors.push(Diagnostic::at(self.span.clone(), message));
                     continue;
                 }
             };
@@ -270,32 +262,27 @@ impl Source {
                 }
             }
         }
-        if found.is_empty() && diagnostics.len() == before {
-            diagnostics.push(self.no_match(folders, spelling));
+        if found.is_empty() && errors.len() == before {
+            errors.push(self.no_match(folders, spelling));
         }
         found.sort_unstable();
         found
     }
 
     fn no_match(&self, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
-        let diagnostic = Diagnostic::at(self.span.clone(), format!("no file matches {:?}", self.text))
+        let error = Diagnostic::at(self.span.clone(), format!("no file matches {:?}", self.text))
             .expected(format!("expected files in {}", self.shown(&self.root)));
         if folders.find(&self.base.join(&self.text)).is_some() {
-            return diagnostic.help(
+            return error.help(
                 "a file has exactly this name: put its special characters in brackets, such as [[] for [",
             );
         }
-        self.with_surroundings(diagnostic, folders, spelling)
+        self.with_surroundings(error, folders, spelling)
     }
 
     /// Adds help for somebody who looks for a path that does not exist.
-    fn with_surroundings(
-        &self,
-        diagnostic: Diagnostic,
-        folders: &dyn Folders,
-        spelling: &Spelling,
-    ) -> Diagnostic {
-        if spelling.is_used_up() { diagnostic } else { diagnostic.help(self.surroundings(folders, spelling)) }
+    fn with_surroundings(&self, error: Diagnostic, folders: &dyn Folders, spelling: &Spelling) -> Diagnostic {
+        if spelling.is_used_up() { error } else { error.help(self.surroundings(folders, spelling)) }
     }
 
     /// What exists near the path.

@@ -40,9 +40,9 @@ impl Template {
         stage: &str,
         keys: &[&str],
         spelling: &Spelling,
-        diagnostics: &mut Vec<Diagnostic>,
+        errors: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
-        let before = diagnostics.len();
+        let before = errors.len();
         let indices: HashMap<&str, usize> = keys.iter().copied().zip(0..).collect();
         let mut parts = Vec::new();
         let mut rest = written.value.as_str();
@@ -52,28 +52,26 @@ impl Template {
             let Some(name) = end.map(|end| &rest[brace + 1..brace + end]).filter(|name| !name.contains('{'))
             else {
                 let message = format!("{:?} has an unmatched brace", written.value);
-                diagnostics
+                errors
                     .push(Diagnostic::at(written.span.clone(), message).expected("expected {SOURCE STAGE}"));
                 return None;
             };
             match indices.get(name) {
                 Some(key) => parts.push(Part::Stem(*key)),
-                None => {
-                    diagnostics.push(unknown_placeholder(name, written.span.clone(), stage, keys, spelling))
-                }
+                None => errors.push(unknown_placeholder(name, written.span.clone(), stage, keys, spelling)),
             }
             rest = &rest[brace + name.len() + 2..];
         }
         parts.push(Part::Text(rest.into()));
         let template = Self { span: written.span.clone(), parts };
-        if diagnostics.len() == before {
+        if errors.len() == before {
             // With a plain word for every stem, only the template itself can be wrong.
             if let Err(problem) = check(&template.path(|_| "stem"), "\"out\"") {
                 let message = format!("{:?} {}", written.value, problem.message);
-                diagnostics.push(Diagnostic::at(written.span.clone(), message).expected(problem.expected));
+                errors.push(Diagnostic::at(written.span.clone(), message).expected(problem.expected));
             }
         }
-        (diagnostics.len() == before).then_some(template)
+        (errors.len() == before).then_some(template)
     }
 
     /// The path of the item that has these stems, without an ending.
@@ -101,16 +99,16 @@ fn unknown_placeholder(
     keys: &[&str],
     spelling: &Spelling,
 ) -> Diagnostic {
-    let diagnostic = Diagnostic::at(span, format!("{{{name}}} is not a key of this stage's items"));
-    let diagnostic = match keys {
-        [] => diagnostic.expected("expected no {...}: the stage has a single item without a key"),
-        _ => diagnostic
+    let error = Diagnostic::at(span, format!("{{{name}}} is not a key of this stage's items"));
+    let error = match keys {
+        [] => error.expected("expected no {...}: the stage has a single item without a key"),
+        _ => error
             .expected(format!("expected one of: {}", listed(keys.iter().map(|key| format!("{{{key}}}"))))),
     };
     match spelling.nearest(name, keys.iter().copied()) {
-        Some(near) => diagnostic.help(format!("did you mean {{{near}}}?")),
-        None if name == "stage" => diagnostic.help(format!("to use the stage's name, write it: {stage}")),
-        None => diagnostic,
+        Some(near) => error.help(format!("did you mean {{{near}}}?")),
+        None if name == "stage" => error.help(format!("to use the stage's name, write it: {stage}")),
+        None => error,
     }
 }
 

@@ -79,7 +79,7 @@ fn check_errors(files: &str, manifest: &str, expected: Expect) {
 
 /// The items of a manifest: stage, key, what arrives at each port, source, files.
 fn check_items(files: &str, manifest: &str, expected: Expect) {
-    let plan = load(files, manifest).unwrap_or_else(|diagnostics| panic!("{}", shown(&diagnostics)));
+    let plan = load(files, manifest).unwrap_or_else(|errors| panic!("{}", shown(&errors)));
     expected.assert_eq(&drawn(&plan));
 }
 

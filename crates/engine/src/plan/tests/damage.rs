@@ -41,21 +41,21 @@ fn every_truncated_length_gives_a_plan_or_errors_in_the_text() {
     let whole = whole();
     let mut invalid = 0;
     for length in 0..whole.len() {
-        if let Err(diagnostics) = load(&whole[..length]) {
+        if let Err(errors) = load(&whole[..length]) {
             invalid += 1;
-            assert_placed(&diagnostics);
+            assert_placed(&errors);
         }
     }
     assert!(invalid > whole.len() / 2, "{invalid} of {}", whole.len());
 }
 
-fn assert_placed(diagnostics: &Diagnostics) {
-    assert!(!diagnostics.errors.is_empty());
-    for error in &diagnostics.errors {
+fn assert_placed(errors: &Diagnostics) {
+    assert!(!errors.errors.is_empty());
+    for error in &errors.errors {
         let span = error.span.clone().unwrap_or(0..0);
-        assert!(diagnostics.text.get(span.clone()).is_some(), "{span:?} is not in the text: {error:?}");
+        assert!(errors.text.get(span.clone()).is_some(), "{span:?} is not in the text: {error:?}");
     }
-    let _ = diagnostics.to_string();
+    let _ = errors.to_string();
 }
 
 proptest! {
@@ -70,8 +70,8 @@ proptest! {
             let place = place.index(bytes.len());
             bytes[place] = byte;
         }
-        if let Err(diagnostics) = load(&bytes) {
-            assert_placed(&diagnostics);
+        if let Err(errors) = load(&bytes) {
+            assert_placed(&errors);
         }
     }
 
@@ -86,8 +86,8 @@ proptest! {
             let (from, to) = (from.index(lines.len()), to.index(lines.len()));
             lines[to] = lines[from];
         }
-        if let Err(diagnostics) = load(lines.join("\n").as_bytes()) {
-            assert_placed(&diagnostics);
+        if let Err(errors) = load(lines.join("\n").as_bytes()) {
+            assert_placed(&errors);
         }
     }
 }

@@ -16,19 +16,14 @@ fn stages(body: impl Fn(usize) -> String) -> String {
 /// Checks that a manifest has `count` errors, and that each of those that are shown contains some words.
 fn check_many(manifest: &str, count: usize, words: &str) {
     let sources = "[stage.text]\nkind = \"text-source\"\nsource = \"*.txt\"\n";
-    let Err(diagnostics) = load("a.txt", &format!("{sources}{manifest}")) else {
-        panic!("no error: {words}")
-    };
-    assert_eq!(diagnostics.errors.len(), count, "{words}");
-    assert_eq!(
-        (diagnostics.shown().len(), diagnostics.more()),
-        (Diagnostics::SHOWN, count - Diagnostics::SHOWN)
-    );
-    for error in diagnostics.shown() {
+    let Err(errors) = load("a.txt", &format!("{sources}{manifest}")) else { panic!("no error: {words}") };
+    assert_eq!(errors.errors.len(), count, "{words}");
+    assert_eq!((errors.shown().len(), errors.more()), (Diagnostics::SHOWN, count - Diagnostics::SHOWN));
+    for error in errors.shown() {
         let text = format!("{} {}", error.message, error.help.as_deref().unwrap_or_default());
         assert!(text.contains(words), "no {words:?} in {text:?}");
     }
-    assert_eq!(diagnostics.to_string().lines().count(), Diagnostics::SHOWN + 1);
+    assert_eq!(errors.to_string().lines().count(), Diagnostics::SHOWN + 1);
 }
 
 #[test]
@@ -93,9 +88,9 @@ fn sources_that_do_not_exist() {
     let text =
         format!("schema = 1\n{}", stages(|n| format!("kind = \"text-source\"\nsource = \"g{n}.txt\"")));
     let found = Plan::of_bytes(Path::new(MANIFEST), text.as_bytes(), &kinds(), &folders);
-    let diagnostics = found.map(|_| ()).unwrap_err();
-    assert_eq!(diagnostics.errors.len(), MANY);
-    for error in diagnostics.shown() {
+    let errors = found.map(|_| ()).unwrap_err();
+    assert_eq!(errors.errors.len(), MANY);
+    for error in errors.shown() {
         let help = error.help.as_deref().unwrap_or_default();
         assert!(help.contains("and 492 more; did you mean"), "{error:?}");
     }

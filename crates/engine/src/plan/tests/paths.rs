@@ -8,7 +8,7 @@ fn check(path: &str, expected: Expect) {
     );
     let text = match load(FILES, &format!("{SOURCES}{stage}")) {
         Ok(plan) => plan.items.iter().flat_map(|item| &item.files).map(|file| format!("{file}\n")).collect(),
-        Err(diagnostics) => shown(&diagnostics),
+        Err(errors) => shown(&errors),
     };
     expected.assert_eq(&text);
 }
@@ -73,14 +73,14 @@ fn a_path_that_is_not_valid_on_every_system_is_an_error() {
         "{sky}/a:b{paint}",
         "{sky}/{paint}\u{7f}",
     ] {
-        let diagnostics = load(
+        let errors = load(
             FILES,
             &format!(
                 "{SOURCES}[stage.mixed]\nkind = \"concat\"\ninputs = {{ left = \"sky\", right = \"paint\" }}\n[stage.export]\nkind = \"write\"\ninput = \"mixed\"\npath = {}\n",
                 serde_json::json!(path)
             ),
         );
-        assert_eq!(diagnostics.map(|plan| drawn(&plan)).unwrap_err().errors.len(), 1, "{path}");
+        assert_eq!(errors.map(|plan| drawn(&plan)).unwrap_err().errors.len(), 1, "{path}");
     }
     check(
         "../{sky}/{paint}",

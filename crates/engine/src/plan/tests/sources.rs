@@ -8,7 +8,7 @@ fn check(files: &str, source: &str, expected: Expect) {
         Ok(plan) => {
             plan.items.iter().map(|item| format!("{}\n", item.source.as_ref().unwrap().display())).collect()
         }
-        Err(diagnostics) => shown(&diagnostics),
+        Err(errors) => shown(&errors),
     };
     expected.assert_eq(&text);
 }
