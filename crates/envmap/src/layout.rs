@@ -148,8 +148,7 @@ impl Layout {
     /// (corners around a disk, blank cells of a cross), the pixel is not in the picture, or the shape is
     /// wrong.
     pub fn direction(self, width: usize, height: usize, row: usize, column: usize) -> Option<Direction> {
-        self.check(width, height).ok()?;
-        if row >= height || column >= width {
+        if !self.fits(width, height) || row >= height || column >= width {
             return None;
         }
         match self {
@@ -165,9 +164,7 @@ impl Layout {
             }
         }
     }
-}
 
-impl Layout {
     /// The places of the faces; `None` if the layout has no faces or the shape is wrong.
     pub(crate) fn faces(self, width: usize, height: usize) -> Option<Arrangement> {
         let arrangements = match self {

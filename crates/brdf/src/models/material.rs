@@ -104,11 +104,14 @@ macro_rules! models {
 
             /// The lobes that a renderer samples in place of rho_hat, each once.
             pub fn lobes(&self) -> Vec<Lobe> {
-                match self {
+                let lobes: Vec<Lobe> = match self {
                     $(Self::$model(model) => model.lobes(),)*
                     Self::Measured(measured) => measured.lobes(),
-                    Self::Layers(layers) => all_lobes(layers),
-                }
+                    Self::Layers(layers) if layers.is_empty() => vec![Lobe::Cosine],
+                    Self::Layers(layers) => layers.iter().flat_map(Self::lobes).collect(),
+                };
+                let is_first = |(k, lobe): &(usize, &Lobe)| !lobes[..*k].contains(lobe);
+                lobes.iter().enumerate().filter(is_first).map(|(_, lobe)| *lobe).collect()
             }
 
             /// The closed form of a radially symmetric model.
@@ -180,17 +183,6 @@ impl Material {
         let [incident, outgoing] = self.centre().surface(incident, outgoing);
         self.rho_hat(incident, outgoing)
     }
-}
-
-/// The lobes of all layers, each once.
-fn all_lobes(layers: &[Material]) -> Vec<Lobe> {
-    let mut lobes = Vec::new();
-    for lobe in layers.iter().flat_map(Material::lobes) {
-        if !lobes.contains(&lobe) {
-            lobes.push(lobe);
-        }
-    }
-    lobes
 }
 
 /// The common centre, or the reflection vector if they differ.

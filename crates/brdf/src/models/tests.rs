@@ -79,6 +79,17 @@ fn a_model_is_what_its_values_make() {
     assert!(Material::analytic("fong", &Values::default()).is_none());
 }
 
+#[test]
+fn every_model_gives_a_renderer_constants_and_different_lobes() {
+    let all = Material::layers(every_model().into_iter().filter(|m| m.centre() != Centre::Tangent).collect());
+    for material in every_model().into_iter().chain([all.unwrap()]) {
+        let (constants, lobes) = (material.constants(), material.lobes());
+        assert!(constants.len() >= 3 && constants.iter().all(|value| value.is_finite()), "{material:?}");
+        assert!(!lobes.is_empty(), "{material:?}");
+        assert!((1..lobes.len()).all(|k| !lobes[..k].contains(&lobes[k])), "{material:?}: {lobes:?}");
+    }
+}
+
 /// Values past each end of each range, NaN and infinity, are refused with the parameter's name; the ends are
 /// not.
 #[test]
