@@ -25,32 +25,32 @@ pub const REVISION: u32 = 0;
 /// Below this degree a rotation takes less time than waking threads does.
 const PARALLEL_FROM: usize = 40;
 
-/// The function turned by `rotation`: its value at R w is the old one at w.
+/// The function rotated by `rotation`: its value at R w is the old one at w.
 ///
 /// Accuracy: a few units of rounding times the degree, relative to the largest coefficients; tests show
-/// 1e-11 up to degree 256 for inverse, composition and evaluation at turned directions.
+/// 1e-11 up to degree 256 for inverse, composition and evaluation at rotated directions.
 ///
 /// # Example: a yaw of 90 degrees takes +X to +Y
 /// ```
 /// use sh::{Degree, Expansion, rotate};
 /// let mut f = Expansion::zero(Degree::new(1)?);
 /// f.coefficients_mut()[3] = [1.0; 3]; // Y_1,1, along x
-/// let turned = rotate(&f, sphere::Rotation::from_yaw_pitch_roll(std::f64::consts::FRAC_PI_2, 0.0, 0.0));
-/// assert!((turned.get(1, -1)[0] - 1.0).abs() < 1e-15); // Y_1,-1, along y
+/// let rotated = rotate(&f, sphere::Rotation::from_yaw_pitch_roll(std::f64::consts::FRAC_PI_2, 0.0, 0.0));
+/// assert!((rotated.get(1, -1)[0] - 1.0).abs() < 1e-15); // Y_1,-1, along y
 /// # Ok::<(), sh::DegreeTooHigh>(())
 /// ```
 pub fn rotate(expansion: &Expansion, rotation: Rotation) -> Expansion {
-    let mut turned = Expansion::zero(expansion.degree());
-    rotate_into(expansion, rotation, &mut turned);
-    turned
+    let mut rotated = Expansion::zero(expansion.degree());
+    rotate_into(expansion, rotation, &mut rotated);
+    rotated
 }
 
-/// [`rotate`], written over `turned`.
+/// [`rotate`] into an expansion of the caller.
 ///
 /// # Panics
 /// If the two expansions differ in degree.
-pub fn rotate_into(expansion: &Expansion, rotation: Rotation, turned: &mut Expansion) {
-    assert_eq!(expansion.degree(), turned.degree(), "a rotation keeps the degree");
+pub fn rotate_into(expansion: &Expansion, rotation: Rotation, rotated: &mut Expansion) {
+    assert_eq!(expansion.degree(), rotated.degree(), "a rotation keeps the degree");
     let degree = expansion.degree().get();
     let Zyz { alpha, beta, gamma } = rotation.zyz();
     let (sine, cosine) = (beta / 2.0).sin_cos();
@@ -67,7 +67,7 @@ pub fn rotate_into(expansion: &Expansion, rotation: Rotation, turned: &mut Expan
         // The first blocks are the longest: one task each keeps the threads evenly busy.
         (0..count).into_par_iter().with_max_len(1).map(run).collect()
     };
-    scatter(&blocks, alpha, flip, turned.coefficients_mut(), degree);
+    scatter(&blocks, alpha, flip, rotated.coefficients_mut(), degree);
 }
 
 /// cos(m angle) and sin(m angle), for m = 0 to `degree`, by repeated multiplication.
@@ -177,12 +177,12 @@ mod tests {
     fn degree_one_turns_as_a_vector_does() {
         for rotation in rotations() {
             let f = noise(1);
-            let turned = rotate(&f, rotation);
+            let rotated = rotate(&f, rotation);
             for channel in 0..3 {
                 let vector = |f: &Expansion| {
                     sphere::DVec3::new(f.get(1, 1)[channel], f.get(1, -1)[channel], f.get(1, 0)[channel])
                 };
-                let error = vector(&turned) - rotation.matrix() * vector(&f);
+                let error = vector(&rotated) - rotation.matrix() * vector(&f);
                 assert!(error.length() < 1e-15, "{rotation:?}: {error}");
             }
         }
@@ -199,10 +199,10 @@ mod tests {
             let basis = Basis::new(f.degree());
             let size = (degree as f64 + 1.0) / 6.0;
             for rotation in rotations() {
-                let turned = rotate(&f, rotation);
+                let rotated = rotate(&f, rotation);
                 for i in 0..12 {
                     let w = Direction::from_angles(0.1 + 0.26 * f64::from(i), 2.4 * f64::from(i));
-                    let (old, new) = (basis.evaluate(&f, w), basis.evaluate(&turned, rotation.apply(w)));
+                    let (old, new) = (basis.evaluate(&f, w), basis.evaluate(&rotated, rotation.apply(w)));
                     for channel in 0..3 {
                         let error = (old[channel] - new[channel]).abs() / size;
                         assert!(error < 1e-11, "degree {degree}, {rotation:?}: {error:e}");
@@ -248,9 +248,9 @@ mod tests {
         for (degree, beta) in [(700, 2.2), (1024, 0.7534)] {
             let f = noise(degree);
             let rotation = Rotation::from_zyz(Zyz { alpha: 0.4, beta, gamma: -1.3 });
-            let turned = rotate(&f, rotation);
-            keeps_energy(&f, &turned);
-            let error = largest_difference(&rotate(&turned, rotation.inverse()), &f);
+            let rotated = rotate(&f, rotation);
+            keeps_energy(&f, &rotated);
+            let error = largest_difference(&rotate(&rotated, rotation.inverse()), &f);
             assert!(error < 1e-11, "degree {degree}, beta {beta}: {error:e}");
         }
     }
@@ -268,8 +268,8 @@ mod tests {
         };
         for (theta, phi, beta) in [(0.9, 0.7, 0.7534_f64), (0.4, 0.01, 1.5), (1.5, -2.0, 0.01)] {
             let w = Direction::from_angles(theta, phi);
-            let turned = Rotation::from_zyz(Zyz { alpha: 0.0, beta, gamma: 0.0 }).apply(w);
-            let (before, after) = (at(w), at(turned));
+            let rotated = Rotation::from_zyz(Zyz { alpha: 0.0, beta, gamma: 0.0 }).apply(w);
+            let (before, after) = (at(w), at(rotated));
             let spike: Vec<[f64; 3]> = before.iter().map(|y| [*y, -y, 2.0 * y]).collect();
             let input = gather(&spike, top, 0.0, false);
             let (sine, cosine) = (beta / 2.0).sin_cos();
@@ -298,8 +298,8 @@ mod tests {
 
     /// Rotations are orthogonal within each degree. Each coefficient is good to 1e-12; so is the sum,
     /// relatively.
-    fn keeps_energy(f: &Expansion, turned: &Expansion) {
-        let (before, after) = (crate::energy_per_degree(f), crate::energy_per_degree(turned));
+    fn keeps_energy(f: &Expansion, rotated: &Expansion) {
+        let (before, after) = (crate::energy_per_degree(f), crate::energy_per_degree(rotated));
         for (l, (before, after)) in before.iter().zip(after).enumerate() {
             for channel in 0..3 {
                 let error = after[channel] / before[channel] - 1.0;

@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn where_one_of_both_is_band_limited_nothing_is_lost() {
+    fn nothing_is_lost_if_either_factor_is_band_limited() {
         let world = field(5, 8, 0, 0.2);
         let mut lighting = world.lighting().to_degree(degree(4)).to_degree(degree(8));
         lighting.coefficients_mut()[24] = [1.0; 3];

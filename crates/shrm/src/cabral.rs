@@ -73,7 +73,7 @@ impl Cabral {
     /// A global map fitted to the twelve, by least squares for each texel ([`fit_views`]).
     ///
     /// Twelve views determine P = 2 at most. A field with P <= 2 comes back to f32 rounding: the vertices are
-    /// a spherical design of degree 5, on which the harmonics up to degree 2 are orthogonal. Of a field with
+    /// a spherical design of degree 5, on which the harmonics up to degree 2 are orthogonal. If the field has
     /// more, degrees 4 and up fold into the coefficients.
     ///
     /// # Errors

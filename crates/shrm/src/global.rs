@@ -1,7 +1,7 @@
 //! From local to global coefficients (paper 1, equation 8).
 //!
 //! A function given in the frame of a central direction becomes one of the world when its coefficients are
-//! turned by R = R_z(beta) R_y(alpha). With X a quarter turn about +X, which takes +Y to +Z, R_y(alpha) =
+//! rotated by R = R_z(beta) R_y(alpha). With X a quarter turn about +X, which takes +Y to +Z, R_y(alpha) =
 //! X^-1 R_z(alpha) X. Turns about +Z mix the two rows of each |q| only, and X is one orthogonal matrix for
 //! each p, the same for every texel: work is O(P^3) per texel and no matrix depends on the angle.
 
@@ -92,8 +92,8 @@ impl Shrm {
     /// The same map with coefficients over the view in the world's frame, all (P+1)^2 of them; a copy if it
     /// is global already.
     ///
-    /// Turned in f64 and rounded once; work is O(P^3) per texel. Global coefficients may be blended between
-    /// texels, local ones may not.
+    /// The rotation is in f64 and rounded once; work is O(P^3) per texel. Global coefficients may be blended
+    /// between texels, local ones may not.
     pub fn to_global(&self) -> Self {
         if self.view() == View::Global {
             return self.clone();
@@ -129,7 +129,7 @@ mod tests {
     use crate::into_frame;
     use sh::Basis;
 
-    /// Equation 8 in f64: turned coefficients at V are the local ones at R^-1 V. Matrices are orthogonal, so
+    /// Equation 8 in f64: rotated coefficients at V are the local ones at R^-1 V. Matrices are orthogonal, so
     /// that errors stay at some P^2 units of rounding.
     #[test]
     fn global_coefficients_at_v_are_local_ones_at_w_o() {

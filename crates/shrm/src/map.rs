@@ -4,7 +4,7 @@
 //! B(C, w_o) = sum over p <= P, |q| <= p of B_pq(C) Y_pq(w_o), real harmonics, row p*p + p + q. In a local
 //! map w_o is the view in the frame of the central direction C, w_o = R^-1 V with R = R_z(beta) R_y(alpha);
 //! in a global map it is the view V itself. The frames of a local map spin around the poles, so that its
-//! coefficients are never blended: each texel is evaluated in its own frame, then the values are.
+//! coefficients are never blended: each texel is evaluated in its own frame, then the values are blended.
 
 use brdf::Centre;
 use envmap::{Taps, Texels};

@@ -7,16 +7,16 @@
 //! row.
 //!
 //! [`Reference::radiance`] calls the material for every texel, in f64. Maps of lambert, phong and microfacet
-//! go through sums in vectors (`lobes.rs`) that the tests hold against it; other materials through the same
-//! sum as `radiance`. Work common to the texels of a row, to a row of a map and to one view is done once;
-//! black texels are not read.
+//! come from vectorised sums (`lobes.rs`), which the tests compare with it; maps of other materials come from
+//! the same sum as `radiance`. Work common to the texels of a row, to a row of a map and to one view is done
+//! once; black texels are not read.
 //!
-//! A [`Cull`] leaves out directions in which a lobe is small (paper 1, Appendix D): of max(0, cos)^s the cap
-//! about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A Gaussian of
-//! theta_h holds as much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more where the
-//! horizon cuts it; the incident directions of these lie within twice that angle of the reflection vector,
-//! because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap covers is
-//! [`Reference::width`].
+//! A [`Cull`] leaves out directions in which a lobe is small (paper 1, Appendix D): for max(0, cos)^s it
+//! keeps the cap about C with cos(theta) >= eps^(1 / (s + 1)), which holds 1 - eps of the lobe's integral. A
+//! Gaussian of theta_h holds as much within theta_h <= sigma sqrt(-ln eps), to the order of sigma^2 and more
+//! where the horizon cuts it; the incident directions of these lie within twice that angle of the reflection
+//! vector, because L mirrors V about H and R mirrors it about N. The part W of the sphere that such a cap
+//! covers is [`Reference::width`].
 
 mod lit_texels;
 mod lobes;
@@ -43,8 +43,8 @@ pub const REVISION: u32 = 0;
 pub enum Cull {
     /// All that hold light.
     None,
-    /// Of lambert, phong and microfacet those that hold all but this share of the lobe's energy in angle; of
-    /// others all.
+    /// For lambert, phong and microfacet, those that hold all but this share of the lobe's energy in angle;
+    /// for other models, all.
     Energy(Tolerance),
 }
 
@@ -393,7 +393,7 @@ mod tests {
     /// A cap of Appendix D under a constant sky keeps 1 - eps, and a little more with the texels beside it;
     /// the texels on its edge make that uncertain by their share of the cap.
     #[test]
-    fn a_cap_leaves_out_the_share_of_energy_that_it_says() {
+    fn a_cap_leaves_out_the_stated_share_of_energy() {
         let sky = environment(256, |_| [1.0; 3]);
         for eps in [0.05, 0.2] {
             for exponent in [1.0, 8.0, 32.0, 128.0] {
@@ -419,7 +419,7 @@ mod tests {
     /// The Gaussian's caps, toward every view from the normal to grazing: a constant sky loses the share or
     /// less.
     #[test]
-    fn a_cap_about_a_gaussian_leaves_out_no_more_than_it_says() {
+    fn a_cap_about_a_gaussian_leaves_out_no_more_than_stated() {
         let sky = environment(256, |_| [1.0; 3]);
         for eps in [0.05, 0.2] {
             for sigma in [0.1, 0.2, 0.35, 0.5] {

@@ -12,7 +12,7 @@ pub const REVISION: u32 = 0;
 impl Shrm {
     /// The same map on another grid, local or global.
     ///
-    /// Each new texel is the bilinear blend of four old ones in the world's frame, turned into its own frame
+    /// Each new texel is the bilinear blend of four old ones in the world's frame, rotated into its own frame
     /// for a local map. Zonal terms of a local map do not depend on the texels' frames; they are blended as
     /// they are and stay zonal. On the map's own grid nothing is blended. A grid that is coarser by more than
     /// two skips texels: make such a map from the reflection instead. Work is O(P^3) per texel, in f64

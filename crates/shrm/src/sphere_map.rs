@@ -7,7 +7,7 @@
 //!
 //! The map of one view is a function of the central direction of degree F + P: B_pq(C) has degree F and spin
 //! q, the rotation into the world has degree p, and in their sum the spins cancel. So it is expanded exactly
-//! from the rows of a lat-long grid, turned into the frame of the ball and evaluated at each texel.
+//! from the rows of a lat-long grid, rotated into the frame of the ball and evaluated at each texel.
 
 use std::f64::consts::FRAC_PI_2;
 

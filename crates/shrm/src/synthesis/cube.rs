@@ -59,7 +59,7 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Vec<[f32; 3]> 
     values
 }
 
-/// Two opposite faces, and how the lighting is turned so that they lie at beta = 0 and pi.
+/// Two opposite faces, and how the lighting is rotated so that they lie at beta = 0 and pi.
 struct Faces {
     near: Face,
     far: Face,
