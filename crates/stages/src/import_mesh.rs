@@ -14,9 +14,9 @@
 //!
 //! What moves is seen as it rests: a skinned mesh is where the joints of its skin are, and its own node does not count.
 //! Animations, morph targets, cameras and lights are ignored, and materials and textures too: what a surface looks like is
-//! the matter of materials here. `KHR_mesh_quantization` is read. A file that needs another extension
-//! for its triangles, such as `KHR_draco_mesh_compression` or `EXT_meshopt_compression`, is refused by its name. At most
-//! 4,194,304 triangles are read.
+//! the matter of materials here. `KHR_mesh_quantization` and `EXT_meshopt_compression` are read. A file
+//! that needs another extension for its triangles, such as `KHR_draco_mesh_compression`, is an error that names the
+//! extension. At most 4,194,304 triangles are read.
 //!
 //! ## Example
 //!
@@ -44,7 +44,7 @@ impl Kind for ImportMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-mesh";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;
 
