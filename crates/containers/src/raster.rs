@@ -21,6 +21,9 @@ use crate::{Format, limits};
 /// Memory that a decoder may use beside its result and the file, in bytes.
 pub(crate) const WORKSPACE: usize = 16 << 20;
 
+/// Bytes of pixels that are believed of a WebP file, however short it is.
+const FLAT_WEBP: usize = 15 << 20;
+
 /// A picture as its decoder gives it.
 pub(crate) struct Raster {
     pub(crate) width: usize,
@@ -37,6 +40,9 @@ pub(crate) struct Raster {
 
 /// Reads PNG, TIFF, TGA or WebP.
 pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
+    if format == Format::WebP && !has_whole_chunks(bytes) {
+        return Err(Error::truncated("the file ends before its data does"));
+    }
     let mut decoder = open(bytes, format).map_err(describe)?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
@@ -44,11 +50,12 @@ pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
     let total = decoder.total_bytes();
     let size = usize::try_from(total)
         .map_err(|_| Error::new(ErrorKind::TooLarge, "the pixels do not fit into memory"))?;
-    limits::plausible(size, bytes.len(), ratio(format))?;
+    limits::plausible(size, bytes.len(), ratio(format, bytes.len()))?;
+    // Before the limits: TIFF's decoder holds profiles to the one of its pixels.
+    let profile = decoder.icc_profile().map_err(describe)?;
     let mut allowed = Limits::no_limits();
     allowed.max_alloc = Some(2 * total + (bytes.len() + WORKSPACE) as u64);
     decoder.set_limits(allowed).map_err(describe)?;
-    let profile = decoder.icc_profile().map_err(describe)?;
     let colour = decoder.color_type();
     let channels = usize::from(colour.channel_count());
     let depth = usize::from(colour.bytes_per_pixel()) / channels;
@@ -69,16 +76,28 @@ fn open<'a>(bytes: &'a [u8], format: Format) -> ImageResult<Box<dyn ImageDecoder
     })
 }
 
-/// The most bytes of pixels that a byte of a file holds.
-pub(crate) fn ratio(format: Format) -> usize {
+/// Whether the chunks of a WebP file are in it (RFC 9649): the decoder makes room for as much as they declare.
+fn has_whole_chunks(bytes: &[u8]) -> bool {
+    let mut rest = bytes.get(12..).unwrap_or_default();
+    while let Some((&[_, _, _, _, a, b, c, d], body)) = rest.split_first_chunk() {
+        let size = u32::from_le_bytes([a, b, c, d]) as usize;
+        let Some(next) = body.get(size..) else { return false };
+        rest = next.get(size % 2..).unwrap_or_default();
+    }
+    true
+}
+
+/// Deflate gains at most 1032 to 1, and a bit of the file becomes at most a byte here.
+pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
+
+/// The most bytes of pixels for each byte of a file of `length` bytes.
+fn ratio(format: Format, length: usize) -> usize {
     match format {
-        // A run of 128 pixels of 4 bytes takes 2 bytes, where a palette gives the colours.
+        // A run of 128 pixels of 4 bytes takes 2 bytes if a palette gives the colours.
         Format::Tga => 256,
-        // A copy of 4096 pixels takes a bit; pictures of one colour take none at all and are refused when
-        // they are large.
-        Format::WebP => 4096 * 8 * 4,
-        // Deflate gains at most 1032 to 1, and a bit of the file becomes at most a byte here.
-        _ => 1032 * 8,
+        // A bit copies 4096 pixels, and a picture of one colour takes none at all. Large ones are refused.
+        Format::WebP => DEFLATE_RATIO.max((4096 * 8 * 4).min(FLAT_WEBP / length.max(1))),
+        _ => DEFLATE_RATIO,
     }
 }
 

@@ -55,7 +55,7 @@ fn grey_floats(bytes: &[u8]) -> Result<Raster, Error> {
     let (width, height) = decoder.dimensions().map_err(describe)?;
     let (width, height) = (width as usize, height as usize);
     let size = 4 * limits::pixels(width, height)?;
-    limits::plausible(size, bytes.len(), raster::ratio(Format::Tiff))?;
+    limits::plausible(size, bytes.len(), raster::DEFLATE_RATIO)?;
     let colour = decoder.colortype().map_err(describe)?;
     let profile = decoder.get_tag_u8_vec(Tag::IccProfile).ok();
     let mut allowed = Limits::default();
