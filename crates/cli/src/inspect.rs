@@ -48,7 +48,7 @@ pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
         Err(error) => {
             say!("error: {}: {error}", file.display());
             say!(
-                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors, glTF, the JSON of lighting, material files and measured BRDFs"
+                "hint: inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, KTX2, DDS, safetensors, glTF, the JSON of lighting, material files and measured BRDFs"
             );
             Exit::Usage
         }
@@ -124,10 +124,15 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
         };
         facts.push(("envmap", layout.into()));
     }
-    facts.push((
-        "dynamic range",
-        if decoded.high_dynamic_range { "high" } else { "low, decoded from sRGB" }.into(),
-    ));
+    let range_of_format = match (decoded.high_dynamic_range, &decoded.profile) {
+        (true, _) => "high",
+        (false, None) => "low, decoded from sRGB",
+        (false, Some(_)) => "low",
+    };
+    facts.push(("dynamic range", range_of_format.into()));
+    if let Some(profile) = &decoded.profile {
+        facts.push(("ICC profile", profile.as_str().into()));
+    }
     let pixels = decoded.image.pixels();
     facts.extend(range("linear Rec. 709", pixels.iter().map(|pixel| pixel.map(f64::from))));
     if !decoded.warnings.is_empty() {

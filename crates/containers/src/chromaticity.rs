@@ -19,7 +19,7 @@ impl Chromaticities {
     /// CIE XYZ itself, whose white has equal energy, as Radiance takes it.
     pub(crate) const XYZ: Self = Self([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]]);
 
-    /// The matrix to linear Rec. 709; the identity where they agree within 1e-4; `None` where the
+    /// The matrix to linear Rec. 709; the identity if they agree within 1e-4; `None` if the
     /// chromaticities span no colour space.
     pub(crate) fn to_rec_709(self) -> Option<DMat3> {
         let same = self.0.iter().flatten().zip(Self::REC_709.0.iter().flatten());
@@ -36,7 +36,7 @@ impl Chromaticities {
         matrix.is_finite().then_some(matrix)
     }
 
-    /// The matrix to XYZ, white at Y = 1; `None` where the chromaticities span no colour space.
+    /// The matrix to XYZ, white at Y = 1; `None` if the chromaticities span no colour space.
     pub(crate) fn to_xyz(self) -> Option<DMat3> {
         let [r, g, b, w] = self.0;
         // Columns at x + y + z = 1 rather than Y = 1: a primary may have y = 0, as X and Z have.

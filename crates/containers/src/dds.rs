@@ -1,5 +1,5 @@
-//! DDS with the DX10 header (Microsoft's DDS programming guide): textures of four 16 or 32-bit floats, one level of
-//! detail.
+//! DDS with the DX10 header (Microsoft's DDS programming guide): textures of four 16 or 32-bit floats, one
+//! level of detail.
 //!
 //! | bytes | what |
 //! | --- | --- |
@@ -8,19 +8,19 @@
 //! | 128 | the DX10 header, five u32: DXGI format, dimension, cube flag, elements of the array, alpha mode |
 //! | 148 | pixels in the order layer, face, slice, row |
 //!
-//! A file holds no texts: the recipe goes into a JSON file beside it ([`crate::texture_sidecar`]). An array of one
-//! element cannot be told from none, and is read as none.
+//! A file holds no texts: the recipe goes into a JSON file beside it ([`crate::texture_sidecar`]). An array
+//! of one element looks like no array, and is read as none.
 
 use std::collections::BTreeMap;
 
-use crate::Precision;
+use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::image::Encoded;
+use crate::precision::Precision;
 use crate::texture::{Texture, TextureFile, pack, pixel_bytes, size, unpack, word};
 
 /// The first bytes of every DDS file.
-pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
+const MAGIC: [u8; 4] = *b"DDS ";
 
 const LENGTH: usize = 148;
 
@@ -39,7 +39,7 @@ const ALPHA_OPAQUE: u32 = 3;
 /// With [`Precision::Half`] values past +-65504 become it and are counted.
 ///
 /// # Errors
-/// Where the texture's sizes are impossible or not those of its pixels.
+/// If the texture's sizes are impossible or not those of its pixels.
 ///
 /// # Example: a volume comes back
 /// ```
@@ -66,7 +66,7 @@ pub fn write_dds(texture: &Texture, precision: Precision) -> Result<Encoded, Err
         1,
     ]);
     words[18..21].copy_from_slice(&[32, FOURCC, DX10]);
-    // Texture; complex where there is more than one image. All six faces, or volume.
+    // Texture; complex if there is more than one image. All six faces, or volume.
     let complex = volume || cube || texture.layers > 1;
     words[26] = 0x1000 | if complex { 0x8 } else { 0 };
     words[27] = if cube { 0xfe00 } else { 0 } | if volume { 0x20_0000 } else { 0 };
@@ -84,13 +84,18 @@ pub fn write_dds(texture: &Texture, precision: Precision) -> Result<Encoded, Err
     Ok(Encoded { bytes, clamped })
 }
 
-/// Reads DDS as [`write_dds`] writes it, by whoever: with a DX10 header, RGBA of 16 or 32-bit floats, one level of
-/// detail. Alpha is ignored.
+/// Reads the subset of DDS that [`write_dds`] writes, whichever program wrote it: with a DX10 header, RGBA of
+/// 16 or 32-bit floats, one level of detail. Alpha is ignored.
 ///
 /// # Errors
-/// Where the file is truncated or damaged, too large, or of another pixel format.
+/// If the file is truncated, damaged, too large, or of another pixel format.
 pub fn read_dds(bytes: &[u8]) -> Result<Texture, Error> {
     read(bytes).map(|file| file.texture)
+}
+
+/// Whether the bytes begin as a DDS file.
+pub(crate) fn is_dds(bytes: &[u8]) -> bool {
+    bytes.starts_with(&MAGIC)
 }
 
 pub(crate) fn read(bytes: &[u8]) -> Result<TextureFile, Error> {

@@ -8,9 +8,9 @@ use std::fmt;
 pub enum ErrorKind {
     /// The file has no bytes.
     Empty,
-    /// A Git LFS pointer stands where the file should be.
+    /// The file is a Git LFS pointer to what it should be.
     GitLfsPointer,
-    /// The content is of no format that is read here.
+    /// The content is not in a format that is read here.
     UnknownFormat,
     /// The bytes end before the data does.
     Truncated,
@@ -58,7 +58,7 @@ impl Error {
         self
     }
 
-    /// What kind of fault this is.
+    /// The kind of this error.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }

@@ -1,4 +1,7 @@
-//! JPEG, read only: 8 bits, taken for sRGB.
+//! JPEG, read only: 8 bits.
+//!
+//! `zune-jpeg` decodes it directly, not through `image`: that has no strict mode, and fills what a damaged
+//! file lacks with grey.
 
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
@@ -6,11 +9,10 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 
-use envmap::Image;
-
+use crate::decoded::Decoded;
 use crate::error::Error;
-use crate::image::Decoded;
-use crate::{Format, limits, png};
+use crate::raster::Raster;
+use crate::{Format, limits};
 
 /// A block of 64 pixels takes at least one bit, so that a byte holds at most 512 pixels of 3 bytes.
 const RATIO: usize = 512 * 3;
@@ -26,19 +28,16 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
     let info = decoder.info().ok_or_else(|| Error::damaged("the header holds no size"))?;
     let (width, height) = (usize::from(info.width), usize::from(info.height));
     limits::plausible(limits::pixels(width, height)? * 3, bytes.len(), RATIO)?;
-    // The decoder fills what is missing with grey, even when it is told to be strict, or calls it damage of some
-    // kind. Markers do not occur within the coded data, so that the end of the image is the one after the last start
-    // of a scan.
+    // Even in strict mode the decoder fills what is missing with grey, or reports damage of some other kind.
+    // Markers do not occur within the coded data: the end of the image is the one after the last start of a
+    // scan.
     let last_scan = bytes.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap_or(0);
     if !bytes[last_scan..].windows(2).any(|marker| marker == [0xff, 0xd9]) {
         return Err(Error::truncated("the file ends before its end-of-image marker"));
     }
     let samples = decoder.decode().map_err(describe)?;
-    let table = png::srgb_to_linear_8();
-    let pixels = samples.chunks_exact(3).map(|rgb| [0, 1, 2].map(|c| table[usize::from(rgb[c])])).collect();
-    let image = Image::new(width, height, pixels)
-        .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
-    Ok(Decoded::new(Format::Jpeg, image))
+    let profile = decoder.icc_profile();
+    Raster { width, height, channels: 3, depth: 1, samples, profile }.decode(Format::Jpeg)
 }
 
 fn describe(error: DecodeErrors) -> Error {

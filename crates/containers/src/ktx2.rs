@@ -10,20 +10,21 @@
 //! | 196 | key/value data, sorted by key, each entry padded to 4 bytes |
 //! | | padding to the size of a pixel, then pixels in the order layer, face, slice, row |
 //!
-//! Depth is 0 but for volumes and the number of layers 0 but for arrays, as the specification's table of texture types
-//! wants. `KTXorientation` is `rd` (row 0 at the top; for cubes the only one allowed) and `rdi` for volumes.
+//! Depth is 0 but for volumes and the number of layers 0 but for arrays, as the specification's table of
+//! texture types wants. `KTXorientation` is `rd` (row 0 at the top; for cubes the only one allowed) and `rdi`
+//! for volumes.
 
 use std::collections::BTreeMap;
 
-use crate::Precision;
+use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
-use crate::image::Encoded;
+use crate::precision::Precision;
 use crate::recipe::{self, KEY};
 use crate::texture::{Texture, TextureFile, pack, pixel_bytes, size, unpack, word};
 
 /// The first bytes of every KTX2 file.
-pub(crate) const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
+const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
 const HEADER: usize = 80;
 const LEVEL_INDEX: usize = 24;
@@ -34,12 +35,12 @@ const FORMATS: [(u32, Precision); 2] = [(97, Precision::Half), (109, Precision::
 
 /// Writes KTX2: RGBA16F or RGBA32F with an alpha of 1.
 ///
-/// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter` are added.
-/// With [`Precision::Half`] values past +-65504 become it and are counted.
+/// The recipe becomes the entry `specula`, and `metadata` further entries; `KTXorientation` and `KTXwriter`
+/// are added. With [`Precision::Half`] values past +-65504 become it and are counted.
 ///
 /// # Errors
-/// Where the texture's sizes are impossible or not those of its pixels; where a key is empty, given twice, begins with
-/// `KTX` or `ktx`, or a key or value has control characters.
+/// If the texture's sizes are impossible or not those of its pixels; if a key is empty, given twice, or
+/// begins with `KTX` or `ktx`; if a key or value has control characters.
 ///
 /// # Example: a grey cube comes back
 /// ```
@@ -58,13 +59,19 @@ pub fn write_ktx2(
     write(texture, precision, recipe, metadata).map_err(|error| error.within("KTX2"))
 }
 
-/// Reads KTX2 as [`write_ktx2`] writes it, by whoever: RGBA16F or RGBA32F without supercompression; of several levels
-/// of detail the largest. Alpha is ignored. [`crate::read_texture`] gives the metadata too.
+/// Reads the subset of KTX2 that [`write_ktx2`] writes, whichever program wrote it: RGBA16F or RGBA32F
+/// without supercompression; of several levels of detail the largest. Alpha is ignored.
+/// [`crate::read_texture`] gives the metadata too.
 ///
 /// # Errors
-/// Where the file is truncated or damaged, too large, or of another pixel format.
+/// If the file is truncated, damaged, too large, or of another pixel format.
 pub fn read_ktx2(bytes: &[u8]) -> Result<Texture, Error> {
     read(bytes).map(|file| file.texture)
+}
+
+/// Whether the bytes begin as a KTX2 file.
+pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
+    bytes.starts_with(&IDENTIFIER)
 }
 
 fn write(
@@ -222,7 +229,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     let (offset, length) = level.ok_or_else(|| Error::truncated("the file ends within its level index"))?;
     if length != expected {
         return Err(Error::damaged(format!(
-            "the level index declares {length} bytes where the sizes make {expected}"
+            "the level index declares {length} bytes; the sizes make {expected}"
         )));
     }
     let pixels = bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(|| {
@@ -236,7 +243,7 @@ fn parse(bytes: &[u8]) -> Result<TextureFile, Error> {
     Ok(TextureFile { texture, precision: *precision, container: "KTX2", metadata })
 }
 
-/// The texts of the key/value data; what is no text is left out.
+/// The texts of the key/value data; entries that are not text are left out.
 fn read_key_values(bytes: &[u8]) -> Result<BTreeMap<String, String>, Error> {
     let damaged = || Error::damaged("the key/value data do not add up to their length");
     let (offset, length) = word(bytes, 56).zip(word(bytes, 60)).ok_or_else(damaged)?;

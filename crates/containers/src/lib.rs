@@ -2,7 +2,7 @@
 //!
 //! | bytes | value | module |
 //! | --- | --- | --- |
-//! | OpenEXR, Radiance RGBE, PNG, JPEG | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
+//! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
 //! | glTF, binary or not | [`mesh::Mesh`] | [`read_gltf`] |
@@ -19,10 +19,11 @@
 
 mod chromaticity;
 mod dds;
+mod decoded;
 mod error;
 mod format;
 mod gltf;
-mod image;
+mod icc;
 mod jpeg;
 mod ktx2;
 pub mod lighting_json;
@@ -30,24 +31,34 @@ mod limits;
 pub mod measured;
 mod open_exr;
 mod png;
+mod precision;
 mod radiance;
+mod raster;
+mod read_image;
+mod read_recipe;
+mod read_texture;
 mod recipe;
 mod shrm_metadata;
 pub mod tensors;
 mod texture;
+mod tiff;
 mod web_page;
 
 pub use dds::{read_dds, write_dds};
+pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use gltf::{MAX_TRIANGLES, Model, ReadBeside, read_gltf};
-pub use image::{Decoded, Encoded, OpenExrEnvmap, ReadOptions, read_image};
 pub use ktx2::{read_ktx2, write_ktx2};
 pub use limits::MAX_PIXELS;
-pub use open_exr::{ExrLayers, Precision, read_exr_layers, write_exr, write_exr_layers};
+pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers};
 pub use png::{write_apng, write_png};
+pub use precision::Precision;
 pub use radiance::write_rgbe;
-pub use recipe::{read_recipe, texture_sidecar};
+pub use read_image::read_image;
+pub use read_recipe::read_recipe;
+pub use read_texture::{is_texture, read_texture};
+pub use recipe::texture_sidecar;
 pub use shrm_metadata::{entries as shrm_metadata, row_names};
-pub use texture::{Texture, TextureFile, is_texture, read_texture};
+pub use texture::{Texture, TextureFile};
 pub use web_page::{escape_html, is_web_page, recipe_element};

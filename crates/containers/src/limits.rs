@@ -1,11 +1,11 @@
-//! How much a header is believed.
+//! How large a picture a header may declare.
 
 use crate::error::{Error, ErrorKind};
 
 /// The largest picture that is read: 16384 x 8192 pixels, 1.5 GiB once decoded.
 pub const MAX_PIXELS: usize = 16384 * 8192;
 
-/// What the shortest files may claim whatever their length, in bytes.
+/// Bytes of pixels that any file may declare, however short it is.
 const SLACK: usize = 1 << 16;
 
 /// Checks a declared size against [`MAX_PIXELS`]; gives the number of pixels.

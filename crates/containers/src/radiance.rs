@@ -7,21 +7,21 @@
 //! `-Y 512 +X 1024` or one of seven other orders of scanning. Fields that matter:
 //!
 //! - `FORMAT`: `32-bit_rle_rgbe` or `32-bit_rle_xyze`; absent means RGBE.
-//! - `EXPOSURE`, `COLORCORR`: what the pixels were multiplied by. Each may stand several times; all multiply.
-//! - `PRIMARIES`: x y of red, green, blue and white; absent means Rec. 709 (not Radiance's own primaries, which
-//!   differ in green and white: nearly every file in use comes from other tools).
+//! - `EXPOSURE`, `COLORCORR`: what the pixels were multiplied by. Each may occur several times; all multiply.
+//! - `PRIMARIES`: x y of red, green, blue and white; absent means Rec. 709 (not Radiance's own primaries,
+//!   which differ in green and white: nearly every file in use comes from other tools).
 //!
 //! XYZE is CIE XYZ with an equal-energy white, and keeps its photometric unit.
 //!
-//! A row is flat (four bytes a pixel), or in the old run lengths (1, 1, 1, n repeats the last pixel, successive
-//! ones being digits of base 256), or in the new ones: 2, 2, width in two bytes, then each of the four planes as
-//! runs (128 + n, value) and literals (n, values).
+//! A row is flat (four bytes a pixel), or in the old run lengths (1, 1, 1, n repeats the last pixel,
+//! successive ones being digits of base 256), or in the new ones: 2, 2, width in two bytes, then each of the
+//! four planes as runs (128 + n, value) and literals (n, values).
 
 use envmap::Image;
 
 use crate::chromaticity::{self, Chromaticities};
+use crate::decoded::{Decoded, Encoded};
 use crate::error::{Error, ErrorKind};
-use crate::image::{Decoded, Encoded};
 use crate::recipe;
 use crate::{Format, limits};
 
@@ -71,15 +71,15 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
     Header::parse(bytes).ok()?.0.recipe
 }
 
-/// Writes RGBE in the new run lengths (flat where the width forbids them), top row first.
+/// Writes RGBE in the new run lengths (flat if the width forbids them), top row first.
 ///
-/// Mantissas are cut off, as [`read_image`](crate::read_image) expects: a value comes back within 1/256 of its
-/// pixel's largest channel. Values below 2^-128 become black. `recipe` goes into a header line.
+/// Mantissas are cut off, as [`read_image`](crate::read_image) expects: a value comes back within 1/256 of
+/// its pixel's largest channel. Values below 2^-128 become black. `recipe` goes into a header line.
 ///
 /// Negative values become 0 and values past 1.69e38 that number; each is counted.
 ///
 /// # Errors
-/// Where a value is NaN, or the recipe holds control characters.
+/// If a value is NaN, or the recipe holds control characters.
 pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error> {
     recipe::check(recipe).map_err(|error| error.within(Format::Radiance.name()))?;
     let (width, height) = (image.width(), image.height());
@@ -235,18 +235,18 @@ struct Scan {
 impl Scan {
     fn parse(line: &[u8]) -> Result<Self, Error> {
         let line = String::from_utf8_lossy(line);
-        let fault = || {
+        let error = || {
             let shown: String = line.chars().take(40).collect();
-            Error::damaged(format!("`{shown}` is no resolution; expected one such as `-Y 512 +X 1024`"))
+            Error::damaged(format!("`{shown}` is not a resolution; expected one such as `-Y 512 +X 1024`"))
         };
         let words: Vec<&str> = line.split_whitespace().collect();
-        let &[first, first_length, second, second_length] = words.as_slice() else { return Err(fault()) };
-        let length = |word: &str| word.parse::<usize>().map_err(|_| fault());
+        let &[first, first_length, second, second_length] = words.as_slice() else { return Err(error()) };
+        let length = |word: &str| word.parse::<usize>().map_err(|_| error());
         let (first_length, second_length) = (length(first_length)?, length(second_length)?);
         let ((y, height), (x, width), rows) = match (first, second) {
             ("-Y" | "+Y", "-X" | "+X") => ((first, first_length), (second, second_length), true),
             ("-X" | "+X", "-Y" | "+Y") => ((second, second_length), (first, first_length), false),
-            _ => return Err(fault()),
+            _ => return Err(error()),
         };
         Ok(Self { width, height, rows, upward: y == "+Y", leftward: x == "-X" })
     }
@@ -259,7 +259,7 @@ impl Scan {
         if self.rows { self.height } else { self.width }
     }
 
-    /// Where a scanned pixel stands in rows from the top.
+    /// The index of a scanned pixel in rows from the top.
     fn target(&self, line: usize, position: usize) -> usize {
         let (row, column) = if self.rows { (line, position) } else { (position, line) };
         let row = if self.upward { self.height - 1 - row } else { row };

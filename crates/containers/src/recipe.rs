@@ -1,6 +1,6 @@
 //! The recipe: the canonical JSON, on one line, that says how a file was made.
 //!
-//! | format | where it stands |
+//! | format | where the recipe is |
 //! | --- | --- |
 //! | OpenEXR | a `string` attribute `specula` |
 //! | Radiance | a header line `SPECULA=` |
@@ -17,7 +17,6 @@ use serde_json::json;
 use serde_json::value::RawValue;
 
 use crate::error::{Error, ErrorKind};
-use crate::{Format, ktx2, lighting_json, open_exr, png, radiance, tensors, texture, web_page};
 
 /// The name that the recipe goes by in every format.
 pub(crate) const KEY: &str = "specula";
@@ -33,30 +32,17 @@ pub(crate) fn check(recipe: Option<&str>) -> Result<(), Error> {
     Ok(())
 }
 
-/// The recipe in a file of any format that is written here; `None` where there is none.
-pub fn read_recipe(bytes: &[u8]) -> Option<String> {
-    match Format::sniff(bytes) {
-        Some(Format::OpenExr) => open_exr::read_recipe(bytes),
-        Some(Format::Radiance) => radiance::read_recipe(bytes),
-        Some(Format::Png) => png::read_recipe(bytes),
-        Some(Format::Jpeg) => None,
-        None if bytes.first() == Some(&b'{') => lighting_json::read_recipe(bytes),
-        None if web_page::is_web_page(bytes) => web_page::read_recipe(bytes),
-        None if texture::is_ktx2(bytes) => ktx2::read_recipe(bytes),
-        None => tensors::read_recipe(bytes),
-    }
-}
-
-/// The JSON file that goes beside a texture whose format holds no texts: `specula`, the recipe, and `metadata`.
+/// The JSON file that goes beside a texture whose format holds no texts: `specula`, the recipe, and
+/// `metadata`.
 ///
 /// # Errors
-/// Where the recipe is no JSON, or two entries have one name.
+/// If the recipe is not JSON, or two entries have the same name.
 pub fn texture_sidecar(recipe: Option<&str>, metadata: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
     let unwritable = |message| Error::new(ErrorKind::Unwritable, message);
     let mut entries = BTreeMap::new();
     if let Some(recipe) = recipe {
         let value = RawValue::from_string(recipe.to_owned())
-            .map_err(|error| unwritable(format!("the recipe is no JSON: {error}")))?;
+            .map_err(|error| unwritable(format!("the recipe is not JSON: {error}")))?;
         entries.insert(KEY, value.get().to_owned());
     }
     for (key, value) in metadata {

@@ -1,9 +1,17 @@
-//! What a file with a spherical harmonic reflection map says of itself, in any container, so that a renderer needs
-//! nothing else: degree, view, centre, which coefficient each row is, frame and basis.
+//! What a file with a spherical harmonic reflection map says about itself, in any container, so that a
+//! renderer needs nothing else: degree, view, centre, which coefficient each row is, frame and basis.
 
+use brdf::Centre;
 use shrm::{MapGrid, Shrm, Terms, View};
 
-use crate::tensors::centre_name;
+/// The word for a centre in files.
+pub(crate) const fn centre_name(centre: Centre) -> &'static str {
+    match centre {
+        Centre::Reflection => "reflection",
+        Centre::Normal => "normal",
+        Centre::Tangent => "tangent",
+    }
+}
 
 /// The entries of a map, sorted by key; `kind` is left to the container.
 ///
@@ -14,7 +22,7 @@ use crate::tensors::centre_name;
 /// | `degree` | P |
 /// | `frame` | the frame of directions and where the texels lie |
 /// | `layout` | `lat-long` or `cube` |
-/// | `terms` | `all`, or `zonal` where the coefficients with q other than 0 are zero |
+/// | `terms` | `all`, or `zonal` if the coefficients with q other than 0 are zero |
 /// | `view` | `local`: over the view in the texel's frame; `global`: over the view in the world |
 pub fn entries(map: &Shrm) -> [(&'static str, String); 7] {
     let frame = match map.grid() {
@@ -60,8 +68,8 @@ pub fn entries(map: &Shrm) -> [(&'static str, String); 7] {
 
 /// The names of a map's rows, in order: `p1qm1` is p = 1, q = -1; `p1q0`; `p1q1`.
 ///
-/// Letters and digits alone, so that every program takes them for a layer's name; with [`Terms::Zonal`] only those
-/// with q = 0.
+/// Letters and digits alone, so that every program takes them for a layer's name; with [`Terms::Zonal`] only
+/// those with q = 0.
 pub fn row_names(p: usize, terms: Terms) -> Vec<String> {
     let name = |p: usize, q: isize| match q {
         0.. => format!("p{p}q{q}"),

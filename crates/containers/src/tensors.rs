@@ -5,29 +5,29 @@
 //! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m | |
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0 | `centre` |
 //! | `reflection` | `sh` and `rho`, of one degree F | `centre` |
-//! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... where it is measured | `material` |
+//! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q | `layout`, `view`, `centre`, `terms` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
-//! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) where a BRDF had a part, and
-//! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` where those with q other
-//! than 0 are zero throughout, else `all`. Its `layout` is `lat-long` (one face) or `cube` (six), its `view` `local`
-//! or `global`; further entries tell a person the frame and the basis. A `rho` of one channel is read as grey. All values are finite, and `rho` is zero where
-//! q > min(l, p): that is checked both ways.
+//! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) if a BRDF had a part, and
+//! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` if those with q
+//! other than 0 are zero throughout, else `all`. Its `layout` is `lat-long` (one face) or `cube` (six), its
+//! `view` `local` or `global`; further entries tell a person the frame and the basis. A `rho` of one channel
+//! is read as grey. All values are finite, and `rho` is zero where q > min(l, p): that is checked both ways.
 //!
 //! The file is written here and not by the `safetensors` crate, which keeps metadata in a hash map: its bytes
 //! would differ from run to run.
 
 use std::collections::BTreeMap;
 
-use brdf::{BrdfCoefficients, Centre};
+use brdf::BrdfCoefficients;
 use envmap::Environment;
-use safetensors::tensor::{Dtype, SafeTensors, TensorView};
-use serde_json::json;
-use sh::{Degree, Expansion};
+use safetensors::tensor::Dtype;
+use sh::Expansion;
 use sphere::LatLong;
 
+mod file;
 mod material;
 mod mesh;
 mod reflection_map;
@@ -36,11 +36,12 @@ pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use reflection_map::{decode_shrm, encode_shrm};
 
+use file::{File, Writer, not_finite, wrong_shape};
+
 use crate::error::{Error, ErrorKind};
-use crate::format::refuse_non_files;
 use crate::recipe::KEY;
 
-/// What stands in a safetensors file.
+/// The tensors and the metadata of a safetensors file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Description {
     /// Name, type and shape of each tensor, in the order of the file.
@@ -49,10 +50,10 @@ pub struct Description {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What stands in a safetensors file, whoever wrote it.
+/// The tensors and the metadata of a safetensors file, whichever program wrote it.
 ///
 /// # Errors
-/// Where the bytes are no safetensors file.
+/// If the bytes are not a safetensors file.
 pub fn describe(bytes: &[u8]) -> Result<Description, Error> {
     let file = File::open(bytes)?;
     let mut tensors = file.tensors.tensors();
@@ -65,7 +66,7 @@ pub fn describe(bytes: &[u8]) -> Result<Description, Error> {
 /// Lighting: `sh` [(F+1)^2, 3].
 ///
 /// # Errors
-/// Where a coefficient is not finite.
+/// If a coefficient is not finite.
 pub fn encode_lighting(lighting: &Expansion, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("lighting", recipe);
     file.lighting(lighting)?;
@@ -75,7 +76,7 @@ pub fn encode_lighting(lighting: &Expansion, recipe: Option<&str>) -> Result<Vec
 /// Lighting, from a file of kind `lighting`.
 ///
 /// # Errors
-/// Where the file is not one that [`encode_lighting`] could have written; the message names the tensor and what
+/// If the file is not one that [`encode_lighting`] could have written; the message names the tensor and what
 /// was expected.
 pub fn decode_lighting(bytes: &[u8]) -> Result<Expansion, Error> {
     File::open_as(bytes, "lighting")?.lighting()
@@ -84,7 +85,7 @@ pub fn decode_lighting(bytes: &[u8]) -> Result<Expansion, Error> {
 /// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre.
 ///
 /// # Errors
-/// Where a coefficient is not finite, or not zero where q > min(l, p).
+/// If a coefficient is not finite, or not zero where q > min(l, p).
 pub fn encode_brdf(brdf: &BrdfCoefficients, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("brdf", recipe);
     file.brdf(brdf)?;
@@ -102,7 +103,7 @@ pub fn decode_brdf(bytes: &[u8]) -> Result<BrdfCoefficients, Error> {
 /// The two factors of a reflected field: `sh` and `rho`, of one degree F.
 ///
 /// # Errors
-/// As [`encode_lighting`] and [`encode_brdf`], and where the degrees differ.
+/// As [`encode_lighting`] and [`encode_brdf`], and if the degrees differ.
 pub fn encode_reflection(
     lighting: &Expansion,
     brdf: &BrdfCoefficients,
@@ -129,7 +130,7 @@ pub fn decode_reflection(bytes: &[u8]) -> Result<(Expansion, BrdfCoefficients), 
 /// An environment: `radiance` [height, width, 3] f32.
 ///
 /// # Errors
-/// Where a value is not finite.
+/// If a value is not finite.
 pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let LatLong { width, height } = environment.grid();
     let values = environment.pixels().as_flattened();
@@ -171,208 +172,6 @@ pub(crate) fn read_recipe(bytes: &[u8]) -> Option<String> {
     File::open(bytes).ok()?.metadata.remove(KEY)
 }
 
-/// A file being written.
-struct Writer {
-    metadata: BTreeMap<&'static str, String>,
-    /// The header's entry of each tensor. The format wants descending alignment; kinds mix no types.
-    tensors: Vec<(String, serde_json::Value)>,
-    data: Vec<u8>,
-    start: usize,
-}
-
-impl Writer {
-    fn new(kind: &str, recipe: Option<&str>) -> Self {
-        let mut metadata = BTreeMap::from([("kind", kind.to_owned())]);
-        metadata.extend(recipe.map(|recipe| (KEY, recipe.to_owned())));
-        Self { metadata, tensors: Vec::new(), data: Vec::new(), start: 0 }
-    }
-
-    fn lighting(&mut self, lighting: &Expansion) -> Result<(), Error> {
-        self.coefficients("sh", lighting.coefficients(), &[lighting.degree().rows(), 3])
-    }
-
-    fn brdf(&mut self, brdf: &BrdfCoefficients) -> Result<(), Error> {
-        let (l, side) = (brdf.f().get() + 1, brdf.p().get() + 1);
-        check_triangle(brdf).map_err(|message| Error::new(ErrorKind::Unwritable, message))?;
-        self.metadata.insert("centre", centre_name(brdf.centre()).to_owned());
-        self.coefficients("rho", brdf.rho(), &[l, side, side, 3])
-    }
-
-    fn coefficients(&mut self, name: &'static str, rows: &[[f64; 3]], shape: &[usize]) -> Result<(), Error> {
-        let values = rows.as_flattened();
-        if let Some(first) = values.iter().position(|value| !value.is_finite()) {
-            return Err(not_finite(name, first, ErrorKind::Unwritable));
-        }
-        self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        self.tensor(name, "F64", shape);
-        Ok(())
-    }
-
-    fn extend_f32(&mut self, values: &[f32]) {
-        self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-    }
-
-    /// Names the data added since the last tensor.
-    fn tensor(&mut self, name: impl Into<String>, dtype: &str, shape: &[usize]) {
-        let offsets = [self.start, self.data.len()];
-        self.start = self.data.len();
-        self.tensors.push((name.into(), json!({ "dtype": dtype, "shape": shape, "data_offsets": offsets })));
-    }
-
-    fn finish(self) -> Vec<u8> {
-        let mut header = format!("{{\"__metadata__\":{}", json!(self.metadata));
-        for (name, entry) in &self.tensors {
-            header.push_str(&format!(",\"{name}\":{entry}"));
-        }
-        header.push('}');
-        // Spaces fill up to 8 bytes, so that the data are aligned.
-        let padded = header.len().next_multiple_of(8);
-        header.extend(std::iter::repeat_n(' ', padded - header.len()));
-        let mut bytes = Vec::with_capacity(8 + padded + self.data.len());
-        bytes.extend_from_slice(&(padded as u64).to_le_bytes());
-        bytes.extend_from_slice(header.as_bytes());
-        bytes.extend_from_slice(&self.data);
-        bytes
-    }
-}
-
-/// A file being read.
-struct File<'a> {
-    tensors: SafeTensors<'a>,
-    metadata: BTreeMap<String, String>,
-}
-
-impl<'a> File<'a> {
-    fn open(bytes: &'a [u8]) -> Result<Self, Error> {
-        refuse_non_files(bytes)?;
-        let describe = |error: safetensors::SafeTensorError| {
-            use safetensors::SafeTensorError as Fault;
-            match error {
-                Fault::HeaderTooSmall | Fault::InvalidHeaderLength | Fault::MetadataIncompleteBuffer => {
-                    Error::truncated(format!("the file is truncated or no safetensors file ({error})"))
-                }
-                other => Error::damaged(format!("no sound safetensors file: {other}")),
-            }
-        };
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(describe)?;
-        let tensors = SafeTensors::deserialize(bytes).map_err(describe)?;
-        let metadata = header.metadata().clone().unwrap_or_default().into_iter().collect();
-        Ok(Self { tensors, metadata })
-    }
-
-    fn open_as(bytes: &'a [u8], kind: &str) -> Result<Self, Error> {
-        let file = Self::open(bytes)?;
-        match file.metadata.get("kind") {
-            Some(found) if found == kind => Ok(file),
-            Some(found) => {
-                Err(Error::damaged(format!("expected a file of kind `{kind}`, found kind `{found}`")))
-            }
-            None => Err(Error::damaged(format!(
-                "expected a file of kind `{kind}`, found no `kind` in its metadata"
-            ))),
-        }
-    }
-
-    fn tensor(&self, name: &str, dtype: Dtype, shape: &str) -> Result<TensorView<'a>, Error> {
-        let tensor = self.tensors.tensor(name).map_err(|_| {
-            let names = self.tensors.names().join(", ");
-            Error::damaged(format!("expected a tensor `{name}` {shape} {dtype}, found the tensors: {names}"))
-        })?;
-        if tensor.dtype() != dtype {
-            return Err(Error::damaged(format!(
-                "tensor `{name}`: expected {dtype}, found {}",
-                tensor.dtype()
-            )));
-        }
-        Ok(tensor)
-    }
-
-    fn lighting(&self) -> Result<Expansion, Error> {
-        const NAME: &str = "sh";
-        const SHAPE: &str = "[(F+1)^2, 3]";
-        let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
-        let &[rows, 3] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
-        let side = rows.isqrt();
-        if side == 0 || side * side != rows {
-            return Err(wrong_shape(NAME, SHAPE, tensor.shape()));
-        }
-        let degree = degree(NAME, side - 1)?;
-        Expansion::from_coefficients(degree, coefficients(NAME, &tensor)?)
-            .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))
-    }
-
-    fn centre(&self) -> Result<Centre, Error> {
-        let centres = [Centre::Reflection, Centre::Normal, Centre::Tangent];
-        self.choice("centre", centres.map(|centre| (centre_name(centre), centre)))
-    }
-
-    /// The value of a metadata entry that is one of these words.
-    fn choice<T: Copy, const N: usize>(&self, key: &str, words: [(&str, T); N]) -> Result<T, Error> {
-        let found = self.metadata.get(key).map(String::as_str);
-        if let Some((_, value)) = words.iter().find(|(word, _)| found == Some(word)) {
-            return Ok(*value);
-        }
-        let expected = match words.map(|(word, _)| word).as_slice() {
-            [most @ .., last] => format!("{} or {last}", most.join(", ")),
-            [] => String::new(),
-        };
-        let found = found.map_or("none".to_owned(), |found| format!("`{found}`"));
-        Err(Error::damaged(format!("metadata `{key}`: expected {expected}, found {found}")))
-    }
-
-    fn brdf(&self) -> Result<BrdfCoefficients, Error> {
-        const NAME: &str = "rho";
-        const SHAPE: &str = "[F+1, P+1, P+1, 1 or 3]";
-        let centre = self.centre()?;
-        let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
-        let (l, p) = match *tensor.shape() {
-            [l, p, q, 1 | 3] if l > 0 && p > 0 && p == q => (l, p),
-            _ => return Err(wrong_shape(NAME, SHAPE, tensor.shape())),
-        };
-        let brdf = BrdfCoefficients::new(
-            centre,
-            degree(NAME, l - 1)?,
-            degree(NAME, p - 1)?,
-            coefficients(NAME, &tensor)?,
-        )
-        .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))?;
-        check_triangle(&brdf).map_err(Error::damaged)?;
-        Ok(brdf)
-    }
-}
-
-/// The finite f64 of a tensor whose last axis is colour; one channel is grey.
-fn coefficients(name: &str, tensor: &TensorView<'_>) -> Result<Vec<[f64; 3]>, Error> {
-    let values: Vec<f64> = tensor
-        .data()
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
-        .collect();
-    if let Some(first) = values.iter().position(|value| !value.is_finite()) {
-        return Err(not_finite(name, first, ErrorKind::Damaged));
-    }
-    Ok(match tensor.shape().last() {
-        Some(1) => values.into_iter().map(|grey| [grey; 3]).collect(),
-        _ => values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect(),
-    })
-}
-
-fn check_triangle(brdf: &BrdfCoefficients) -> Result<(), String> {
-    for l in 0..=brdf.f().get() {
-        for p in 0..=brdf.p().get() {
-            for q in l.min(p) + 1..=brdf.p().get() {
-                if brdf.get(l, p, q) != [0.0; 3] {
-                    return Err(format!(
-                        "tensor `rho`: expected 0 where q > min(l, p), found {:?} at [{l}, {p}, {q}]",
-                        brdf.get(l, p, q)
-                    ));
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
 fn same_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Result<(), String> {
     let (left, right) = (lighting.degree().get(), brdf.f().get());
     if left == right {
@@ -382,29 +181,12 @@ fn same_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Result<(), Stri
     }
 }
 
-pub(crate) const fn centre_name(centre: Centre) -> &'static str {
-    match centre {
-        Centre::Reflection => "reflection",
-        Centre::Normal => "normal",
-        Centre::Tangent => "tangent",
-    }
-}
-
-fn degree(name: &str, l: usize) -> Result<Degree, Error> {
-    Degree::new(l).map_err(|error| Error::new(ErrorKind::TooLarge, format!("tensor `{name}`: {error}")))
-}
-
-fn wrong_shape(name: &str, expected: &str, found: &[usize]) -> Error {
-    Error::damaged(format!("tensor `{name}`: expected the shape {expected}, found {found:?}"))
-}
-
-fn not_finite(name: &str, position: usize, kind: ErrorKind) -> Error {
-    let (row, channel) = (position / 3, position % 3);
-    Error::new(kind, format!("tensor `{name}`: expected finite values; row {row}, channel {channel} is not"))
-}
-
 #[cfg(test)]
 mod tests {
+    use brdf::Centre;
+    use safetensors::tensor::TensorView;
+    use sh::Degree;
+
     use super::*;
 
     fn lighting(degree: usize) -> Expansion {
@@ -478,10 +260,10 @@ mod tests {
     }
 
     #[test]
-    fn faults_name_the_tensor_and_what_was_expected() {
+    fn errors_name_the_tensor_and_what_was_expected() {
         let zeros = [0_u8; 8 * 64];
         let nan = [0.0, f64::NAN, 0.0].map(f64::to_le_bytes);
-        let lighting_faults = [
+        let lighting_errors = [
             (
                 written("lighting", "sh", Dtype::F64, vec![3, 3], &zeros[..72]),
                 "tensor `sh`: expected the shape [(F+1)^2, 3], found [3, 3]",
@@ -511,7 +293,7 @@ mod tests {
                 "tensor `sh`: expected finite values; row 0, channel 1 is not",
             ),
         ];
-        for (bytes, message) in lighting_faults {
+        for (bytes, message) in lighting_errors {
             assert_eq!(decode_lighting(&bytes).unwrap_err().to_string(), message);
         }
         let ones = [1.0_f64; 12].map(f64::to_le_bytes);

@@ -1,6 +1,7 @@
 //! A texture for engines: a picture, an array of them, a cube or a volume, before it is put into a container.
 //!
-//! KTX2 and DDS hold the same pixels in the same order, four channels each, so that packing and unpacking stand here.
+//! KTX2 and DDS hold the same pixels in the same order, four channels each, so that packing and unpacking
+//! stand here.
 
 use std::collections::BTreeMap;
 
@@ -8,8 +9,8 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::error::{Error, ErrorKind};
-use crate::format::refuse_non_files;
-use crate::{MAX_PIXELS, Precision, dds, ktx2};
+use crate::limits::MAX_PIXELS;
+use crate::precision::{Precision, to_half};
 
 /// A texture of linear Rec. 709 colours, one level of detail.
 ///
@@ -27,7 +28,7 @@ pub struct Texture {
     pub height: usize,
     /// Slices of a volume; 1 for everything else.
     pub depth: usize,
-    /// Layers of an array; 0 where it is none. An array of one layer is an array still.
+    /// Layers of an array, 0 if it is not an array. One layer still makes an array.
     pub layers: usize,
     /// 6 for a cube (+X -X +Y -Y +Z -Z), 1 for everything else.
     pub faces: usize,
@@ -36,7 +37,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The number of pixels that the sizes declare; `None` where it overflows.
+    /// The number of pixels that the sizes declare; `None` if it overflows.
     pub fn len(&self) -> Option<usize> {
         [self.height, self.depth, self.faces, self.layers.max(1)]
             .into_iter()
@@ -48,8 +49,8 @@ impl Texture {
         self.len() == Some(0)
     }
 
-    /// Why this is no texture, if it is none.
-    fn fault(&self) -> Option<Error> {
+    /// Why no texture has these sizes, if none has.
+    fn size_error(&self) -> Option<Error> {
         let Self { width, height, depth, layers, faces, .. } = *self;
         let shape = format!("{width} x {height} x {depth} pixels, {layers} layers, {faces} faces");
         let why = match self.len() {
@@ -69,16 +70,16 @@ impl Texture {
     /// The bytes of the pixels that a file's header declares.
     ///
     /// # Errors
-    /// Where no texture has these sizes, or they are over the limit.
+    /// If no texture has these sizes, or they are over the limit.
     pub(crate) fn expected_bytes(&self, precision: Precision) -> Result<usize, Error> {
-        match self.fault() {
+        match self.size_error() {
             Some(error) => Err(error.within("the header")),
             None => Ok(self.len().unwrap_or_default() * pixel_bytes(precision)),
         }
     }
 }
 
-/// A texture and what its file says of it.
+/// A texture and what its file says about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureFile {
     /// The texture.
@@ -91,40 +92,14 @@ pub struct TextureFile {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// Reads KTX2 or DDS, known by its content; as [`crate::read_ktx2`] and [`crate::read_dds`].
-///
-/// # Errors
-/// Where the file is neither, truncated, damaged, too large, or of a pixel format other than RGBA floats.
-pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
-    refuse_non_files(bytes)?;
-    match bytes {
-        _ if is_ktx2(bytes) => ktx2::read(bytes),
-        _ if is_dds(bytes) => dds::read(bytes),
-        _ => Err(Error::new(ErrorKind::UnknownFormat, "neither a KTX2 nor a DDS file")),
-    }
-}
-
-/// Whether the bytes begin as a texture that [`read_texture`] reads.
-pub fn is_texture(bytes: &[u8]) -> bool {
-    is_ktx2(bytes) || is_dds(bytes)
-}
-
-pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
-    bytes.starts_with(&ktx2::IDENTIFIER)
-}
-
-fn is_dds(bytes: &[u8]) -> bool {
-    bytes.starts_with(&dds::MAGIC)
-}
-
 /// Red, green, blue and an alpha of 1, little endian; and how many values a half could not hold.
 ///
 /// # Errors
-/// [`ErrorKind::Unwritable`] where the sizes are impossible or are not those of the pixels.
+/// [`ErrorKind::Unwritable`] if the sizes are impossible or are not those of the pixels.
 pub(crate) fn pack(texture: &Texture, precision: Precision) -> Result<(Vec<u8>, usize), Error> {
     let unwritable = |message| Error::new(ErrorKind::Unwritable, message);
-    if let Some(fault) = texture.fault() {
-        return Err(unwritable(fault.to_string()));
+    if let Some(error) = texture.size_error() {
+        return Err(unwritable(error.to_string()));
     }
     if texture.len() != Some(texture.pixels.len()) {
         let (found, expected) = (texture.pixels.len(), texture.len().unwrap_or_default());
@@ -181,13 +156,7 @@ pub(crate) const fn pixel_bytes(precision: Precision) -> usize {
     }
 }
 
-/// The nearest half, ties to even, and whether the value was past the largest, +-65504, which it then became.
-pub(crate) fn to_half(value: f32) -> (f16, bool) {
-    const MAX: f32 = 65504.0;
-    (f16::from_f32(value.clamp(-MAX, MAX)), value.abs() > MAX)
-}
-
-/// The little-endian u32 at a place; `None` where the bytes end before.
+/// The little-endian u32 at a place; `None` if the bytes end before.
 pub(crate) fn word(bytes: &[u8], at: usize) -> Option<u32> {
     let word = bytes.get(at..)?.first_chunk::<4>()?;
     Some(u32::from_le_bytes(*word))

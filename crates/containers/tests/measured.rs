@@ -47,9 +47,9 @@ fn srgb(value: f64) -> u8 {
     (255.0 * encoded).round() as u8
 }
 
-/// For a look, where SPECULA_KEEP names a folder: a lit sphere; the plane of incidence, theta_i to the right and theta_o
-/// upward from -89 to 89 degrees, a decade of each colour a sixth of its range; its curves of green over theta_o for
-/// theta_i = 0, 20, 40, 60, 80 and 88 degrees, six decades high.
+/// For a look, where SPECULA_KEEP names a folder: a lit sphere; the plane of incidence, theta_i to the right
+/// and theta_o upward from -89 to 89 degrees, a decade of each colour a sixth of its range; its curves of
+/// green over theta_o for theta_i = 0, 20, 40, 60, 80 and 88 degrees, six decades high.
 fn keep_picture(name: &str, measured: &Measured) {
     let Some(folder) = std::env::var_os("SPECULA_KEEP").map(std::path::PathBuf::from) else { return };
     let side = 480;
@@ -130,10 +130,10 @@ fn directions(row: &[f64]) -> [Direction; 2] {
     [Direction::from_angles(row[0], row[1]), Direction::from_angles(row[2], row[3])]
 }
 
-/// Each fifth measurement left out, at 450, 550 and 650 nm, is found again from the others. The miss is a share of the
-/// value (plus 0.001 / sr, the noise of the dark readings). Up to 75 degrees it is below 4 percent for half of them and
-/// below 20 for nine of ten. With the readings at 80 degrees, which contradict one another (zeros beside the highlight's
-/// flank), nine of ten are within a half.
+/// Each fifth measurement left out, at 450, 550 and 650 nm, is found again from the others. The miss is a
+/// share of the value (plus 0.001 / sr, the noise of the dark readings). Up to 75 degrees it is below 4
+/// percent for half of them and below 20 for nine of ten. With the readings at 80 degrees, which contradict
+/// one another (zeros beside the highlight's flank), nine of ten are within a half.
 #[test]
 fn measurements_left_out_are_found_again() {
     for file in CORPUS {
@@ -198,8 +198,8 @@ fn the_corpus_is_paint() {
     }
 }
 
-/// The degrees that hold all but a tenth and a twentieth of the energy. Four fifths of it lie past 70 degrees, where the
-/// coats are all but mirrors: hence the high degrees.
+/// The degrees that hold all but a tenth and a twentieth of the energy. Four fifths of it lie past 70
+/// degrees, where the coats are all but mirrors: hence the high degrees.
 #[test]
 fn the_corpus_can_be_projected() {
     for file in CORPUS {
@@ -219,8 +219,8 @@ fn the_corpus_can_be_projected() {
     }
 }
 
-/// Past 80 degrees nothing was measured: off the mirror's direction the BRDF there goes one way (2 percent is the table's
-/// ripple) and stays within a factor 2.5 of what it is at 80.
+/// Past 80 degrees nothing was measured: off the mirror's direction the BRDF there goes one way (2 percent is
+/// the table's ripple) and stays within a factor 2.5 of what it is at 80.
 #[test]
 fn the_corpus_has_no_lobes_at_grazing() {
     for file in CORPUS {
@@ -254,8 +254,8 @@ fn model(incident: Direction, outgoing: Direction) -> [f64; 3] {
     [0.1 + 0.2 * lobe, 0.05 + 0.2 * lobe, 0.2 + 0.1 * lobe]
 }
 
-/// A model as the MERL database writes it: its nodes, scales and order, -1 where light or view is below the horizon, and
-/// for `missing` entries.
+/// A model as the MERL database writes it: its nodes, scales and order, -1 where light or view is below the
+/// horizon, and for `missing` entries.
 fn merl(
     shape: [usize; 3],
     model: impl Fn(Direction, Direction) -> [f64; 3],
@@ -268,7 +268,8 @@ fn merl(
                 let share = |i: usize, axis: usize| i as f64 / shape[axis] as f64;
                 let theta_h = share(h, 0).powi(2) * FRAC_PI_2;
                 let (theta_d, phi_d) = (share(d, 1) * FRAC_PI_2, share(phi, 2) * PI);
-                // Rusinkiewicz: the difference vector turned about +Y by theta_h; the view is the light's mirror image in h.
+                // Rusinkiewicz: the difference vector turned about +Y by theta_h; the view is the light's
+                // mirror image in h.
                 let difference = Direction::from_angles(theta_d, phi_d).vector();
                 let (sin, cos) = theta_h.sin_cos();
                 let light = DVec3::new(
@@ -294,9 +295,9 @@ fn merl(
     [dims.as_flattened(), &channels[0], &channels[1], &channels[2]].concat()
 }
 
-/// Between nodes 1 degree apart the table is linear. Curvature of ln f times f: in sqrt(theta_h), the lobe of width 0.3 moves
-/// by at most a few percent of its peak between nodes, whence 2 percent; measured on directions away from the horizon,
-/// where cells are cut by it.
+/// Between nodes 1 degree apart the table is linear. Curvature of ln f times f: in sqrt(theta_h), the lobe of
+/// width 0.3 moves by at most a few percent of its peak between nodes, whence 2 percent; measured on
+/// directions away from the horizon, where cells are cut by it.
 #[test]
 fn a_model_written_as_merl_is_read_back() {
     let hole = |[h, d, phi]: [usize; 3]| (20..23).contains(&h) && (30..33).contains(&d) && phi < 40;
@@ -321,7 +322,8 @@ fn a_model_written_as_merl_is_read_back() {
     assert!(worst < 0.02, "{worst}");
 }
 
-/// What is below the horizon is reached by interpolation alone; filled from its neighbours, a constant stays one.
+/// What is below the horizon is reached by interpolation alone; filled from its neighbours, a constant stays
+/// one.
 #[test]
 fn holes_of_merl_are_filled() {
     let bytes = merl([12, 12, 24], |_, _| [0.25; 3], |[h, _, phi]| h == 3 && phi < 20);
@@ -348,7 +350,8 @@ fn table(model: impl Fn(Direction, Direction) -> [f64; 3]) -> String {
     csv
 }
 
-/// Between samples 10 degrees apart, half of the lobe's width, a tenth of the value is what the interpolation may miss.
+/// Between samples 10 degrees apart, half of the lobe's width, a tenth of the value is what the interpolation
+/// may miss.
 #[test]
 fn a_table_is_read_back() {
     let reading = read_with_notes("gloss.CSV", table(model).as_bytes(), None).unwrap();
@@ -418,7 +421,8 @@ fn spectral(rows: usize) -> String {
     text
 }
 
-/// A name, a small whole file, and how many of its last bytes may be cut without anyone knowing: digits of the last number.
+/// A name, a small whole file, and how many of its last bytes may be cut without anyone knowing: digits of
+/// the last number.
 fn small_files() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("a.binary", merl([3, 3, 4], model, |_| false)),
@@ -436,8 +440,8 @@ fn small_files() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// Text can be cut within its last number and still be whole to any reader; all other lengths are errors, for each file has
-/// the fewest measurements that are read.
+/// Text can be cut within its last number and still be whole to any reader; all other lengths are errors, for
+/// each file has the fewest measurements that are read.
 #[test]
 fn every_truncated_length_is_an_error() {
     for (name, bytes) in small_files() {
@@ -481,7 +485,7 @@ fn damaged_text_is_told_with_its_line() {
             "a.brdf",
             "\n3\n",
             "\nx\n",
-            "cornell: line 2: \"x\" is no number; expected the count of wavelengths",
+            "cornell: line 2: \"x\" is not a number; expected the count of wavelengths",
         ),
         (
             "a.brdf",

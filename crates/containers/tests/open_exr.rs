@@ -1,4 +1,5 @@
-//! Files made with the `exr` crate's own writer, and a few with OpenEXR 3.5's, read back through `read_image`.
+//! Files made with the `exr` crate's own writer, and a few with OpenEXR 3.5's, read back through
+//! `read_image`.
 
 #![allow(clippy::unwrap_used)] // as in any test
 
@@ -101,7 +102,8 @@ fn every_compression_block_and_sample_type_is_read() {
                         for c in 0..3 {
                             let expected = value(x, y, c) * if kind == Kind::Uint { 16.0 } else { 1.0 };
                             let found = decoded.image.pixels()[y * SIZE.0 + x][c];
-                            // B44 keeps 6 bits of the differences in a block of 4 x 4 halves, here at most 13 at 64.
+                            // B44 keeps 6 bits of the differences in a block of 4 x 4 halves, here at most 13
+                            // at 64.
                             let lossy = matches!(compression, Compression::B44 | Compression::B44A)
                                 && kind == Kind::Half;
                             let tolerance = if lossy { 0.01 * expected } else { 0.0 };

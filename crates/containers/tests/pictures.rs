@@ -1,4 +1,5 @@
-//! PNG and JPEG, and what all formats have in common.
+//! PNG, JPEG, TIFF, TGA and WebP, and what all formats have in common. Most files are by other programs:
+//! `data/README.md`.
 
 #![allow(clippy::unwrap_used)] // as in any test
 
@@ -24,7 +25,7 @@ fn png(color: png::ColorType, depth: png::BitDepth, size: (u32, u32), data: &[u8
 }
 
 #[test]
-fn png_is_decoded_from_srgb_and_said_to_be_no_hdr() {
+fn png_is_decoded_from_srgb_and_reported_as_no_hdr() {
     use png::{BitDepth::*, ColorType::*};
     let grey = |code: f64| [linear(code); 3];
     for (bytes, expected, warnings) in [
@@ -60,7 +61,7 @@ fn png_is_decoded_from_srgb_and_said_to_be_no_hdr() {
 }
 
 #[test]
-fn jpeg_is_decoded_from_srgb_and_said_to_be_no_hdr() {
+fn jpeg_is_decoded_from_srgb_and_reported_as_no_hdr() {
     // R = 32 x, G = 32 y, B = 128 before compression, 8 x 8.
     for (bytes, tolerance) in [
         (&include_bytes!("data/gradient.jpg")[..], 6.0),
@@ -90,6 +91,148 @@ fn jpeg_is_decoded_from_srgb_and_said_to_be_no_hdr() {
     assert!(grey.image.pixels().iter().all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2]));
 }
 
+/// What `gen.py` of Pillow and tifffile wrote: 3 x 2 pixels.
+const CODES: [[u8; 3]; 6] =
+    [[10, 128, 255], [255, 0, 0], [0, 255, 0], [0, 0, 255], [200, 150, 100], [255, 255, 255]];
+
+#[test]
+fn tiff_tga_and_webp_of_integers_are_decoded_from_srgb() {
+    let expected = CODES.map(|rgb| rgb.map(|code| linear(f64::from(code) / 255.0)));
+    for (bytes, format, warnings) in [
+        (&include_bytes!("data/pillow-lzw.tif")[..], Format::Tiff, 1),
+        (include_bytes!("data/tifffile-16.tif"), Format::Tiff, 1),
+        (include_bytes!("data/pillow.tga"), Format::Tga, 1),
+        (include_bytes!("data/pillow-rle.tga"), Format::Tga, 1),
+        (include_bytes!("data/pillow-lossless.webp"), Format::WebP, 1),
+        (include_bytes!("data/pillow-alpha.webp"), Format::WebP, 2),
+    ] {
+        let decoded = read(bytes);
+        assert_eq!((decoded.format, decoded.high_dynamic_range), (format, false));
+        assert_eq!((decoded.image.width(), decoded.image.height()), (3, 2));
+        assert_eq!(decoded.image.pixels(), expected, "{format:?}");
+        assert_eq!(decoded.warnings.len(), warnings, "{:?}", decoded.warnings);
+    }
+}
+
+#[test]
+fn tiff_of_floats_is_linear() {
+    let expected = [
+        [0.25, 1.5, 1000.0],
+        [0.5, 0.5, 0.5],
+        [0.0, 0.0, 1e-3],
+        [4.0, 5.0, 6.0],
+        [7.0, 8.0, 9.0],
+        [65536.0, 2.0, 3.0],
+    ];
+    let decoded = read(include_bytes!("data/tifffile-float.tif"));
+    assert_eq!((decoded.image.pixels(), decoded.high_dynamic_range), (&expected[..], true));
+    assert!(decoded.warnings.is_empty(), "{:?}", decoded.warnings);
+    let tiles = read(include_bytes!("data/tifffile-float-tiled.tif")).image;
+    assert_eq!((tiles.width(), tiles.height()), (18, 16));
+    for (i, pixel) in tiles.pixels().iter().enumerate() {
+        assert_eq!(*pixel, expected[i / 18 % 2 * 3 + i % 18 % 3], "{i}");
+    }
+    let grey = read(include_bytes!("data/tifffile-float-grey.tif"));
+    assert_eq!(grey.image.pixels(), expected.map(|[red, _, _]| [red; 3]));
+}
+
+/// What littlecms (in Pillow's ImageCms, relative colorimetric) makes of the same pixels and profiles in
+/// sRGB.
+#[test]
+fn icc_profiles_are_applied() {
+    let clipped = [[255, 0, 0], [0, 255, 0]];
+    let with = |first: [u8; 3], second: [u8; 3], grey: u8| {
+        vec![first, second, [255; 3], clipped[0], clipped[1], [grey; 3]]
+    };
+    let codes = |pixel: &[f32; 3]| {
+        pixel.map(|value| {
+            let value = value.clamp(0.0, 1.0);
+            let srgb =
+                if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+            255.0 * srgb
+        })
+    };
+    let source = vec![[200, 100, 50], [60, 120, 180], [255; 3], [255, 0, 0], [0, 255, 0], [128; 3]];
+    for (bytes, profile, expected, clips) in [
+        (
+            &include_bytes!("data/pillow-p3.png")[..],
+            "Display P3",
+            with([215, 93, 31], [30, 122, 185], 128),
+            true,
+        ),
+        (
+            include_bytes!("data/pillow-adobe.tif"),
+            "Adobe RGB (1998)",
+            with([227, 100, 42], [0, 121, 184], 129),
+            true,
+        ),
+        (
+            include_bytes!("data/pillow-rec2020.webp"),
+            "Rec. 2020",
+            with([239, 63, 6], [0, 117, 182], 121),
+            true,
+        ),
+        (include_bytes!("data/pillow-srgb.png"), "sRGB", source, false),
+    ] {
+        let decoded = read(bytes);
+        assert_eq!(decoded.profile.as_deref(), Some(profile));
+        for (pixel, expected) in decoded.image.pixels().iter().zip(&expected) {
+            for (found, expected) in codes(pixel).into_iter().zip(expected) {
+                assert!((found - f32::from(*expected)).abs() < 1.0, "{profile}: {found}, {expected}");
+            }
+            assert!(pixel.iter().all(|&value| value >= 0.0), "{pixel:?}");
+        }
+        let found = decoded.warnings.iter().any(|warning| warning.contains("more saturated than Rec. 709"));
+        assert_eq!(found, clips, "{:?}", decoded.warnings);
+        let last = decoded.warnings.last().unwrap();
+        assert!(last.ends_with(&format!("it was decoded by its ICC profile, {profile}")), "{last}");
+    }
+    // A P3 red is brighter than Rec. 709's: ITU-R BT.709 and SMPTE EG 432-1 give 1.2249.
+    let red = read(include_bytes!("data/pillow-p3.png")).image.pixels()[3];
+    assert!((red[0] - 1.2249).abs() < 1e-3 && red[1..] == [0.0, 0.0], "{red:?}");
+    let jpeg = read(include_bytes!("data/pillow-p3.jpg"));
+    for (found, expected) in codes(&jpeg.image.pixels()[27]).into_iter().zip([215.0, 93.0, 31.0]) {
+        assert!((found - expected).abs() < 4.0, "{found}, {expected}");
+    }
+    let grey = read(include_bytes!("data/pillow-grey.png"));
+    for (pixel, code) in grey.image.pixels().iter().zip([200, 60, 255, 255, 0, 128]) {
+        // 1.8 in 8 bits after the point.
+        let expected = (f64::from(code) / 255.0).powf(461.0 / 256.0) as f32;
+        assert!(pixel.iter().all(|value| (value - expected).abs() < 1e-6), "{pixel:?}, {expected}");
+    }
+}
+
+#[test]
+fn linear_profiles_keep_high_dynamic_range() {
+    let decoded = read(include_bytes!("data/tifffile-linear-rec2020.tif"));
+    assert_eq!((decoded.high_dynamic_range, decoded.warnings.len()), (true, 0));
+    // ITU-R BT.2087: Rec. 2020 in Rec. 709.
+    let matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+    let source = [[0.5, 0.25, 8.0], [1.0, 1.0, 1.0], [100.0, 50.0, 25.0], [0.0, 0.0, 0.0]];
+    for (pixel, source) in decoded.image.pixels().iter().zip(source) {
+        for (value, row) in pixel.iter().zip(matrix) {
+            let expected: f64 = row.iter().zip(source).map(|(a, b)| a * b).sum();
+            let scale = source.iter().fold(1e-3, |most: f64, value| most.max(*value));
+            assert!((f64::from(*value) - expected).abs() < 1e-3 * scale, "{value}, {expected}");
+        }
+    }
+    let integers = read(include_bytes!("data/tifffile-16-linear.tif"));
+    let first = integers.image.pixels()[0];
+    for (value, code) in first.iter().zip([200.0, 100.0, 50.0]) {
+        assert!((value - code / 255.0).abs() < 1e-6, "{first:?}");
+    }
+}
+
+#[test]
+fn a_profile_that_cannot_be_applied_is_reported() {
+    let mut bytes = include_bytes!("data/tifffile-16-linear.tif").to_vec();
+    let space = bytes.windows(4).position(|four| four == b"RGB ").unwrap();
+    bytes[space..space + 4].copy_from_slice(b"CMYK");
+    let decoded = read(&bytes);
+    assert_eq!((decoded.profile, decoded.image.pixels()[0][0]), (None, linear(200.0 / 255.0)));
+    assert!(decoded.warnings[0].starts_with("the ICC profile was ignored: "), "{:?}", decoded.warnings);
+}
+
 #[test]
 fn png_keeps_its_codes_and_recipe() {
     let codes: Vec<[u8; 3]> = (0..40_u8).map(|i| [i, 255 - i, 6 * i]).collect();
@@ -105,7 +248,7 @@ fn png_keeps_its_codes_and_recipe() {
 }
 
 #[test]
-fn what_is_no_picture_is_said_to_be_none() {
+fn what_is_not_a_picture_is_an_error() {
     let lfs = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n";
     for (bytes, kind, words) in [
         (&b""[..], ErrorKind::Empty, "the file is empty"),

@@ -1,4 +1,5 @@
-//! KTX2, DDS and layered OpenEXR against other people's parsers, and against the bytes that the specifications name.
+//! KTX2, DDS and layered OpenEXR against other people's parsers, and against the bytes that the
+//! specifications name.
 
 #![allow(clippy::unwrap_used)] // as in any test
 
@@ -188,7 +189,7 @@ fn what_is_written_is_read() {
             assert_eq!((file.metadata["k"].as_str(), file.metadata["KTXwriter"].as_str()), ("v", "specula"));
             let dds = write_dds(&texture, precision).unwrap().bytes;
             let found = read_dds(&dds).unwrap();
-            // DDS cannot tell an array of one.
+            // An array of one looks like no array in DDS.
             let layers = if texture.layers == 1 { 0 } else { texture.layers };
             assert!(found == Texture { layers, ..texture.clone() }, "{name}");
             assert!(is_texture(&dds) && is_texture(&ktx2));
@@ -256,7 +257,7 @@ fn foreign_textures_are_refused_with_what_they_are() {
         (&ktx2, 44, 2, ErrorKind::Unsupported, "supercompression scheme 2"),
         (&ktx2, 24, 0, ErrorKind::Unsupported, "one dimension"),
         (&ktx2, 36, 5, ErrorKind::Damaged, "a texture has 1 or 6 faces"),
-        (&ktx2, 20, 3, ErrorKind::Damaged, "declares 32 bytes where the sizes make 48"),
+        (&ktx2, 20, 3, ErrorKind::Damaged, "declares 32 bytes; the sizes make 48"),
         (&ktx2, 20, u32::MAX, ErrorKind::TooLarge, "at most"),
         (&ktx2, 60, 1 << 20, ErrorKind::Damaged, "key/value data"),
         (&dds, 128, 98, ErrorKind::Unsupported, "DXGI format 98"),
@@ -295,7 +296,7 @@ fn every_layer_is_read_again() {
         }
         assert_eq!(found.metadata["specula.view"], "local");
         assert_eq!(read_recipe(&bytes).as_deref(), Some("{}"));
-        // A reader without layers sees the first, one that is told a name that layer.
+        // A reader without layers sees the first; one that asks for a name sees that layer.
         let plain = read_image(&bytes, &ReadOptions::default()).unwrap();
         assert!(plain.image.pixels() == layers()[0].1.as_slice());
         let named = read_image(&bytes, &ReadOptions { layer: Some("p1qm1".into()) }).unwrap();

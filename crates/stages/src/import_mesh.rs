@@ -14,9 +14,9 @@
 //!
 //! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
 //! its own node. Animations, morph targets, cameras and lights are ignored, and so are materials and
-//! textures, because the look of a surface comes from `import-material`. `KHR_mesh_quantization` is
-//! supported. A file whose triangles need another extension, such as `KHR_draco_mesh_compression` or
-//! `EXT_meshopt_compression`, is an error that names the extension. At most 4,194,304 triangles are read.
+//! textures, because the look of a surface comes from `import-material`. `KHR_mesh_quantization` and
+//! `EXT_meshopt_compression` are supported. A file whose triangles need another extension, such as
+//! `KHR_draco_mesh_compression`, is an error that names the extension. At most 4,194,304 triangles are read.
 //!
 //! ## Example
 //!
@@ -44,7 +44,7 @@ impl Kind for ImportMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-mesh";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[mesh::revisions::TANGENTS];
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;

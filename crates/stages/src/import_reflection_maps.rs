@@ -1,7 +1,7 @@
 //! Reads explicit reflection maps for several views and fits a spherical harmonic reflection map to them.
 //!
-//! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance) or textures
-//! (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write such an
+//! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance, TIFF) or
+//! textures (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write such an
 //! index; for old data from other programs write one by hand. The result is of type `shrm`, for `export-shrm`
 //! and the exports of maps.
 //!
@@ -111,7 +111,7 @@ impl Kind for ImportReflectionMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-reflection-maps";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[shrm::revisions::FIT];
     const TEXT: &'static str = include_str!("import_reflection_maps.rs");
     const SOURCE: bool = true;

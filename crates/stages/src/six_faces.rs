@@ -29,7 +29,8 @@ const WORDS: [(Face, &[&str]); 6] = [
 ];
 
 /// The extensions of files that can be a face.
-const EXTENSIONS: [&str; 7] = ["exr", "hdr", "pic", "rgbe", "png", "jpg", "jpeg"];
+const EXTENSIONS: [&str; 11] =
+    ["exr", "hdr", "pic", "rgbe", "png", "jpg", "jpeg", "tif", "tiff", "tga", "webp"];
 
 /// The parts of a file's name: the prefix before the word, the extension, and the face.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,13 +4,30 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::ReadBeside;
-use super::document::Document;
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use gltf::json::buffer::View;
+use percent_encoding::percent_decode_str;
+use serde::Deserialize;
+
+use super::document::{Document, size};
+use super::meshopt::{Compression, Filter, Mode};
 use crate::error::Error;
 
-/// The content of the buffers that are needed, by index, and how much of it the document tells of: all of it is there.
+/// Gives the content of a file beside another, by its path.
+pub type ReadBeside<'a, E> = dyn FnMut(&str) -> Result<Arc<Vec<u8>>, E> + 'a;
+
+const MESHOPT: &str = "EXT_meshopt_compression";
+
+/// The content of the buffer views that are needed.
 pub(super) struct Buffers<'a> {
-    contents: BTreeMap<usize, (Content<'a>, usize)>,
+    document: &'a Document,
+    chunk: Option<&'a [u8]>,
+    /// By the index of a buffer, its content.
+    contents: BTreeMap<usize, Content<'a>>,
+    /// By the index of a buffer view, what was compressed in it.
+    decompressed: BTreeMap<usize, Vec<u8>>,
 }
 
 enum Content<'a> {
@@ -18,55 +35,108 @@ enum Content<'a> {
     Beside(Arc<Vec<u8>>),
 }
 
+/// EXT_meshopt_compression, section "JSON schema updates".
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Meshopt {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: u64,
+    byte_length: u64,
+    byte_stride: usize,
+    count: usize,
+    mode: String,
+    filter: Option<String>,
+}
+
 impl<'a> Buffers<'a> {
-    /// Loads what these accessors point to. What points nowhere is left to be told by who reads it.
+    /// Loads what these accessors point to.
     pub(super) fn load<E: From<Error>>(
-        document: &Document,
+        document: &'a Document,
         accessors: impl Iterator<Item = usize>,
         chunk: Option<&'a [u8]>,
         read: &mut ReadBeside<'_, E>,
     ) -> Result<Self, E> {
-        let mut contents = BTreeMap::new();
-        for accessor in accessors.filter_map(|accessor| document.accessors.get(accessor)) {
+        let mut buffers = Self { document, chunk, contents: BTreeMap::new(), decompressed: BTreeMap::new() };
+        for accessor in accessors.filter_map(|accessor| document.root.accessors.get(accessor)) {
             let sparse = accessor.sparse.as_ref();
-            let views = [
-                accessor.buffer_view,
-                sparse.map(|s| s.indices.buffer_view),
-                sparse.map(|s| s.values.buffer_view),
-            ];
-            for view in views.into_iter().flatten().filter_map(|view| document.buffer_views.get(view)) {
-                let Some(buffer) = document.buffers.get(view.buffer) else { continue };
-                if contents.contains_key(&view.buffer) {
-                    continue;
-                }
-                let here = |error: Error| error.within(format!("buffers[{}]", view.buffer));
-                let content = match (&buffer.uri, chunk) {
-                    (Some(uri), _) if uri.starts_with("data:") => {
-                        Content::Here(Cow::Owned(embedded(uri).map_err(here)?))
-                    }
-                    (Some(uri), _) => Content::Beside(read(&relative(uri).map_err(here)?)?),
-                    (None, Some(chunk)) if view.buffer == 0 => Content::Here(Cow::Borrowed(chunk)),
-                    (None, _) => {
-                        return Err(here(Error::damaged("there is neither a uri nor a binary chunk")).into());
-                    }
-                };
-                let (length, found) = (buffer.byte_length, content.bytes().len());
-                if found < length {
-                    let missing = format!("byteLength is {length}, and there are {found} bytes");
-                    let named = buffer.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
-                    let missing = named.map_or(missing.clone(), |uri| format!("{uri}: {missing}"));
-                    return Err(here(Error::truncated(missing)).into());
-                }
-                contents.insert(view.buffer, (content, length));
+            let sparse = sparse.map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
+            let views = accessor.buffer_view.into_iter().chain(sparse.into_iter().flatten());
+            for view in views.map(|view| view.value()) {
+                buffers.load_view(view, read)?;
             }
         }
-        Ok(Self { contents })
+        Ok(buffers)
     }
 
-    /// The bytes of a buffer; what a file or a chunk holds beyond them is not of it.
-    pub(super) fn get(&self, buffer: usize) -> Option<&[u8]> {
-        let (content, length) = self.contents.get(&buffer)?;
-        content.bytes().get(..*length)
+    fn load_view<E: From<Error>>(&mut self, index: usize, read: &mut ReadBeside<'_, E>) -> Result<(), E> {
+        let Some(view) = self.document.root.buffer_views.get(index) else { return Ok(()) };
+        let here = |error: Error| error.within(format!("bufferViews[{index}]"));
+        let Some(meshopt) = meshopt(view).map_err(here)? else {
+            return self.load_buffer(view.buffer.value(), read);
+        };
+        if self.decompressed.contains_key(&index) {
+            return Ok(());
+        }
+        self.load_buffer(meshopt.buffer, read)?;
+        let bytes = self.range(meshopt.buffer, meshopt.byte_offset, meshopt.byte_length).map_err(here)?;
+        let decoded = meshopt.compression().and_then(|compression| compression.decode(bytes));
+        let decoded = decoded.map_err(|error| here(error.within(MESHOPT)))?;
+        self.decompressed.insert(index, decoded);
+        Ok(())
+    }
+
+    fn load_buffer<E: From<Error>>(&mut self, index: usize, read: &mut ReadBeside<'_, E>) -> Result<(), E> {
+        let Some(buffer) = self.document.root.buffers.get(index) else { return Ok(()) };
+        if self.contents.contains_key(&index) {
+            return Ok(());
+        }
+        let here = |error: Error| error.within(format!("buffers[{index}]"));
+        let content = match (&buffer.uri, self.chunk) {
+            (Some(uri), _) if uri.starts_with("data:") => Content::Here(embedded(uri).map_err(here)?.into()),
+            (Some(uri), _) => Content::Beside(read(&relative(uri).map_err(here)?)?),
+            (None, Some(chunk)) if index == 0 => Content::Here(chunk.into()),
+            (None, _) => {
+                return Err(here(Error::damaged("there is neither a uri nor a binary chunk")).into());
+            }
+        };
+        let (length, found) = (size(buffer.byte_length.0), content.bytes().len());
+        if found < length {
+            let missing = format!("byteLength is {length}, and there are {found} bytes");
+            let named = buffer.uri.as_deref().filter(|uri| !uri.starts_with("data:"));
+            let missing = named.map_or(missing.clone(), |uri| format!("{uri}: {missing}"));
+            return Err(here(Error::truncated(missing)).into());
+        }
+        self.contents.insert(index, content);
+        Ok(())
+    }
+
+    /// The bytes of a buffer view, decompressed.
+    pub(super) fn view(&self, index: usize) -> Result<(&View, &[u8]), Error> {
+        let view = self.document.root.buffer_views.get(index);
+        let view = view.ok_or_else(|| Error::damaged(format!("there is no buffer view {index}")))?;
+        if let Some(decompressed) = self.decompressed.get(&index) {
+            return Ok((view, decompressed));
+        }
+        let offset = view.byte_offset.unwrap_or_default().0;
+        let bytes = self.range(view.buffer.value(), offset, view.byte_length.0);
+        Ok((view, bytes.map_err(|error| error.within(format!("bufferViews[{index}]")))?))
+    }
+
+    /// A part of a buffer. What a file or a chunk holds beyond the buffer's length does not belong to it.
+    fn range(&self, buffer: usize, offset: u64, length: u64) -> Result<&[u8], Error> {
+        let content = self.contents.get(&buffer).zip(self.document.root.buffers.get(buffer));
+        let (content, declared) =
+            content.ok_or_else(|| Error::damaged(format!("there is no buffer {buffer}")))?;
+        let bytes = content.bytes();
+        let bytes = bytes.get(..size(declared.byte_length.0)).unwrap_or(bytes);
+        let part = bytes.get(size(offset)..).and_then(|bytes| bytes.get(..size(length)));
+        part.ok_or_else(|| {
+            Error::truncated(format!(
+                "{length} bytes from byte {offset} on are more than the {} of buffer {buffer}",
+                bytes.len()
+            ))
+        })
     }
 }
 
@@ -79,49 +149,59 @@ impl Content<'_> {
     }
 }
 
-/// The bytes of a `data:` URI (RFC 2397), which glTF embeds in base 64.
-fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
-    match uri.split_once(',') {
-        Some((head, text)) if head.ends_with(";base64") => base_64(text),
-        _ => Err(Error::unsupported("the uri holds data that is not in base 64")),
+/// How a buffer view is compressed, if it is.
+fn meshopt(view: &View) -> Result<Option<Meshopt>, Error> {
+    let extension = view.extensions.as_ref().and_then(|extensions| extensions.others.get(MESHOPT));
+    let meshopt = extension.map(Meshopt::deserialize).transpose();
+    meshopt.map_err(|error| Error::damaged(error.to_string()).within(MESHOPT))
+}
+
+impl Meshopt {
+    fn compression(&self) -> Result<Compression, Error> {
+        let mode = match self.mode.as_str() {
+            "ATTRIBUTES" => Mode::Attributes,
+            "TRIANGLES" => Mode::Triangles,
+            "INDICES" => Mode::Indices,
+            other => return Err(Error::unsupported(format!("the mode {other:?} is not read"))),
+        };
+        let filter = match self.filter.as_deref() {
+            None | Some("NONE") => Filter::None,
+            Some("OCTAHEDRAL") => Filter::Octahedral,
+            Some("QUATERNION") => Filter::Quaternion,
+            Some("EXPONENTIAL") => Filter::Exponential,
+            Some(other) => return Err(Error::unsupported(format!("the filter {other:?} is not read"))),
+        };
+        Ok(Compression { mode, filter, count: self.count, stride: self.byte_stride })
     }
 }
 
-/// Bytes of base 64 (RFC 4648, section 4).
-fn base_64(text: &str) -> Result<Vec<u8>, Error> {
-    let digits = text.trim_end_matches('=').as_bytes();
-    let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
-    for (group, four) in digits.chunks(4).enumerate() {
-        let mut bits = 0_u32;
-        for (place, &digit) in four.iter().enumerate() {
-            let value = match digit {
-                b'A'..=b'Z' => digit - b'A',
-                b'a'..=b'z' => digit - b'a' + 26,
-                b'0'..=b'9' => digit - b'0' + 52,
-                b'+' => 62,
-                b'/' => 63,
-                _ => {
-                    let at = 4 * group + place;
-                    return Err(Error::damaged(format!(
-                        "character {at} of the embedded data is not of base 64"
-                    )));
-                }
-            };
-            bits |= u32::from(value) << (18 - 6 * place);
-        }
-        // Two characters hold one byte, three two; one alone holds none.
-        bytes.extend(&bits.to_be_bytes()[1..four.len()]);
+/// The bytes of a `data:` URI (RFC 2397), which glTF embeds in base64.
+fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
+    let config = GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true);
+    match uri.split_once(',') {
+        Some((head, text)) if head.ends_with(";base64") => GeneralPurpose::new(&STANDARD, config)
+            .decode(text)
+            .map_err(|error| Error::damaged(format!("the embedded data are not base64: {error}"))),
+        _ => Err(Error::unsupported("the uri holds data that is not in base64")),
     }
-    Ok(bytes)
 }
 
 /// The path that a URI names beside the file.
 fn relative(uri: &str) -> Result<String, Error> {
-    let path = percent_decoded(uri)
-        .ok_or_else(|| Error::damaged(format!("the uri {uri:?} is not percent-encoded UTF-8")))?;
+    let damaged = || Error::damaged(format!("the uri {uri:?} is not percent-encoded UTF-8"));
+    // The crate leaves a `%` as it is that no two digits follow.
+    let whole = |digits: &str| {
+        digits.as_bytes().first_chunk().is_some_and(|two: &[u8; 2]| two.iter().all(u8::is_ascii_hexdigit))
+    };
+    if !uri.split('%').skip(1).all(whole) {
+        return Err(damaged());
+    }
+    let path = percent_decode_str(uri).decode_utf8().map_err(|_| damaged())?.into_owned();
     let scheme = path.split(['/', '\\']).next().is_some_and(|first| first.contains(':'));
     if scheme || path.starts_with(['/', '\\']) || path.contains('\0') || path.is_empty() {
-        return Err(Error::unsupported(format!("the uri {uri:?} names no file beside this one")));
+        return Err(Error::unsupported(format!("the uri {uri:?} does not name a file beside this one")));
     }
     if path.split(['/', '\\']).any(|part| part == "..") {
         return Err(Error::unsupported(format!(
@@ -131,29 +211,13 @@ fn relative(uri: &str) -> Result<String, Error> {
     Ok(path)
 }
 
-fn percent_decoded(uri: &str) -> Option<String> {
-    let (mut bytes, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
-    while let [first, tail @ ..] = rest {
-        rest = tail;
-        if *first != b'%' {
-            bytes.push(*first);
-            continue;
-        }
-        let (digits, tail) = rest.split_at_checked(2)?;
-        let digits = str::from_utf8(digits).ok().filter(|digits| !digits.starts_with('+'))?;
-        bytes.push(u8::from_str_radix(digits, 16).ok()?);
-        rest = tail;
-    }
-    String::from_utf8(bytes).ok()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn base_64_of_every_length_is_read() {
-        // The vectors of RFC 4648, section 10, with and without padding.
+    fn base64_is_read_with_and_without_padding() {
+        // The vectors of RFC 4648, section 10.
         for (text, expected) in [
             ("", ""),
             ("Zg==", "f"),
@@ -161,15 +225,12 @@ mod tests {
             ("Zm9v", "foo"),
             ("Zm9vYg", "foob"),
             ("Zm9vYmE=", "fooba"),
-            ("Zm9vYmFy", "foobar"),
         ] {
-            assert_eq!(base_64(text).unwrap(), expected.as_bytes());
+            assert_eq!(embedded(&format!("data:;base64,{text}")).unwrap(), expected.as_bytes());
         }
-        assert_eq!(base_64("+/A").unwrap(), [0xfb, 0xf0]);
-        assert_eq!(
-            base_64("Zm9*").unwrap_err().to_string(),
-            "character 3 of the embedded data is not of base 64"
-        );
+        assert_eq!(embedded("data:a/b;base64,+/A").unwrap(), [0xfb, 0xf0]);
+        let message = embedded("data:;base64,Zm9*").unwrap_err().to_string();
+        assert_eq!(message, "the embedded data are not base64: Invalid symbol 42, offset 3.");
     }
 
     #[test]
@@ -184,7 +245,7 @@ mod tests {
             ["/etc/passwd", "%2Fetc", "C:/a.bin", "http://a/b.bin", "\\\\host\\a", "file:a", "%00", ""]
         {
             let message = relative(foreign).unwrap_err().to_string();
-            assert!(message.ends_with("names no file beside this one"), "{message}");
+            assert!(message.ends_with("does not name a file beside this one"), "{message}");
         }
         for broken in ["%", "%4", "%zz", "%+1", "%ff"] {
             assert!(

@@ -1,20 +1,17 @@
 //! The JSON of a glTF file, as much of it as meshes need, and the two chunks of a binary one.
 
-use std::collections::BTreeMap;
-
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::{Checked, Error as Flaw, Validate};
+use gltf::json::{Accessor, Path, Root};
+use serde_json::{Map, Value, json};
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 
-pub(super) const TRIANGLES: u32 = 4;
-pub(super) const STRIP: u32 = 5;
-pub(super) const FAN: u32 = 6;
-
-/// Extensions whose need does not touch meshes, or that are read.
-const HARMLESS: [&str; 8] = [
+/// Extensions that are read, or do not concern meshes.
+const READ: [&str; 9] = [
     "KHR_mesh_quantization",
+    "EXT_meshopt_compression",
     "KHR_materials_",
     "KHR_texture_",
     "KHR_lights_",
@@ -24,166 +21,44 @@ const HARMLESS: [&str; 8] = [
     "MSFT_texture_dds",
 ];
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+/// Parts of a document that meshes do not need. A mistake there does not matter.
+const UNUSED: [&str; 7] = ["animations", "cameras", "extensions", "extras", "images", "samplers", "textures"];
+
+/// Mistakes that are listed in a message.
+const LISTED: usize = 5;
+
+/// A document whose references all lead somewhere.
 pub(super) struct Document {
-    asset: Asset,
-    #[serde(default)]
-    extensions_required: Vec<String>,
-    pub(super) scene: Option<usize>,
-    #[serde(default)]
-    pub(super) scenes: Vec<Scene>,
-    #[serde(default)]
-    pub(super) nodes: Vec<Node>,
-    #[serde(default)]
-    pub(super) meshes: Vec<MeshPrimitives>,
-    #[serde(default)]
-    pub(super) accessors: Vec<Accessor>,
-    #[serde(default)]
-    pub(super) buffer_views: Vec<BufferView>,
-    #[serde(default)]
-    pub(super) buffers: Vec<Buffer>,
-    #[serde(default)]
-    pub(super) materials: Vec<Material>,
-    #[serde(default)]
-    pub(super) skins: Vec<Skin>,
+    pub(super) root: Root,
+    /// For each material, the set of texture coordinates of its normal texture, if it has one.
+    pub(super) normal_sets: Vec<Option<u32>>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Asset {
-    version: String,
-    min_version: Option<String>,
-}
+impl Document {
+    /// The accessor of an attribute of a primitive.
+    pub(super) fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<usize> {
+        primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value())
+    }
 
-#[derive(Debug, Deserialize)]
-pub(super) struct Scene {
-    #[serde(default)]
-    pub(super) nodes: Vec<usize>,
-}
+    /// How the triangles of a primitive are listed; `None` for points and lines.
+    pub(super) fn triangle_mode(primitive: &Primitive) -> Option<Mode> {
+        match primitive.mode {
+            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => Some(mode),
+            _ => None,
+        }
+    }
 
-#[derive(Debug, Deserialize)]
-pub(super) struct Node {
-    #[serde(default)]
-    pub(super) children: Vec<usize>,
-    pub(super) mesh: Option<usize>,
-    pub(super) skin: Option<usize>,
-    pub(super) matrix: Option<[f64; 16]>,
-    pub(super) translation: Option<[f64; 3]>,
-    pub(super) rotation: Option<[f64; 4]>,
-    pub(super) scale: Option<[f64; 3]>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Skin {
-    pub(super) inverse_bind_matrices: Option<usize>,
-    pub(super) joints: Vec<usize>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct MeshPrimitives {
-    #[serde(default)]
-    pub(super) primitives: Vec<Primitive>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Primitive {
-    #[serde(default)]
-    pub(super) attributes: BTreeMap<String, usize>,
-    pub(super) indices: Option<usize>,
-    pub(super) material: Option<usize>,
-    #[serde(default = "triangles")]
-    pub(super) mode: u32,
-    #[serde(default)]
-    pub(super) targets: Vec<IgnoredAny>,
-}
-
-fn triangles() -> u32 {
-    TRIANGLES
-}
-
-impl Primitive {
-    /// Whether it has triangles; else it is points or lines.
-    pub(super) fn has_triangles(&self) -> bool {
-        [TRIANGLES, STRIP, FAN].contains(&self.mode)
+    /// An accessor and how many elements it has.
+    pub(super) fn accessor(&self, index: usize) -> Result<(&Accessor, usize), Error> {
+        let accessor = self.root.accessors.get(index);
+        let accessor = accessor.ok_or_else(|| Error::damaged(format!("there is no accessor {index}")))?;
+        Ok((accessor, size(accessor.count.0)))
     }
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Material {
-    normal_texture: Option<Texture>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Texture {
-    #[serde(default)]
-    tex_coord: usize,
-}
-
-impl Material {
-    /// The set of coordinates that tangents are made of, where it is named.
-    pub(super) fn tangent_set(&self) -> Option<usize> {
-        self.normal_texture.as_ref().map(|texture| texture.tex_coord)
-    }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Accessor {
-    pub(super) buffer_view: Option<usize>,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
-    pub(super) component_type: u32,
-    #[serde(default)]
-    pub(super) normalized: bool,
-    pub(super) count: usize,
-    #[serde(rename = "type")]
-    pub(super) shape: String,
-    pub(super) sparse: Option<Sparse>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Sparse {
-    pub(super) count: usize,
-    pub(super) indices: SparseIndices,
-    pub(super) values: SparseValues,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct SparseIndices {
-    pub(super) buffer_view: usize,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
-    pub(super) component_type: u32,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct SparseValues {
-    pub(super) buffer_view: usize,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct BufferView {
-    pub(super) buffer: usize,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
-    pub(super) byte_length: usize,
-    pub(super) byte_stride: Option<usize>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Buffer {
-    pub(super) uri: Option<String>,
-    pub(super) byte_length: usize,
+/// A number of the document in memory; one that is too large is larger than all that is there.
+pub(super) fn size(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
 }
 
 /// The document of a file, and the second chunk of a binary one.
@@ -197,28 +72,110 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Error> {
     if !text.trim_ascii_start().starts_with(b"{") {
         return Err(Error::new(
             ErrorKind::UnknownFormat,
-            "this is no glTF file: it is neither JSON nor does it begin with the letters glTF",
+            "this is not a glTF file: it is not JSON, and does not begin with the letters glTF",
         ));
     }
-    let document: Document = serde_json::from_slice(text)
-        .map_err(|error| Error::damaged(format!("the JSON is not that of glTF 2.0: {error}")))?;
-    let Asset { version, min_version } = &document.asset;
-    let needed = min_version.as_ref().unwrap_or(version);
-    if needed.split('.').next() != Some("2") || min_version.as_ref().is_some_and(|least| least != "2.0") {
+    let other = |error| Error::damaged(format!("the JSON is not that of glTF 2.0: {error}"));
+    let mut parts: Map<String, Value> = serde_json::from_slice(text).map_err(other)?;
+    let normal_sets = keep_meshes(&mut parts);
+    let root: Root = serde_json::from_value(Value::Object(parts)).map_err(other)?;
+    let (version, least) = (&root.asset.version, root.asset.min_version.as_ref());
+    let needed = least.unwrap_or(version);
+    if needed.split('.').next() != Some("2") || least.is_some_and(|least| least != "2.0") {
         return Err(Error::unsupported(format!("the file is of glTF {needed}; 2.0 is read")));
     }
-    let is_read = |name: &&String| HARMLESS.iter().any(|harmless| name.starts_with(harmless));
-    let missing: Vec<&String> = document.extensions_required.iter().filter(|name| !is_read(name)).collect();
-    match missing.is_empty() {
-        true => Ok((document, chunk)),
-        false => {
-            let names: Vec<_> = missing.into_iter().map(String::as_str).collect();
-            Err(Error::unsupported(format!(
-                "the file needs {}, which is not read here; export it without (compression of meshes switched off)",
-                names.join(", ")
-            )))
+    let is_read = |name: &&String| READ.iter().any(|read| name.starts_with(read));
+    let missing: Vec<_> =
+        root.extensions_required.iter().filter(|name| !is_read(name)).map(String::as_str).collect();
+    if !missing.is_empty() {
+        return Err(Error::unsupported(format!(
+            "the file needs {}, which is not read here; export it without (compression of meshes switched off)",
+            missing.join(", ")
+        )));
+    }
+    validate(&root)?;
+    Ok((Document { root, normal_sets }, chunk))
+}
+
+/// Removes what meshes do not need, and what the `gltf` crate refuses although the specification allows it.
+/// Gives the sets of coordinates of the materials' normal textures.
+fn keep_meshes(parts: &mut Map<String, Value>) -> Vec<Option<u32>> {
+    UNUSED.iter().for_each(|part| drop(parts.remove(*part)));
+    let mut normal_sets = Vec::new();
+    for material in elements(parts, "materials") {
+        let texture = material.get("normalTexture");
+        let set = |texture: &Value| texture.get("texCoord").and_then(Value::as_u64).unwrap_or(0) as u32;
+        normal_sets.push(texture.map(set));
+        *material = json!({});
+    }
+    for part in ["accessors", "buffers", "bufferViews", "meshes", "nodes", "scenes", "skins"] {
+        for element in elements(parts, part) {
+            let Value::Object(element) = element else { continue };
+            element.remove("extras");
+            element.remove("camera");
+            if part == "scenes" {
+                element.entry("nodes").or_insert_with(|| json!([]));
+            }
+            for primitive in elements(element, "primitives") {
+                if let Value::Object(primitive) = primitive {
+                    primitive.remove("extras");
+                }
+            }
         }
     }
+    normal_sets
+}
+
+/// The elements of an array in an object; none if there is no such array.
+fn elements<'a>(
+    object: &'a mut Map<String, Value>,
+    key: &str,
+) -> impl Iterator<Item = &'a mut Value> + use<'a> {
+    object.get_mut(key).and_then(Value::as_array_mut).into_iter().flatten()
+}
+
+/// Lets the `gltf` crate check the document. What it asks for beside what meshes need (the range of
+/// positions, names of attributes) is not asked here; `byteStride` is checked when it is used.
+fn validate(root: &Root) -> Result<(), Error> {
+    let mut mistakes = Vec::new();
+    // The crate looks these up without asking whether they are there.
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let positions = Document::attribute(primitive, Semantic::Positions);
+            if positions.is_some_and(|positions| positions >= root.accessors.len()) {
+                let path = format!("meshes[{m}].primitives[{p}].attributes[\"POSITION\"]");
+                mistakes.push(describe(&path, Flaw::IndexOutOfBounds));
+            }
+        }
+    }
+    if mistakes.is_empty() {
+        root.validate(root, Path::new, &mut |path, flaw| {
+            let Path(path) = path();
+            let unused = ["min", "max", "byteStride", "target"].iter().any(|key| path.ends_with(key));
+            let named = path.contains("<invalid semantic name>") && flaw == Flaw::Invalid;
+            if !(unused || named || matches!(flaw, Flaw::Missing | Flaw::Unsupported)) {
+                mistakes.push(describe(&path, flaw));
+            }
+        });
+    }
+    match mistakes.len() {
+        0 => Ok(()),
+        count => {
+            let more = count.saturating_sub(LISTED);
+            mistakes.truncate(LISTED);
+            let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+            Err(Error::damaged(mistakes.join("; ") + &more))
+        }
+    }
+}
+
+fn describe(path: &str, flaw: Flaw) -> String {
+    let what = match flaw {
+        Flaw::IndexOutOfBounds => "there is nothing of this index",
+        Flaw::Oversize => "the number is too large",
+        _ => "the value is not one that glTF allows",
+    };
+    format!("{path}: {what}")
 }
 
 /// The JSON and the binary chunk of a `.glb` (section 4.4).
@@ -236,7 +193,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
     let length = word(8)? as usize;
     if length > bytes.len() {
         return Err(Error::truncated(format!(
-            "the header tells of {length} bytes, and there are {}",
+            "the header declares {length} bytes, and there are {}",
             bytes.len()
         )));
     }
@@ -245,12 +202,12 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
         let (size, kind) = (word(at)? as usize, word(at + 4)?.to_le_bytes());
         let chunk =
             bytes.get(..length).and_then(|bytes| bytes.get(at + 8..)?.get(..size)).ok_or_else(|| {
-                Error::truncated(format!("the chunk at byte {at} tells of {size} bytes, more than there are"))
+                Error::truncated(format!("the chunk at byte {at} declares {size} bytes, more than there are"))
             })?;
         match (&kind, json) {
             (b"JSON", None) => json = Some(chunk),
             (b"BIN\0", Some(_)) if binary.is_none() => binary = Some(chunk),
-            // Chunks of other kinds are to be ignored.
+            // Chunks of other kinds are ignored.
             (_, Some(_)) => {}
             (_, None) => return Err(Error::damaged("the first chunk is not JSON")),
         }

@@ -1,9 +1,10 @@
 //! An expansion seen in another frame: a signed permutation of the axes, with or without a reflection.
 //!
-//! With w' = A w, the same function has the coefficients f'_lm = sum over n of T^l_mn f_ln, where
-//! T^l_mn = integral of Y_lm(A w) Y_ln(w) dw. The integrand is a polynomial of degree 2 l, which a product of
-//! Gauss-Legendre and equidistant nodes integrates, but for rounding. Rounding is then undone: A is made of quarter
-//! turns, whose matrices have entries +-sqrt(n) / 2^(l+1) with whole n, so that each axis keeps its 0 and 1.
+//! With w' = A w, the same function has the coefficients f'_lm = sum over n of T^l_mn f_ln, where T^l_mn =
+//! integral of Y_lm(A w) Y_ln(w) dw. The integrand is a polynomial of degree 2 l, which a product of
+//! Gauss-Legendre and equidistant nodes integrates, but for rounding. Rounding is then undone: A is made of
+//! quarter turns, whose matrices have entries +-sqrt(n) / 2^(l+1) with whole n, so that each axis keeps its 0
+//! and 1.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +17,7 @@ pub(crate) const MAX_DEGREE: usize = 8;
 /// The coefficients of `expansion` for harmonics of `to(w)`; `to` permutes axes and flips their signs.
 ///
 /// # Panics
-/// Where the degree is past [`MAX_DEGREE`].
+/// If the degree is past [`MAX_DEGREE`].
 pub(crate) fn seen_in(expansion: &Expansion, to: fn(DVec3) -> DVec3) -> Expansion {
     let degree = expansion.degree();
     assert!(degree.get() <= MAX_DEGREE, "the matrices stay small");
@@ -66,7 +67,7 @@ fn transfer(degree: Degree, to: fn(DVec3) -> DVec3) -> Vec<f64> {
     matrix
 }
 
-/// The nearest +-sqrt(n) / unit, where it is nearer than rounding explains.
+/// The nearest +-sqrt(n) / unit, if it is nearer than rounding explains.
 fn exact(entry: f64, unit: f64) -> f64 {
     let square = (entry * unit) * (entry * unit);
     let whole = square.round();

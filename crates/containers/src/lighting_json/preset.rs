@@ -1,8 +1,9 @@
 //! The conventions of engines for spherical-harmonic lighting, each read in that engine's own source.
 //!
-//! A preset fixes the frame (how w, a direction of ours, becomes the engine's), the yaw (where the centre of a
-//! lat-long image looks when the engine itself loads it), the signs of the basis, the scale, and the members of the
-//! file. `A_l` is Ramamoorthi and Hanrahan's cosine factor: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
+//! A preset fixes the frame (how w, a direction of ours, becomes the engine's), the yaw (where the centre of
+//! a lat-long image looks when the engine itself loads it), the signs of the basis, the scale, and the
+//! members of the file. `A_l` is Ramamoorthi and Hanrahan's cosine factor: pi, 2 pi / 3, pi / 4 for l = 0, 1,
+//! 2.
 
 use std::f64::consts::PI;
 
@@ -30,7 +31,7 @@ pub enum Preset {
     Babylon,
 }
 
-/// What a preset means, in words that stand in its files.
+/// What a preset means, in the words of its files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
     /// Handedness, the axis up, and the engine's axes in terms of ours.
@@ -277,7 +278,8 @@ mod tests {
             Preset::Specula => [c, -s, up],
             // vecFromLatLong: (-sin(theta) sin(2 pi u), cos(theta), -sin(theta) cos(2 pi u)).
             Preset::DirectX => [-sine * (TAU * u).sin(), up, -sine * (TAU * u).cos()],
-            // u = (1 + atan2(x, -y) / pi) / 2, v = acos(z) / pi, on the axes that the texture is sampled with.
+            // u = (1 + atan2(x, -y) / pi) / 2, v = acos(z) / pi, on the axes that the texture is sampled
+            // with.
             Preset::Unreal => [s, -c, up],
             // u = 0.5 - atan2(z, x) / (2 pi).
             Preset::Unity => [c, up, -s],

@@ -1,14 +1,16 @@
-//! `.brdf`: irregular spectral measurements as text, of Cornell's Program of Computer Graphics, as pbrt reads them.
+//! `.brdf`: irregular spectral measurements as text, of Cornell's Program of Computer Graphics, as pbrt reads
+//! them.
 //!
-//! Numbers apart by white space, `#` starts a comment: the count n of wavelengths, the n wavelengths in nanometres, rising,
-//! then for each measurement theta_i, phi_i, theta_o, phi_o in radians and the BRDF in 1/sr at each wavelength. The file
-//! does not say how many measurements there are. Spectra become linear Rec. 709 as `spectrum` says; what lies out of that
-//! gamut is cut at 0.
+//! Numbers are separated by white space, and `#` starts a comment: the count n of wavelengths, the n
+//! wavelengths in nanometres, rising, then for each measurement theta_i, phi_i, theta_o, phi_o in radians and
+//! the BRDF in 1/sr at each wavelength. The file does not say how many measurements there are. Spectra become
+//! linear Rec. 709 as `spectrum` says; what lies out of that gamut is cut at 0.
 
 use brdf::scattered::Sample;
 
+use super::scattered::{Found, direction, interpolated};
 use super::spectrum::Observer;
-use super::{Found, direction, interpolated, text};
+use super::text;
 use crate::error::Error;
 
 /// The most wavelengths that are read.

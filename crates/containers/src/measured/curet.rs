@@ -1,16 +1,19 @@
-//! `.curet`: the 205 measurements of one sample of the Columbia-Utrecht database (CURET), fitted as its authors do.
+//! `.curet`: the 205 measurements of one sample of the Columbia-Utrecht database (CURET), fitted as its
+//! authors do.
 //!
-//! The database publishes one table of 205 pairs of directions for all samples, and in `rbrdf.dat`, `gbrdf.dat` and
-//! `bbrdf.dat` one line of 205 values a sample. This format joins what belongs to one sample: the first line is `degrees` or
-//! `radians`; then 205 lines, in any order, of theta_v, phi_v (view), theta_i, phi_i (light), r, g, b, apart by white space;
-//! `#` starts a comment. Values are the BRDF in 1/sr, taken for linear Rec. 709.
+//! The database publishes one table of 205 pairs of directions for all samples, and in `rbrdf.dat`,
+//! `gbrdf.dat` and `bbrdf.dat` one line of 205 values a sample. This format joins what belongs to one sample:
+//! the first line is `degrees` or `radians`; then 205 lines, in any order, of theta_v, phi_v (view), theta_i,
+//! phi_i (light), r, g, b, separated by white space; `#` starts a comment. Values are the BRDF in 1/sr, taken
+//! for linear Rec. 709.
 //!
-//! 205 measurements are too few for a sharp highlight, and the surfaces are rough: they are fitted with the 55 reciprocal,
-//! isotropic products of Zernike polynomials up to order 8 ([`brdf::zernike`]), cut at 0.
+//! 205 measurements are too few for a sharp highlight, and the surfaces are rough: they are fitted with the
+//! 55 reciprocal, isotropic products of Zernike polynomials up to order 8 ([`brdf::zernike`]), cut at 0.
 
 use brdf::scattered::{SHAPE, Sample};
 
-use super::{Found, direction, text};
+use super::scattered::{Found, direction};
+use super::text;
 use crate::error::Error;
 
 /// The measurements of a sample.

@@ -1,19 +1,19 @@
 //! `.binary`: a material of the MERL database (Matusik et al., "A Data-Driven Reflectance Model", 2003).
 //!
-//! Three little-endian i32 (n_h, n_d, n_phi; 90, 90 and 180), then for red, green and blue in turn n_h n_d n_phi
-//! little-endian f64, theta_h slowest, phi_d fastest. The BRDF is 1/1500, 1.15/1500 and 1.66/1500 of them. Entries that the
-//! database does not have are negative: most lie where light or view is below the horizon, the others were
-//! never measured. Each takes the mean of its neighbours that are known, layer by layer from the border of these inward,
-//! so that no lookup meets a hole; how many is told.
+//! Three little-endian i32 (n_h, n_d, n_phi; 90, 90 and 180), then for red, green and blue in turn n_h n_d
+//! n_phi little-endian f64, theta_h slowest, phi_d fastest. The BRDF is 1/1500, 1.15/1500 and 1.66/1500 of
+//! them. Entries that the database does not have are negative: most lie where light or view is below the
+//! horizon, the others were never measured. Each takes the mean of its neighbours that are known, layer by
+//! layer from the border of these inward, so that no lookup meets a hole; a note says how many.
 
 use std::f64::consts::FRAC_PI_2;
 
 use brdf::{Measured, from_half_difference};
 
-use super::Found;
+use super::scattered::Found;
 use crate::error::{Error, ErrorKind};
 
-/// What an entry is multiplied with, RGB.
+/// The factor of an entry, RGB.
 const SCALES: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 
 const HEADER: usize = 12;

@@ -1,11 +1,12 @@
 //! Reflectance spectra to linear Rec. 709.
 //!
-//! X, Y, Z = sum of D65(lambda) (x, y, z)(lambda) f(lambda) over 380, 385 .. 780 nm, divided by the same sums for f = 1 and
-//! times the XYZ of Rec. 709's white; then Rec. 709's matrix. So a perfect white reflector is (1, 1, 1): colours are what they
-//! are under D65, given as reflectances. Between its wavelengths f is linear, past the first and the last it stays.
+//! X, Y, Z = sum of D65(lambda) (x, y, z)(lambda) f(lambda) over 380, 385 .. 780 nm, divided by the same sums
+//! for f = 1 and times the XYZ of Rec. 709's white; then Rec. 709's matrix. So a perfect white reflector is
+//! (1, 1, 1): colours are what they are under D65, given as reflectances. Between its wavelengths f is
+//! linear, past the first and the last it stays.
 //!
-//! The colour-matching functions of the CIE 1931 standard observer and the illuminant D65 are the values at 5 nm of CIE
-//! publication 15 (tables T.4 and T.1).
+//! The colour-matching functions of the CIE 1931 standard observer and the illuminant D65 are the values at 5
+//! nm of CIE publication 15 (tables T.4 and T.1).
 
 use sphere::{DMat3, DVec3};
 
@@ -22,7 +23,7 @@ pub(super) struct Observer {
 }
 
 impl Observer {
-    /// For spectra at these rising wavelengths in nm; `None` where they do not span 450 to 630 nm.
+    /// For spectra at these rising wavelengths in nm; `None` if they do not span 450 to 630 nm.
     pub(super) fn new(wavelengths: &[f64]) -> Option<Self> {
         let (first, last) = (*wavelengths.first()?, *wavelengths.last()?);
         if first > 450.0 || last < 630.0 {
@@ -129,8 +130,9 @@ mod tests {
         }
     }
 
-    /// CIE 15: the columns of the observer add up to 21.371524, 21.371327 and 21.371540 (a digit that is wrong in one row shows);
-    /// the white of D65 is x = 0.31272, y = 0.32903 (2 degrees); y is 1 at 555 nm, where D65 is 102.023.
+    /// CIE 15: the columns of the observer add up to 21.371524, 21.371327 and 21.371540 (a digit that is
+    /// wrong in one row shows); the white of D65 is x = 0.31272, y = 0.32903 (2 degrees); y is 1 at 555 nm,
+    /// where D65 is 102.023.
     #[test]
     fn the_tables_have_their_published_sums() {
         let white = [1, 2, 3].map(|column| CIE.iter().map(|row| row[0] * row[column]).sum::<f64>());

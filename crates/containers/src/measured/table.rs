@@ -1,13 +1,14 @@
 //! `.csv`: a plain isotropic table, made by hand or by another program.
 //!
-//! The first line is `theta_i,theta_o,phi,r,g,b`; each other line is one measurement: the angles of light and view from
-//! the normal and the azimuth between them, in degrees (phi = 0: on the same side, 180: the mirror's), then the BRDF in 1/sr,
-//! linear Rec. 709. Order and spacing of the lines do not matter; `#` starts a comment. Light and view may change places, so
-//! that half of a symmetric table is enough.
+//! The first line is `theta_i,theta_o,phi,r,g,b`; each other line is one measurement: the angles of light and
+//! view from the normal and the azimuth between them, in degrees (phi = 0: on the same side, 180: the
+//! mirror's), then the BRDF in 1/sr, linear Rec. 709. Order and spacing of the lines do not matter; `#`
+//! starts a comment. The BRDF is taken to be reciprocal, so that half of a symmetric table is enough.
 
 use brdf::scattered::Sample;
 
-use super::{Found, direction, interpolated, text};
+use super::scattered::{Found, direction, interpolated};
+use super::text;
 use crate::error::Error;
 
 const HEADER: [&str; 6] = ["theta_i", "theta_o", "phi", "r", "g", "b"];

@@ -24,7 +24,8 @@ pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = (usize, &str)>,
 
 /// The number that `word` is, whose meaning is `what`.
 pub(super) fn number<T: FromStr>(line: usize, word: &str, what: &str) -> Result<T, Error> {
-    word.parse().map_err(|_| Error::damaged(format!("line {line}: {word:?} is no number; expected {what}")))
+    word.parse()
+        .map_err(|_| Error::damaged(format!("line {line}: {word:?} is not a number; expected {what}")))
 }
 
 /// An angle from the normal, in radians; `degrees` says that the file's are not.

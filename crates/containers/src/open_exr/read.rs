@@ -1,14 +1,14 @@
 //! Reading OpenEXR: scanlines and tiles (their largest level), half, float and uint, every compression.
 //!
-//! A *layer* is a part of a multi-part file, a channel prefix (`diffuse.R`), or both (`part.prefix`). Without a
-//! name the first layer with colour is read, an unnamed one before all others. A layer has colour with R, G and B,
-//! or with Y alone (grey). Luminance with chroma (Y RY BY) is refused, and so are subsampled channels: the
-//! decoder misplaces them.
+//! A *layer* is a part of a multi-part file, a channel prefix (`diffuse.R`), or both (`part.prefix`). Without
+//! a name the first layer with colour is read, an unnamed one before all others. A layer has colour with R, G
+//! and B, or with Y alone (grey). Luminance with chroma (Y RY BY) is refused, and so are subsampled channels:
+//! the decoder misplaces them.
 //!
 //! All layers of a file are read in one pass over its chunks by [`read_exr_layers`].
 //!
 //! The picture is the display window: pixels that the data window does not reach are black, those beyond the
-//! display window are cut off, and a warning tells of either.
+//! display window are cut off, and a warning reports either.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io::Cursor;
@@ -24,11 +24,11 @@ use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
-use super::{guarded, recipe_key};
+use super::guard::{guarded, recipe_key};
 use crate::chromaticity::{self, Chromaticities};
+use crate::decoded::{Decoded, OpenExrEnvmap};
 use crate::error::{Error, ErrorKind};
 use crate::format::identify;
-use crate::image::{Decoded, OpenExrEnvmap};
 use crate::{Format, limits};
 
 /// Chunks that are decompressed side by side, at most, and about how many pixels they hold.
@@ -66,8 +66,8 @@ pub struct ExrLayers {
     pub width: usize,
     /// Rows of each layer.
     pub height: usize,
-    /// Each layer's name and linear Rec. 709 pixels, row by row, in the order of parts and names; `""` names the plain
-    /// R, G, B.
+    /// Each layer's name and linear Rec. 709 pixels, row by row, in the order of parts and names; `""` names
+    /// the plain R, G, B.
     pub layers: Vec<(String, Vec<[f32; 3]>)>,
     /// The `string` attributes of the first part, the recipe among them.
     pub metadata: BTreeMap<String, String>,
@@ -78,7 +78,7 @@ pub struct ExrLayers {
 /// Reads every layer with colour of an OpenEXR file; names are as [`crate::ReadOptions`] takes them.
 ///
 /// # Errors
-/// As [`crate::read_image`]; and where all layers together have more than [`crate::MAX_PIXELS`].
+/// As [`crate::read_image`]; and if all layers together have more than [`crate::MAX_PIXELS`].
 pub fn read_exr_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
     identify(bytes)
         .and_then(|format| match format {
@@ -132,7 +132,7 @@ fn open(bytes: &[u8]) -> Result<MetaData, Error> {
     Ok(meta)
 }
 
-/// Converts from the file's `chromaticities`, where it has them.
+/// Converts from the file's `chromaticities`, if it has them.
 fn to_rec_709(header: &Header, layer: &Layer, pixels: &mut [[f32; 3]], warnings: &mut Vec<String>) {
     let Some(given) = header.shared_attributes.chromaticities else { return };
     let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
@@ -240,7 +240,7 @@ impl Layer {
     }
 }
 
-/// Why a file of these channels shows nothing.
+/// Why a file with these channels holds no picture.
 fn without_colour(channels: Vec<String>) -> Error {
     match channels.iter().any(|name| name.ends_with("RY") || name.ends_with("BY")) {
         true => Error::unsupported("luminance and chroma (Y RY BY) are not read; convert the image to RGB"),
@@ -251,7 +251,8 @@ fn without_colour(channels: Vec<String>) -> Error {
     }
 }
 
-/// Checks all that the decoder would otherwise believe: sizes of the windows, of a tile, of the offset tables.
+/// Checks all that the decoder would otherwise believe: sizes of the windows, of a tile, of the offset
+/// tables.
 fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Error> {
     let display = header.shared_attributes.display_window.size;
     limits::pixels(display.0, display.1).map_err(|error| error.within("display window"))?;
@@ -269,7 +270,8 @@ fn check_size(headers: &[Header], header: &Header, len: usize) -> Result<(), Err
     let pixels = limits::pixels(width, height).map_err(|error| error.within("data window"))?;
     let block = header.max_block_pixel_size();
     limits::pixels(block.0, block.1).map_err(|error| error.within("tile size"))?;
-    // A window that is nearly empty is more likely damage than a crop, and its size is not paid for by any data.
+    // A window that is nearly empty is more likely damage than a crop, and its size is not paid for by any
+    // data.
     limits::plausible(display.0 * display.1, pixels, MAX_EMPTY).map_err(|_| {
         Error::damaged(format!("the data window holds {pixels} of {} x {} pixels", display.0, display.1))
     })?;
@@ -283,8 +285,8 @@ fn pixel_bytes(header: &Header) -> usize {
     header.channels.list.iter().map(|channel| channel.sample_type.bytes_per_sample()).sum()
 }
 
-/// The most that a compression can gain. Deflate's is 1032 to 1, and the other codes gain less, except that DWA
-/// keeps 2 deflated bytes of a constant block of 64 pixels.
+/// The most that a compression can gain. Deflate's is 1032 to 1, and the other codes gain less, except that
+/// DWA keeps 2 deflated bytes of a constant block of 64 pixels.
 fn ratio(compression: Compression) -> usize {
     match compression {
         Compression::Uncompressed => 1,
@@ -293,7 +295,7 @@ fn ratio(compression: Compression) -> usize {
     }
 }
 
-/// Checks what a chunk says of its own size, which the decoder would allocate unseen.
+/// Checks what a chunk says about its own size, which the decoder would allocate unchecked.
 fn check_chunk(header: &Header, chunk: &Chunk) -> Result<(), Error> {
     let compressed = match &chunk.compressed_block {
         CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
@@ -312,7 +314,8 @@ fn check_chunk(header: &Header, chunk: &Chunk) -> Result<(), Error> {
     };
     limits::plausible(block_bytes, compressed.len(), ratio(header.compression))?;
     if dwa {
-        // Eleven counters lead a DWA chunk; those of uncompressed bytes and values count what the block holds.
+        // Eleven counters lead a DWA chunk; those of uncompressed bytes and values count what the block
+        // holds.
         const UNCOMPRESSED: [usize; 5] = [1, 6, 7, 8, 9];
         for (position, counter) in compressed.chunks_exact(8).take(11).enumerate() {
             let counter = counter.iter().rev().fold(0_u64, |value, byte| value << 8 | u64::from(*byte));

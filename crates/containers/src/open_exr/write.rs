@@ -1,9 +1,9 @@
-//! Writing OpenEXR: one part of R, G and B, once or for each layer, scanlines in blocks of 16, ZIP (lossless),
-//! Rec. 709 by absence of `chromaticities`.
+//! Writing OpenEXR: one part of R, G and B, once or for each layer, scanlines in blocks of 16, ZIP
+//! (lossless), Rec. 709 by absence of `chromaticities`.
 //!
-//! Layers are channels with a prefix (`diffuse.R`) in one part: every viewer and compositor reads that, while some read
-//! only the first part of a file with several. A layer without a name is the plain R, G, B, which is what a program
-//! without layers shows.
+//! Layers are channels with a prefix (`diffuse.R`) in one part: every viewer and compositor reads that, while
+//! some read only the first part of a file with several. A layer without a name is the plain R, G, B, which
+//! is what a program without layers shows.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -18,43 +18,35 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, Headers};
 use rayon::prelude::*;
 
-use super::{guarded, recipe_key, text};
+use super::guard::{guarded, recipe_key, text};
+use crate::decoded::Encoded;
 use crate::error::{Error, ErrorKind};
-use crate::image::Encoded;
-use crate::texture::{size, to_half, word};
+use crate::precision::{Precision, to_half};
+use crate::texture::{size, word};
 use crate::{Format, limits, recipe};
-
-/// The samples of a written OpenEXR file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Precision {
-    /// 32 bits: every value is kept.
-    #[default]
-    Float,
-    /// 16 bits: 11 significant bits, at most 65504.
-    Half,
-}
 
 /// Writes OpenEXR; `recipe` goes into a `string` attribute.
 ///
-/// With [`Precision::Half`] each value becomes the nearest half, ties to even; values past +-65504, infinite ones
-/// among them, become +-65504 and are counted. NaN stays NaN.
+/// With [`Precision::Half`] each value becomes the nearest half, ties to even; values past +-65504, infinite
+/// ones among them, become +-65504 and are counted. NaN stays NaN.
 ///
 /// # Errors
-/// Where the recipe holds control characters.
+/// If the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
     let size = (image.width(), image.height());
     write(size, &[("", image.pixels())], precision, recipe, &[])
         .map_err(|error| error.within(Format::OpenExr.name()))
 }
 
-/// Writes OpenEXR with a layer for each of `layers`: a name and RGB, row by row. `metadata` and the recipe become
-/// `string` attributes.
+/// Writes OpenEXR with a layer for each of `layers`: a name and RGB, row by row. `metadata` and the recipe
+/// become `string` attributes.
 ///
-/// The layer named `""` is the plain R, G and B; it may be left out. Numbers as [`write_exr`] has them.
+/// The layer named `""` is the plain R, G and B; it is optional. Numbers as [`write_exr`] has them.
 ///
 /// # Errors
-/// Where a layer has not `width` x `height` pixels, or there is none; where two have one name, or a name or an attribute
-/// has control characters; where attributes are named twice or as the format names its own.
+/// If there is no layer, or one does not have `width` x `height` pixels; if two have the same name, or a name
+/// or an attribute has control characters; if two attributes have the same name, or one has a name that the
+/// format uses itself.
 ///
 /// # Example: a program without layers sees the layer without a name
 /// ```
@@ -177,8 +169,8 @@ fn write(
     Ok(Encoded { bytes, clamped })
 }
 
-/// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a hash map, so
-/// that their order would differ from run to run. No length changes, and so no offset does.
+/// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a
+/// hash map, so that their order would differ from run to run. No length changes, and so no offset does.
 fn sort_attributes(bytes: &mut [u8]) {
     const START: usize = 8;
     let mut attributes: Vec<Vec<u8>> = Vec::new();
@@ -199,7 +191,8 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// A block's samples in the order of this machine's bytes, each row channel after channel, and how many were clamped.
+/// A block's samples in the order of this machine's bytes, each row channel after channel, and how many were
+/// clamped.
 fn samples(
     width: usize,
     channels: &[(String, &[[f32; 3]], usize)],

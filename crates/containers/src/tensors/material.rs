@@ -1,25 +1,27 @@
 //! A material: its models as JSON in the metadata, its tables as tensors.
 //!
-//! `material` in `__metadata__` is `{"model": "phong", "exponent": 64.0, "specular": [1.0, 0.8, 0.3]}`: a model's name
-//! and its parameters by [`brdf::MODELS`], colours always three numbers. Of layers it is `{"model": "layers", "layers":
-//! [...]}`, of a table `{"model": "measured", "scale": [1.0, 1.0, 1.0], "table": 0}`, whose values are the tensor `table0`
-//! [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]); tables are numbered in the order of the layers.
+//! `material` in `__metadata__` is `{"model": "phong", "exponent": 64.0, "specular": [1.0, 0.8, 0.3]}`: a
+//! model's name and its parameters by [`brdf::MODELS`], colours always three numbers. Of layers it is
+//! `{"model": "layers", "layers": [...]}`, of a table `{"model": "measured", "scale": [1.0, 1.0, 1.0],
+//! "table": 0}`, whose values are the tensor `table0` [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]);
+//! tables are numbered in the order of the layers.
 
 use brdf::{MODELS, Material, Measured, Parameter, Value, ValueType, Values};
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
-use super::{File, Writer, wrong_shape};
+use super::file::{File, Writer, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
 /// The entry of the metadata that holds the models.
 const KEY: &str = "material";
 const SHAPE: &str = "[n_h, n_d, n_phi, 3]";
 
-/// A material: models and parameters in the metadata, measured tables as `table0` [n_h, n_d, n_phi, 3] f32, `table1` ...
+/// A material: models and parameters in the metadata, measured tables as `table0` [n_h, n_d, n_phi, 3] f32,
+/// `table1` ...
 ///
 /// # Errors
-/// Where the material is an empty sum.
+/// If the material is an empty sum.
 pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("material", recipe);
     let tree = write(material, &mut file)?;
@@ -30,8 +32,8 @@ pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<
 /// A material, from a file of kind `material`.
 ///
 /// # Errors
-/// Where the file is not one that [`encode_material`] could have written; the message names the model, the parameter or the
-/// tensor and what was expected.
+/// If the file is not one that [`encode_material`] could have written; the message names the model, the
+/// parameter or the tensor and what was expected.
 pub fn decode_material(bytes: &[u8]) -> Result<Material, Error> {
     let file = File::open_as(bytes, "material")?;
     let text = file.metadata.get(KEY).ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
@@ -149,7 +151,8 @@ fn values(object: &Map<String, Json>, parameters: &[Parameter], besides: &str) -
         match (parameter, value) {
             (Some(parameter), Some(value)) => values.set(parameter.name, value),
             _ => {
-                let message = format!("metadata `material`: `{key}` = {json} is no parameter of the model");
+                let message =
+                    format!("metadata `material`: `{key}` = {json} is not a parameter of the model");
                 return Err(Error::damaged(message));
             }
         }
@@ -186,7 +189,8 @@ mod tests {
         Material::Measured(Measured::new([2, 3, 4], values).unwrap().scaled([scale; 3]).unwrap())
     }
 
-    /// All kinds of parameter: numbers, colours, some left out, arrays of tables; two tables, and layers in layers.
+    /// All kinds of parameter: numbers, colours, some left out, arrays of tables; two tables, and layers in
+    /// layers.
     fn rich() -> Material {
         let lobe = LafortuneLobe { cx: -0.95, cz: 0.1 + 0.2, n: 12.0, weight: [1.0, 0.5, 1.0 / 3.0] };
         let gold = Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
@@ -228,7 +232,7 @@ mod tests {
 
     #[test]
     fn what_no_material_has_is_an_error() {
-        let fault = |tree: Json| {
+        let error_of = |tree: Json| {
             let mut file = Writer::new("material", None);
             file.metadata.insert(KEY, tree.to_string());
             decode_material(&file.finish()).unwrap_err().to_string()
@@ -238,8 +242,8 @@ mod tests {
             (json!({ "model": "fong" }), "expected a model of this version"),
             (json!({ "model": "phong" }), "phong: exponent is missing"),
             (json!({ "model": "phong", "exponent": -1, "specular": [1, 1, 1] }), "exponent: -1 is not"),
-            (json!({ "model": "phong", "exponent": "a" }), "`exponent` = \"a\" is no parameter"),
-            (json!({ "model": "phong", "albedo": 1 }), "`albedo` = 1 is no parameter"),
+            (json!({ "model": "phong", "exponent": "a" }), "`exponent` = \"a\" is not a parameter"),
+            (json!({ "model": "phong", "albedo": 1 }), "`albedo` = 1 is not a parameter"),
             (json!({ "model": "layers", "layers": [] }), "there is no layer"),
             (json!({ "model": "layers" }), "expected layers"),
             (json!({ "model": "measured", "scale": [1, 1, 1], "table": 1 }), "expected table 0"),
@@ -247,7 +251,7 @@ mod tests {
             (json!({ "model": "measured", "table": 0 }), "a `scale` colour"),
             (json!({ "model": "measured", "file": 0 }), "measured has no parameter `file`"),
         ] {
-            let found = fault(tree);
+            let found = error_of(tree);
             assert!(found.contains(expected), "{found}");
         }
     }

@@ -3,11 +3,11 @@
 use mesh::Mesh;
 use safetensors::tensor::Dtype;
 
-use super::{File, Writer, wrong_shape};
+use super::file::{File, Writer, wrong_shape};
 use crate::error::Error;
 
-/// A mesh of V vertices and T triangles: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4] and, where there are any,
-/// `coordinates` [V, 2], all f32; `triangles` [T, 3] u32.
+/// A mesh of V vertices and T triangles: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4] and, if
+/// there are any, `coordinates` [V, 2], all f32; `triangles` [T, 3] u32.
 pub fn encode_mesh(mesh: &Mesh, recipe: Option<&str>) -> Vec<u8> {
     let mut file = Writer::new("mesh", recipe);
     file.vectors("positions", mesh.positions());
@@ -99,8 +99,8 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told() {
-        let fault = |change: fn(&mut Writer)| {
+    fn errors_name_the_tensor() {
+        let error_of = |change: fn(&mut Writer)| {
             let mut file = Writer::new("mesh", None);
             file.vectors("positions", &[[0.0; 3]]);
             file.vectors("normals", &[[0.0; 3]]);
@@ -112,16 +112,16 @@ mod tests {
             file.data.push(1);
             file.tensor("triangles", "U32", &[1, 3]);
         };
-        let message = fault(|_| {});
+        let message = error_of(|_| {});
         assert!(
             message.starts_with("expected a tensor `tangents` [V, 4] F32, found the tensors: "),
             "{message}"
         );
         assert_eq!(
-            fault(|file| file.vectors("tangents", &[[0.0; 3]])),
+            error_of(|file| file.vectors("tangents", &[[0.0; 3]])),
             "tensor `tangents`: expected the shape [V, 4], found [1, 3]"
         );
-        let message = fault(|file| {
+        let message = error_of(|file| {
             file.vectors("tangents", &[[0.0; 4]; 2]);
             file.tensor("triangles", "U32", &[0, 3]);
         });

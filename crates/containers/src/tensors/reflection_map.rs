@@ -4,14 +4,14 @@ use safetensors::tensor::Dtype;
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
-use super::{File, Writer, degree, not_finite, wrong_shape};
+use super::file::{File, Writer, degree, not_finite, wrong_shape};
 use crate::error::{Error, ErrorKind};
 use crate::shrm_metadata;
 
 /// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included.
 ///
 /// # Errors
-/// Where a value is not finite.
+/// If a value is not finite.
 pub fn encode_shrm(map: &Shrm, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let rows = map.p().rows();
     let [faces, height, width] = map.grid().shape();
@@ -49,8 +49,8 @@ pub fn encode_shrm(map: &Shrm, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
 /// A spherical harmonic reflection map, from a file of kind `shrm`.
 ///
 /// # Errors
-/// As [`super::decode_lighting`]; where the shape is not that of the `layout`, and where `terms` is `zonal` and a coefficient
-/// with q other than 0 is not zero.
+/// As [`super::decode_lighting`]; if the shape is not that of the `layout`, and if `terms` is `zonal` and a
+/// coefficient with q other than 0 is not zero.
 pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
     const NAME: &str = "shrm";
     const SHAPE: &str = "[faces, height, width, (P+1)^2, 3]";
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_of_a_map_name_what_was_expected() {
+    fn errors_of_a_map_name_what_was_expected() {
         let cube = map(CUBE, View::Local, Terms::All);
         for (from, to, message) in [
             (

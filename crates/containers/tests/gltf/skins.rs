@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// The two upper vertices of the square hang on a joint that is up and turned, the lower ones on one that is not, or on
-/// both; the mesh's own node says nothing.
+/// The two upper vertices of the square hang on a joint that is up and turned, the lower ones on one that is
+/// not, or on both; the mesh's own node says nothing.
 fn skinned() -> (Value, Vec<u8>) {
     let (mut document, mut binary) = square();
     let (joints, weights, inverse) = (binary.len(), binary.len() + 16, binary.len() + 80);
@@ -58,16 +58,12 @@ fn a_skin_takes_vertices_where_its_joints_rest() {
 }
 
 #[test]
-fn faults_of_skins_are_told_with_their_place() {
+fn errors_of_skins_name_their_place() {
     let attributes = "/meshes/0/primitives/0/attributes";
     let primitive = "meshes[0].primitives[0]: attributes.";
     for (pointer, value, expected) in [
-        ("/nodes/0/skin".to_owned(), 3.into(), "skins[3]: there is no such skin".to_owned()),
-        (
-            "/skins/0/joints".to_owned(),
-            json!([1, 9]),
-            "skins[0]: joints[1]: there is no node 9 in the scene".to_owned(),
-        ),
+        ("/nodes/0/skin".to_owned(), 3.into(), format!("nodes[0].skin: {NOTHING}")),
+        ("/skins/0/joints".to_owned(), json!([1, 9]), format!("skins[0].joints[1]: {NOTHING}")),
         (
             "/skins/0/joints".to_owned(),
             json!([1]),
@@ -76,7 +72,7 @@ fn faults_of_skins_are_told_with_their_place() {
         (
             format!("{attributes}/WEIGHTS_0"),
             4.into(),
-            format!("{primitive}WEIGHTS_0: accessors[4]: the type is \"SCALAR\", not VEC4"),
+            format!("{primitive}WEIGHTS_0: accessors[4]: expected elements of the type Vec4, found Scalar"),
         ),
         (
             attributes.to_owned(),
@@ -86,9 +82,9 @@ fn faults_of_skins_are_told_with_their_place() {
     ] {
         let (mut document, binary) = skinned();
         *document.pointer_mut(&pointer).unwrap() = value;
-        assert_eq!(fault(&document, &binary), expected, "{pointer}");
+        assert_eq!(error_of(&document, &binary), expected, "{pointer}");
     }
     let (mut document, binary) = skinned();
     document["skins"][0] = json!({ "joints": [1] });
-    assert_eq!(fault(&document, &binary), format!("{primitive}JOINTS_0: joint 1 of a skin of 1"));
+    assert_eq!(error_of(&document, &binary), format!("{primitive}JOINTS_0: joint 1 of a skin of 1"));
 }

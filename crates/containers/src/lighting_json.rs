@@ -31,7 +31,7 @@ use crate::recipe::{self, KEY};
 /// Every preset but `specula` has a fixed degree: higher ones are cut off, missing ones are zero.
 ///
 /// # Errors
-/// Where a coefficient is not finite, or the recipe is not JSON on one line.
+/// If a coefficient is not finite, or the recipe is not JSON on one line.
 pub fn encode(lighting: &Expansion, preset: Preset, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let unwritable = |message: &str| Error::new(ErrorKind::Unwritable, message).within("JSON");
     recipe::check(recipe).map_err(|error| error.within("JSON"))?;
@@ -53,7 +53,8 @@ pub fn encode(lighting: &Expansion, preset: Preset, recipe: Option<&str>) -> Res
 /// Lighting from JSON of the preset `specula`, the only one of any degree and without loss.
 ///
 /// # Errors
-/// Where the bytes are not JSON, of another preset, or the rows are not (degree + 1)^2 times three finite numbers.
+/// If the bytes are not JSON, are of another preset, or the rows are not (degree + 1)^2 times three finite
+/// numbers.
 pub fn decode(bytes: &[u8]) -> Result<Expansion, Error> {
     #[derive(Deserialize)]
     struct File {

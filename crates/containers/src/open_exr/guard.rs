@@ -1,11 +1,4 @@
-//! OpenEXR, through the `exr` crate.
-
-mod read;
-mod write;
-
-pub use read::{ExrLayers, read_exr_layers};
-pub(crate) use read::{read, read_recipe};
-pub use write::{Precision, write_exr, write_exr_layers};
+//! Calls of the `exr` crate that cannot panic, and its texts.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -17,10 +10,10 @@ use crate::recipe::KEY;
 
 /// Runs a part of the `exr` crate.
 ///
-/// Damaged files make it panic: it adds and indexes with a file's numbers unchecked (B44's unpacking does, seen in
-/// the tests of damage). All sizes are checked before, so that no panic is one of memory; this turns the others into
-/// an error. The panic's own message still goes to the process' panic hook.
-fn guarded<T>(work: impl FnOnce() -> exr::error::Result<T>) -> Result<T, Error> {
+/// Damaged files make it panic: it adds and indexes with a file's numbers unchecked (B44's unpacking does,
+/// seen in the tests of damage). All sizes are checked before, so that no panic is one of memory; this turns
+/// the others into an error. The panic's own message still goes to the process' panic hook.
+pub(super) fn guarded<T>(work: impl FnOnce() -> exr::error::Result<T>) -> Result<T, Error> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(result) => result.map_err(describe),
         Err(_) => Err(Error::damaged("the header and the data contradict each other")),
@@ -42,10 +35,10 @@ fn describe(error: ExrError) -> Error {
 }
 
 /// A text of UTF-8 bytes: the crate's own conversion refuses what is not Latin-1, the format does not.
-fn text(value: &str) -> Text {
+pub(super) fn text(value: &str) -> Text {
     Text::from_bytes_unchecked(TextBytes::from_slice(value.as_bytes()))
 }
 
-fn recipe_key() -> Text {
+pub(super) fn recipe_key() -> Text {
     text(KEY)
 }

@@ -7,20 +7,19 @@
 //! | `.curet` | one sample of the CURET database: 205 measurements | `curet` |
 //! | `.csv` | a plain isotropic table of angles and colours | `table` |
 //!
-//! These files carry no signature, so that their ending says what they are, or the caller. Angles of light and view are
-//! from the normal; values are the BRDF in 1/sr, without the cosine. What a header claims is compared with the length
-//! of the file before anything of that size is made.
+//! These files carry no signature: their ending says what they are, or the caller does. Angles of light and
+//! view are from the normal; values are the BRDF in 1/sr, without the cosine. What a header claims is
+//! compared with the length of the file before anything of that size is made.
 
 mod cornell;
 mod curet;
 mod merl;
+mod scattered;
 mod spectrum;
 mod table;
 mod text;
 
 use brdf::Measured;
-use brdf::scattered::{FEWEST, SHAPE, Sample, interpolate};
-use sphere::Direction;
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
@@ -80,11 +79,11 @@ pub struct Reading {
     pub notes: Vec<String>,
 }
 
-/// The measured BRDF of a file. Its name gives the format where `format` does not.
+/// The measured BRDF of a file. Its name gives the format if `format` does not.
 ///
 /// # Errors
-/// Where the format is unknown, or the bytes are damaged or truncated: the error names line or byte, what was found and what
-/// was expected.
+/// If the format is unknown, or the bytes are damaged or truncated: the error names line or byte, what was
+/// found and what was expected.
 ///
 /// # Example: a table of a grey matte surface
 /// ```
@@ -110,7 +109,8 @@ pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) ->
     let format = format.or_else(|| Format::of_name(file_name)).ok_or_else(|| {
         let endings =
             Format::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ");
-        let message = format!("the ending of {file_name:?} is that of no measured BRDF; expected {endings}");
+        let message =
+            format!("the ending of {file_name:?} is not that of a measured BRDF; expected {endings}");
         Error::new(ErrorKind::UnknownFormat, message)
     })?;
     let read = match format {
@@ -121,27 +121,4 @@ pub fn read_with_notes(file_name: &str, bytes: &[u8], format: Option<Format>) ->
     };
     let (measured, notes) = read.map_err(|error| error.within(format.name()))?;
     Ok(Reading { measured, format, notes })
-}
-
-/// What a format's module makes of bytes.
-type Found = (Measured, Vec<String>);
-
-/// A table out of scattered samples, with a note of how well they are met.
-fn interpolated(samples: &[Sample], mut notes: Vec<String>) -> Result<Found, Error> {
-    if samples.len() < FEWEST {
-        let message = format!("{} measurements; expected {FEWEST} or more", samples.len());
-        return Err(Error::truncated(message));
-    }
-    let table = interpolate(samples, SHAPE).map_err(|error| Error::damaged(error.to_string()))?;
-    notes.push(format!(
-        "{} scattered measurements were interpolated; a trial that left out a fifth of them missed these by {:.1} percent (median)",
-        samples.len(),
-        100.0 * table.held_out
-    ));
-    Ok((table.measured, notes))
-}
-
-/// A direction of a measurement; the angle from the normal may be a hair past the horizon by rounding.
-fn direction(theta: f64, phi: f64) -> Direction {
-    Direction::from_angles(theta.min(std::f64::consts::FRAC_PI_2 - 1e-9), phi)
 }

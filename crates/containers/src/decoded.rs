@@ -1,0 +1,64 @@
+//! A picture that was read or written, and what is known of it.
+
+use envmap::Image;
+
+use crate::format::Format;
+
+/// What to read if a file holds several pictures.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The OpenEXR layer: a part's name, a channel prefix, or `part.prefix`. The other formats have no
+    /// layers.
+    pub layer: Option<String>,
+}
+
+/// The layout that OpenEXR's `envmap` attribute names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum OpenExrEnvmap {
+    /// OpenEXR's lat-long: pixel centres on the poles, the last column repeats the first.
+    LatLong,
+    /// OpenEXR's cube: six faces below each other.
+    Cube,
+}
+
+/// A picture and what its file says about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decoded {
+    /// Linear Rec. 709 values in the file's own units, row 0 at the top of the picture.
+    pub image: Image,
+    /// The format that the content is in.
+    pub format: Format,
+    /// OpenEXR's `envmap` attribute.
+    pub openexr_envmap: Option<OpenExrEnvmap>,
+    /// Whether the file can hold values above its white: OpenEXR, Radiance, and TIFF in floats.
+    pub high_dynamic_range: bool,
+    /// The name of the ICC profile by which the colours were converted.
+    pub profile: Option<String>,
+    /// What was ignored or assumed, in whole sentences.
+    pub warnings: Vec<String>,
+    /// The recipe, if Specula wrote the file.
+    pub recipe: Option<String>,
+}
+
+impl Decoded {
+    pub(crate) fn new(format: Format, image: Image) -> Self {
+        Self {
+            image,
+            format,
+            openexr_envmap: None,
+            high_dynamic_range: matches!(format, Format::OpenExr | Format::Radiance),
+            profile: None,
+            warnings: Vec::new(),
+            recipe: None,
+        }
+    }
+}
+
+/// A file's bytes, and how many values had to be clamped to fit the format.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Encoded {
+    /// The whole file.
+    pub bytes: Vec<u8>,
+    /// Values that the format cannot hold and that were replaced by the nearest that it can.
+    pub clamped: usize,
+}

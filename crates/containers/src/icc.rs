@@ -1,0 +1,165 @@
+//! ICC profiles: from a picture's codes to linear Rec. 709.
+//!
+//! A profile of curves and a matrix (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones) is applied as
+//! ICC.1:2022, annex F says: a curve for each channel, then the matrix to the connection space, which is
+//! relative to D50 as that of sRGB is. A profile of tables is applied by `moxcms`, to values from 0 to 1.
+
+use std::sync::Arc;
+
+use moxcms::{
+    ColorProfile, DataColorSpace, Layout, ParametricCurve, ProfileText, ToneReprCurve, TransformF32Executor,
+    TransformOptions,
+};
+use sphere::DMat3;
+
+use crate::chromaticity;
+
+/// The linear value of an encoded one.
+pub(crate) type Curve = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+
+/// Pixels that `moxcms` converts at a time.
+const BLOCK: usize = 4096;
+
+/// How far the matrix of an sRGB profile may be from the identity: profiles round the primaries.
+const ROUNDING: f64 = 2e-3;
+
+/// How the values of a picture become linear Rec. 709.
+pub(crate) struct Encoding {
+    /// The curve of each channel, applied first.
+    pub(crate) curves: [Curve; 3],
+    primaries: Primaries,
+    /// The name of the ICC profile, if it comes from one.
+    pub(crate) profile: Option<String>,
+}
+
+enum Primaries {
+    Matrix(DMat3),
+    Tables(Arc<TransformF32Executor>),
+}
+
+impl Encoding {
+    /// sRGB (IEC 61966-2-1).
+    pub(crate) fn srgb() -> Self {
+        Self::of_curve(srgb_to_linear)
+    }
+
+    /// Linear Rec. 709 already.
+    pub(crate) fn linear() -> Self {
+        Self::of_curve(|value| value)
+    }
+
+    fn of_curve(curve: fn(f64) -> f64) -> Self {
+        let curves = [(); 3].map(|()| -> Curve { Box::new(curve) });
+        Self { curves, primaries: Primaries::Matrix(DMat3::IDENTITY), profile: None }
+    }
+
+    /// The encoding that an ICC profile describes, for a grey picture or one in RGB, of integers or floats.
+    ///
+    /// # Errors
+    /// If the profile is damaged, or is for other pictures: why it cannot be applied, for a warning.
+    pub(crate) fn of_profile(bytes: &[u8], grey: bool, floats: bool) -> Result<Self, String> {
+        let profile =
+            ColorProfile::new_from_slice(bytes).map_err(|error| format!("it is damaged: {error}"))?;
+        let wanted = if grey { DataColorSpace::Gray } else { DataColorSpace::Rgb };
+        if profile.color_space != wanted {
+            return Err(format!("it is for {:?}, and the pixels are {wanted:?}", profile.color_space));
+        }
+        let name = Some(name_of(&profile));
+        if grey {
+            let curves = [(); 3].map(|()| curve(profile.gray_trc.as_ref()));
+            let [Some(r), Some(g), Some(b)] = curves else { return Err("it has no grey curve".into()) };
+            let primaries = Primaries::Matrix(DMat3::IDENTITY);
+            return Ok(Self { curves: [r, g, b], primaries, profile: name });
+        }
+        let curves = [&profile.red_trc, &profile.green_trc, &profile.blue_trc].map(|trc| curve(trc.as_ref()));
+        if let ([Some(r), Some(g), Some(b)], true) = (curves, profile.is_matrix_shaper()) {
+            let primaries = Primaries::Matrix(matrix(&profile)?);
+            return Ok(Self { curves: [r, g, b], primaries, profile: name });
+        }
+        if floats {
+            return Err("it is made of tables, which hold values from 0 to 1 only".into());
+        }
+        let mut rec_709 = ColorProfile::new_srgb();
+        rec_709.cicp = None;
+        for curve in [&mut rec_709.red_trc, &mut rec_709.green_trc, &mut rec_709.blue_trc] {
+            *curve = Some(ToneReprCurve::Lut(Vec::new()));
+        }
+        let options = TransformOptions::default();
+        let tables = profile.create_transform_f32(Layout::Rgb, &rec_709, Layout::Rgb, options);
+        let tables = tables.map_err(|error| format!("it cannot be applied: {error}"))?;
+        Ok(Self { primaries: Primaries::Tables(tables), profile: name, ..Self::linear() })
+    }
+
+    /// Converts pixels that the curves made linear to the primaries of Rec. 709.
+    pub(crate) fn convert_primaries(&self, pixels: &mut [[f32; 3]]) -> Result<(), String> {
+        match &self.primaries {
+            Primaries::Matrix(matrix) => chromaticity::apply(*matrix, pixels),
+            Primaries::Tables(tables) => {
+                let mut converted = [[0.0; 3]; BLOCK];
+                for block in pixels.chunks_mut(BLOCK) {
+                    let converted = &mut converted[..block.len()];
+                    let done = tables.transform(block.as_flattened(), converted.as_flattened_mut());
+                    done.map_err(|error| error.to_string())?;
+                    block.copy_from_slice(converted);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The matrix from a profile's primaries to those of Rec. 709.
+fn matrix(profile: &ColorProfile) -> Result<DMat3, String> {
+    let rows = profile.transform_matrix(&ColorProfile::new_srgb()).v;
+    let matrix = DMat3::from_cols_array_2d(&rows).transpose();
+    if !matrix.is_finite() || matrix.determinant().abs() < 1e-6 {
+        return Err("its primaries span no colour space".into());
+    }
+    let same = matrix.abs_diff_eq(DMat3::IDENTITY, ROUNDING);
+    Ok(if same { DMat3::IDENTITY } else { matrix })
+}
+
+/// A profile's curve (ICC.1:2022, sections 10.6 and 10.18), continued beyond [0, 1] for pictures in floats.
+fn curve(curve: Option<&ToneReprCurve>) -> Option<Curve> {
+    match curve? {
+        ToneReprCurve::Lut(values) if values.is_empty() => Some(Box::new(|value| value)),
+        ToneReprCurve::Lut(values) if values.len() == 1 => {
+            let gamma = f64::from(values[0]) / 256.0;
+            Some(Box::new(move |value| value.abs().powf(gamma).copysign(value)))
+        }
+        ToneReprCurve::Lut(values) => {
+            let values: Vec<f64> = values.iter().map(|&value| f64::from(value) / 65535.0).collect();
+            let last = values.len() - 1;
+            Some(Box::new(move |value| {
+                let place = value * last as f64;
+                let below = (place as usize).min(last - 1);
+                let [a, b] = [values[below], values[below + 1]];
+                a + (b - a) * (place - below as f64)
+            }))
+        }
+        ToneReprCurve::Parametric(numbers) => {
+            numbers.first()?;
+            let curve = ParametricCurve::new(numbers)?;
+            Some(Box::new(move |value| curve.eval(value as f32).into()))
+        }
+    }
+}
+
+/// The name that a profile gives itself.
+fn name_of(profile: &ColorProfile) -> String {
+    let name = match &profile.description {
+        Some(ProfileText::PlainString(name)) => name.clone(),
+        Some(ProfileText::Localizable(names)) => {
+            names.first().map(|name| name.value.clone()).unwrap_or_default()
+        }
+        Some(ProfileText::Description(name)) => name.ascii_string.clone(),
+        None => String::new(),
+    };
+    let name: String = name.chars().filter(|character| !character.is_control()).take(80).collect();
+    if name.is_empty() { "without a name".into() } else { name }
+}
+
+/// The linear value of an sRGB value.
+fn srgb_to_linear(value: f64) -> f64 {
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}

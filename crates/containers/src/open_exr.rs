@@ -1,0 +1,9 @@
+//! OpenEXR, through the `exr` crate.
+
+mod guard;
+mod read;
+mod write;
+
+pub use read::{ExrLayers, read_exr_layers};
+pub(crate) use read::{read, read_recipe};
+pub use write::{write_exr, write_exr_layers};

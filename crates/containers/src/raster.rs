@@ -1,0 +1,177 @@
+//! Pictures of integers or floats in rows: what their decoders give becomes linear Rec. 709.
+//!
+//! PNG, TIFF, TGA and WebP are decoded by the `image` crate. JPEG has a module of its own: `image` fills what
+//! a damaged file lacks with grey, without an error. So has TIFF, which needs checks before `image` reads it.
+
+use std::io::{Cursor, ErrorKind as IoErrorKind};
+
+use ::image::codecs::png::PngDecoder;
+use ::image::codecs::tga::TgaDecoder;
+use ::image::codecs::tiff::TiffDecoder;
+use ::image::codecs::webp::WebPDecoder;
+use ::image::{ImageDecoder, ImageError, ImageResult, Limits};
+use envmap::Image;
+use rayon::prelude::*;
+
+use crate::decoded::Decoded;
+use crate::error::{Error, ErrorKind};
+use crate::icc::Encoding;
+use crate::{Format, limits};
+
+/// Memory that a decoder may use beside its result and the file, in bytes.
+pub(crate) const WORKSPACE: usize = 16 << 20;
+
+/// Bytes of pixels that are believed of a WebP file, however short it is.
+const FLAT_WEBP: usize = 15 << 20;
+
+/// A picture as its decoder gives it.
+pub(crate) struct Raster {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// 1 (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGB and alpha).
+    pub(crate) channels: usize,
+    /// Bytes of a sample: 1 or 2 for integers, 4 for floats.
+    pub(crate) depth: usize,
+    /// The samples, native endian, channel by channel within a pixel and row by row from the top.
+    pub(crate) samples: Vec<u8>,
+    /// The ICC profile.
+    pub(crate) profile: Option<Vec<u8>>,
+}
+
+/// Reads PNG, TIFF, TGA or WebP.
+pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
+    if format == Format::WebP && !has_whole_chunks(bytes) {
+        return Err(Error::truncated("the file ends before its data does"));
+    }
+    let mut decoder = open(bytes, format).map_err(describe)?;
+    let (width, height) = decoder.dimensions();
+    let (width, height) = (width as usize, height as usize);
+    limits::pixels(width, height)?;
+    let total = decoder.total_bytes();
+    let size = usize::try_from(total)
+        .map_err(|_| Error::new(ErrorKind::TooLarge, "the pixels do not fit into memory"))?;
+    limits::plausible(size, bytes.len(), ratio(format, bytes.len()))?;
+    // Before the limits: TIFF's decoder holds profiles to the one of its pixels.
+    let profile = decoder.icc_profile().map_err(describe)?;
+    let mut allowed = Limits::no_limits();
+    allowed.max_alloc = Some(2 * total + (bytes.len() + WORKSPACE) as u64);
+    decoder.set_limits(allowed).map_err(describe)?;
+    let colour = decoder.color_type();
+    let channels = usize::from(colour.channel_count());
+    let depth = usize::from(colour.bytes_per_pixel()) / channels;
+    let mut samples = vec![0; size];
+    decoder.read_image(&mut samples).map_err(describe)?;
+    Raster { width, height, channels, depth, samples, profile }.decode(format)
+}
+
+fn open<'a>(bytes: &'a [u8], format: Format) -> ImageResult<Box<dyn ImageDecoder + 'a>> {
+    let cursor = Cursor::new(bytes);
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some((bytes.len() + WORKSPACE) as u64);
+    Ok(match format {
+        Format::Tiff => Box::new(TiffDecoder::new(cursor)?),
+        Format::Tga => Box::new(TgaDecoder::new(cursor)?),
+        Format::WebP => Box::new(WebPDecoder::new(cursor)?),
+        _ => Box::new(PngDecoder::with_limits(cursor, limits)?),
+    })
+}
+
+/// Whether the chunks of a WebP file are in it (RFC 9649): the decoder makes room for as much as they declare.
+fn has_whole_chunks(bytes: &[u8]) -> bool {
+    let mut rest = bytes.get(12..).unwrap_or_default();
+    while let Some((&[_, _, _, _, a, b, c, d], body)) = rest.split_first_chunk() {
+        let size = u32::from_le_bytes([a, b, c, d]) as usize;
+        let Some(next) = body.get(size..) else { return false };
+        rest = next.get(size % 2..).unwrap_or_default();
+    }
+    true
+}
+
+/// Deflate gains at most 1032 to 1, and a bit of the file becomes at most a byte here.
+pub(crate) const DEFLATE_RATIO: usize = 1032 * 8;
+
+/// The most bytes of pixels for each byte of a file of `length` bytes.
+fn ratio(format: Format, length: usize) -> usize {
+    match format {
+        // A run of 128 pixels of 4 bytes takes 2 bytes if a palette gives the colours.
+        Format::Tga => 256,
+        // A bit copies 4096 pixels, and a picture of one colour takes none at all. Large ones are refused.
+        Format::WebP => DEFLATE_RATIO.max((4096 * 8 * 4).min(FLAT_WEBP / length.max(1))),
+        _ => DEFLATE_RATIO,
+    }
+}
+
+impl Raster {
+    /// The picture in linear Rec. 709: by its ICC profile; without one, floats are linear and integers are
+    /// sRGB.
+    pub(crate) fn decode(self, format: Format) -> Result<Decoded, Error> {
+        let Self { width, height, channels, depth, samples, profile } = self;
+        let mut warnings = Vec::new();
+        let (grey, floats) = (channels < 3, depth == 4);
+        let by_profile = profile.map(|profile| Encoding::of_profile(&profile, grey, floats)).transpose();
+        let (encoding, ignored) = match by_profile {
+            Ok(encoding) => (encoding, None),
+            Err(why) => (None, Some(why)),
+        };
+        let taken_for = if floats { "linear Rec. 709" } else { "sRGB" };
+        if let Some(why) = ignored {
+            warnings.push(format!("the ICC profile was ignored: {why}; the image was taken for {taken_for}"));
+        }
+        let encoding = encoding.unwrap_or_else(|| if floats { Encoding::linear() } else { Encoding::srgb() });
+
+        let levels = if floats { 0 } else { 1_usize << (8 * depth) };
+        let tables = encoding.curves.each_ref().map(|curve| {
+            (0..levels).map(|code| curve(code as f64 / (levels - 1) as f64) as f32).collect::<Vec<f32>>()
+        });
+        let linear = |channel: usize, sample: &[u8]| match *sample {
+            [code] => tables[channel][usize::from(code)],
+            [a, b] => tables[channel][usize::from(u16::from_ne_bytes([a, b]))],
+            [a, b, c, d] => encoding.curves[channel](f32::from_ne_bytes([a, b, c, d]).into()) as f32,
+            _ => 0.0,
+        };
+        let pixels = samples.par_chunks_exact(channels * depth);
+        let mut pixels: Vec<[f32; 3]> = pixels
+            .map(|pixel| {
+                let sample = |channel: usize| &pixel[channel * depth..][..depth];
+                [0, 1, 2].map(|channel| linear(channel, sample(if grey { 0 } else { channel })))
+            })
+            .collect();
+        encoding.convert_primaries(&mut pixels).map_err(Error::damaged)?;
+
+        if channels.is_multiple_of(2) {
+            let opaque = |alpha: &[u8]| match *alpha {
+                [a, b, c, d] => f32::from_ne_bytes([a, b, c, d]) >= 1.0,
+                _ => alpha.iter().all(|&byte| byte == u8::MAX),
+            };
+            let alphas = samples.chunks_exact(channels * depth).map(|pixel| &pixel[(channels - 1) * depth..]);
+            if !alphas.into_iter().all(opaque) {
+                warnings.push("the alpha channel was ignored".into());
+            }
+        }
+        if !floats {
+            let outside = pixels.iter().filter(|pixel| pixel.iter().any(|&value| value < 0.0)).count();
+            if outside > 0 {
+                pixels.iter_mut().flatten().for_each(|value| *value = value.max(0.0));
+                warnings.push(format!("{outside} pixels are more saturated than Rec. 709 can hold; their negative values became 0"));
+            }
+        }
+        let image = Image::new(width, height, pixels)
+            .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
+        let mut decoded = Decoded::new(format, image);
+        decoded.high_dynamic_range = floats;
+        decoded.profile = encoding.profile;
+        decoded.warnings = warnings;
+        Ok(decoded)
+    }
+}
+
+fn describe(error: ImageError) -> Error {
+    match error {
+        ImageError::IoError(error) if error.kind() == IoErrorKind::UnexpectedEof => {
+            Error::truncated("the file ends before its data does")
+        }
+        ImageError::Limits(_) => Error::new(ErrorKind::TooLarge, "the decoder's limit of memory is exceeded"),
+        ImageError::Unsupported(error) => Error::unsupported(format!("not read: {error}")),
+        other => Error::damaged(other.to_string()),
+    }
+}

@@ -1,0 +1,61 @@
+//! Reading a picture of any format.
+
+use crate::decoded::{Decoded, ReadOptions};
+use crate::error::Error;
+use crate::format::{Format, identify};
+use crate::{jpeg, open_exr, png, radiance, raster, tiff};
+
+/// Reads a picture: OpenEXR, Radiance, PNG, JPEG, TIFF, TGA or WebP, known by its content.
+///
+/// Values come out linear and in Rec. 709 primaries; alpha is ignored. PNG, JPEG, TIFF, TGA and WebP are
+/// converted by their ICC profile; without one, integers are taken for sRGB and floats for linear Rec. 709. A
+/// warning says if a picture holds no high dynamic range. Integers more saturated than Rec. 709 are clipped,
+/// with a warning. NaN, infinite and negative values of floats are given as they are stored: judging them is
+/// up to the caller. Of several pages or frames, the first is read.
+///
+/// Memory: 12 bytes for each pixel of the result, at most 12 more while it is decoded, and the compressed
+/// blocks in work. The result has at most [`crate::MAX_PIXELS`], and a header that declares more than its
+/// file can hold is refused before that is allocated.
+///
+/// # Errors
+/// If the file is empty, a Git LFS pointer, of another format, truncated, damaged or too large, uses
+/// something that is not read (deep data, subsampled channels, CMYK with a profile), or has no layer of the
+/// wanted name.
+///
+/// # Example: content decides, not a name
+/// ```
+/// use containers::{ErrorKind, Format, ReadOptions, read_image, write_rgbe};
+/// let grey = envmap::Image::new(1, 1, vec![[0.5; 3]]).unwrap();
+/// let bytes = write_rgbe(&grey, None)?.bytes;
+/// assert_eq!(read_image(&bytes, &ReadOptions::default())?.format, Format::Radiance);
+/// assert_eq!(read_image(b"PK..", &ReadOptions::default()).unwrap_err().kind(), ErrorKind::UnknownFormat);
+/// # Ok::<(), containers::Error>(())
+/// ```
+pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
+    let format = identify(bytes)?;
+    let decoded = match format {
+        Format::OpenExr => open_exr::read(bytes, options.layer.as_deref()),
+        Format::Radiance => radiance::read(bytes),
+        Format::Jpeg => jpeg::read(bytes),
+        Format::Tiff => tiff::read(bytes),
+        Format::Png | Format::Tga | Format::WebP => raster::read(bytes, format),
+    };
+    let mut decoded = decoded.map_err(|error| error.within(format.name()))?;
+    if format == Format::Png {
+        png::complete(&mut decoded, bytes);
+    }
+    if !decoded.high_dynamic_range {
+        let encoding = match &decoded.profile {
+            Some(name) => format!("by its ICC profile, {name}"),
+            None => "from sRGB".into(),
+        };
+        decoded.warnings.push(format!(
+            "{} holds no high dynamic range: no light in it is brighter than its white; it was decoded {encoding}",
+            format.name()
+        ));
+    }
+    if let Some(layer) = options.layer.as_deref().filter(|_| format != Format::OpenExr) {
+        decoded.warnings.push(format!("{} has no layers; `{layer}` was ignored", format.name()));
+    }
+    Ok(decoded)
+}

@@ -1,0 +1,18 @@
+//! Finding the recipe in a file of any format.
+
+use crate::format::Format;
+use crate::{ktx2, lighting_json, open_exr, png, radiance, tensors, web_page};
+
+/// The recipe in a file of any format that is written here; `None` if there is none.
+pub fn read_recipe(bytes: &[u8]) -> Option<String> {
+    match Format::sniff(bytes) {
+        Some(Format::OpenExr) => open_exr::read_recipe(bytes),
+        Some(Format::Radiance) => radiance::read_recipe(bytes),
+        Some(Format::Png) => png::read_recipe(bytes),
+        Some(Format::Jpeg | Format::Tiff | Format::Tga | Format::WebP) => None,
+        None if bytes.first() == Some(&b'{') => lighting_json::read_recipe(bytes),
+        None if web_page::is_web_page(bytes) => web_page::read_recipe(bytes),
+        None if ktx2::is_ktx2(bytes) => ktx2::read_recipe(bytes),
+        None => tensors::read_recipe(bytes),
+    }
+}

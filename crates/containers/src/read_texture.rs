@@ -1,0 +1,24 @@
+//! Reading a texture of any container.
+
+use crate::error::{Error, ErrorKind};
+use crate::format::refuse_non_files;
+use crate::texture::TextureFile;
+use crate::{dds, ktx2};
+
+/// Reads KTX2 or DDS, known by its content; as [`crate::read_ktx2`] and [`crate::read_dds`].
+///
+/// # Errors
+/// If the file is neither, truncated, damaged, too large, or of a pixel format other than RGBA floats.
+pub fn read_texture(bytes: &[u8]) -> Result<TextureFile, Error> {
+    refuse_non_files(bytes)?;
+    match bytes {
+        _ if ktx2::is_ktx2(bytes) => ktx2::read(bytes),
+        _ if dds::is_dds(bytes) => dds::read(bytes),
+        _ => Err(Error::new(ErrorKind::UnknownFormat, "neither a KTX2 nor a DDS file")),
+    }
+}
+
+/// Whether the bytes begin as a texture that [`read_texture`] reads.
+pub fn is_texture(bytes: &[u8]) -> bool {
+    ktx2::is_ktx2(bytes) || dds::is_dds(bytes)
+}
