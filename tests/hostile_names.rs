@@ -9,7 +9,7 @@ mod support;
 use std::fs;
 use std::time::{Duration, Instant};
 
-use support::{PATIENCE, Project, Run};
+use support::{Project, Run, TIMEOUT};
 
 /// Sets the title, colours, by ESC and by C1's CSI; deletes; turns the direction of what follows.
 const HOSTILE: [&str; 5] =
@@ -179,8 +179,8 @@ fn a_watcher_prints_nothing_raw() {
     command.stdout(fs::File::create(project.path("data")).unwrap());
     let mut child = command.stderr(fs::File::create(&log).unwrap()).spawn().unwrap();
     let told = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
-    let deadline = Instant::now() + PATIENCE;
-    while !["listening to", "looking every"].iter().any(|way| told().contains(way)) {
+    let deadline = Instant::now() + TIMEOUT;
+    while !["listening to", "polling every"].iter().any(|way| told().contains(way)) {
         assert!(Instant::now() < deadline, "{}", told());
         std::thread::sleep(Duration::from_millis(10));
     }

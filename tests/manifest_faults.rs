@@ -90,7 +90,7 @@ fn of_thousands_of_faults_the_first_are_drawn_and_the_others_counted() {
     let project = Project::new(&format!("schema = 1\n{}", stages.collect::<String>()));
     let run = project.specula(&["check"]);
     assert_eq!(run.code, Some(3), "{}", run.stderr);
-    assert!(run.stderr.ends_with("\n... and 9950 more faults\npipeline.toml: 10000 faults; nothing ran.\n"));
+    assert!(run.stderr.ends_with("\n... and 9950 more errors\npipeline.toml: 10000 errors; nothing ran.\n"));
     assert_eq!(run.stderr.matches("pipeline.toml:").count(), 51, "50 places and the count:\n{}", run.stderr);
     assert_eq!(run.stderr.matches("did you mean \"project-sh\"?").count(), 25, "in order of their place");
     assert!(run.stderr.len() < 40_000, "{} bytes", run.stderr.len());

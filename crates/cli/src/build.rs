@@ -6,11 +6,12 @@ use std::time::Duration;
 use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
 
 use crate::arguments::BuildArguments;
+use crate::exit::Exit;
 use crate::print::{EventStream, say};
 use crate::progress::Progress;
 use crate::screen::locked;
-use crate::timings::Timeline;
-use crate::{Exit, exit, manifest};
+use crate::timings::{self, Timeline};
+use crate::{manifest, print};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let plan = match manifest::load(&arguments.manifest, kinds) {
@@ -22,7 +23,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         jobs: arguments.jobs.map(usize::from),
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
-        patience: patience(arguments.wait),
+        patience: lock_timeout(arguments.wait),
         ..BuildOptions::default()
     };
     let cancel = Cancel::default();
@@ -32,12 +33,12 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
         if let Some(timeline) = &timeline {
-            locked(timeline).hear(&event);
+            locked(timeline).record(&event);
         }
         if arguments.json {
             stream.write(event);
         } else {
-            progress.tell(&event);
+            progress.show(&event);
         }
     };
     match engine::build(&plan, &options, &cancel, &events) {
@@ -47,21 +48,21 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             }
             let timeline =
                 timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
-            let drawn = timeline.is_none_or(|timeline| draw(timeline, arguments));
+            let is_written = timeline.is_none_or(|timeline| write_timings(timeline, arguments));
             match exit_of(&summary) {
-                Exit::Success if stream.is_torn() || !drawn => Exit::Machine,
+                Exit::Success if stream.failed() || !is_written => Exit::System,
                 exit => exit,
             }
         }
         Err(error) => {
-            progress.tell_failures();
-            exit::of_error(&error)
+            progress.show_failures();
+            print::failure(&error)
         }
     }
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.
-fn patience(wait: Option<Option<u32>>) -> LockTimeout {
+fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     match wait {
         None => LockTimeout::default(),
         Some(None) => LockTimeout::ENDLESS,
@@ -69,13 +70,13 @@ fn patience(wait: Option<Option<u32>>) -> LockTimeout {
     }
 }
 
-/// Writes what `--timings` asks for; whether that could be done.
-fn draw(timeline: Timeline, arguments: &BuildArguments) -> bool {
+/// Writes the files of `--timings`; returns whether that succeeded.
+fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> bool {
     let beside = || arguments.manifest.manifest.with_file_name(".specula");
     let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
-    match timeline.write(&folder) {
+    match timings::write(timeline, &folder) {
         Ok([page, trace]) => {
-            say!("Timings in {}, and for Perfetto in {}.", page.display(), trace.display());
+            say!("Wrote timings to {}, and for Perfetto to {}.", page.display(), trace.display());
             true
         }
         Err((path, error)) => {
@@ -85,12 +86,13 @@ fn draw(timeline: Timeline, arguments: &BuildArguments) -> bool {
     }
 }
 
+/// The exit code of a build.
 pub(crate) fn exit_of(summary: &Summary) -> Exit {
     if summary.cancelled {
         Exit::Interrupted
     } else if summary.system_errors > 0 {
-        // Whatever else failed: once the system is mended, another build says what is wrong with the project.
-        Exit::Machine
+        // Other failures may follow from this one: a build after it is fixed reports those that are left.
+        Exit::System
     } else if summary.failed + summary.skipped > 0 {
         Exit::Failed
     } else {
@@ -98,15 +100,15 @@ pub(crate) fn exit_of(summary: &Summary) -> Exit {
     }
 }
 
-/// The first Ctrl-C stops the build at its next step, and whatever `also` does; the second the process.
-pub(crate) fn stop_on_interrupt(cancel: &Cancel, also: impl Fn() + Send + 'static) {
+/// The first Ctrl-C stops the build at its next step and calls `on_interrupt`; the second ends the process.
+pub(crate) fn stop_on_interrupt(cancel: &Cancel, on_interrupt: impl Fn() + Send + 'static) {
     let cancel = cancel.clone();
     let handler = move || {
         if cancel.is_cancelled() {
             std::process::exit(Exit::Interrupted as i32);
         }
         cancel.cancel();
-        also();
+        on_interrupt();
     };
     if let Err(error) = ctrlc::set_handler(handler) {
         say!("warning: Ctrl-C will stop the process at once: {error}");

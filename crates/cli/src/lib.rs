@@ -18,6 +18,7 @@ mod explain;
 mod graph;
 mod init;
 mod inspect;
+mod lists;
 mod manifest;
 mod manual;
 mod outstanding;
@@ -40,12 +41,13 @@ use std::process::ExitCode;
 use engine::Kinds;
 
 use crate::arguments::{Arguments, Command};
+
 pub use crate::exit::Exit;
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
     match Arguments::of_process() {
-        Ok(arguments) => panics::told_once(|| run(arguments.command, &kinds)).into(),
+        Ok(arguments) => panics::reported_once(|| run(arguments.command, &kinds)).into(),
         Err(exit) => exit,
     }
 }
@@ -53,6 +55,7 @@ pub fn main(kinds: Kinds) -> ExitCode {
 fn run(command: Command, kinds: &Kinds) -> Exit {
     match command {
         Command::Build(arguments) => build::run(&arguments, kinds),
+        Command::Watch(arguments) if arguments.preview => preview::run_with_watch(&arguments, kinds),
         Command::Watch(arguments) => watch::run(&arguments, kinds),
         Command::Preview(arguments) => preview::run(&arguments, kinds),
         Command::Cache { command } => cache::run(&command),

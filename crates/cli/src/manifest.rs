@@ -1,4 +1,4 @@
-//! The manifest as every command loads it: a plan, or its faults drawn at their places.
+//! The manifest as every command loads it: a plan, or its errors drawn at their places.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,15 +11,17 @@ use miette::{
 
 use crate::arguments::ManifestArgument;
 use crate::escape::{Painted, escaped};
+use crate::exit::Exit;
+use crate::lists::more;
 use crate::print::{painted, say};
-use crate::quantity::{count, more};
-use crate::{Exit, terminal};
+use crate::quantity::count;
+use crate::terminal;
 
-/// The plan of a manifest; where it has faults, they are printed and the exit code is given.
+/// The plan of a manifest. Its errors, if there are any, are printed and returned as an exit code.
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
-    Plan::load(&argument.manifest, kinds).map_err(|found| {
-        painted(&drawn(&found));
-        say!("{}; nothing ran.", counted(&found));
+    Plan::load(&argument.manifest, kinds).map_err(|diagnostics| {
+        painted(&drawn(&diagnostics, terminal::width()));
+        say!("{}; nothing ran.", counted(&diagnostics));
         let manifest = &argument.manifest;
         if !manifest.exists() && !manifest.with_file_name("pipeline.toml").exists() {
             say!("hint: `specula init` writes a starter manifest");
@@ -28,38 +30,38 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     })
 }
 
-/// The faults that are shown, each with its place, what was expected there and what to do.
-pub(crate) fn drawn(faults: &Diagnostics) -> Painted {
+/// The first errors, each with its place, what was expected there and what to do.
+pub(crate) fn drawn(diagnostics: &Diagnostics, width: usize) -> Painted {
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
         (true, true) => GraphicalTheme::unicode(),
         (true, false) => GraphicalTheme::unicode_nocolor(),
         (false, _) => GraphicalTheme::none(),
     };
-    drawn_with(theme, faults)
+    drawn_with(theme, width, diagnostics)
 }
 
-fn drawn_with(theme: GraphicalTheme, faults: &Diagnostics) -> Painted {
-    let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
-    let drawn = faults.shown().iter().map(|fault| {
+fn drawn_with(theme: GraphicalTheme, width: usize, diagnostics: &Diagnostics) -> Painted {
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(width);
+    let drawn = diagnostics.shown().iter().map(|diagnostic| {
         let mut text = String::new();
-        let report = Report::new(faults, fault);
-        // A report that cannot be drawn is still told, without its picture.
+        let report = Report::new(diagnostics, diagnostic);
+        // If the report cannot be drawn, its message is left.
         if handler.render_report(&mut text, &report).is_err() {
-            text = format!("{}: {}", escaped(&faults.file), report.message);
+            text = format!("{}: {}", escaped(&diagnostics.file), report.message);
         }
         text.trim_end_matches('\n').to_owned()
     });
     let mut drawn = drawn.collect::<Vec<_>>();
-    drawn.extend(more(faults.more(), "more fault"));
+    drawn.extend(more(diagnostics.more(), "more error"));
     Painted::of_escaped(drawn.join("\n"))
 }
 
-/// `pipeline.toml: 2 faults`
-pub(crate) fn counted(faults: &Diagnostics) -> String {
-    format!("{}: {}", faults.file, count(faults.faults.len(), "fault"))
+/// `pipeline.toml: 2 errors`
+pub(crate) fn counted(diagnostics: &Diagnostics) -> String {
+    format!("{}: {}", diagnostics.file, count(diagnostics.faults.len(), "error"))
 }
 
-/// A fault as miette draws it, with all that is from outside escaped.
+/// A diagnostic for miette, in which all text from outside is escaped.
 #[derive(Debug)]
 struct Report {
     message: String,
@@ -69,13 +71,13 @@ struct Report {
 }
 
 impl Report {
-    fn new(faults: &Diagnostics, fault: &Diagnostic) -> Self {
+    fn new(diagnostics: &Diagnostics, diagnostic: &Diagnostic) -> Self {
         let shown = |text: &String| escaped(text).into_owned();
         Self {
-            message: shown(&fault.message),
-            label: fault.expected.as_ref().map(shown),
-            help: fault.help.as_ref().map(shown),
-            excerpt: fault.span.clone().map(|span| Excerpt::new(faults, span)),
+            message: shown(&diagnostic.message),
+            label: diagnostic.expected.as_ref().map(shown),
+            help: diagnostic.help.as_ref().map(shown),
+            excerpt: diagnostic.span.clone().map(|span| Excerpt::new(diagnostics, span)),
         }
     }
 }
@@ -104,25 +106,26 @@ impl miette::Diagnostic for Report {
     }
 }
 
-/// The lines around a fault.
+/// The lines around a place.
 #[derive(Debug)]
 struct Excerpt {
     file: String,
     text: String,
-    /// The fault's place in `text`.
+    /// The place in `text`.
     span: Range<usize>,
-    /// The line that `text` begins in, counted from 0.
+    /// The line where `text` begins, counted from 0.
     line: usize,
-    /// The fault's line and column in the file, counted from 1.
+    /// The line and column of the place in the file, counted from 1.
     place: (usize, usize),
 }
 
 impl Excerpt {
-    /// So many bytes of a place are drawn, and so many before and after it: a line may be as long as a file.
+    /// At most this many bytes of a place are drawn, and before and after it: a line may be as long as a
+    /// file.
     const LONGEST: usize = 200;
 
-    fn new(faults: &Diagnostics, span: Range<usize>) -> Self {
-        let text = faults.text.as_str();
+    fn new(diagnostics: &Diagnostics, span: Range<usize>) -> Self {
+        let text = diagnostics.text.as_str();
         let start = text.floor_char_boundary(span.start);
         let end = text.ceil_char_boundary(span.end.clamp(start, start + Self::LONGEST));
         let (first, last) = lines_around(text, start..end);
@@ -132,9 +135,9 @@ impl Excerpt {
         let before = if from > first { format!("...{before}") } else { before };
         let after = if to < last { after + "..." } else { after };
         Self {
-            file: escaped(&faults.file).into_owned(),
+            file: escaped(&diagnostics.file).into_owned(),
             span: before.len()..before.len() + at.len(),
-            // miette draws no place behind the last line.
+            // miette does not draw a place after the last line.
             text: before + &at + &after + "\n",
             line: line_and_column(text, from).0 - 1,
             place: line_and_column(text, start),
@@ -166,7 +169,7 @@ impl SourceCode for Excerpt {
         lines_before: usize,
         _lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        // Without lines around it, it is asked where the place is.
+        // If miette asks for no lines around the place, it wants to know where the place is.
         let (data, span, line, column) = if lines_before == 0 {
             let (line, column) = self.place;
             let data = self.text.get(self.span.clone()).unwrap_or_default();
@@ -187,23 +190,27 @@ mod tests {
 
     use super::*;
 
-    fn check(text: &str, faults: Vec<Diagnostic>, expected: Expect) {
-        let faults = Diagnostics::new("a\u{1b}b.toml", text, faults);
-        let plain = drawn_with(GraphicalTheme::unicode_nocolor(), &faults).to_string();
-        assert_eq!(escaped(&plain), plain, "nothing is left that a terminal acts on");
+    fn drawn_for(theme: GraphicalTheme, diagnostics: &Diagnostics) -> String {
+        drawn_with(theme, terminal::PLAIN_WIDTH, diagnostics).to_string()
+    }
+
+    fn check(text: &str, diagnostics: Vec<Diagnostic>, expected: Expect) {
+        let diagnostics = Diagnostics::new("a\u{1b}b.toml", text, diagnostics);
+        let plain = drawn_for(GraphicalTheme::unicode_nocolor(), &diagnostics);
+        assert_eq!(escaped(&plain), plain, "no control character is left");
         let lines = plain.lines().map(|line| format!("{}\n", format!("|{line}").trim_end()));
         expected.assert_eq(&lines.collect::<String>());
     }
 
     #[test]
-    fn a_fault_is_drawn_with_what_is_hostile_escaped_and_its_place_as_it_is() {
+    fn a_diagnostic_is_drawn_at_its_place_with_hostile_text_escaped() {
         let text = "x = 1\r\nkind = \"a\u{1b}[31m\u{202e}é\" # \u{9b}\r\nlast\u{7f} = 2\r\nmore = 3\r\n";
         let place = text.find("\u{202e}").unwrap()..text.find("\" #").unwrap();
-        let fault =
+        let diagnostic =
             Diagnostic::at(place, "there is no \u{1b}[31mkind").expected("a \u{9b}").help("try \u{7}");
         check(
             text,
-            vec![fault],
+            vec![diagnostic],
             expect![[r#"
                 |  × there is no \u{1b}[31mkind
                 |   ╭─[a\u{1b}b.toml:2:15]
@@ -287,21 +294,21 @@ mod tests {
     }
 
     #[test]
-    fn of_a_line_as_long_as_a_file_a_part_is_drawn() {
+    fn a_part_of_a_very_long_line_is_drawn() {
         let text = format!("a = [{}]\nb = 1\n", "\u{1b}ü, ".repeat(100_000));
-        let fault = |span| Diagnostic::at(span, "wrong").expected("something else");
-        let faults = Diagnostics::new("x.toml", text, vec![fault(0..300_000), fault(300_005..300_009)]);
-        let drawn = drawn_with(GraphicalTheme::unicode_nocolor(), &faults).to_string();
+        let wrong = |span| Diagnostic::at(span, "wrong").expected("something else");
+        let diagnostics = Diagnostics::new("x.toml", text, vec![wrong(0..300_000), wrong(300_005..300_009)]);
+        let drawn = drawn_for(GraphicalTheme::unicode_nocolor(), &diagnostics);
         assert!(drawn.contains("[x.toml:1:1]") && drawn.contains("[x.toml:1:240006]"), "{drawn}");
         assert_eq!(drawn.matches("something else").count(), 2, "{drawn}");
         assert!(drawn.len() < 20_000, "{} bytes", drawn.len());
     }
 
     #[test]
-    fn colours_of_our_own_are_kept() {
-        let faults =
-            Diagnostics::new("x.toml", "a\u{1b}[31m", vec![Diagnostic::at(0..1, "wrong").expected("right")]);
-        let drawn = drawn_with(GraphicalTheme::unicode(), &faults).to_string();
+    fn the_colours_of_the_program_are_kept() {
+        let wrong = Diagnostic::at(0..1, "wrong").expected("right");
+        let diagnostics = Diagnostics::new("x.toml", "a\u{1b}[31m", vec![wrong]);
+        let drawn = drawn_for(GraphicalTheme::unicode(), &diagnostics);
         assert!(drawn.contains("\u{1b}[") && drawn.contains(r"a\u{1b}[31m"), "{drawn:?}");
     }
 }
