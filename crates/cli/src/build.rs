@@ -6,9 +6,9 @@ use std::time::Duration;
 use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
 
 use crate::arguments::BuildArguments;
+use crate::build_reporter::BuildReporter;
 use crate::exit::Exit;
 use crate::print::{EventStream, say};
-use crate::progress::Progress;
 use crate::screen::locked;
 use crate::timings::{self, Timeline};
 use crate::{manifest, print};
@@ -28,7 +28,8 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
-    let progress = Progress::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
+    let reporter =
+        BuildReporter::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
     let stream = EventStream::default();
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
@@ -38,13 +39,13 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
         if arguments.json {
             stream.write(event);
         } else {
-            progress.show(&event);
+            reporter.show(&event);
         }
     };
     match engine::build(&plan, &options, &cancel, &events) {
         Ok(summary) => {
             if !arguments.json {
-                progress.summarise(&summary, &plan.out);
+                reporter.summarise(&summary, &plan.out);
             }
             let timeline =
                 timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
@@ -55,7 +56,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             }
         }
         Err(error) => {
-            progress.show_failures();
+            reporter.show_failures();
             print::failure(&error)
         }
     }

@@ -10,6 +10,7 @@
 
 mod arguments;
 mod build;
+mod build_reporter;
 mod cache;
 mod check;
 mod escape;
@@ -25,16 +26,15 @@ mod outstanding;
 mod panics;
 mod preview;
 mod print;
-mod progress;
 mod quantity;
 mod reasons;
 mod schema;
 mod screen;
-mod session;
 mod terminal;
 mod timings;
 mod verify;
 mod watch;
+mod watch_reporter;
 
 use std::process::ExitCode;
 

@@ -44,7 +44,7 @@ fn drawn_with(theme: GraphicalTheme, width: usize, diagnostics: &Diagnostics) ->
     let handler = GraphicalReportHandler::new_themed(theme).with_width(width);
     let drawn = diagnostics.shown().iter().map(|diagnostic| {
         let mut text = String::new();
-        let report = Report::new(diagnostics, diagnostic);
+        let report = MietteDiagnostic::new(diagnostics, diagnostic);
         // If the report cannot be drawn, its message is left.
         if handler.render_report(&mut text, &report).is_err() {
             text = format!("{}: {}", escaped(&diagnostics.file), report.message);
@@ -63,14 +63,14 @@ pub(crate) fn counted(diagnostics: &Diagnostics) -> String {
 
 /// A diagnostic for miette, in which all text from outside is escaped.
 #[derive(Debug)]
-struct Report {
+struct MietteDiagnostic {
     message: String,
     label: Option<String>,
     help: Option<String>,
     excerpt: Option<Excerpt>,
 }
 
-impl Report {
+impl MietteDiagnostic {
     fn new(diagnostics: &Diagnostics, diagnostic: &Diagnostic) -> Self {
         let shown = |text: &String| escaped(text).into_owned();
         Self {
@@ -82,15 +82,15 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for MietteDiagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Report {}
+impl std::error::Error for MietteDiagnostic {}
 
-impl miette::Diagnostic for Report {
+impl miette::Diagnostic for MietteDiagnostic {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }

@@ -10,7 +10,7 @@ use crate::lists::{NAMED, list, more};
 /// The errors that all the builds of a watcher so far have left.
 #[derive(Default)]
 pub(crate) struct OutstandingErrors {
-    failures: BTreeMap<ItemName, Failure>,
+    failures: BTreeMap<ItemName, FailedItem>,
     /// The manifest's errors in one line, while the last valid manifest is in use.
     manifest: Option<String>,
     /// Why the last build as a whole could not finish.
@@ -20,7 +20,7 @@ pub(crate) struct OutstandingErrors {
 }
 
 /// An item's failure.
-struct Failure {
+struct FailedItem {
     error: Vec<String>,
     help: Option<String>,
     /// How many items were not run because of it.
@@ -59,7 +59,7 @@ impl OutstandingErrors {
                 self.seen.insert(item.clone());
                 let known = self.failures.get(item);
                 let is_new = known.is_none_or(|known| known.error != *error || known.help != *help);
-                let failure = Failure { error: error.clone(), help: help.clone(), waiting: 0, is_new };
+                let failure = FailedItem { error: error.clone(), help: help.clone(), waiting: 0, is_new };
                 self.failures.insert(item.clone(), failure);
                 if is_new {
                     return Transition::Failed;
@@ -126,7 +126,7 @@ impl OutstandingErrors {
     }
 }
 
-impl Failure {
+impl FailedItem {
     /// Its chain of causes in one line.
     fn in_one_line(&self) -> String {
         self.error.iter().map(|cause| first_line(cause)).collect::<Vec<_>>().join(": ")

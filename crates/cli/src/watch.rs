@@ -10,7 +10,7 @@ use crate::build::{exit_of, stop_on_interrupt};
 use crate::exit::Exit;
 use crate::print::EventStream;
 use crate::screen::{Screen, locked};
-use crate::session::{Moment, Session};
+use crate::watch_reporter::{Moment, WatchReporter};
 use crate::{print, terminal};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
@@ -41,7 +41,7 @@ pub(crate) fn watch(
         cache_limit: watching.max_cache,
     };
     let start = Instant::now();
-    let session = Session::new(watching.verbose, Screen::new(!arguments.json), move || Moment {
+    let reporter = WatchReporter::new(watching.verbose, Screen::new(!arguments.json), move || Moment {
         milliseconds: start.elapsed().as_secs_f64() * 1e3,
         time: terminal::time_of_day(),
     });
@@ -65,11 +65,11 @@ pub(crate) fn watch(
                 cancel.cancel();
             }
         } else {
-            session.show(&event);
+            reporter.show(&event);
         }
     };
     let result = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
-    session.close();
+    reporter.close();
     match result {
         Err(error) => print::failure(&error),
         Ok(()) if stream.failed() => Exit::System,

@@ -56,7 +56,7 @@ enum CommandOutput {
 
 /// What to do after all messages are read.
 #[derive(Default)]
-struct Tasks {
+struct PendingWork {
     /// Read the manifest again.
     load_plan: bool,
     /// Read the results of the last build.
@@ -136,88 +136,88 @@ impl<'a> PreviewController<'a> {
 
     /// Reads messages and then acts; returns whether no other message follows.
     fn handle_all(&mut self, messages: impl IntoIterator<Item = PreviewMessage>) -> bool {
-        let mut tasks = Tasks::default();
-        messages.into_iter().for_each(|message| self.handle(message, &mut tasks));
-        let end = tasks.end;
-        self.act(tasks);
+        let mut work = PendingWork::default();
+        messages.into_iter().for_each(|message| self.handle(message, &mut work));
+        let end = work.end;
+        self.act(work);
         end
     }
 
-    fn handle(&mut self, message: PreviewMessage, tasks: &mut Tasks) {
+    fn handle(&mut self, message: PreviewMessage, work: &mut PendingWork) {
         match message {
-            PreviewMessage::Event(event, at) => self.handle_event(&event, at, tasks),
+            PreviewMessage::Event(event, at) => self.handle_event(&event, at, work),
             PreviewMessage::Opened(window) => {
                 self.output = CommandOutput::Window(window);
                 self.sent = Sent::default();
                 if self.closing {
                     self.send(PreviewUpdate::Close);
                 }
-                (tasks.load_plan, tasks.load_results, tasks.show) = (true, true, true);
+                (work.load_plan, work.load_results, work.show) = (true, true, true);
             }
             PreviewMessage::NoWindow(view) => {
                 self.output = CommandOutput::Still(view);
                 // There may have been a window before: its updates are repeated here.
                 (self.sent, self.shown) = (Sent::default(), None);
-                (tasks.load_plan, tasks.load_results) = (true, true);
+                (work.load_plan, work.load_results) = (true, true);
             }
             PreviewMessage::Show(subject) => {
-                tasks.show = true;
+                work.show = true;
                 self.wanted = Some(subject);
             }
-            PreviewMessage::SaveState(state) => tasks.state = Some(state),
-            PreviewMessage::SavePicture(subject, picture) => tasks.pictures.push((subject, picture)),
+            PreviewMessage::SaveState(state) => work.state = Some(state),
+            PreviewMessage::SavePicture(subject, picture) => work.pictures.push((subject, picture)),
             PreviewMessage::Close => {
                 self.closing = true;
                 self.send(PreviewUpdate::Close);
             }
-            PreviewMessage::End => tasks.end = true,
+            PreviewMessage::End => work.end = true,
         }
     }
 
-    fn handle_event(&mut self, event: &Event, at: Instant, tasks: &mut Tasks) {
+    fn handle_event(&mut self, event: &Event, at: Instant, work: &mut PendingWork) {
         let now = at.saturating_duration_since(self.start).as_secs_f64() * 1e3;
         if let Some(toast) = self.status.update(event, now) {
-            tasks.toast = Some(toast);
+            work.toast = Some(toast);
         }
         match event {
-            Event::Planned { .. } => (self.built, tasks.load_plan) = (false, true),
+            Event::Planned { .. } => (self.built, work.load_plan) = (false, true),
             // A reflection is shown before its exports are written.
             Event::Finished { item, .. } | Event::UpToDate { item } => {
-                tasks.load_results |= self.ancestry.last() == Some(item);
+                work.load_results |= self.ancestry.last() == Some(item);
             }
-            Event::Ended(summary) => (self.built, tasks.load_results) = (!summary.cancelled, true),
+            Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),
             Event::Rejected { .. } | Event::BuildError { .. } => self.built = true,
             _ => {}
         }
     }
 
-    fn act(&mut self, tasks: Tasks) {
-        if let Some(state) = &tasks.state
+    fn act(&mut self, work: PendingWork) {
+        if let Some(state) = &work.state
             && let Err(error) = self.files.save_state(state)
         {
             say!("warning: cannot save the window's state: {error}");
         }
-        for (subject, picture) in &tasks.pictures {
+        for (subject, picture) in &work.pictures {
             let (title, line) = match self.files.save_picture(subject, picture) {
                 Ok(file) => ("saved the picture", file.display().to_string()),
                 Err(error) => ("the picture was not saved", error.to_string()),
             };
             self.send(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
         }
-        if tasks.end || matches!(self.output, CommandOutput::None) {
+        if work.end || matches!(self.output, CommandOutput::None) {
             return;
         }
-        if tasks.load_plan {
+        if work.load_plan {
             self.load_plan();
         }
-        if tasks.load_plan || tasks.load_results {
+        if work.load_plan || work.load_results {
             self.results = self.catalog.as_ref().map(|catalog| ResultsSnapshot::open(catalog.plan()));
         }
-        if tasks.load_plan || tasks.load_results || tasks.show {
-            self.error = self.show(tasks.show).err().unwrap_or_default();
+        if work.load_plan || work.load_results || work.show {
+            self.error = self.show(work.show).err().unwrap_or_default();
         }
         self.send_status();
-        if let Some(Toast { title, lines }) = tasks.toast {
+        if let Some(Toast { title, lines }) = work.toast {
             self.send(PreviewUpdate::Toast { title, lines });
         }
         let is_still = matches!(self.output, CommandOutput::Still(_));

@@ -5,7 +5,7 @@ use engine::{Event, ItemName};
 use crate::lists::{fitting, more};
 use crate::outstanding::OutstandingErrors;
 use crate::quantity::{count, duration};
-use crate::session::watching;
+use crate::watch_reporter::watching;
 
 /// A message names up to this many stages.
 const STAGES: usize = 8;

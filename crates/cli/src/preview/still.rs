@@ -13,9 +13,9 @@ use stages::{PreviewCatalog, SceneCache};
 use super::{files, subject};
 use crate::arguments::{Backend, PreviewArguments};
 use crate::build::{exit_of, stop_on_interrupt};
+use crate::build_reporter::BuildReporter;
 use crate::exit::Exit;
 use crate::print::{self, say};
-use crate::progress::Progress;
 use crate::quantity;
 
 /// The size of a still that replaces a window.
@@ -98,10 +98,10 @@ fn build(
         keep_going: true,
         ..BuildOptions::default()
     };
-    let progress = Progress::new(arguments.watching.verbose, false, true);
-    let events = |event: Event| progress.show(&event);
+    let reporter = BuildReporter::new(arguments.watching.verbose, false, true);
+    let events = |event: Event| reporter.show(&event);
     let built = engine::build(plan, &options, cancel, &events);
-    progress.show_failures();
+    reporter.show_failures();
     built.map(|summary| exit_of(&summary)).map_err(|error| print::failure(&error))
 }
 

@@ -7,7 +7,7 @@ use containers::escape_html as escape;
 use engine::Work;
 
 use super::bars::{Bar, BarStyle, Mark, bars};
-use super::timeline::{Index, Nanoseconds, Outcome, Timeline, WorkSpan};
+use super::timeline::{Index, ItemOutcome, Nanoseconds, Timeline, WorkSpan};
 use super::trace::{category, describe};
 use crate::lists::list;
 use crate::quantity::{self, percent};
@@ -103,7 +103,9 @@ fn lanes(timeline: &Timeline, html: &mut String) {
         });
     }
     let current = timeline.outcomes.iter().enumerate().filter_map(|(item, outcome)| match outcome {
-        Outcome::UpToDate(time) => Some(Mark { item, start: *time, end: *time, style: BarStyle::UpToDate }),
+        ItemOutcome::UpToDate(time) => {
+            Some(Mark { item, start: *time, end: *time, style: BarStyle::UpToDate })
+        }
         _ => None,
     });
     let mut current = current.collect::<Vec<_>>();
@@ -173,9 +175,9 @@ fn mark(timeline: &Timeline, span: &WorkSpan) -> Mark {
     let style = match (span.work, &timeline.outcomes[span.item]) {
         (Work::Fetch, _) => BarStyle::Fetch,
         (Work::Publish, _) => BarStyle::Publish,
-        (Work::Run, Outcome::Failed(_)) => BarStyle::Failed,
-        (Work::Run, Outcome::Ran { changed: false }) => BarStyle::Same,
-        (Work::Run, Outcome::Ran { .. } | Outcome::UpToDate(_)) => BarStyle::Ran,
+        (Work::Run, ItemOutcome::Failed(_)) => BarStyle::Failed,
+        (Work::Run, ItemOutcome::Ran { changed: false }) => BarStyle::Same,
+        (Work::Run, ItemOutcome::Ran { .. } | ItemOutcome::UpToDate(_)) => BarStyle::Ran,
         (Work::Run, _) => BarStyle::Stopped,
     };
     Mark { item: span.item, start: span.start, end: span.end, style }
@@ -256,7 +258,7 @@ fn items(timeline: &Timeline, html: &mut String) {
         spans[span.item].push(span);
     }
     for (item, (outcome, mut spans)) in timeline.outcomes.iter().zip(spans).enumerate() {
-        if *outcome == Outcome::NotReached && spans.is_empty() {
+        if *outcome == ItemOutcome::NotReached && spans.is_empty() {
             continue;
         }
         spans.sort_by_key(|span| span.start);
@@ -274,14 +276,14 @@ fn items(timeline: &Timeline, html: &mut String) {
     html.push_str("</table></div>\n");
 }
 
-fn row(timeline: &Timeline, item: Index, outcome: &Outcome, run: Option<&WorkSpan>, html: &mut String) {
+fn row(timeline: &Timeline, item: Index, outcome: &ItemOutcome, run: Option<&WorkSpan>, html: &mut String) {
     let node = &timeline.nodes[item];
     let why = match outcome {
-        Outcome::Failed(error) => error.as_str(),
-        Outcome::Skipped(Some(failed)) => &format!("{failed} failed"),
+        ItemOutcome::Failed(error) => error.as_str(),
+        ItemOutcome::Skipped(Some(failed)) => &format!("{failed} failed"),
         _ => &timeline.reasons[item],
     };
-    let class = if matches!(outcome, Outcome::Failed(_)) { " class=\"bad\"" } else { "" };
+    let class = if matches!(outcome, ItemOutcome::Failed(_)) { " class=\"bad\"" } else { "" };
     let _ = writeln!(
         html,
         "<tr id=\"item-{item}\"{class}><td>{}</td><td>{}</td><td>{}</td>{}<td>{}</td></tr>",

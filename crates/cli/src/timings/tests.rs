@@ -5,7 +5,7 @@ use std::time::Instant;
 use engine::{Event, ItemKey, ItemName, Summary, Timestamp, Work};
 use serde_json::Value;
 
-use super::timeline::{Index, Node, Outcome};
+use super::timeline::{Index, ItemOutcome, TimelineItem};
 use super::*;
 
 /// Items that each need the one before, with this work: item, worker, start and end.
@@ -17,13 +17,13 @@ fn timeline(items: usize, work: &[(Index, usize, f64, f64)]) -> Timeline {
         clock: Instant::now(),
         indices: (0..items).map(|item| (name(item), item)).collect(),
         nodes: (0..items)
-            .map(|item| Node {
+            .map(|item| TimelineItem {
                 name: name(item).to_string(),
                 kind: format!("kind-{}", item % 3),
                 needs: item.checked_sub(1).into_iter().collect(),
             })
             .collect(),
-        outcomes: vec![Outcome::NotReached; items],
+        outcomes: vec![ItemOutcome::NotReached; items],
         reasons: vec![String::new(); items],
         spans: Vec::new(),
         summary: Summary::default(),
@@ -99,7 +99,7 @@ fn ten_thousand_items_need_few_bars_and_are_all_listed() {
     let work = (0..10_000).map(|item| (item, item % 2, item as f64, item as f64 + 1.9)).collect::<Vec<_>>();
     let mut timeline = timeline(10_000, &work);
     for item in (0..10_000).step_by(100) {
-        timeline.outcomes[item] = Outcome::UpToDate(item as u64 * 1_000_000);
+        timeline.outcomes[item] = ItemOutcome::UpToDate(item as u64 * 1_000_000);
     }
     let page = page::page(&timeline);
     let bars = drawn(&page);
@@ -123,7 +123,7 @@ fn a_failure_is_never_hidden_by_its_neighbours() {
         (0..1000).map(|item| (item, 0, item as f64 * 0.01, item as f64 * 0.01 + 0.009)).collect::<Vec<_>>();
     work.push((1000, 0, 20.0, 100.0));
     let mut timeline = timeline(1001, &work);
-    timeline.outcomes[500] = Outcome::Failed("it & they".into());
+    timeline.outcomes[500] = ItemOutcome::Failed("it & they".into());
     let page = page::page(&timeline);
     assert_eq!(page.matches("<a class=\"bar failed\"").count(), 1);
     assert!(page.contains("<tr id=\"item-500\" class=\"bad\">") && page.contains("it &amp; they"));

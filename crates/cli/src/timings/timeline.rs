@@ -18,7 +18,7 @@ pub(super) type Index = usize;
 
 /// An item of the plan.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
+pub(super) struct TimelineItem {
     pub(super) name: String,
     pub(super) kind: String,
     /// The items that it needs; each has a lower index.
@@ -27,7 +27,7 @@ pub(super) struct Node {
 
 /// What became of an item.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Outcome {
+pub(super) enum ItemOutcome {
     /// It was not selected, or not reached.
     NotReached,
     /// Its result was in the cache, as was known at this time.
@@ -61,8 +61,8 @@ pub(crate) struct Timeline {
     pub(super) began: Timestamp,
     pub(super) clock: Instant,
     pub(super) indices: HashMap<ItemName, Index>,
-    pub(super) nodes: Vec<Node>,
-    pub(super) outcomes: Vec<Outcome>,
+    pub(super) nodes: Vec<TimelineItem>,
+    pub(super) outcomes: Vec<ItemOutcome>,
     /// Why each item ran, in words.
     pub(super) reasons: Vec<String>,
     pub(super) spans: Vec<WorkSpan>,
@@ -78,7 +78,7 @@ impl Timeline {
             .iter()
             .map(|item| ItemName { stage: stage(item.stage).name.clone(), key: item.key.clone() });
         let names = names.collect::<Vec<_>>();
-        let nodes = plan.items.iter().zip(&names).map(|(item, name)| Node {
+        let nodes = plan.items.iter().zip(&names).map(|(item, name)| TimelineItem {
             name: name.to_string(),
             kind: stage(item.stage).kind.name().to_owned(),
             needs: item.inputs.iter().flatten().copied().collect(),
@@ -89,7 +89,7 @@ impl Timeline {
             began: Timestamp::now(),
             clock: Instant::now(),
             indices: names.into_iter().zip(0..).collect(),
-            outcomes: vec![Outcome::NotReached; nodes.len()],
+            outcomes: vec![ItemOutcome::NotReached; nodes.len()],
             reasons: vec![String::new(); nodes.len()],
             nodes,
             spans: Vec::new(),
@@ -122,19 +122,19 @@ impl Timeline {
             }
             Event::UpToDate { item } => {
                 let now = nanoseconds(self.clock.elapsed().as_secs_f64() * 1e3);
-                self.set(item, Outcome::UpToDate(now));
+                self.set(item, ItemOutcome::UpToDate(now));
             }
-            Event::Finished { item, changed, .. } => self.set(item, Outcome::Ran { changed: *changed }),
-            Event::Failed { item, error, .. } => self.set(item, Outcome::Failed(error.join(": "))),
+            Event::Finished { item, changed, .. } => self.set(item, ItemOutcome::Ran { changed: *changed }),
+            Event::Failed { item, error, .. } => self.set(item, ItemOutcome::Failed(error.join(": "))),
             Event::Skipped { item, because } => {
-                self.set(item, Outcome::Skipped(because.as_ref().map(ItemName::to_string)));
+                self.set(item, ItemOutcome::Skipped(because.as_ref().map(ItemName::to_string)));
             }
             Event::Ended(summary) => self.summary = summary.clone(),
             _ => {}
         }
     }
 
-    fn set(&mut self, item: &ItemName, outcome: Outcome) {
+    fn set(&mut self, item: &ItemName, outcome: ItemOutcome) {
         if let Some(item) = self.indices.get(item) {
             self.outcomes[*item] = outcome;
         }

@@ -7,7 +7,7 @@
 use engine::Work;
 use serde_json::{Value, json};
 
-use super::timeline::{Nanoseconds, Outcome, Timeline};
+use super::timeline::{ItemOutcome, Nanoseconds, Timeline};
 
 const PROCESS: u32 = 1;
 
@@ -26,7 +26,7 @@ pub(super) fn trace(timeline: &Timeline) -> String {
         if span.work == Work::Run {
             arguments["because"] = timeline.reasons[span.item].as_str().into();
             arguments["outcome"] = describe(outcome).into();
-            if let Outcome::Failed(error) = outcome {
+            if let ItemOutcome::Failed(error) = outcome {
                 arguments["error"] = error.as_str().into();
             }
         }
@@ -42,7 +42,7 @@ pub(super) fn trace(timeline: &Timeline) -> String {
         }));
     }
     for (node, outcome) in timeline.nodes.iter().zip(&timeline.outcomes) {
-        if let Outcome::UpToDate(time) = outcome {
+        if let ItemOutcome::UpToDate(time) = outcome {
             events.push(json!({
                 "name": node.name,
                 "cat": "up-to-date",
@@ -72,15 +72,15 @@ pub(super) fn category(work: Work) -> &'static str {
 }
 
 /// What became of an item, in a few words.
-pub(super) fn describe(outcome: &Outcome) -> &'static str {
+pub(super) fn describe(outcome: &ItemOutcome) -> &'static str {
     match outcome {
-        Outcome::NotReached => "not reached",
-        Outcome::UpToDate(_) => "up to date",
-        Outcome::Ran { changed: true } => "ran",
-        Outcome::Ran { changed: false } => "ran, same result as before",
-        Outcome::Failed(_) => "failed",
-        Outcome::Skipped(Some(_)) => "not run",
-        Outcome::Skipped(None) => "stopped",
+        ItemOutcome::NotReached => "not reached",
+        ItemOutcome::UpToDate(_) => "up to date",
+        ItemOutcome::Ran { changed: true } => "ran",
+        ItemOutcome::Ran { changed: false } => "ran, same result as before",
+        ItemOutcome::Failed(_) => "failed",
+        ItemOutcome::Skipped(Some(_)) => "not run",
+        ItemOutcome::Skipped(None) => "stopped",
     }
 }
 

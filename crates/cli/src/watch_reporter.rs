@@ -33,7 +33,7 @@ pub(crate) struct Moment {
 }
 
 /// Turns a watcher's events into lines on standard error.
-pub(crate) struct Session {
+pub(crate) struct WatchReporter {
     verbose: bool,
     screen: Screen,
     clock: Box<dyn Fn() -> Moment + Send + Sync>,
@@ -56,7 +56,7 @@ struct State {
     /// The time of the last report.
     reported: f64,
     /// What was done since the last report, by stage.
-    groups: Vec<Group>,
+    groups: Vec<StageReport>,
     /// What runs, and why.
     running: Vec<(ItemName, Vec<Reason>)>,
     /// The files that were removed since the last report.
@@ -68,7 +68,7 @@ struct State {
 }
 
 /// What the items of one stage did since the last report.
-struct Group {
+struct StageReport {
     stage: String,
     items: Vec<ItemName>,
     why: Vec<String>,
@@ -79,7 +79,7 @@ struct Group {
     at: f64,
 }
 
-impl Session {
+impl WatchReporter {
     pub(crate) fn new(
         verbose: bool,
         screen: Screen,
@@ -331,10 +331,10 @@ fn is_news(event: &Event, transition: &Transition) -> bool {
 
 impl State {
     /// What the next report says of a stage.
-    fn group(&mut self, stage: &str, now: f64) -> &mut Group {
+    fn group(&mut self, stage: &str, now: f64) -> &mut StageReport {
         let index = self.groups.iter().position(|group| group.stage == stage).unwrap_or_else(|| {
             let (items, why, files) = (Vec::new(), Vec::new(), Vec::new());
-            self.groups.push(Group { stage: stage.into(), items, why, same: 0, files, at: now });
+            self.groups.push(StageReport { stage: stage.into(), items, why, same: 0, files, at: now });
             self.groups.len() - 1
         });
         let group = &mut self.groups[index];
@@ -361,7 +361,7 @@ impl State {
     }
 }
 
-impl Group {
+impl StageReport {
     /// `map, 2 items (reflection changed): maps/gold.exr, maps/red.exr`
     fn line(&self, width: usize) -> String {
         let mut line = match self.items.as_slice() {

@@ -8,9 +8,9 @@ use expect_test::{Expect, expect};
 
 use super::*;
 
-/// A session with a clock that the test sets, and its lines.
+/// A reporter with a clock that the test sets, and its lines.
 struct Watched {
-    session: Session,
+    reporter: WatchReporter,
     clock: Arc<AtomicU64>,
     lines: Arc<Mutex<String>>,
 }
@@ -20,17 +20,17 @@ impl Watched {
         let (clock, lines) = (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(String::new())));
         let (read, write) = (Arc::clone(&clock), Arc::clone(&lines));
         let screen = Screen::plain(move |line| *write.lock().unwrap() += &format!("{line}\n"));
-        let session = Session::new(verbose, screen, move || {
+        let reporter = WatchReporter::new(verbose, screen, move || {
             let now = read.load(Ordering::Relaxed);
             Moment { milliseconds: now as f64, time: format!("14:00:{:02}", now / 1000) }
         });
-        Self { session, clock, lines }
+        Self { reporter, clock, lines }
     }
 
     /// Sends these events some milliseconds later.
     fn after(&self, milliseconds: u64, events: &[Event]) -> &Self {
         self.clock.fetch_add(milliseconds, Ordering::Relaxed);
-        events.iter().for_each(|event| self.session.show(event));
+        events.iter().for_each(|event| self.reporter.show(event));
         self
     }
 

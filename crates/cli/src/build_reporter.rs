@@ -15,7 +15,7 @@ use crate::reasons;
 use crate::screen::{Screen, locked};
 
 /// Turns events into lines on standard error.
-pub(crate) struct Progress {
+pub(crate) struct BuildReporter {
     verbose: bool,
     dry_run: bool,
     screen: Screen,
@@ -28,7 +28,7 @@ struct State {
     skipped: Vec<(ItemName, Option<ItemName>)>,
 }
 
-impl Progress {
+impl BuildReporter {
     pub(crate) fn new(verbose: bool, dry_run: bool, with_bar: bool) -> Self {
         Self { verbose, dry_run, screen: Screen::new(with_bar), state: Mutex::default() }
     }
