@@ -91,15 +91,12 @@ pub(crate) enum CacheCommand {
     /// Show how large the cache is, and how much of it is needed
     Stats {
         #[command(flatten)]
-        manifest: ManifestArgument,
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
+        query: QueryArguments,
     },
     /// Remove unused files, and optionally the oldest earlier results; the last good outputs always stay
     Gc {
         #[command(flatten)]
-        manifest: ManifestArgument,
+        query: QueryArguments,
         /// Also remove earlier results, the oldest first, until the cache is no larger than SIZE, such as
         /// 500M
         #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
@@ -107,17 +104,11 @@ pub(crate) enum CacheCommand {
         /// Show what would be removed, and remove nothing
         #[arg(long)]
         dry_run: bool,
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
     },
     /// Compare every result with its digest; remove damaged ones, which the next build makes again
     Verify {
         #[command(flatten)]
-        manifest: ManifestArgument,
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
+        query: QueryArguments,
     },
 }
 
@@ -126,6 +117,16 @@ pub(crate) struct ManifestArgument {
     /// The manifest
     #[arg(long, value_name = "FILE", default_value = "pipeline.toml")]
     pub(crate) manifest: PathBuf,
+}
+
+// The options of commands that report something about a manifest's results. clap would show a doc comment as help.
+#[derive(Args, Debug)]
+pub(crate) struct QueryArguments {
+    #[command(flatten)]
+    pub(crate) manifest: ManifestArgument,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]
@@ -181,7 +182,7 @@ pub(crate) struct WatchArguments {
     pub(crate) watching: WatchingArguments,
 }
 
-/// The options that all commands that watch share.
+// The options of commands that watch.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct WatchingArguments {
     /// The number of threads [default: one per processor]
@@ -251,13 +252,10 @@ pub(crate) struct ExplainArguments {
     #[arg(value_name = "STAGE|ITEM|FILE")]
     pub(crate) target: String,
     #[command(flatten)]
-    pub(crate) manifest: ManifestArgument,
+    pub(crate) query: QueryArguments,
     /// Explain every item of a stage in full, instead of grouping similar ones
     #[arg(long, short)]
     pub(crate) verbose: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]
@@ -265,10 +263,7 @@ pub(crate) struct VerifyArguments {
     /// A file in the output folder, or a copy of one in any place
     pub(crate) file: PathBuf,
     #[command(flatten)]
-    pub(crate) manifest: ManifestArgument,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    pub(crate) query: QueryArguments,
 }
 
 #[derive(Args, Debug)]
@@ -277,7 +272,7 @@ pub(crate) struct CheckArguments {
     #[arg(value_name = "STAGE", requires = "determinism")]
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
-    pub(crate) manifest: ManifestArgument,
+    pub(crate) query: QueryArguments,
     /// Run stages from scratch with several numbers of threads, in a temporary folder, and compare every byte
     #[arg(long)]
     pub(crate) determinism: bool,
@@ -285,9 +280,6 @@ pub(crate) struct CheckArguments {
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', requires = "determinism",
           value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Vec<u16>,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

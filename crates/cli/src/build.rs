@@ -13,11 +13,8 @@ use crate::screen::locked;
 use crate::timings::{self, Timeline};
 use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
+pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.manifest, kinds)?;
     let options = BuildOptions {
         stages: arguments.stages.clone(),
         jobs: arguments.jobs.map(usize::from),
@@ -42,24 +39,19 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
             reporter.show(&event);
         }
     };
-    match engine::build(&plan, &options, &cancel, &events) {
-        Ok(summary) => {
-            if !arguments.json {
-                reporter.summarise(&summary, &plan.out);
-            }
-            let timeline =
-                timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
-            let is_written = timeline.is_none_or(|timeline| write_timings(timeline, arguments));
-            match exit_of(&summary) {
-                Exit::Success if stream.failed() || !is_written => Exit::System,
-                exit => exit,
-            }
-        }
-        Err(error) => {
-            reporter.show_failures();
-            print::failure(&error)
-        }
+    let summary = engine::build(&plan, &options, &cancel, &events).map_err(|error| {
+        reporter.show_failures();
+        print::failure(error)
+    })?;
+    if !arguments.json {
+        reporter.summarise(&summary, &plan.out);
     }
+    let timeline = timeline.map(|timeline| timeline.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let is_written = timeline.is_none_or(|timeline| write_timings(timeline, arguments));
+    Ok(match exit_of(&summary) {
+        Exit::Success if stream.failed() || !is_written => Exit::System,
+        exit => exit,
+    })
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.

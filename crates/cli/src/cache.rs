@@ -6,29 +6,29 @@ use engine::cache::{self, Amount, CollectOptions, Freed, Lost, Stats, Verified};
 use engine::{Error, ItemName, LockTimeout};
 use serde_json::json;
 
-use crate::arguments::{CacheCommand, ManifestArgument};
+use crate::arguments::{CacheCommand, QueryArguments};
 use crate::exit::Exit;
 use crate::print::{self, say};
 use crate::quantity::{count, size};
 use crate::reasons::short;
 
-pub(crate) fn run(command: &CacheCommand) -> Exit {
-    let outcome = match command {
-        CacheCommand::Stats { manifest, json } => cache::stats(folder(manifest)).map(|stats| match json {
+pub(crate) fn run(command: &CacheCommand) -> Result<Exit, Exit> {
+    let result = match command {
+        CacheCommand::Stats { query } => cache::stats(folder(query)).map(|stats| match query.json {
             true => print::json(json!(stats)),
             false => print::data(&describe(&stats)),
         }),
-        CacheCommand::Gc { manifest, max_size, dry_run, json } => {
+        CacheCommand::Gc { query, max_size, dry_run } => {
             let patience = LockTimeout::default();
             let options = CollectOptions { limit: *max_size, dry_run: *dry_run, patience };
-            cache::collect(folder(manifest), &options, &show_wait).map(|freed| match json {
+            cache::collect(folder(query), &options, &show_wait).map(|freed| match query.json {
                 true => print::json(json!(freed)),
                 false => print::data(&describe_freed(&freed, &options)),
             })
         }
-        CacheCommand::Verify { manifest, json } => verify(folder(manifest), *json),
+        CacheCommand::Verify { query } => verify(folder(query), query.json),
     };
-    outcome.unwrap_or_else(|error| print::failure(&error))
+    result.map_err(print::failure)
 }
 
 fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
@@ -42,8 +42,8 @@ fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
 }
 
 /// The folder of a manifest, even if the manifest no longer exists.
-fn folder(manifest: &ManifestArgument) -> &Path {
-    match manifest.manifest.parent() {
+fn folder(query: &QueryArguments) -> &Path {
+    match query.manifest.manifest.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }

@@ -15,13 +15,10 @@ use crate::print::say;
 use crate::quantity::{count, duration};
 use crate::{build, manifest, print};
 
-pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
+pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.query.manifest, kinds)?;
     if !arguments.determinism {
-        return describe_plan(arguments, &plan);
+        return Ok(describe_plan(arguments, &plan));
     }
     let threads = if arguments.threads.is_empty() {
         engine::telling_threads()
@@ -48,34 +45,30 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
         }
         _ => {}
     };
-    match engine::determinism(&plan, &arguments.stages, &threads, &cancel, &events) {
-        Ok(found) => {
-            let printed = if arguments.json {
-                print::json(json!({ "proven": found.is_proven(), "determinism": found }))
-            } else {
-                print::data(&describe(&found))
-            };
-            match printed {
-                Exit::Success if found.cancelled => Exit::Interrupted,
-                Exit::Success if !found.is_proven() && system_error.into_inner() => Exit::System,
-                Exit::Success if !found.is_proven() => Exit::Failed,
-                exit => exit,
-            }
-        }
-        Err(error) => print::failure(&error),
-    }
+    let found = engine::determinism(&plan, &arguments.stages, &threads, &cancel, &events);
+    let found = found.map_err(print::failure)?;
+    let printed = match arguments.query.json {
+        true => print::json(json!({ "proven": found.is_proven(), "determinism": found })),
+        false => print::data(&describe(&found)),
+    };
+    Ok(match printed {
+        Exit::Success if found.cancelled => Exit::Interrupted,
+        Exit::Success if !found.is_proven() && system_error.into_inner() => Exit::System,
+        Exit::Success if !found.is_proven() => Exit::Failed,
+        exit => exit,
+    })
 }
 
 /// What a valid manifest holds.
 fn describe_plan(arguments: &CheckArguments, plan: &Plan) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();
-    if arguments.json {
+    if arguments.query.json {
         return print::json(json!({ "sound": true, "stages": stages, "items": items, "files": files }));
     }
     print::data(&format!(
         "{} is valid: {}, {}, {} in out\n",
-        arguments.manifest.manifest.display(),
+        arguments.query.manifest.manifest.display(),
         count(stages, "stage"),
         count(items, "item"),
         count(files, "file")

@@ -12,27 +12,20 @@ use crate::print::say;
 use crate::reasons::{cause, dated, lines, origin, short};
 use crate::{manifest, print, quantity};
 
-pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
-    match engine::explain(&plan, &arguments.target) {
-        Ok(explanations) if arguments.json => print::json(json!({ "items": explanations })),
-        Ok(explanations)
-            if explanations.len() > 1 && !arguments.verbose && are_of_one_stage(&explanations) =>
-        {
-            let exit = print::data(&grouped(&explanations));
-            say!("hint: `specula explain \"{}\"` explains one of them in full", explanations[0].item);
-            exit
-        }
-        Ok(explanations) => {
-            let manifest = plan.manifest.file_name().unwrap_or_default().to_string_lossy();
-            let texts = explanations.iter().map(|found| full(found, &manifest));
-            print::data(&texts.collect::<Vec<_>>().join("\n"))
-        }
-        Err(error) => print::failure(&error),
+pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.query.manifest, kinds)?;
+    let explanations = engine::explain(&plan, &arguments.target).map_err(print::failure)?;
+    if arguments.query.json {
+        return Ok(print::json(json!({ "items": explanations })));
     }
+    if explanations.len() > 1 && !arguments.verbose && are_of_one_stage(&explanations) {
+        let exit = print::data(&grouped(&explanations));
+        say!("hint: `specula explain \"{}\"` explains one of them in full", explanations[0].item);
+        return Ok(exit);
+    }
+    let manifest = plan.manifest.file_name().unwrap_or_default().to_string_lossy();
+    let texts = explanations.iter().map(|found| full(found, &manifest));
+    Ok(print::data(&texts.collect::<Vec<_>>().join("\n")))
 }
 
 fn are_of_one_stage(explanations: &[Explanation]) -> bool {

@@ -7,11 +7,9 @@ use crate::exit::Exit;
 use crate::quantity::count;
 use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Exit {
-    match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => print::data(&draw(&plan, arguments.format)),
-        Err(exit) => exit,
-    }
+pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.manifest, kinds)?;
+    Ok(print::data(&draw(&plan, arguments.format)))
 }
 
 /// The graph as text; stages that export files have a different shape.

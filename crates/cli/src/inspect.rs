@@ -15,44 +15,33 @@ use serde_json::{Value, json};
 
 use self::facts::{Facts, range};
 use crate::exit::Exit;
-use crate::print::{self, say};
+use crate::print;
 
 const SH_FRAME: &str = "right-handed, +Z up; real, orthonormal, no Condon-Shortley phase, row l*l + l + m";
 const IMAGE_FRAME: &str = "row 0 is the top of the image; the file does not say how it maps to the sphere";
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
-pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
-    let bytes = match engine::read_file(file) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            say!("error: cannot read {}: {error}", file.display());
-            return Exit::Usage;
-        }
+pub(crate) fn run(file: &Path, as_json: bool) -> Result<Exit, Exit> {
+    let failed = |chain: &[String], help: Option<&str>| {
+        print::error(chain, help);
+        Exit::Usage
     };
-    let by_name = material::of_file(file, &bytes).or_else(|| mesh::of_file(file, &bytes));
-    if let Some(Err(failure)) = &by_name {
-        print::error(&failure.chain, failure.help.as_deref());
-        return Exit::Usage;
-    }
-    let found = by_name.and_then(Result::ok).map_or_else(|| describe(&bytes), Ok);
-    match found {
-        Ok(facts) if as_json => {
-            let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
-            print::json(Value::Object(object))
-        }
-        Ok(facts) => {
-            let lines = facts.iter().map(|(label, value)| format!("{label:<13} {}\n", text_of(value)));
-            print::data(&lines.collect::<String>())
-        }
-        Err(error) => {
-            say!("error: {}: {error}", file.display());
-            say!(
-                "hint: inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors, glTF, JSON \
-                 lighting, material files and measured BRDFs"
-            );
-            Exit::Usage
-        }
-    }
+    let bytes = engine::read_file(file)
+        .map_err(|error| failed(&[format!("cannot read {}: {error}", file.display())], None))?;
+    let by_name = material::of_file(file, &bytes).or_else(|| mesh::of_file(file, &bytes)).transpose();
+    let by_name = by_name.map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
+    let facts = by_name.map_or_else(|| describe(&bytes), Ok).map_err(|error| {
+        let help = "inspect reads OpenEXR, Radiance, PNG, JPEG, KTX2, DDS, safetensors, glTF, JSON lighting, \
+                    material files and measured BRDFs";
+        failed(&[format!("{}: {error}", file.display())], Some(help))
+    })?;
+    Ok(if as_json {
+        let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
+        print::json(Value::Object(object))
+    } else {
+        let lines = facts.iter().map(|(label, value)| format!("{label:<13} {}\n", text_of(value)));
+        print::data(&lines.collect::<String>())
+    })
 }
 
 /// A value on one line; strings without quotes.

@@ -53,19 +53,22 @@ pub fn main(kinds: Kinds) -> ExitCode {
 }
 
 fn run(command: Command, kinds: &Kinds) -> Exit {
-    match command {
+    let result = match command {
         Command::Build(arguments) => build::run(&arguments, kinds),
-        Command::Watch(arguments) if arguments.preview => preview::run_with_watch(&arguments, kinds),
-        Command::Watch(arguments) => watch::run(&arguments, kinds),
+        Command::Watch(arguments) if arguments.preview => Ok(preview::run_with_watch(&arguments, kinds)),
+        Command::Watch(arguments) => Ok(watch::run(&arguments, kinds)),
         Command::Preview(arguments) => preview::run(&arguments, kinds),
         Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),
         Command::Check(arguments) => check::run(&arguments, kinds),
         Command::Graph(arguments) => graph::run(&arguments, kinds),
-        Command::Stages { kind } => manual::run(kind.as_deref(), kinds),
-        Command::Schema { subject } => schema::run(subject, kinds),
+        Command::Stages { kind } => Ok(manual::run(kind.as_deref(), kinds)),
+        Command::Schema { subject } => Ok(schema::run(subject, kinds)),
         Command::Inspect { file, json } => inspect::run(&file, json),
-        Command::Init { folder } => init::run(&folder, kinds),
-    }
+        Command::Init { folder } => Ok(init::run(&folder, kinds)),
+    };
+    // A command that cannot continue returns its exit code as an error.
+    let (Ok(exit) | Err(exit)) = result;
+    exit
 }

@@ -20,29 +20,24 @@ use engine::Kinds;
 use stages::PreviewCatalog;
 
 use self::request::WindowRequest;
+use self::subject::SubjectError;
 #[cfg(feature = "window")]
 use crate::arguments::Backend;
 use crate::arguments::{ManifestArgument, PreviewArguments, WatchArguments};
 use crate::exit::Exit;
-use crate::{manifest, print, watch};
+#[cfg(not(feature = "window"))]
+use crate::print::say;
+use crate::{manifest, watch};
 
-pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
+pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, Exit> {
     let manifest = ManifestArgument { manifest: arguments.manifest.clone() };
-    let plan = match manifest::load(&manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
-    let catalog = PreviewCatalog::of(plan);
+    let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds)?);
     if catalog.is_empty() {
-        let error = subject::nothing_to_preview(&arguments.manifest, &[]);
-        print::error(&[error.message], Some(&error.help));
-        return Exit::Manifest;
+        subject::nothing_to_preview(&arguments.manifest, &[]).print();
+        return Err(Exit::Manifest);
     }
     let request = SubjectRequest { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
-    if let Err(unknown) = subject::check(&catalog, &request) {
-        print::error(&[unknown.message], Some(&unknown.help));
-        return Exit::Usage;
-    }
+    subject::check(&catalog, &request).map_err(SubjectError::print)?;
     if let Some(file) = &arguments.still {
         // The view of a window that was never opened before.
         let view = InitialView { state: None, request };
@@ -59,7 +54,7 @@ fn open(
     _: PreviewCatalog,
     manifest: ManifestArgument,
     subject: SubjectRequest,
-) -> Exit {
+) -> Result<Exit, Exit> {
     let watched = WatchArguments {
         stages: Vec::new(),
         manifest,
@@ -76,7 +71,7 @@ fn open(
         cpu: arguments.backend == Some(Backend::Cpu),
         continues_without: false,
     };
-    window::run(&request, |cancel, listener| watch::watch(&watched, kinds, cancel, listener))
+    Ok(window::run(&request, |cancel, listener| watch::watch(&watched, kinds, cancel, listener)))
 }
 
 /// Without the feature `window`: draws what the window would show first.
@@ -87,14 +82,14 @@ fn open(
     catalog: PreviewCatalog,
     manifest: ManifestArgument,
     subject: SubjectRequest,
-) -> Exit {
+) -> Result<Exit, Exit> {
     let view = request::initial_view(&manifest.manifest, subject);
     let file = files::PreviewFiles::beside(&manifest.manifest).still();
-    let exit = still::run(arguments, &file, catalog, &view);
+    let exit = still::run(arguments, &file, catalog, &view)?;
     if exit == Exit::Success {
-        print::say!("{}", window::HINT);
+        say!("{}", window::HINT);
     }
-    exit
+    Ok(exit)
 }
 
 /// `specula watch --preview`.

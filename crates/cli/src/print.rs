@@ -87,7 +87,7 @@ impl EventStream {
 }
 
 /// Reports an error of the engine that stopped a whole command, and returns the exit code.
-pub(crate) fn failure(failure: &Error) -> Exit {
+pub(crate) fn failure(failure: Error) -> Exit {
     error(failure.chain(), failure.help());
     match failure.kind() {
         engine::ErrorKind::UnknownTarget => Exit::Usage,

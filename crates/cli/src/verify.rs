@@ -8,46 +8,29 @@ use serde_json::json;
 
 use crate::arguments::VerifyArguments;
 use crate::exit::Exit;
-use crate::print::say;
 use crate::reasons::{cause, dated, short};
 use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
+pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.query.manifest, kinds)?;
     // As for `explain`, a path may be relative to `out`.
     let below = plan.out.join(&arguments.file);
     let file = if !arguments.file.exists() && below.exists() { &below } else { &arguments.file };
-    let bytes = match engine::read_file(file) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            say!("error: cannot read {}: {error}", file.display());
-            match error.kind() {
-                ErrorKind::NotFound => {
-                    say!("hint: `specula build` restores a published file that is gone")
-                }
-                ErrorKind::IsADirectory => say!("hint: name one of the files in this folder"),
-                _ => {}
-            }
-            return Exit::Usage;
-        }
+    let bytes = engine::read_file(file).map_err(|error| {
+        let help = match error.kind() {
+            ErrorKind::NotFound => Some("`specula build` restores a published file that is gone"),
+            ErrorKind::IsADirectory => Some("name one of the files in this folder"),
+            _ => None,
+        };
+        print::error(&[format!("cannot read {}: {error}", file.display())], help);
+        Exit::Usage
+    })?;
+    let found = engine::verify(&plan, file, &bytes, &containers::read_recipe).map_err(print::failure)?;
+    let printed = match arguments.query.json {
+        true => print::json(json!({ "current": found.is_current(), "verification": found })),
+        false => print::data(&describe(&found)),
     };
-    match engine::verify(&plan, file, &bytes, &containers::read_recipe) {
-        Ok(found) => {
-            let printed = if arguments.json {
-                print::json(json!({ "current": found.is_current(), "verification": found }))
-            } else {
-                print::data(&describe(&found))
-            };
-            match printed {
-                Exit::Success if !found.is_current() => Exit::Failed,
-                exit => exit,
-            }
-        }
-        Err(error) => print::failure(&error),
-    }
+    Ok(if printed == Exit::Success && !found.is_current() { Exit::Failed } else { printed })
 }
 
 fn describe(found: &Verification) -> String {

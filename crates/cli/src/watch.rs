@@ -71,7 +71,7 @@ pub(crate) fn watch(
     let result = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
     reporter.close();
     match result {
-        Err(error) => print::failure(&error),
+        Err(error) => print::failure(error),
         Ok(()) if stream.failed() => Exit::System,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,

@@ -1,6 +1,5 @@
 //! One picture, without a window.
 
-use std::io;
 use std::path::Path;
 use std::time::Instant;
 
@@ -10,6 +9,7 @@ use ::preview::{
 use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
 use stages::{PreviewCatalog, SceneCache};
 
+use super::subject::SubjectError;
 use super::{files, subject};
 use crate::arguments::{Backend, PreviewArguments};
 use crate::build::{exit_of, stop_on_interrupt};
@@ -27,62 +27,41 @@ pub(crate) fn run(
     file: &Path,
     catalog: PreviewCatalog,
     view: &InitialView,
-) -> Exit {
+) -> Result<Exit, Exit> {
     let subject = view.subject(&catalog.catalogue());
-    let entry = match subject::entry(&catalog, &subject.environment, &subject.material) {
-        Ok(entry) => entry,
-        Err(error) => {
-            print::error(&[error.message], Some(&error.help));
-            return Exit::Usage;
-        }
-    };
+    let entry =
+        subject::entry(&catalog, &subject.environment, &subject.material).map_err(SubjectError::print)?;
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
     let stages = catalog.stages(entry, &subject.mesh).into_iter().map(str::to_owned).collect();
-    let built = match build(catalog.plan(), stages, arguments, &cancel) {
-        Ok(Exit::Interrupted) => return Exit::Interrupted,
-        Ok(built) => built,
-        Err(exit) => return exit,
-    };
-    let results = match ResultsSnapshot::open(catalog.plan()) {
-        Ok(results) => results,
-        Err(error) => return print::failure(&error),
-    };
-    let scene = match SceneCache::default().scene(&catalog, &results, entry, &subject.mesh) {
-        Ok(scene) => scene,
-        Err(failure) => {
-            let system_error = built == Exit::System || failure.system_error;
-            let mut chain = vec![format!("{} cannot be shown", subject::describe(&subject))];
-            chain.extend(failure.chain);
-            print::error(&chain, failure.help.as_deref());
-            return if system_error { Exit::System } else { Exit::Failed };
-        }
-    };
+    let built = build(catalog.plan(), stages, arguments, &cancel)?;
+    if built == Exit::Interrupted {
+        return Err(built);
+    }
+    let results = ResultsSnapshot::open(catalog.plan()).map_err(print::failure)?;
+    let scene = SceneCache::default().scene(&catalog, &results, entry, &subject.mesh).map_err(|failure| {
+        let system_error = built == Exit::System || failure.system_error;
+        let mut chain = vec![format!("{} cannot be shown", subject::describe(&subject))];
+        chain.extend(failure.chain);
+        print::error(&chain, failure.help.as_deref());
+        if system_error { Exit::System } else { Exit::Failed }
+    })?;
     let shot = Shot { exposure: arguments.exposure, ..view.shot(scene.framing(), arguments.size) };
     let backend = arguments.backend.unwrap_or(Backend::Cpu);
-    match draw(&scene, &shot, backend, &|| cancel.is_cancelled()) {
-        Ok(drawn) => match files::write_picture(file, &drawn.picture) {
-            Ok(()) => {
-                say!("{}", drawn.describe(file, &subject, &shot));
-                built
-            }
-            Err(error) => unwritable(file, &error),
-        },
-        Err(RenderError::Cancelled) => Exit::Interrupted,
-        Err(error) => {
-            print::error(
-                &[format!("{} cannot be drawn", subject::describe(&subject)), error.to_string()],
-                None,
-            );
+    let drawn = draw(&scene, &shot, backend, &|| cancel.is_cancelled()).map_err(|error| match error {
+        RenderError::Cancelled => Exit::Interrupted,
+        error => {
+            let message = format!("{} cannot be drawn", subject::describe(&subject));
+            print::error(&[message, error.to_string()], None);
             Exit::Failed
         }
-    }
-}
-
-/// Reports why a picture could not be written.
-fn unwritable(file: &Path, error: &io::Error) -> Exit {
-    print::error(&[format!("cannot write {}", file.display()), error.to_string()], None);
-    Exit::System
+    })?;
+    files::write_picture(file, &drawn.picture).map_err(|error| {
+        print::error(&[format!("cannot write {}", file.display()), error.to_string()], None);
+        Exit::System
+    })?;
+    say!("{}", drawn.describe(file, &subject, &shot));
+    Ok(built)
 }
 
 /// Runs the items of these stages that are out of date.
@@ -102,7 +81,7 @@ fn build(
     let events = |event: Event| reporter.show(&event);
     let built = engine::build(plan, &options, cancel, &events);
     reporter.show_failures();
-    built.map(|summary| exit_of(&summary)).map_err(|error| print::failure(&error))
+    built.map(|summary| exit_of(&summary)).map_err(print::failure)
 }
 
 /// A picture, and how it was drawn.

@@ -6,7 +6,9 @@ use ::preview::{Subject, SubjectRequest};
 use engine::nearest;
 use stages::{CatalogEntry, PreviewCatalog, Unknown};
 
+use crate::exit::Exit;
 use crate::lists::list;
+use crate::print;
 
 /// This many names of a list are suggested.
 const SUGGESTED: usize = 12;
@@ -19,6 +21,12 @@ pub(crate) struct SubjectError {
 }
 
 impl SubjectError {
+    /// Prints the error, and returns the exit code of a request that cannot be fulfilled.
+    pub(crate) fn print(self) -> Exit {
+        print::error(&[self.message], Some(&self.help));
+        Exit::Usage
+    }
+
     /// The lines for a panel.
     pub(crate) fn lines(self) -> Vec<String> {
         vec![self.message, format!("hint: {}", self.help)]
