@@ -119,7 +119,7 @@ pub(crate) struct ManifestArgument {
     pub(crate) manifest: PathBuf,
 }
 
-// The options of commands that report something about a manifest's results. clap would show a doc comment as help.
+// The options of commands that report on a manifest's results; clap would print a doc comment as help.
 #[derive(Args, Debug)]
 pub(crate) struct QueryArguments {
     #[command(flatten)]

@@ -21,7 +21,7 @@ pub(crate) fn reported_once<T>(act: impl FnOnce() -> T) -> T {
         let thread = thread::current();
         let name = thread.name().unwrap_or("<unnamed>");
         let trace = match &backtrace {
-            None => "note: run with `RUST_BACKTRACE=1` to see where it comes from".into(),
+            None => "note: run with `RUST_BACKTRACE=1` to display a backtrace".into(),
             Some(value) if value == "full" => format!("{:#}", Backtrace::force_capture()),
             Some(_) => Backtrace::force_capture().to_string(),
         };
