@@ -1,4 +1,4 @@
-//! `specula cache` through the binary: what it prints, its exit codes, and that it may be killed.
+//! `specula cache` through the binary: what it prints, its exit codes, and that it may be killed at any time.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -9,13 +9,13 @@ use std::time::Duration;
 use serde_json::Value;
 use support::Project;
 
-/// A material that is another one for each number.
+/// Changes the material; each number gives another one.
 fn edit(project: &Project, n: u32) {
     let text = format!("model = \"phong\"\nexponent = {}\nspecular = 1\n", 1.0 + f64::from(n) / 8.0);
     project.write("assets/materials/gold.toml", &text);
 }
 
-/// A project that was edited a few times.
+/// A project after this many edits and builds.
 fn edited(edits: u32) -> Project {
     let project = Project::small();
     for n in 0..edits {
@@ -42,23 +42,23 @@ fn stats_and_gc_say_what_they_found_and_freed() {
         assert!(text.contains(words), "no {words:?} in:\n{text}");
     }
     let size = format!("{}", in_effect + earlier / 2);
-    let rehearsed = json(&project, &["cache", "gc", "--max-size", &size, "--dry-run", "--json"]);
+    let dry = json(&project, &["cache", "gc", "--max-size", &size, "--dry-run", "--json"]);
     assert_eq!(json(&project, &["cache", "stats", "--json"]), stats);
     let freed = json(&project, &["cache", "gc", "--max-size", &size, "--json"]);
-    assert_eq!(freed, rehearsed);
+    assert_eq!(freed, dry);
     let left = freed["left"]["bytes"].as_u64().unwrap();
     assert!(left <= in_effect + earlier / 2 && left > in_effect, "{freed}");
     let text = project.ok(&["cache", "gc", "--max-size=1kB"]).stdout;
-    assert!(text.contains("that is more than 1.0 kB: the last good outputs always stay"), "{text}");
+    assert!(text.contains("this is more than 1.0 kB, because the last good outputs always stay"), "{text}");
     let events = project.events(&[]);
     assert!(support::ran(&events).is_empty(), "the last good outputs are all there");
 }
 
 #[test]
-fn verify_names_what_it_drops_and_the_next_build_mends_it() {
+fn verify_names_what_it_removes_and_the_next_build_restores_it() {
     let project = edited(1);
     let outputs = project.outputs();
-    assert!(project.ok(&["cache", "verify"]).stdout.contains("every one has the bytes"));
+    assert!(project.ok(&["cache", "verify"]).stdout.contains(": all intact"));
     let explained = project.ok(&["explain", "lighting"]).stdout;
     let recipe = json(&project, &["cache", "verify", "--json"]);
     assert_eq!(recipe["lost"], Value::Array(Vec::new()), "{explained}");
@@ -70,16 +70,16 @@ fn verify_names_what_it_drops_and_the_next_build_mends_it() {
     std::fs::write(project.path(&format!(".specula/blobs/{largest}")), bytes).unwrap();
     let run = project.specula(&["cache", "verify"]);
     assert_eq!(run.code, Some(1), "{run:?}");
-    assert!(run.stdout.contains("damaged, dropped: ") && run.stdout.contains(" the result of "), "{run:?}");
+    assert!(run.stdout.contains("damaged, removed: ") && run.stdout.contains(" the result of "), "{run:?}");
     assert!(!project.path(&format!(".specula/blobs/{largest}")).exists());
     project.ok(&["build"]);
-    assert!(project.path(&format!(".specula/blobs/{largest}")).exists(), "it was made again");
+    assert!(project.path(&format!(".specula/blobs/{largest}")).exists(), "the build made it again");
     project.ok(&["cache", "verify"]);
     assert_eq!(project.outputs(), outputs);
 }
 
 #[test]
-fn a_folder_without_a_cache_and_a_size_that_is_none_are_told() {
+fn a_folder_without_a_cache_and_an_invalid_size_are_reported() {
     let project = Project::small();
     for arguments in [["cache", "stats"], ["cache", "gc"], ["cache", "verify"]] {
         let run = project.specula(&arguments);
@@ -110,7 +110,7 @@ fn gc_waits_for_a_build_and_names_itself_to_others() {
 }
 
 #[test]
-fn killed_collections_leave_a_cache_that_builds_right() {
+fn a_killed_collection_leaves_a_valid_cache() {
     let (project, clean) = (edited(1), Project::small());
     for round in 1..25_u32 {
         edit(&project, round);
@@ -120,7 +120,7 @@ fn killed_collections_leave_a_cache_that_builds_right() {
         child.kill().unwrap();
         child.wait().unwrap();
         let events = project.events(&[]);
-        assert!(support::ran(&events).is_empty(), "round {round}: what is in effect stayed");
+        assert!(support::ran(&events).is_empty(), "round {round}: the results in effect are kept");
         if round % 8 == 0 {
             edit(&clean, round);
             clean.ok(&["build"]);

@@ -1,4 +1,4 @@
-//! What the documents say is so.
+//! The documents say what is true.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -52,7 +52,7 @@ fn every_convention_is_pinned_by_a_test_that_exists() {
 #[test]
 fn the_readme_gives_the_two_commands_that_ci_runs() {
     let (readme, ci) = (read("README.md"), read(".ci/run"));
-    // The first is run by the program that the second builds: libraries are built once.
+    // CI runs the first with the program that the second builds, so that libraries are built once.
     for (command, run) in [
         ("cargo run --release -- build", "target/debug/specula build"),
         ("cargo test --workspace", "cargo test --workspace"),
@@ -94,7 +94,7 @@ fn help_lists_the_exit_codes() {
     }
 }
 
-/// The manual of a command names every option that its help has, at least so many.
+/// Checks that a manual names every option in the help of its command, and that these are at least `least`.
 fn assert_named(command: &str, manual: &str, least: usize) {
     let output = Command::new(env!("CARGO_BIN_EXE_specula")).args([command, "--help"]).output().unwrap();
     let (help, text) = (String::from_utf8(output.stdout).unwrap(), read(manual));

@@ -11,7 +11,7 @@ use engine::EventLine;
 use serde_json::Value;
 use support::Project;
 
-/// The schema, which here also refuses fields that it does not name.
+/// The schema, with fields that it does not name refused.
 fn strict() -> jsonschema::Validator {
     let mut schema = EventLine::schema();
     schema["unevaluatedProperties"] = false.into();
@@ -38,8 +38,8 @@ fn every_line_of_a_build_is_what_the_schema_says() {
     project.write("assets/materials/chrome.toml", "model = \"fong\"\n");
     fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
     fs::remove_file(project.path("out/lighting.json")).unwrap();
-    let rehearsed = project.events(&["--dry-run"]);
-    assert!(names(&rehearsed).contains("removed"), "{rehearsed:#?}");
+    let dry = project.events(&["--dry-run"]);
+    assert!(names(&dry).contains("removed"), "{dry:#?}");
     seen.extend(names(&project.events(&[])));
     project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degree = 6\n"));
     seen.extend(names(&project.events(&["--fail-fast"])));
@@ -66,7 +66,7 @@ fn every_line_of_a_watcher_is_what_the_schema_says() {
     let mut watcher = project.watch(&[]);
     let mut events = watcher.wait("watching", |_| true);
     project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = 9\n");
-    // What hangs on a material: a map and six faces.
+    // A map and six faces depend on the material.
     events.extend(watcher.wait("ended", |end| end["cancelled"] == false && end["published"] == 7));
     project.write("pipeline.toml", &support::SMALL.replace("resolution = 16", "resolutoin = 16"));
     events.extend(watcher.wait("rejected", |event| event.to_string().contains("resolutoin")));
@@ -105,7 +105,7 @@ fn table() -> String {
     let mut text = String::from("| event | when | fields |\n| --- | --- | --- |\n");
     for event in schema["oneOf"].as_array().unwrap() {
         let when = event["description"].as_str().unwrap().replace('\n', " ");
-        // The summary's fields stand in its own definition.
+        // The summary's fields are in its own definition.
         let inner = event["$ref"].as_str().map(|name| &definitions[name.rsplit('/').next().unwrap()]);
         let all =
             [Some(event), inner].into_iter().flatten().filter_map(|part| part["properties"].as_object());

@@ -10,7 +10,7 @@ mod support;
 use std::fs;
 use std::time::{Duration, Instant};
 
-use support::{PATIENCE, Project, Run};
+use support::{Project, Run, TIMEOUT};
 
 /// They set the title and colours, by ESC and by C1's CSI, delete characters, and change the direction of
 /// text.
@@ -180,10 +180,10 @@ fn a_watcher_prints_nothing_raw() {
     let mut command = project.command(&["watch", "--once", "--verbose"]);
     command.stdout(fs::File::create(project.path("data")).unwrap());
     let mut child = command.stderr(fs::File::create(&log).unwrap()).spawn().unwrap();
-    let printed = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
-    let deadline = Instant::now() + PATIENCE;
-    while !["listening to", "looking every"].iter().any(|mode| printed().contains(mode)) {
-        assert!(Instant::now() < deadline, "{}", printed());
+    let told = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
+    let deadline = Instant::now() + TIMEOUT;
+    while !["listening to", "polling every"].iter().any(|way| told().contains(way)) {
+        assert!(Instant::now() < deadline, "{}", told());
         std::thread::sleep(Duration::from_millis(10));
     }
     project.write(&format!("hostile/{}.toml", HOSTILE[2]), "model = \"fo\u{9b}ng\"\n");

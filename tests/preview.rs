@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
-use support::{PATIENCE, Project, Run};
+use support::{Project, Run, TIMEOUT};
 
 /// Two materials under one environment, small enough to be built and drawn in a moment.
 const LITTLE: &str = r#"
@@ -149,7 +149,7 @@ fn without_a_graphics_device_the_cpu_draws_a_still_with_a_warning() {
     let output = command.output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{told}");
-    assert!(told.contains("warning: the graphics device cannot draw this, so that the CPU does: "), "{told}");
+    assert!(told.contains("warning: the graphics device cannot draw this, so the CPU does: "), "{told}");
     assert!(told.contains("drawn by CPU"), "{told}");
     assert_eq!(pixels(&project.path("none.png")).0, 48);
 }
@@ -221,7 +221,7 @@ fn without_a_display_a_still_stands_in_for_the_window() {
     let told = run(&project, &["preview", "--item", "material=satin"]);
     assert_eq!(told.code, Some(4), "{}", told.stderr);
     assert!(
-        told.stderr.contains("error: there is no window: no display: neither WAYLAND_DISPLAY"),
+        told.stderr.contains("error: cannot open a window: no display: neither WAYLAND_DISPLAY"),
         "{}",
         told.stderr
     );
@@ -243,7 +243,7 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
     thread::spawn(move || lines.for_each(|line| _ = sender.send(line)));
     let mut heard = String::new();
     let mut wait = |word: &str, times: usize| {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + TIMEOUT;
         while heard.matches(word).count() < times {
             let left = deadline.saturating_duration_since(Instant::now());
             let Ok(line) = told.recv_timeout(left) else { panic!("no {word:?} but\n{heard}") };
@@ -252,7 +252,7 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
     };
     let drawn = "preview.png: gold under studio on sphere";
     let reason =
-        if cfg!(feature = "window") { "there is no window" } else { "--features window` opens a window" };
+        if cfg!(feature = "window") { "cannot open a window" } else { "--features window` opens a window" };
     wait(reason, 1);
     wait(drawn, 1);
     wait("listening to", 1);
@@ -262,7 +262,7 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
     assert!(fs::read(project.path(".specula/preview.png")).unwrap() != before, "it is another picture");
     let ended = Command::new("kill").args(["-INT", &watcher.id().to_string()]).status().unwrap();
     assert!(ended.success());
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + TIMEOUT;
     let code = loop {
         if let Some(status) = watcher.try_wait().unwrap() {
             break status.code();

@@ -356,7 +356,7 @@ fn a_screen_that_no_device_can_draw_on_leaves_a_picture() {
     let output = command.output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{told}");
-    assert!(told.contains("error: there is no window: no graphics device"), "{told}");
+    assert!(told.contains("error: cannot open a window: no graphics device"), "{told}");
     assert!(told.contains("preview.png: satin under sky on sphere"), "{told}");
     assert!(project.path(".specula/preview.png").exists());
 }

@@ -1,4 +1,4 @@
-//! The project's own pipeline, as a user meets it.
+//! The sample pipeline, as a user runs it.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -10,7 +10,7 @@ use std::fs;
 use support::{Project, ran};
 
 #[test]
-fn the_sample_builds_says_what_it_made_and_then_there_is_nothing_to_do() {
+fn the_sample_builds_and_is_then_up_to_date() {
     let project = Project::sample();
     let first = project.ok(&["build"]);
     let outputs = project.outputs();
@@ -20,26 +20,26 @@ fn the_sample_builds_says_what_it_made_and_then_there_is_nothing_to_do() {
     assert!(first.stderr.contains("published"), "{}", first.stderr);
 
     let second = project.ok(&["build"]);
-    assert!(second.stderr.contains("Nothing to run"), "{}", second.stderr);
+    assert!(second.stderr.contains("Up to date: all "), "{}", second.stderr);
     assert_eq!(project.outputs(), outputs);
-    // To build the sample takes its time: what else asks for a whole one is asked of this.
-    every_output_says_what_it_is(&project);
-    a_rehearsal_tells_an_input_that_has_gone_from_one_still_to_be_made(&project);
+    // Building the sample takes long, so other checks of a whole build use this one.
+    every_output_can_be_inspected(&project);
+    a_dry_run_distinguishes_an_input_that_is_gone_from_one_that_would_run(&project);
 }
 
-fn every_output_says_what_it_is(project: &Project) {
+fn every_output_can_be_inspected(project: &Project) {
     for name in project.outputs().keys() {
         let text = project.ok(&["inspect", &format!("out/{name}")]).stdout;
-        // DDS holds no texts: its recipe is in the index beside it, which is one of these outputs.
+        // DDS cannot store text: its recipe is in the index beside it, which is one of these outputs.
         let expected = if name.ends_with(".dds") { "see the .json beside it" } else { "revision" };
         assert!(text.contains("recipe") && text.contains(expected), "{name}:\n{text}");
     }
 }
 
-fn a_rehearsal_tells_an_input_that_has_gone_from_one_still_to_be_made(project: &Project) {
+fn a_dry_run_distinguishes_an_input_that_is_gone_from_one_that_would_run(project: &Project) {
     fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
     project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 0.25\n");
-    let why = "reflection [sky, gold] no longer arrives; after reflection [sky, chalk]";
+    let why = "reflection [sky, gold] is no longer an input; after reflection [sky, chalk]";
     let dry = project.ok(&["build", "--dry-run"]).stderr;
     assert!(dry.contains(&format!("sheet [sky]: {why}")), "{dry}");
     let explained = project.ok(&["explain", "sky/sheet.png"]).stdout;
@@ -117,8 +117,7 @@ fn a_dry_run_says_would_and_writes_nothing() {
     ] {
         assert!(dry.stderr.contains(words), "no {words:?} in:\n{}", dry.stderr);
     }
-    let told = dry.stderr.lines().filter(|line| !line.starts_with("Nothing") && line.contains("  "));
-    for line in told {
+    for line in dry.stderr.lines().filter(|line| line.contains("  ")) {
         assert!(line.trim_start().starts_with("would "), "{line:?} in:\n{}", dry.stderr);
     }
     assert_eq!(project.outputs(), outputs);
@@ -126,12 +125,12 @@ fn a_dry_run_says_would_and_writes_nothing() {
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_build_says_so_and_the_next_one_goes_on() {
+fn an_interrupted_build_says_so_and_the_next_one_continues() {
     use std::io::{BufRead, BufReader};
     use std::process::{Command, Stdio};
 
     let project = Project::sample();
-    // All but the report, which takes longest.
+    // Without the report, which takes longest.
     let stages = ["map", "shrm", "sheet"];
     let build = [&["build", "--jobs", "1", "--json"], &stages[..]].concat();
     let mut child = project.command(&build).stdout(Stdio::piped()).spawn().unwrap();
@@ -152,7 +151,7 @@ fn an_interrupted_build_says_so_and_the_next_one_goes_on() {
 }
 
 #[test]
-fn a_reader_that_has_gone_away_is_no_error() {
+fn a_reader_that_has_gone_away_is_not_an_error() {
     let project = Project::small();
     project.ok(&["build"]);
     let commands: [&[&str]; 7] = [
@@ -175,7 +174,7 @@ fn a_reader_that_has_gone_away_is_no_error() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_result_that_cannot_be_written_is_told_once() {
+fn a_result_that_cannot_be_written_is_reported_once() {
     let project = Project::small();
     for command in [&["stages"][..], &["build", "--json"]] {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
@@ -185,7 +184,7 @@ fn a_result_that_cannot_be_written_is_told_once() {
         assert!(errors.starts_with("error: cannot write to standard output"), "{errors}");
         assert_eq!(errors.lines().count(), 1, "{errors}");
     }
-    assert!(!project.outputs().is_empty(), "the build itself went on");
+    assert!(!project.outputs().is_empty(), "the build itself continued");
 }
 
 #[test]
@@ -223,20 +222,20 @@ fn one_failing_item_stops_only_its_dependants() {
     }
     let after = project.outputs();
     assert_eq!(after["maps/gold.exr"], outputs["maps/gold.exr"], "the last good output stays");
-    assert_ne!(after["maps/chalk.exr"], outputs["maps/chalk.exr"], "what does not depend on it goes on");
+    assert_ne!(after["maps/chalk.exr"], outputs["maps/chalk.exr"], "items that do not depend on it run");
     assert_eq!(project.specula(&["build"]).code, Some(1), "a failure is not cached");
 }
 
 #[test]
-fn every_artifact_in_the_cache_says_what_it_is() {
+fn every_artifact_in_the_cache_can_be_inspected() {
     let project = Project::small();
     project.ok(&["build"]);
     let blobs = support::files_below(&project.path(".specula/blobs"));
-    let told = blobs.keys().map(|name| project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout);
-    let told = told.collect::<Vec<_>>();
+    let texts = blobs.keys().map(|name| project.ok(&["inspect", &format!(".specula/blobs/{name}")]).stdout);
+    let texts = texts.collect::<Vec<_>>();
     for what in ["material", "environment", "lighting", "brdf", "reflection", "image"] {
         let line = format!("{:<13} {what}\n", "what");
-        assert!(told.iter().any(|text| text.starts_with(&line)), "no {what} in {told:#?}");
+        assert!(texts.iter().any(|text| text.starts_with(&line)), "no {what} in {texts:#?}");
     }
 }
 
@@ -257,7 +256,7 @@ fn graphs_and_manual_pages_are_printed() {
 }
 
 #[test]
-fn a_started_project_builds_once_it_has_an_environment() {
+fn a_new_project_builds_once_it_has_an_environment() {
     let project = Project::new("");
     let made = project.path("made");
     project.ok(&["init", made.to_str().unwrap()]);

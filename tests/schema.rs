@@ -1,4 +1,4 @@
-//! The JSON Schemas that `specula schema` prints agree with what the program itself takes and writes.
+//! The JSON Schemas that `specula schema` prints agree with what the program reads and writes.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -11,7 +11,7 @@ use jsonschema::Validator;
 use serde_json::{Value, json};
 use support::{Project, root};
 
-/// Editors differ in the drafts that they know, so that both must say the same.
+/// Editors know different drafts of JSON Schema, so a schema must mean the same in both.
 struct Schema([Validator; 2]);
 
 impl Schema {
@@ -22,20 +22,20 @@ impl Schema {
         Self([jsonschema::draft202012::new(schema).unwrap(), jsonschema::draft7::new(&older).unwrap()])
     }
 
-    /// What is wrong; nothing where the value is valid.
-    fn faults(&self, value: &Value) -> Vec<String> {
+    /// What is wrong; nothing if the value is valid.
+    fn errors(&self, value: &Value) -> Vec<String> {
         let [new, old] = &self.0;
         assert_eq!(new.is_valid(value), old.is_valid(value), "the drafts differ about {value:#}");
         new.iter_errors(value).map(|error| format!("{}: {error}", error.instance_path())).collect()
     }
 
-    fn takes(&self, value: &Value) -> bool {
-        self.faults(value).is_empty()
+    fn accepts(&self, value: &Value) -> bool {
+        self.errors(value).is_empty()
     }
 
     fn check(&self, name: &str, toml: &str) {
-        let faults = self.faults(&parsed(toml));
-        assert!(faults.is_empty(), "{name}: {faults:#?}");
+        let errors = self.errors(&parsed(toml));
+        assert!(errors.is_empty(), "{name}: {errors:#?}");
     }
 }
 
@@ -72,8 +72,8 @@ fn every_manifest_of_the_project_is_valid() {
         let stages = example(kind.as_ref());
         let own = |stage: &Value| stage["kind"] == kind.name();
         assert!(stages.as_object().unwrap().values().any(own), "{} has an example", kind.name());
-        let faults = schema.faults(&json!({ "schema": 1, "stage": stages }));
-        assert!(faults.is_empty(), "the example of {}: {faults:#?}", kind.name());
+        let errors = schema.errors(&json!({ "schema": 1, "stage": stages }));
+        assert!(errors.is_empty(), "the example of {}: {errors:#?}", kind.name());
     }
 }
 
@@ -114,25 +114,25 @@ fn mistakes_in_a_manifest_are_refused_by_the_schema_as_by_the_program() {
         assert!(support::SMALL.contains(right), "{right}");
         let text = support::SMALL.replacen(right, wrong, 1);
         project.write("pipeline.toml", &text);
-        assert!(load().is_err(), "the program takes {wrong}");
-        assert!(!schema.takes(&parsed(&text)), "the schema takes {wrong}");
+        assert!(load().is_err(), "the program accepts {wrong}");
+        assert!(!schema.accepts(&parsed(&text)), "the schema accepts {wrong}");
     }
 }
 
-/// What the program says of a value where only its form counts, not what it means beside others.
-fn parser_takes(kind: &dyn ErasedKind, required: &[(String, String)], field: &Field, value: &str) -> bool {
+/// Whether the program accepts the form of a value, without regard to other parameters.
+fn parser_accepts(kind: &dyn ErasedKind, required: &[(String, String)], field: &Field, value: &str) -> bool {
     let given = required.iter().filter(|(name, _)| *name != field.name);
     let mut text: String = given.map(|(name, value)| format!("{name} = {value}\n")).collect();
     text += &format!("{} = {value}\n", field.name);
     let found = kind.configure(&Table::parse(&text).unwrap());
-    // Diagnostics of the form say what was expected; those of several parameters together do not.
-    found.err().is_none_or(|faults| faults.iter().all(|fault| fault.expected.is_none()))
+    // Errors of form say what was expected; errors of several parameters together do not.
+    found.err().is_none_or(|found| found.iter().all(|diagnostic| diagnostic.expected.is_none()))
 }
 
-/// For every parameter of every kind: values of every type are taken or refused by the parser and the schema alike.
+/// For every parameter of every kind, the parser and the schema accept the same values of every type.
 #[test]
 fn the_parser_and_the_schema_agree_on_every_parameter() {
-    let (mut taken, mut refused) = (0, 0);
+    let (mut accepted, mut refused) = (0, 0);
     let schema = pipeline();
     for kind in stages::kinds().iter() {
         let stages = example(kind.as_ref());
@@ -146,24 +146,24 @@ fn the_parser_and_the_schema_agree_on_every_parameter() {
             let samples =
                 ["true", "7", "-7", "0.5", "\"zzz\"", "[]", "[7]", "[7, 7]", "[0.5, 7, 7]", "[\"a\"]", "{}"];
             let samples = samples.map(str::to_owned).into_iter().chain(default.clone());
-            let mut verdicts = (0, 0);
+            let mut counts = (0, 0);
             for sample in samples {
-                let parser = parser_takes(kind.as_ref(), &required, field, &sample);
+                let parser = parser_accepts(kind.as_ref(), &required, field, &sample);
                 let mut stage = own.clone();
                 stage[&field.name] = parsed(&format!("v = {sample}"))["v"].clone();
-                let faults = schema.faults(&json!({ "schema": 1, "stage": { "it": stage } }));
+                let errors = schema.errors(&json!({ "schema": 1, "stage": { "it": stage } }));
                 let what = format!("{}: {} = {sample}", kind.name(), field.name);
-                assert_eq!(parser, faults.is_empty(), "{what}: the parser and the schema differ: {faults:?}");
+                assert_eq!(parser, errors.is_empty(), "{what}: the parser and the schema differ: {errors:?}");
                 assert!(parser || default.as_ref() != Some(&sample), "{what}: the default is refused");
-                if parser { verdicts.0 += 1 } else { verdicts.1 += 1 }
+                if parser { counts.0 += 1 } else { counts.1 += 1 }
             }
-            // A word is taken by its default alone.
-            assert!(verdicts.1 > 0, "{}: {} takes everything", kind.name(), field.name);
-            taken += verdicts.0;
-            refused += verdicts.1;
+            // A word is only accepted if it is the default.
+            assert!(counts.1 > 0, "{}: {} accepts everything", kind.name(), field.name);
+            accepted += counts.0;
+            refused += counts.1;
         }
     }
-    assert!(taken > 50 && refused > 300, "{taken} values taken, {refused} refused");
+    assert!(accepted > 50 && refused > 300, "{accepted} values accepted, {refused} refused");
 }
 
 /// A JSON value as TOML.
@@ -179,7 +179,7 @@ fn written(value: &Value) -> String {
 }
 
 #[test]
-fn every_parameter_of_every_kind_says_what_it_is() {
+fn every_parameter_of_every_kind_has_a_description() {
     let schema = stages::kinds().schema();
     for kind in stages::kinds().iter() {
         let definition = &schema["$defs"][kind.name()];
@@ -189,7 +189,7 @@ fn every_parameter_of_every_kind_says_what_it_is() {
             let description = property["description"].as_str().unwrap();
             assert!(description.starts_with(&field.doc) && !field.doc.is_empty(), "{property:#}");
             let typed = property["type"] != Value::Null || property["oneOf"].is_array();
-            assert!(typed, "{}: {property:#} takes every type", kind.name());
+            assert!(typed, "{}: {property:#} accepts every type", kind.name());
             assert_eq!(property["default"], field.default.unwrap_or_default());
         }
     }
@@ -212,7 +212,7 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
     for example in examples.filter(|text| !text.contains("[stage.")) {
         schema.check("the manual of import-material", example);
     }
-    let sound = [
+    let valid = [
         "model = \"measured\"\nfile = \"a.binary\"\nscale = [1, 0.5, 0.5]",
         "model = \"layers\"\nlayers = [{ layers = [{ model = \"lambert\", albedo = 1 }] }]",
         "model = \"lafortune\"\nlobes = [{ cx = -1, cz = 1, n = 4 }]",
@@ -238,13 +238,13 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
         let none = |_: &std::path::Path| Err(engine::Failure::new("no file is read here"));
         stages::read_material("a.toml", text.as_bytes(), &none)
     };
-    for text in sound {
+    for text in valid {
         schema.check("a material", text);
         assert!(text.contains("measured") || read(text).is_ok(), "{text}");
     }
     for text in mistakes {
-        assert!(!schema.takes(&parsed(text)), "the schema takes\n{text}");
-        assert!(read(text).is_err(), "the program takes\n{text}");
+        assert!(!schema.accepts(&parsed(text)), "the schema accepts\n{text}");
+        assert!(read(text).is_err(), "the program accepts\n{text}");
     }
 }
 

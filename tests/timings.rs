@@ -1,4 +1,4 @@
-//! `build --timings` draws what the events tell.
+//! `build --timings` draws what the events say.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -10,7 +10,7 @@ use std::fs;
 use serde_json::Value;
 use support::Project;
 
-/// The complete events of a trace, after all that Perfetto asks of them has been looked at.
+/// The complete events of a trace, which must be valid for Perfetto.
 fn complete(project: &Project, name: &str) -> Vec<Value> {
     let trace: Value = serde_json::from_str(&fs::read_to_string(project.path(name)).unwrap()).unwrap();
     let events = trace["traceEvents"].as_array().unwrap();
@@ -41,7 +41,7 @@ fn complete(project: &Project, name: &str) -> Vec<Value> {
     complete
 }
 
-/// Milliseconds by item and what was done.
+/// The time of each item and kind of work.
 fn sums<'a>(all: impl Iterator<Item = (String, &'a Value, f64)>) -> BTreeMap<(String, String), f64> {
     let mut sums = BTreeMap::new();
     for (name, work, time) in all {
@@ -50,7 +50,7 @@ fn sums<'a>(all: impl Iterator<Item = (String, &'a Value, f64)>) -> BTreeMap<(St
     sums
 }
 
-/// An item as people see it.
+/// The name of an item.
 fn shown(item: &Value) -> String {
     let stems = item["key"].as_object().unwrap().values().map(|stem| stem.as_str().unwrap());
     let stems = stems.collect::<Vec<_>>().join(", ");
@@ -79,20 +79,20 @@ fn assert_well_formed(html: &str) {
 }
 
 #[test]
-fn the_trace_and_the_page_hold_what_the_events_tell() {
+fn the_trace_and_the_page_hold_what_the_events_say() {
     let project = Project::small();
     let check = |events: &[Value]| {
-        let timed = events.iter().filter(|event| event["event"] == "task-timed");
-        let told = sums(timed.map(|event| {
+        let worked = events.iter().filter(|event| event["event"] == "task-timed");
+        let reported = sums(worked.map(|event| {
             (shown(&event["item"]), &event["work"], event["milliseconds"].as_f64().unwrap() * 1e3)
         }));
         let complete = complete(&project, ".specula/timings.json");
         let traced = sums(complete.iter().map(|event| {
             (event["name"].as_str().unwrap().to_owned(), &event["cat"], event["dur"].as_f64().unwrap())
         }));
-        assert_eq!(told.keys().collect::<Vec<_>>(), traced.keys().collect::<Vec<_>>());
-        for (told, traced) in told.values().zip(traced.values()) {
-            assert!((told - traced).abs() < 0.01, "{told} and {traced} microseconds");
+        assert_eq!(reported.keys().collect::<Vec<_>>(), traced.keys().collect::<Vec<_>>());
+        for (reported, traced) in reported.values().zip(traced.values()) {
+            assert!((reported - traced).abs() < 0.01, "{reported} and {traced} microseconds");
         }
         let page = fs::read_to_string(project.path(".specula/timings.html")).unwrap();
         assert_well_formed(&page);
@@ -110,7 +110,7 @@ fn the_trace_and_the_page_hold_what_the_events_tell() {
     assert_eq!(complete.len(), all, "each item ran once");
     assert!(complete.iter().all(|event| event["args"]["because"] == "never built"), "{complete:#?}");
 
-    // Some fail, some are up to date, some are fetched, some restored.
+    // Some items fail, some are up to date, some are fetched, some are restored.
     project.write("assets/materials/gold.toml", "model = \"fong\"\n");
     project.write("assets/materials/chalk.toml", "model = \"lambert\"\nalbedo = 0.25\n");
     fs::remove_file(project.path("out/lighting.json")).unwrap();
@@ -124,7 +124,7 @@ fn the_trace_and_the_page_hold_what_the_events_tell() {
 }
 
 #[test]
-fn the_files_are_named_go_where_they_are_asked_to_and_are_not_published() {
+fn the_files_are_named_and_written_to_the_given_folder_and_not_published() {
     let project = Project::small();
     let run = project.ok(&["build", "--timings=notes/today", "sh"]);
     for name in ["notes/today/timings.html", "notes/today/timings.json"] {
@@ -133,7 +133,7 @@ fn the_files_are_named_go_where_they_are_asked_to_and_are_not_published() {
         assert!(project.path(name).exists());
     }
     assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["lighting.json"]);
-    assert_eq!(fs::read_dir(project.path("notes/today")).unwrap().count(), 2, "nothing temporary stays");
+    assert_eq!(fs::read_dir(project.path("notes/today")).unwrap().count(), 2, "no temporary file is left");
     assert_eq!(project.specula(&["build", "--timings", "--dry-run"]).code, Some(2));
     project.write("taken", "a file");
     let run = project.specula(&["build", "--timings=taken"]);

@@ -1,4 +1,4 @@
-//! Why did this rerun? `explain`, `verify` and `check`, as a user meets them.
+//! Why did this rerun? `explain`, `verify` and `check`, as a user runs them.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -19,7 +19,7 @@ fn edited() -> Project {
 }
 
 #[test]
-fn the_first_line_names_the_file_that_began_it_before_and_after_the_build() {
+fn the_first_line_names_the_file_that_changed_before_and_after_the_build() {
     let project = edited();
     let chain =
         " -> material [gold] -> coefficients [gold] -> reflection [studio, gold] -> map [studio, gold]";
@@ -30,7 +30,7 @@ fn the_first_line_names_the_file_that_began_it_before_and_after_the_build() {
     let before = first(&project);
     assert!(before.starts_with(&format!("map [studio, gold]: would run: {GOLD} changed (")), "{before}");
     assert!(before.ends_with(chain), "{before}");
-    assert!(before.contains(" UTC to ") && before.contains(" UTC)"), "both times are told: {before}");
+    assert!(before.contains(" UTC to ") && before.contains(" UTC)"), "both times are given: {before}");
     let digests = before.split(" of ").filter_map(|part| part.rsplit([' ', '(']).next());
     assert!(digests.take(2).all(|digest| digest.len() == 12), "{before}");
 
@@ -52,14 +52,14 @@ fn a_file_that_a_person_deleted_or_changed_is_in_the_first_line() {
     let first = || project.ok(&["explain", "maps/gold.exr"]).stdout.lines().next().unwrap().to_owned();
     fs::write(project.path("out/maps/gold.exr"), "mine").unwrap();
     let line = first();
-    assert!(line.contains("up to date, but maps/gold.exr is changed by somebody else since"), "{line}");
+    assert!(line.contains("up to date, but maps/gold.exr is changed by another program since"), "{line}");
     fs::remove_file(project.path("out/maps/gold.exr")).unwrap();
     let line = first();
     assert!(line.contains("up to date, but maps/gold.exr is gone since it was published"), "{line}");
 }
 
 #[test]
-fn a_result_from_the_cache_is_told_with_why_it_came_and_whose_run_made_it() {
+fn a_result_from_the_cache_is_explained_with_its_cause_and_the_run_that_made_it() {
     let project = Project::small();
     let brass = "assets/materials/brass.toml";
     project.write(brass, "model = \"phong\"\nexponent = 3\n");
@@ -76,9 +76,9 @@ fn a_result_from_the_cache_is_told_with_why_it_came_and_whose_run_made_it() {
     let text = project.ok(&["verify", "maps/brass.exr"]).stdout;
     assert!(text.contains("  made by   map [studio, gold], in the run of "), "{text}");
     assert!(text.contains("; map [studio, brass] took it from the cache\n"), "{text}");
-    assert!(text.contains(&format!("as it was {brass} (")) && !text.contains("gold.toml"), "{text}");
+    assert!(text.contains(&format!("unchanged {brass} (")) && !text.contains("gold.toml"), "{text}");
 
-    // Of gold nothing is said that is brass's, also when it comes back.
+    // Nothing that is said of gold belongs to brass, even after gold comes back.
     let gold = fs::read_to_string(project.path(GOLD)).unwrap();
     project.write(GOLD, "model = \"phong\"\nexponent = 7\n");
     project.ok(&["build"]);
@@ -90,7 +90,7 @@ fn a_result_from_the_cache_is_told_with_why_it_came_and_whose_run_made_it() {
 }
 
 #[test]
-fn items_of_which_the_same_can_be_said_share_a_line() {
+fn items_with_the_same_explanation_share_a_line() {
     let project = edited();
     let text = project.ok(&["explain", "map"]).stdout;
     let lines = text.lines().collect::<Vec<_>>();
@@ -107,10 +107,10 @@ fn items_of_which_the_same_can_be_said_share_a_line() {
 }
 
 #[test]
-fn a_target_that_is_none_is_told_with_one_that_is() {
+fn an_unknown_target_is_reported_with_a_known_one() {
     let project = edited();
     let exact = project.ok(&["explain", "map [studio, gold]"]).stdout;
-    assert_eq!(project.ok(&["explain", "map[studio,gold]"]).stdout, exact, "spaces are easily forgotten");
+    assert_eq!(project.ok(&["explain", "map[studio,gold]"]).stdout, exact, "spaces are optional");
     let item = project.ok(&["explain", "material [gold]"]).stdout;
     assert_eq!(project.ok(&["explain", GOLD]).stdout, item, "a source stands for its item");
     for (target, hint) in [
@@ -128,9 +128,9 @@ fn a_target_that_is_none_is_told_with_one_that_is() {
 fn explain_prints_json_for_programs() {
     let project = edited();
     let text = project.ok(&["explain", "map [studio, gold]", "--json"]).stdout;
-    let told: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(told["v"], 1);
-    let item = &told["items"][0];
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["v"], 1);
+    let item = &json["items"][0];
     assert_eq!(
         (&item["would_run"], &item["files"][0]["state"]["state"]),
         (&true.into(), &"as-published".into())
@@ -143,13 +143,13 @@ fn explain_prints_json_for_programs() {
 }
 
 #[test]
-fn a_current_file_is_told_from_a_stale_and_from_an_altered_one() {
+fn current_stale_and_altered_files_are_distinguished() {
     let project = Project::small();
     project.ok(&["build"]);
     for name in project.outputs().keys() {
         let text = project.ok(&["verify", &format!("out/{name}")]).stdout;
         assert!(text.contains(": current: ") && text.contains("recipe    as recorded"), "{text}");
-        assert!(text.contains("as it was assets/environments/studio.exr ("), "{text}");
+        assert!(text.contains("unchanged assets/environments/studio.exr ("), "{text}");
     }
     let gold = fs::read_to_string(project.path(GOLD)).unwrap();
     project.write(GOLD, "model = \"phong\"\nexponent = 7\nspecular = [1, 0.8, 0.3]\n");
@@ -157,7 +157,7 @@ fn a_current_file_is_told_from_a_stale_and_from_an_altered_one() {
     assert_eq!(stale.code, Some(1), "{stale:?}");
     assert!(stale.stdout.contains(": stale: its sources have changed since\n"), "{}", stale.stdout);
     assert!(stale.stdout.contains(&format!("  changed   {GOLD} (")), "{}", stale.stdout);
-    assert!(stale.stdout.contains("  as it was assets/environments/studio.exr ("), "{}", stale.stdout);
+    assert!(stale.stdout.contains("  unchanged assets/environments/studio.exr ("), "{}", stale.stdout);
     project.ok(&["verify", "maps/chalk.exr"]);
     project.write(GOLD, &gold);
     project.ok(&["verify", "maps/gold.exr"]);
@@ -176,13 +176,13 @@ fn a_current_file_is_told_from_a_stale_and_from_an_altered_one() {
     let altered = project.specula(&["verify", "out/maps/gold.exr"]);
     assert_eq!(altered.code, Some(1), "{altered:?}");
     assert!(
-        altered.stdout.contains(": ALTERED: its bytes are not those that were made\n"),
+        altered.stdout.contains(": ALTERED: its bytes are not those that were published\n"),
         "{}",
         altered.stdout
     );
     assert!(altered.stdout.contains("recipe    as recorded"), "{}", altered.stdout);
 
-    // Its recipe still says what it is when it lies elsewhere under another name.
+    // Under another name in another folder, its recipe still identifies it.
     fs::write(project.path("moved.exr"), &bytes).unwrap();
     let moved = project.specula(&["verify", "moved.exr", "--json"]);
     let moved: serde_json::Value = serde_json::from_str(&moved.stdout).unwrap();
@@ -192,7 +192,7 @@ fn a_current_file_is_told_from_a_stale_and_from_an_altered_one() {
 }
 
 #[test]
-fn a_copy_that_was_moved_away_is_known_and_an_old_one_is_stale() {
+fn a_copy_in_another_folder_is_recognised_and_an_old_one_is_stale() {
     let project = Project::small();
     project.ok(&["build"]);
     fs::copy(project.path("out/maps/gold.exr"), project.path("kept.exr")).unwrap();
@@ -203,7 +203,7 @@ fn a_copy_that_was_moved_away_is_known_and_an_old_one_is_stale() {
     project.ok(&["build"]);
     let old = project.specula(&["verify", "kept.exr"]);
     assert_eq!(old.code, Some(1), "{old:?}");
-    assert!(old.stdout.contains("kept.exr: stale: its item has made another since\n"), "{}", old.stdout);
+    assert!(old.stdout.contains("kept.exr: stale: its item has a newer result\n"), "{}", old.stdout);
     assert!(old.stdout.contains(&format!("  changed   {GOLD} (")), "{}", old.stdout);
 
     fs::remove_file(project.path(GOLD)).unwrap();
@@ -221,7 +221,7 @@ fn a_copy_that_was_moved_away_is_known_and_an_old_one_is_stale() {
 }
 
 #[test]
-fn a_format_that_cannot_hold_a_recipe_is_known_by_the_file_beside_it() {
+fn a_file_whose_format_cannot_hold_a_recipe_is_recognised_by_the_file_beside_it() {
     let manifest = format!(
         "{}\n[stage.cabral]\nkind = \"export-cabral\"\ninput = \"reflection\"\nformat = \"dds\"\nresolution = 4\n\
          path = \"cabral/{{material}}\"\n",
@@ -237,19 +237,19 @@ fn a_format_that_cannot_hold_a_recipe_is_known_by_the_file_beside_it() {
 }
 
 #[test]
-fn a_sound_manifest_is_counted_and_a_faulty_one_is_not() {
+fn a_valid_manifest_is_described_and_an_invalid_one_is_not() {
     let project = Project::small();
     let text = project.ok(&["check"]).stdout;
-    assert!(text.starts_with("pipeline.toml is sound: 8 stages, ") && text.ends_with(" in out\n"), "{text}");
+    assert!(text.starts_with("pipeline.toml is valid: 8 stages, ") && text.ends_with(" in out\n"), "{text}");
     assert!(!project.path(".specula").exists() && !project.path("out").exists(), "nothing is written");
     project.write("pipeline.toml", &support::SMALL.replace("degree = 8\n", "degre = 8\n"));
     assert_eq!(project.specula(&["check"]).code, Some(3));
     let usage = project.specula(&["check", "map"]);
-    assert_eq!(usage.code, Some(2), "a stage is named for --determinism: {usage:?}");
+    assert_eq!(usage.code, Some(2), "stages can only be named with --determinism: {usage:?}");
 }
 
 #[test]
-fn kinds_of_this_workspace_do_not_depend_on_threads_and_the_check_leaves_nothing_behind() {
+fn outputs_do_not_depend_on_threads_and_the_check_leaves_nothing_behind() {
     let project = Project::small();
     let temporary = project.path("temporary");
     fs::create_dir(&temporary).unwrap();

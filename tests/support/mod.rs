@@ -1,4 +1,4 @@
-//! A project folder of its own for each end-to-end test, and the binary run in it.
+//! A temporary project folder for each end-to-end test, and the binary to run in it.
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
@@ -18,7 +18,7 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A small pipeline over the sample assets: every kind of step, quick enough to run hundreds of times.
+/// A small pipeline over the sample assets, with every kind of step, quick enough to run hundreds of times.
 pub const SMALL: &str = r#"
 schema = 1
 out = "out"
@@ -86,7 +86,7 @@ impl Project {
         let (large, small) = ("sphere = 64 ", "sphere = 32 ");
         assert!(
             manifest.contains(large),
-            "the report's pictures are made smaller here: brute force takes its time"
+            "the report's pictures are made smaller here, because brute force is slow"
         );
         Self::new(&manifest.replace(large, small))
     }
@@ -96,7 +96,7 @@ impl Project {
         Self::new(SMALL)
     }
 
-    /// A manifest over the sample assets.
+    /// A manifest with the sample assets.
     pub fn new(manifest: &str) -> Self {
         let project = Self { folder: tempfile::tempdir().unwrap() };
         copy_folder(&root().join("assets"), &project.path("assets"));
@@ -162,15 +162,15 @@ impl Project {
     }
 }
 
-/// Longer than anything takes, unless it never comes.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+/// No event takes longer than this.
+pub const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A `specula watch --json` at work, killed at the end.
+/// A running `specula watch --json`, killed at the end.
 pub struct Watcher {
     child: Child,
     events: Receiver<serde_json::Value>,
-    /// What it told so far.
-    heard: Vec<serde_json::Value>,
+    /// The events so far.
+    seen: Vec<serde_json::Value>,
 }
 
 impl Watcher {
@@ -186,26 +186,26 @@ impl Watcher {
                 }
             }
         });
-        Self { child, events, heard: Vec::new() }
+        Self { child, events, seen: Vec::new() }
     }
 
-    /// Waits for an event of that name that is as asked for, and returns all until then.
+    /// Waits for an event of that name that fulfils a condition, and returns all until then.
     pub fn wait(
         &mut self,
         name: &str,
         wanted: impl Fn(&serde_json::Value) -> bool,
     ) -> Vec<serde_json::Value> {
-        let (deadline, start) = (Instant::now() + PATIENCE, self.heard.len());
+        let (deadline, start) = (Instant::now() + TIMEOUT, self.seen.len());
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let Ok(event) = self.events.recv_timeout(left) else {
-                let told = self.heard.iter().map(|event| format!("\n{event}")).collect::<String>();
-                panic!("no {name} event came within {PATIENCE:?}; it told{told}");
+                let seen = self.seen.iter().map(|event| format!("\n{event}")).collect::<String>();
+                panic!("no {name} event came within {TIMEOUT:?}, only{seen}");
             };
-            self.heard.push(event);
-            let event = &self.heard[self.heard.len() - 1];
+            self.seen.push(event);
+            let event = &self.seen[self.seen.len() - 1];
             if event["event"] == name && wanted(event) {
-                return self.heard[start..].to_vec();
+                return self.seen[start..].to_vec();
             }
         }
     }
@@ -215,21 +215,21 @@ impl Watcher {
         self.wait("ended", |end| end["cancelled"] == false)
     }
 
-    /// Waits until it has built and listens.
+    /// Waits until the first build is done and the watcher listens.
     pub fn wait_until_it_watches(&mut self) {
         self.wait("watching", |_| true);
     }
 
-    /// Whether it is still there.
+    /// Whether the process runs.
     pub fn lives(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }
 
-    /// Waits for its end, and returns its exit code.
+    /// Waits for the end of the process, and returns its exit code.
     pub fn wait_for_exit(mut self) -> Option<i32> {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + TIMEOUT;
         while self.lives() {
-            assert!(Instant::now() < deadline, "it did not end within {PATIENCE:?}");
+            assert!(Instant::now() < deadline, "it did not end within {TIMEOUT:?}");
             std::thread::sleep(Duration::from_millis(10));
         }
         self.child.wait().unwrap().code()
@@ -241,7 +241,7 @@ impl Watcher {
         self.child.wait().unwrap();
     }
 
-    /// Its process.
+    /// The id of its process.
     pub fn id(&self) -> u32 {
         self.child.id()
     }
@@ -249,7 +249,7 @@ impl Watcher {
 
 impl Drop for Watcher {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // The process may have ended by itself.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -263,14 +263,14 @@ pub fn uniform(seed: u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Every file of `out` is one that a whole build wrote; temporary files are hidden and are swept later.
+/// Checks that a whole build wrote each file of `out`; temporary files are hidden and are removed later.
 pub fn assert_whole(project: &Project, known: &BTreeSet<(String, Vec<u8>)>, moment: &str) {
     for (name, bytes) in project.outputs() {
         let hidden = name.rsplit('/').next().unwrap().starts_with('.');
         let size = bytes.len();
         assert!(
             hidden || known.contains(&(name.clone(), bytes)),
-            "{name} ({size} bytes) is no output of a whole build, {moment}"
+            "{name} ({size} bytes) is not an output of a whole build, {moment}"
         );
     }
 }
@@ -284,7 +284,7 @@ pub fn ran(events: &[serde_json::Value]) -> BTreeMap<String, usize> {
     stages
 }
 
-/// Every file below a folder, by its path there with `/`; empty where there is no folder.
+/// Every file below a folder, by its path there with `/`; empty if there is no such folder.
 pub fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut open = vec![folder.to_path_buf()];
@@ -302,7 +302,7 @@ pub fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Copies a folder and all that is in it.
+/// Copies a folder with everything in it.
 pub fn copy_folder(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {

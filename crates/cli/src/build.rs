@@ -6,16 +6,14 @@ use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
 use parking_lot::Mutex;
 
 use crate::arguments::BuildArguments;
+use crate::build_reporter::BuildReporter;
+use crate::exit::Exit;
 use crate::print::{EventStream, say};
-use crate::progress::Progress;
-use crate::timings::Timeline;
-use crate::{Exit, exit, manifest};
+use crate::timings::{self, Timeline};
+use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
+pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.manifest, kinds)?;
     let options = BuildOptions {
         stages: arguments.stages.clone(),
         jobs: arguments.jobs.map(usize::from),
@@ -26,36 +24,33 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Exit {
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
-    let progress = Progress::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
+    let reporter =
+        BuildReporter::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
     let stream = EventStream::default();
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
         if let Some(timeline) = &timeline {
-            timeline.lock().hear(&event);
+            timeline.lock().record(&event);
         }
         if arguments.json {
             stream.write(event);
         } else {
-            progress.tell(&event);
+            reporter.show(&event);
         }
     };
-    match engine::build(&plan, &options, &cancel, &events) {
-        Ok(summary) => {
-            if !arguments.json {
-                progress.summarise(&summary, &plan.out);
-            }
-            let timeline = timeline.map(Mutex::into_inner);
-            let drawn = timeline.is_none_or(|timeline| draw(timeline, arguments));
-            match exit_of(&summary) {
-                Exit::Success if stream.is_torn() || !drawn => Exit::Machine,
-                exit => exit,
-            }
-        }
-        Err(error) => {
-            progress.tell_failures();
-            exit::of_error(&error)
-        }
+    let summary = engine::build(&plan, &options, &cancel, &events).map_err(|error| {
+        reporter.show_failures();
+        print::failure(error)
+    })?;
+    if !arguments.json {
+        reporter.summarise(&summary, &plan.out);
     }
+    let timeline = timeline.map(Mutex::into_inner);
+    let is_written = timeline.is_none_or(|timeline| write_timings(timeline, arguments));
+    Ok(match exit_of(&summary) {
+        Exit::Success if stream.failed() || !is_written => Exit::System,
+        exit => exit,
+    })
 }
 
 /// What `--wait`, `--wait=SECONDS` or neither asks for.
@@ -67,13 +62,13 @@ fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     }
 }
 
-/// Writes what `--timings` asks for; whether that could be done.
-fn draw(timeline: Timeline, arguments: &BuildArguments) -> bool {
+/// Writes the files of `--timings`; returns whether that succeeded.
+fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> bool {
     let beside = || arguments.manifest.manifest.with_file_name(".specula");
     let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
-    match timeline.write(&folder) {
+    match timings::write(timeline, &folder) {
         Ok([page, trace]) => {
-            say!("Timings in {}, and for Perfetto in {}.", page.display(), trace.display());
+            say!("Wrote timings to {}, and for Perfetto to {}.", page.display(), trace.display());
             true
         }
         Err((path, error)) => {
@@ -83,12 +78,13 @@ fn draw(timeline: Timeline, arguments: &BuildArguments) -> bool {
     }
 }
 
+/// The exit code of a build.
 pub(crate) fn exit_of(summary: &Summary) -> Exit {
     if summary.cancelled {
         Exit::Interrupted
     } else if summary.system_errors > 0 {
-        // Whatever else failed: once the system is mended, another build says what is wrong with the project.
-        Exit::Machine
+        // Other failures may follow from this one: a build after it is fixed reports those that are left.
+        Exit::System
     } else if summary.failed + summary.skipped > 0 {
         Exit::Failed
     } else {
@@ -96,15 +92,15 @@ pub(crate) fn exit_of(summary: &Summary) -> Exit {
     }
 }
 
-/// The first Ctrl-C stops the build at its next step, and whatever `also` does; the second the process.
-pub(crate) fn stop_on_interrupt(cancel: &Cancel, also: impl Fn() + Send + 'static) {
+/// The first Ctrl-C stops the build at its next step and calls `on_interrupt`; the second ends the process.
+pub(crate) fn stop_on_interrupt(cancel: &Cancel, on_interrupt: impl Fn() + Send + 'static) {
     let cancel = cancel.clone();
     let handler = move || {
         if cancel.is_cancelled() {
             std::process::exit(Exit::Interrupted as i32);
         }
         cancel.cancel();
-        also();
+        on_interrupt();
     };
     if let Err(error) = ctrlc::set_handler(handler) {
         say!("warning: Ctrl-C will stop the process at once: {error}");

@@ -1,4 +1,4 @@
-//! `specula cache`: what the cache holds, how it is made smaller, whether it is intact.
+//! `specula cache`: shows what the cache holds, makes it smaller, checks it.
 
 use std::path::Path;
 
@@ -6,33 +6,33 @@ use engine::cache::{self, Amount, CollectOptions, Freed, LostBlob, Stats, Verifi
 use engine::{Error, ItemName, LockTimeout};
 use serde_json::json;
 
-use crate::arguments::{CacheCommand, ManifestArgument};
-use crate::print::say;
+use crate::arguments::{CacheCommand, QueryArguments};
+use crate::exit::Exit;
+use crate::print::{self, say};
 use crate::quantity::{count, size};
 use crate::reasons::short;
-use crate::{Exit, exit, print};
 
-pub(crate) fn run(command: &CacheCommand) -> Exit {
-    let outcome = match command {
-        CacheCommand::Stats { manifest, json } => cache::stats(folder(manifest)).map(|stats| match json {
+pub(crate) fn run(command: &CacheCommand) -> Result<Exit, Exit> {
+    let result = match command {
+        CacheCommand::Stats { query } => cache::stats(folder(query)).map(|stats| match query.json {
             true => print::json(json!(stats)),
             false => print::data(&describe(&stats)),
         }),
-        CacheCommand::Gc { manifest, max_size, dry_run, json } => {
+        CacheCommand::Gc { query, max_size, dry_run } => {
             let lock_timeout = LockTimeout::default();
             let options = CollectOptions { limit: *max_size, dry_run: *dry_run, lock_timeout };
-            cache::collect(folder(manifest), &options, &tell_wait).map(|freed| match json {
+            cache::collect(folder(query), &options, &show_wait).map(|freed| match query.json {
                 true => print::json(json!(freed)),
                 false => print::data(&describe_freed(&freed, &options)),
             })
         }
-        CacheCommand::Verify { manifest, json } => verify(folder(manifest), *json),
+        CacheCommand::Verify { query } => verify(folder(query), query.json),
     };
-    outcome.unwrap_or_else(|error| exit::of_error(&error))
+    result.map_err(print::failure)
 }
 
 fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
-    let verified = cache::verify(folder, LockTimeout::default(), &tell_wait)?;
+    let verified = cache::verify(folder, LockTimeout::default(), &show_wait)?;
     let printed = match json {
         true => print::json(json!(verified)),
         false => print::data(&describe_verified(&verified)),
@@ -41,15 +41,15 @@ fn verify(folder: &Path, json: bool) -> Result<Exit, Error> {
     Ok(if printed == Exit::Success && !is_intact { Exit::Failed } else { printed })
 }
 
-/// The folder of a manifest, which need not exist any more.
-fn folder(manifest: &ManifestArgument) -> &Path {
-    match manifest.manifest.parent() {
+/// The folder of a manifest, even if the manifest no longer exists.
+fn folder(query: &QueryArguments) -> &Path {
+    match query.manifest.manifest.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
 }
 
-fn tell_wait(holder: String) {
+fn show_wait(holder: String) {
     say!("{:>13}  for {holder}", "waiting");
 }
 
@@ -57,10 +57,10 @@ fn describe(stats: &Stats) -> String {
     let all = stats.in_effect + stats.earlier + stats.garbage;
     let mut text = format!("{:<16}{}\n", "results", amount(all, "file"));
     for (label, part, meaning) in [
-        ("in effect", stats.in_effect, "the last good outputs; they always stay"),
-        ("earlier", stats.earlier, "for edits that are taken back; gc --max-size removes the oldest"),
-        ("garbage", stats.garbage, "no record names it; gc removes it"),
-        ("unfinished", stats.temporary, "being written now, or left by a killed process"),
+        ("in effect", stats.in_effect, "the last good outputs, which always stay"),
+        ("earlier", stats.earlier, "kept for edits that are undone; gc --max-size removes the oldest"),
+        ("garbage", stats.garbage, "not used by any record; gc removes it"),
+        ("unfinished", stats.temporary, "being written, or left by a killed process"),
     ] {
         text += &format!("  {label:<14}{:<28}{meaning}\n", amount(part, "file"));
     }
@@ -89,9 +89,9 @@ fn describe_freed(freed: &Freed, options: &CollectOptions) -> String {
         text += &format!("  {label:<18}{}\n", amount(*part, "file"));
     }
     let (left, in_effect) = (amount(freed.left, "file"), size(freed.in_effect.bytes));
-    text += &format!("{left} are left, {in_effect} of it the last good outputs\n");
+    text += &format!("{left} left, of which {in_effect} are the last good outputs\n");
     if let Some(limit) = options.limit.filter(|limit| freed.left.bytes > *limit) {
-        text += &format!("that is more than {}: the last good outputs always stay\n", size(limit));
+        text += &format!("this is more than {}, because the last good outputs always stay\n", size(limit));
     }
     text
 }
@@ -99,13 +99,13 @@ fn describe_freed(freed: &Freed, options: &CollectOptions) -> String {
 fn describe_verified(verified: &Verified) -> String {
     let mut text = String::new();
     for lost in &verified.lost {
-        let what = if lost.damaged { "damaged, dropped" } else { "missing" };
+        let what = if lost.damaged { "damaged, removed" } else { "missing" };
         text += &format!("{what}: {}, {}\n", short(Some(&lost.digest)), owner(lost));
     }
     let intact = amount(verified.intact, "file");
     text += &match verified.lost.len() {
-        0 => format!("{intact}: every one has the bytes that it was stored with\n"),
-        n => format!("{intact} are intact, {n} not; `specula build` makes again what of them is in effect\n"),
+        0 => format!("{intact}: all intact\n"),
+        n => format!("{intact} intact, {n} not; `specula build` makes those that are in effect again\n"),
     };
     text
 }
@@ -113,7 +113,7 @@ fn describe_verified(verified: &Verified) -> String {
 fn owner(lost: &LostBlob) -> String {
     let list = |items: &[ItemName]| items.iter().map(ItemName::to_string).collect::<Vec<_>>().join("; ");
     match (lost.items.as_slice(), lost.earlier.as_slice()) {
-        ([], []) => "no record names it".into(),
+        ([], []) => "not used by any record".into(),
         ([], earlier) => format!("an earlier result of {}", list(earlier)),
         (items, _) => format!("the result of {}", list(items)),
     }

@@ -1,5 +1,5 @@
-//! `specula check`: whether the manifest is sound, and with `--determinism` whether outputs depend on the number of
-//! threads.
+//! `specula check`: whether the manifest is valid, and with `--determinism` whether outputs depend on the
+//! number of threads.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -9,18 +9,16 @@ use engine::{Cancel, Determinism, Event, Kinds, Plan};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
-use crate::outstanding::few;
+use crate::exit::Exit;
+use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::say;
-use crate::quantity::{SHOWN, count, duration, more};
-use crate::{Exit, build, exit, manifest, print};
+use crate::quantity::{count, duration};
+use crate::{build, manifest, print};
 
-pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
+pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.query.manifest, kinds)?;
     if !arguments.determinism {
-        return soundness(arguments, &plan);
+        return Ok(describe_plan(arguments, &plan));
     }
     let threads = if arguments.threads.is_empty() {
         engine::default_threads()
@@ -29,52 +27,48 @@ pub(crate) fn run(arguments: &CheckArguments, kinds: &Kinds) -> Exit {
     };
     let cancel = Cancel::default();
     build::stop_on_interrupt(&cancel, || {});
-    let is_of_system = AtomicBool::new(false);
+    let system_error = AtomicBool::new(false);
     let failed = AtomicUsize::new(0);
-    let told = |threads: usize, event: Event| match event {
+    let events = |threads: usize, event: Event| match event {
         Event::Planned { items, .. } => {
             failed.store(0, Ordering::Relaxed);
-            say!("{}: {} from nothing", count(threads, "thread"), count(items, "item"))
+            say!("{}: {} from scratch", count(threads, "thread"), count(items, "item"))
         }
         Event::Failed { item, error, .. } if failed.fetch_add(1, Ordering::Relaxed) < SHOWN => {
             say!("  FAILED {item}: {}", error.join(": "));
         }
         Event::Ended(summary) => {
-            is_of_system.fetch_or(summary.system_errors > 0, Ordering::Relaxed);
+            system_error.fetch_or(summary.system_errors > 0, Ordering::Relaxed);
             let more = more(failed.load(Ordering::Relaxed).saturating_sub(SHOWN), "more failed item");
             more.iter().for_each(|more| say!("  {more}"));
             say!("  {}", duration(summary.milliseconds));
         }
         _ => {}
     };
-    match engine::determinism(&plan, &arguments.stages, &threads, &cancel, &told) {
-        Ok(found) => {
-            let printed = if arguments.json {
-                print::json(json!({ "proven": found.is_proven(), "determinism": found }))
-            } else {
-                print::data(&describe(&found))
-            };
-            match printed {
-                Exit::Success if found.cancelled => Exit::Interrupted,
-                Exit::Success if !found.is_proven() && is_of_system.into_inner() => Exit::Machine,
-                Exit::Success if !found.is_proven() => Exit::Failed,
-                exit => exit,
-            }
-        }
-        Err(error) => exit::of_error(&error),
-    }
+    let found = engine::determinism(&plan, &arguments.stages, &threads, &cancel, &events);
+    let found = found.map_err(print::failure)?;
+    let printed = match arguments.query.json {
+        true => print::json(json!({ "proven": found.is_proven(), "determinism": found })),
+        false => print::data(&describe(&found)),
+    };
+    Ok(match printed {
+        Exit::Success if found.cancelled => Exit::Interrupted,
+        Exit::Success if !found.is_proven() && system_error.into_inner() => Exit::System,
+        Exit::Success if !found.is_proven() => Exit::Failed,
+        exit => exit,
+    })
 }
 
-/// The manifest has been loaded without an error.
-fn soundness(arguments: &CheckArguments, plan: &Plan) -> Exit {
+/// What a valid manifest holds.
+fn describe_plan(arguments: &CheckArguments, plan: &Plan) -> Exit {
     let (stages, items) = (plan.stages.len(), plan.items.len());
     let files = plan.items.iter().map(|item| item.files.len()).sum::<usize>();
-    if arguments.json {
+    if arguments.query.json {
         return print::json(json!({ "sound": true, "stages": stages, "items": items, "files": files }));
     }
     print::data(&format!(
-        "{} is sound: {}, {}, {} in out\n",
-        arguments.manifest.manifest.display(),
+        "{} is valid: {}, {}, {} in out\n",
+        arguments.query.manifest.manifest.display(),
         count(stages, "stage"),
         count(items, "item"),
         count(files, "file")
@@ -90,8 +84,8 @@ fn describe(found: &Determinism) -> String {
     for difference in &found.differences {
         after.entry(difference.because.as_ref()).or_default().push(difference.item.to_string());
     }
-    let began = found.differences.iter().filter(|difference| difference.because.is_none());
-    for difference in began.clone().take(SHOWN) {
+    let origins = found.differences.iter().filter(|difference| difference.because.is_none());
+    for difference in origins.clone().take(SHOWN) {
         let [one, other] = difference.threads;
         let [bytes, other_bytes] = difference.bytes;
         let size = if bytes == other_bytes {
@@ -113,19 +107,19 @@ fn describe(found: &Determinism) -> String {
             difference.at
         );
         if let Some(after) = after.get(&Some(&difference.item)) {
-            let _ = writeln!(text, "  only because of it: {}", few(after, "; "));
+            let _ = writeln!(text, "  differ only because of it: {}", list(after, "; ", NAMED));
         }
     }
     for failed in found.failures.iter().take(SHOWN) {
         let threads = count(failed.threads, "thread");
         let _ = writeln!(text, "{} failed with {threads}: {}", failed.item, failed.error.join(": "));
     }
-    for (number, what) in [(began.count(), "more difference"), (found.failures.len(), "more failure")] {
+    for (number, what) in [(origins.count(), "more difference"), (found.failures.len(), "more failure")] {
         let more = more(number.saturating_sub(SHOWN), what);
-        let _ = more.map_or(Ok(()), |more| writeln!(text, "{more}; --json tells all"));
+        let _ = more.map_or(Ok(()), |more| writeln!(text, "{more}; --json lists all"));
     }
     for path in &found.disturbed {
-        let _ = writeln!(text, "{path} changed while the check ran: check again");
+        let _ = writeln!(text, "{path} changed during the check: run it again");
     }
     text += &match found {
         _ if found.cancelled => "Stopped before the end.\n".to_owned(),

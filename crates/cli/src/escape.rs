@@ -1,23 +1,23 @@
-//! Text from outside, made fit for a terminal.
+//! Text from outside, made safe for a terminal.
 //!
-//! The names of files, manifests, and what kinds quote from files may hold anything: sequences that colour the terminal,
-//! move its cursor or set its title, and characters that turn the direction of writing, so that a name reads as another
-//! one. `print.rs` and `screen.rs` therefore escape all that they write. [`Painted`] alone is written as it is: text that
-//! this program coloured, in which everything from outside was escaped before.
+//! File names, manifests, and text that kinds quote from files may contain anything: sequences that colour
+//! the terminal, move its cursor or set its title, and characters that reverse the direction of writing, so
+//! that one name looks like another. `print.rs` and `screen.rs` therefore escape everything that they write,
+//! except [`Painted`]: text that this program coloured after it escaped everything from outside.
 
 use std::borrow::Cow;
 use std::fmt;
 
-/// Text that a terminal may get as it is.
+/// Text that is safe for a terminal.
 pub(crate) struct Painted(String);
 
 impl Painted {
-    /// Text with colours of our own; what is from outside in it has gone through [`escaped`].
+    /// Text with colours of this program, in which text from outside is [`escaped`].
     pub(crate) fn of_escaped(text: String) -> Self {
         Self(text)
     }
 
-    /// Text from wherever, without colours.
+    /// Any text; it is escaped.
     pub(crate) fn plain(text: &str) -> Self {
         Self(escaped(text).into_owned())
     }
@@ -29,12 +29,12 @@ impl fmt::Display for Painted {
     }
 }
 
-/// A text in which every character that a terminal acts on rather than shows is written as `\u{1b}`; lines and tabs stay.
+/// Writes every character that a terminal acts on, except line feeds and tabs, as `\u{1b}`.
 pub(crate) fn escaped(text: &str) -> Cow<'_, str> {
     replaced(text, |c| c.escape_unicode().to_string())
 }
 
-/// The same for JSON, which stays the same JSON: outside of its strings it has no such characters.
+/// The same for JSON, whose meaning stays the same: it can have such characters only in its strings.
 pub(crate) fn escaped_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c| format!("\\u{:04x}", u32::from(c)))
 }
@@ -49,7 +49,8 @@ fn replaced(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// Control characters (C0 but line feed and tab, DEL, C1), and those that embed, override or isolate a direction.
+/// Whether a terminal acts on a character: control characters (C0 except line feed and tab, DEL, C1), and
+/// those that embed, override or isolate a direction.
 fn is_acted_on(c: char) -> bool {
     match c {
         '\n' | '\t' => false,
@@ -63,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_acts_on_is_escaped_and_all_else_stays() {
+    fn characters_that_a_terminal_acts_on_are_escaped_and_others_stay() {
         let plain = "gold, Röhre, \u{627}\u{644}, 金\n\tline";
         assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
         let hostile = "a\u{1b}[31mb\u{9b}c\u{7f}\r\u{202e}txt\u{2066}\0";

@@ -1,4 +1,4 @@
-//! `specula explain`: why an item would run or not, and why it ran last. The first line answers.
+//! `specula explain`: why an item would run or not, and why it last ran. The first line is the answer.
 
 use std::fmt::Write;
 
@@ -6,38 +6,33 @@ use engine::{Cause, Explanation, FileState, ItemName, Kinds, LastRun};
 use serde_json::json;
 
 use crate::arguments::ExplainArguments;
+use crate::exit::Exit;
+use crate::lists::list;
 use crate::print::say;
 use crate::reasons::{cause, dated, lines, origin, short};
-use crate::{Exit, exit, manifest, print, quantity};
+use crate::{manifest, print, quantity};
 
-pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
-    match engine::explain(&plan, &arguments.target) {
-        Ok(explanations) if arguments.json => print::json(json!({ "items": explanations })),
-        Ok(explanations)
-            if explanations.len() > 1 && !arguments.verbose && are_of_one_stage(&explanations) =>
-        {
-            let exit = print::data(&grouped(&explanations));
-            say!("hint: for one of them in full: specula explain \"{}\"", explanations[0].item);
-            exit
-        }
-        Ok(explanations) => {
-            let manifest = plan.manifest.file_name().unwrap_or_default().to_string_lossy();
-            let told = explanations.iter().map(|found| full(found, &manifest));
-            print::data(&told.collect::<Vec<_>>().join("\n"))
-        }
-        Err(error) => exit::of_error(&error),
+pub(crate) fn run(arguments: &ExplainArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.query.manifest, kinds)?;
+    let explanations = engine::explain(&plan, &arguments.target).map_err(print::failure)?;
+    if arguments.query.json {
+        return Ok(print::json(json!({ "items": explanations })));
     }
+    if explanations.len() > 1 && !arguments.verbose && are_of_one_stage(&explanations) {
+        let exit = print::data(&grouped(&explanations));
+        say!("hint: `specula explain \"{}\"` explains one of them in full", explanations[0].item);
+        return Ok(exit);
+    }
+    let manifest = plan.manifest.file_name().unwrap_or_default().to_string_lossy();
+    let texts = explanations.iter().map(|found| full(found, &manifest));
+    Ok(print::data(&texts.collect::<Vec<_>>().join("\n")))
 }
 
 fn are_of_one_stage(explanations: &[Explanation]) -> bool {
     explanations.windows(2).all(|two| two[0].item.stage == two[1].item.stage)
 }
 
-/// Many items: those of which the same can be said share a paragraph.
+/// The items of a stage: those with the same explanation share a paragraph.
 fn grouped(explanations: &[Explanation]) -> String {
     let mut groups = Vec::<(String, Vec<&ItemName>)>::new();
     for found in explanations {
@@ -51,30 +46,24 @@ fn grouped(explanations: &[Explanation]) -> String {
     let stage = explanations.first().map_or("", |found| found.item.stage.as_str());
     let mut text = format!("{stage}: {} items, {would_run} would run\n", explanations.len());
     for (verdict, items) in groups {
-        let _ = writeln!(text, "  {}: {}", listed(&items), verdict.replace('\n', "\n  "));
+        let keys = items.iter().map(|item| format!("[{}]", item.key)).collect::<Vec<_>>();
+        let _ = writeln!(text, "  {}: {}", list(&keys, " ", LISTED), verdict.replace('\n', "\n  "));
     }
     text
 }
 
-/// So many of equal things are named.
+/// This many items of a paragraph are named.
 const LISTED: usize = 8;
 
-fn listed(items: &[&ItemName]) -> String {
-    let names = items.iter().take(LISTED).map(|item| format!("[{}]", item.key)).collect::<Vec<_>>();
-    let more = items.len().saturating_sub(LISTED);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    format!("{}{more}", names.join(" "))
-}
-
-/// Whether an item would run and why, or why it has the result that it has.
-fn verdict(found: &Explanation, told: fn(&Cause) -> String) -> String {
+/// Whether an item would run and why, or why it has its present result.
+fn verdict(found: &Explanation, describe: fn(&Cause) -> String) -> String {
     let because = |causes: &[Cause]| match causes {
-        [only] => format!(" {}", told(only)),
-        causes => causes.iter().map(|cause| format!("\n    {}", told(cause))).collect(),
+        [only] => format!(" {}", describe(only)),
+        causes => causes.iter().map(|cause| format!("\n    {}", describe(cause))).collect(),
     };
     match &found.last {
         _ if found.would_run => format!("would run:{}", because(&found.causes)),
-        _ if found.restored => "an earlier result is in effect again; a build takes it from the cache".into(),
+        _ if found.restored => "an earlier result applies again; a build takes it from the cache".into(),
         Some(last) => {
             let missing = found.files.iter().find(|file| file.state != FileState::AsPublished);
             let missing = missing.map_or_else(String::new, |missing| {
@@ -88,11 +77,11 @@ fn verdict(found: &Explanation, told: fn(&Cause) -> String) -> String {
     }
 }
 
-/// All of an item of this manifest.
+/// Everything about an item of this manifest.
 fn full(explanation: &Explanation, manifest: &str) -> String {
     let mut text = format!("{}: {}\n", explanation.item, verdict(explanation, cause));
     if explanation.causes.iter().any(|cause| cause.chain.len() > 1) {
-        text += "  what is different for the item itself\n";
+        text += "  what changed for the item itself\n";
         for line in lines(&explanation.reasons) {
             let _ = writeln!(text, "    {line}");
         }
@@ -110,9 +99,9 @@ fn full(explanation: &Explanation, manifest: &str) -> String {
 fn state(state: &FileState) -> String {
     match state {
         FileState::AsPublished => "as published".into(),
-        FileState::Gone => "gone since it was published (a build puts it back)".into(),
+        FileState::Gone => "gone since it was published (a build restores it)".into(),
         FileState::Altered { digest, modified } => format!(
-            "changed by somebody else since it was published, now {} (a build puts it back)",
+            "changed by another program since it was published, now {} (a build restores it)",
             dated(digest.as_ref(), *modified)
         ),
         FileState::NeverPublished => "not published yet".into(),
@@ -130,13 +119,12 @@ fn describe_run(run: &LastRun, would_run: bool, manifest: &str) -> String {
     let time = quantity::duration(run.milliseconds);
     let _ = writeln!(text, " {} for {time} as {}, by version {}", run.started, run.kind, run.version);
     if would_run {
-        for begun in &run.causes {
-            let _ = writeln!(text, "    because {}", cause(begun));
+        for first in &run.causes {
+            let _ = writeln!(text, "    because {}", cause(first));
         }
     }
     if run.causes.iter().any(|cause| cause.chain.len() > 1) {
-        let _ =
-            writeln!(text, "    what was different for the item itself: {}", lines(&run.reasons).join("; "));
+        let _ = writeln!(text, "    what changed for the item itself: {}", lines(&run.reasons).join("; "));
     }
     for input in &run.inputs {
         let _ = writeln!(text, "    input {} {} = {}", short(Some(&input.digest)), input.port, input.item);

@@ -1,19 +1,18 @@
-//! `specula graph`: the stages and their connections, for a picture.
+//! `specula graph`: the stages and their connections, as Mermaid or DOT.
 
 use engine::{Kinds, Plan, Product};
 
 use crate::arguments::{GraphArguments, GraphFormat};
+use crate::exit::Exit;
 use crate::quantity::count;
-use crate::{Exit, manifest, print};
+use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Exit {
-    match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => print::data(&draw(&plan, arguments.format)),
-        Err(exit) => exit,
-    }
+pub(crate) fn run(arguments: &GraphArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.manifest, kinds)?;
+    Ok(print::data(&draw(&plan, arguments.format)))
 }
 
-/// The graph as text; stages that export are drawn with another shape.
+/// The graph as text; stages that export files have a different shape.
 fn draw(plan: &Plan, format: GraphFormat) -> String {
     let counts = plan.items.iter().fold(vec![0_usize; plan.stages.len()], |mut counts, item| {
         counts[item.stage] += 1;

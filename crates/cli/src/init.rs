@@ -7,23 +7,24 @@ use std::path::Path;
 use engine::Kinds;
 
 use crate::arguments::SchemaSubject;
+use crate::exit::Exit;
 use crate::print::say;
-use crate::{Exit, schema};
+use crate::schema;
 
-/// The files of a new project; their text is in `starter/`, and a test builds it.
+/// The files of a new project; a test builds it.
 const FILES: [(&str, &str); 3] = [
     ("pipeline.toml", include_str!("starter/pipeline.toml")),
     ("assets/materials/chalk.toml", include_str!("starter/chalk.toml")),
     ("assets/materials/satin.toml", include_str!("starter/satin.toml")),
 ];
 
-/// The schemas that the files name in their first lines, for editors.
+/// The schemas that the first lines of those files name, for editors.
 const SCHEMAS: [(&str, SchemaSubject); 2] =
     [("pipeline.schema.json", SchemaSubject::Pipeline), ("material.schema.json", SchemaSubject::Material)];
 
 pub(crate) fn run(folder: &Path, kinds: &Kinds) -> Exit {
     if folder.join("pipeline.toml").exists() {
-        say!("error: {} is there already; nothing was written", folder.join("pipeline.toml").display());
+        say!("error: {} already exists; nothing was written", folder.join("pipeline.toml").display());
         return Exit::Usage;
     }
     let schemas = SCHEMAS.map(|(name, subject)| (name, schema::text(subject, kinds)));
@@ -35,20 +36,20 @@ pub(crate) fn run(folder: &Path, kinds: &Kinds) -> Exit {
             Ok(false) => say!("kept  {}", path.display()),
             Err(error) => {
                 say!("error: cannot write {}: {error}", path.display());
-                return Exit::Machine;
+                return Exit::System;
             }
         }
     }
     let environments = folder.join("assets").join("environments");
     if let Err(error) = fs::create_dir_all(&environments) {
-        say!("error: cannot make {}: {error}", environments.display());
-        return Exit::Machine;
+        say!("error: cannot create {}: {error}", environments.display());
+        return Exit::System;
     }
-    say!("Next: put a lat-long .exr or .hdr into {}, then run `specula build`.", environments.display());
+    say!("Next: copy a lat-long .exr or .hdr image to {}, then run `specula build`.", environments.display());
     Exit::Success
 }
 
-/// Writes a file that is not there yet; whether it was written.
+/// Writes a file unless it exists; returns whether it was written.
 fn write_new(path: &Path, text: &str) -> std::io::Result<bool> {
     if let Some(parent) = path.parent() {
         fs::create_dir_all(parent)?;

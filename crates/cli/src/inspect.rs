@@ -1,5 +1,6 @@
-//! `specula inspect`: what a file is: format, shape, frame, range, and the recipe that made it.
+//! `specula inspect`: describes a file: its format, shape, frame, range, and the recipe that made it.
 
+mod facts;
 mod material;
 mod mesh;
 mod texture;
@@ -12,47 +13,35 @@ use containers::{
 };
 use serde_json::{Value, json};
 
-use crate::print::say;
-use crate::{Exit, print};
-
-/// What is said of a file, in order: a label and its value.
-type Facts = Vec<(&'static str, Value)>;
+use self::facts::{Facts, range};
+use crate::exit::Exit;
+use crate::print;
 
 const SH_FRAME: &str = "right-handed, +Z up; real, orthonormal, no Condon-Shortley phase, row l*l + l + m";
-const IMAGE_FRAME: &str = "row 0 is the image's top; the recipe or the maker knows the layout on the sphere";
+const IMAGE_FRAME: &str = "row 0 is the top of the image; the file does not say how it maps to the sphere";
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
-pub(crate) fn run(file: &Path, as_json: bool) -> Exit {
-    let bytes = match engine::read_file(file) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            say!("error: cannot read {}: {error}", file.display());
-            return Exit::Usage;
-        }
+pub(crate) fn run(file: &Path, as_json: bool) -> Result<Exit, Exit> {
+    let failed = |chain: &[String], help: Option<&str>| {
+        print::error(chain, help);
+        Exit::Usage
     };
-    let named = material::of_file(file, &bytes).or_else(|| mesh::of_file(file, &bytes));
-    if let Some(Err(failure)) = &named {
-        print::error(&failure.chain, failure.help.as_deref());
-        return Exit::Usage;
-    }
-    let found = named.and_then(Result::ok).map_or_else(|| facts(&bytes), Ok);
-    match found {
-        Ok(facts) if as_json => {
-            let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
-            print::json(Value::Object(object))
-        }
-        Ok(facts) => {
-            let lines = facts.iter().map(|(label, value)| format!("{label:<13} {}\n", text_of(value)));
-            print::data(&lines.collect::<String>())
-        }
-        Err(error) => {
-            say!("error: {}: {error}", file.display());
-            say!(
-                "hint: inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, KTX2, DDS, safetensors, glTF, the JSON of lighting, material files and measured BRDFs"
-            );
-            Exit::Usage
-        }
-    }
+    let bytes = engine::read_file(file)
+        .map_err(|error| failed(&[format!("cannot read {}: {error}", file.display())], None))?;
+    let by_name = material::of_file(file, &bytes).or_else(|| mesh::of_file(file, &bytes)).transpose();
+    let by_name = by_name.map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
+    let facts = by_name.map_or_else(|| describe(&bytes), Ok).map_err(|error| {
+        let help = "inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, KTX2, DDS, safetensors, \
+                    glTF, JSON lighting, material files and measured BRDFs";
+        failed(&[format!("{}: {error}", file.display())], Some(help))
+    })?;
+    Ok(if as_json {
+        let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
+        print::json(Value::Object(object))
+    } else {
+        let lines = facts.iter().map(|(label, value)| format!("{label:<13} {}\n", text_of(value)));
+        print::data(&lines.collect::<String>())
+    })
 }
 
 /// A value on one line; strings without quotes.
@@ -66,7 +55,7 @@ fn text_of(value: &Value) -> String {
             values.iter().map(|value| format!("\n  {}", text_of(value))).collect()
         }
         Value::Object(members) if members.values().all(|member| !member.is_object()) => {
-            // What a material is, before its parameters; lists of its layers or lobes last.
+            // A material's model stands before its parameters, and its layers or lobes stand last.
             let mut members: Vec<_> = members.iter().collect();
             members.sort_by_key(|(name, value)| match name.as_str() {
                 "model" => 0,
@@ -80,7 +69,7 @@ fn text_of(value: &Value) -> String {
     }
 }
 
-fn facts(bytes: &[u8]) -> Result<Facts, containers::Error> {
+fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let mut facts = match Format::sniff(bytes) {
         Some(_) => image(bytes)?,
         None if is_texture(bytes) => texture::texture(bytes)?,
@@ -96,9 +85,9 @@ fn facts(bytes: &[u8]) -> Result<Facts, containers::Error> {
     facts.push(match recipe {
         Some(recipe) => ("recipe", serde_json::from_str(&recipe).unwrap_or(Value::String(recipe))),
         None if bytes.starts_with(b"DDS ") => {
-            ("recipe", "none: DDS holds no texts; see the .json beside it".into())
+            ("recipe", "none: DDS cannot store text; see the .json beside it".into())
         }
-        None => ("recipe", "none: not made by this program, or stripped".into()),
+        None => ("recipe", "none: not written by Specula, or removed".into()),
     });
     Ok(facts)
 }
@@ -141,41 +130,6 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
     Ok(facts)
 }
 
-/// The least, mean and greatest finite value of each channel, and how many values are no light at all.
-fn range(unit: &str, values: impl Iterator<Item = [f64; 3]>) -> Facts {
-    let (mut least, mut greatest, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], [0.0; 3]);
-    let mut count = [0_usize; 3];
-    let (mut not_finite, mut negative) = (0_usize, 0_usize);
-    for value in values {
-        for channel in 0..3 {
-            let number = value[channel];
-            if !number.is_finite() {
-                not_finite += 1;
-                continue;
-            }
-            count[channel] += 1;
-            negative += usize::from(number < 0.0);
-            least[channel] = least[channel].min(number);
-            greatest[channel] = greatest[channel].max(number);
-            sum[channel] += number;
-        }
-    }
-    let shown = |values: [f64; 3]| {
-        let texts = values.iter().zip(count);
-        let texts = texts.map(|(value, count)| if count > 0 { format!("{value:.6}") } else { "none".into() });
-        format!("[{}]", texts.collect::<Vec<_>>().join(", "))
-    };
-    let mean = [0, 1, 2].map(|channel| sum[channel] / count[channel] as f64);
-    vec![
-        ("values", unit.into()),
-        ("least", shown(least).into()),
-        ("mean", shown(mean).into()),
-        ("greatest", shown(greatest).into()),
-        ("negative", negative.into()),
-        ("not finite", not_finite.into()),
-    ]
-}
-
 fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
     match lighting_json::decode(bytes) {
         Ok(lighting) => {
@@ -196,7 +150,7 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
             Ok(facts)
         }
-        // Another engine's convention: its file says what it holds.
+        // Another engine's convention, which the file names.
         Err(error) => match serde_json::from_slice::<Value>(bytes) {
             Ok(Value::Object(object)) if object.contains_key("preset") => {
                 let members = ["preset", "frame", "scale", "source", "degree"];
@@ -208,7 +162,7 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 Ok(facts)
             }
             Ok(Value::Object(object)) if object.contains_key("specula") => Ok(vec![
-                ("what", "figures or an index, for programs".into()),
+                ("what", "numbers or an index, for programs".into()),
                 ("format", "JSON".into()),
                 (
                     "members",
@@ -252,24 +206,9 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.push(("frame", ENVIRONMENT_FRAME.into()));
             facts.extend(range("radiance", environment.pixels().iter().map(|pixel| pixel.map(f64::from))));
         }
-        "mesh" => facts.extend(mesh::measured(&tensors::decode_mesh(bytes)?)),
+        "mesh" => facts.extend(mesh::size(&tensors::decode_mesh(bytes)?)),
         "shrm" => facts.extend(texture::reflection_map(bytes)?),
         _ => {}
     }
     Ok(facts)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_range_is_that_of_the_finite_values() {
-        let values = [[1.0, f64::NAN, -1.0], [3.0, f64::INFINITY, f64::NAN]];
-        let facts: std::collections::BTreeMap<_, _> =
-            range("units", values.into_iter()).into_iter().collect();
-        assert_eq!(facts["least"], "[1.000000, none, -1.000000]");
-        assert_eq!(facts["mean"], "[2.000000, none, -1.000000]");
-        assert_eq!((&facts["negative"], &facts["not finite"]), (&json!(1), &json!(3)));
-    }
 }

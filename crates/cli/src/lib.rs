@@ -10,6 +10,7 @@
 
 mod arguments;
 mod build;
+mod build_reporter;
 mod cache;
 mod check;
 mod escape;
@@ -18,51 +19,56 @@ mod explain;
 mod graph;
 mod init;
 mod inspect;
+mod lists;
 mod manifest;
 mod manual;
 mod outstanding;
 mod panics;
 mod preview;
 mod print;
-mod progress;
 mod quantity;
 mod reasons;
 mod schema;
 mod screen;
-mod session;
 mod terminal;
 mod timings;
 mod verify;
 mod watch;
+mod watch_reporter;
 
 use std::process::ExitCode;
 
 use engine::Kinds;
 
 use crate::arguments::{Arguments, Command};
+
 pub use crate::exit::Exit;
 
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
     match Arguments::of_process() {
-        Ok(arguments) => panics::told_once(|| run(arguments.command, &kinds)).into(),
+        Ok(arguments) => panics::reported_once(|| run(arguments.command, &kinds)).into(),
         Err(exit) => exit,
     }
 }
 
 fn run(command: Command, kinds: &Kinds) -> Exit {
-    match command {
+    let result = match command {
         Command::Build(arguments) => build::run(&arguments, kinds),
-        Command::Watch(arguments) => watch::run(&arguments, kinds),
+        Command::Watch(arguments) if arguments.preview => Ok(preview::run_with_watch(&arguments, kinds)),
+        Command::Watch(arguments) => Ok(watch::run(&arguments, kinds)),
         Command::Preview(arguments) => preview::run(&arguments, kinds),
         Command::Cache { command } => cache::run(&command),
         Command::Explain(arguments) => explain::run(&arguments, kinds),
         Command::Verify(arguments) => verify::run(&arguments, kinds),
         Command::Check(arguments) => check::run(&arguments, kinds),
         Command::Graph(arguments) => graph::run(&arguments, kinds),
-        Command::Stages { kind } => manual::run(kind.as_deref(), kinds),
-        Command::Schema { subject } => schema::run(subject, kinds),
+        Command::Stages { kind } => Ok(manual::run(kind.as_deref(), kinds)),
+        Command::Schema { subject } => Ok(schema::run(subject, kinds)),
         Command::Inspect { file, json } => inspect::run(&file, json),
-        Command::Init { folder } => init::run(&folder, kinds),
-    }
+        Command::Init { folder } => Ok(init::run(&folder, kinds)),
+    };
+    // A command that cannot continue returns its exit code as an error.
+    let (Ok(exit) | Err(exit)) = result;
+    exit
 }

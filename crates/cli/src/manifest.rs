@@ -1,4 +1,4 @@
-//! Loads the manifest for every command: as a plan, or as errors that are drawn at their places.
+//! The manifest as every command loads it: a plan, or its errors drawn at their places.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,15 +11,17 @@ use miette::{
 
 use crate::arguments::ManifestArgument;
 use crate::escape::{Painted, escaped};
+use crate::exit::Exit;
+use crate::lists::more;
 use crate::print::{painted, say};
-use crate::quantity::{count, more};
-use crate::{Exit, terminal};
+use crate::quantity::count;
+use crate::terminal;
 
-/// The plan of a manifest. If it has errors, they are printed and the exit code is returned.
+/// The plan of a manifest. Its errors, if there are any, are printed and returned as an exit code.
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {
-    Plan::load(&argument.manifest, kinds).map_err(|found| {
-        painted(&drawn(&found));
-        say!("{}; nothing ran.", counted(&found));
+    Plan::load(&argument.manifest, kinds).map_err(|diagnostics| {
+        painted(&drawn(&diagnostics, terminal::width()));
+        say!("{}; nothing ran.", counted(&diagnostics));
         let manifest = &argument.manifest;
         if !manifest.exists() && !manifest.with_file_name("pipeline.toml").exists() {
             say!("hint: `specula init` writes a starter manifest");
@@ -28,22 +30,22 @@ pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, E
     })
 }
 
-/// The errors that are shown, each with its place, what was expected there and what to do.
-pub(crate) fn drawn(diagnostics: &Diagnostics) -> Painted {
+/// The first errors, each with its place, what was expected there and what to do.
+pub(crate) fn drawn(diagnostics: &Diagnostics, width: usize) -> Painted {
     let theme = match (terminal::shows_unicode(), terminal::shows_colour()) {
         (true, true) => GraphicalTheme::unicode(),
         (true, false) => GraphicalTheme::unicode_nocolor(),
         (false, _) => GraphicalTheme::none(),
     };
-    drawn_with(theme, diagnostics)
+    drawn_with(theme, width, diagnostics)
 }
 
-fn drawn_with(theme: GraphicalTheme, diagnostics: &Diagnostics) -> Painted {
-    let handler = GraphicalReportHandler::new_themed(theme).with_width(terminal::width());
+fn drawn_with(theme: GraphicalTheme, width: usize, diagnostics: &Diagnostics) -> Painted {
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(width);
     let drawn = diagnostics.shown().iter().map(|diagnostic| {
         let mut text = String::new();
-        let report = Report::new(diagnostics, diagnostic);
-        // A report that cannot be drawn is still printed, without the excerpt.
+        let report = MietteDiagnostic::new(diagnostics, diagnostic);
+        // If the report cannot be drawn, its message is left.
         if handler.render_report(&mut text, &report).is_err() {
             text = format!("{}: {}", escaped(&diagnostics.file), report.message);
         }
@@ -59,16 +61,16 @@ pub(crate) fn counted(diagnostics: &Diagnostics) -> String {
     format!("{}: {}", diagnostics.file, count(diagnostics.errors.len(), "error"))
 }
 
-/// An error as miette draws it, with everything that comes from outside escaped.
+/// A diagnostic for miette, in which all text from outside is escaped.
 #[derive(Debug)]
-struct Report {
+struct MietteDiagnostic {
     message: String,
     label: Option<String>,
     help: Option<String>,
     excerpt: Option<Excerpt>,
 }
 
-impl Report {
+impl MietteDiagnostic {
     fn new(diagnostics: &Diagnostics, diagnostic: &Diagnostic) -> Self {
         let shown = |text: &String| escaped(text).into_owned();
         Self {
@@ -80,15 +82,15 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for MietteDiagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Report {}
+impl std::error::Error for MietteDiagnostic {}
 
-impl miette::Diagnostic for Report {
+impl miette::Diagnostic for MietteDiagnostic {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
@@ -104,21 +106,22 @@ impl miette::Diagnostic for Report {
     }
 }
 
-/// The lines around an error.
+/// The lines around a place.
 #[derive(Debug)]
 struct Excerpt {
     file: String,
     text: String,
-    /// The error's place in `text`.
+    /// The place in `text`.
     span: Range<usize>,
-    /// The line in which `text` begins, counted from 0.
+    /// The line where `text` begins, counted from 0.
     line: usize,
-    /// The error's line and column in the file, counted from 1.
+    /// The line and column of the place in the file, counted from 1.
     place: (usize, usize),
 }
 
 impl Excerpt {
-    /// So many bytes of a place are drawn, and so many before and after it: a line may be as long as a file.
+    /// At most this many bytes of a place are drawn, and before and after it: a line may be as long as a
+    /// file.
     const LONGEST: usize = 200;
 
     fn new(diagnostics: &Diagnostics, span: Range<usize>) -> Self {
@@ -134,7 +137,7 @@ impl Excerpt {
         Self {
             file: escaped(&diagnostics.file).into_owned(),
             span: before.len()..before.len() + at.len(),
-            // miette draws no place behind the last line.
+            // miette does not draw a place after the last line.
             text: before + &at + &after + "\n",
             line: line_and_column(text, from).0 - 1,
             place: line_and_column(text, start),
@@ -166,7 +169,7 @@ impl SourceCode for Excerpt {
         lines_before: usize,
         _lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        // Without lines around it, it is asked where the place is.
+        // If miette asks for no lines around the place, it wants to know where the place is.
         let (data, span, line, column) = if lines_before == 0 {
             let (line, column) = self.place;
             let data = self.text.get(self.span.clone()).unwrap_or_default();
@@ -187,23 +190,27 @@ mod tests {
 
     use super::*;
 
-    fn check(text: &str, errors: Vec<Diagnostic>, expected: Expect) {
-        let diagnostics = Diagnostics::new("a\u{1b}b.toml", text, errors);
-        let plain = drawn_with(GraphicalTheme::unicode_nocolor(), &diagnostics).to_string();
-        assert_eq!(escaped(&plain), plain, "nothing is left that a terminal acts on");
+    fn drawn_for(theme: GraphicalTheme, diagnostics: &Diagnostics) -> String {
+        drawn_with(theme, terminal::PLAIN_WIDTH, diagnostics).to_string()
+    }
+
+    fn check(text: &str, diagnostics: Vec<Diagnostic>, expected: Expect) {
+        let diagnostics = Diagnostics::new("a\u{1b}b.toml", text, diagnostics);
+        let plain = drawn_for(GraphicalTheme::unicode_nocolor(), &diagnostics);
+        assert_eq!(escaped(&plain), plain, "no control character is left");
         let lines = plain.lines().map(|line| format!("{}\n", format!("|{line}").trim_end()));
         expected.assert_eq(&lines.collect::<String>());
     }
 
     #[test]
-    fn an_error_is_drawn_at_its_place_with_hostile_characters_escaped() {
+    fn a_diagnostic_is_drawn_at_its_place_with_hostile_text_escaped() {
         let text = "x = 1\r\nkind = \"a\u{1b}[31m\u{202e}é\" # \u{9b}\r\nlast\u{7f} = 2\r\nmore = 3\r\n";
         let place = text.find("\u{202e}").unwrap()..text.find("\" #").unwrap();
-        let error =
+        let diagnostic =
             Diagnostic::at(place, "there is no \u{1b}[31mkind").expected("a \u{9b}").help("try \u{7}");
         check(
             text,
-            vec![error],
+            vec![diagnostic],
             expect![[r#"
                 |  × there is no \u{1b}[31mkind
                 |   ╭─[a\u{1b}b.toml:2:15]
@@ -287,22 +294,21 @@ mod tests {
     }
 
     #[test]
-    fn of_a_line_as_long_as_a_file_a_part_is_drawn() {
+    fn a_part_of_a_very_long_line_is_drawn() {
         let text = format!("a = [{}]\nb = 1\n", "\u{1b}ü, ".repeat(100_000));
-        let error = |span| Diagnostic::at(span, "wrong").expected("something else");
-        let errors = vec![error(0..300_000), error(300_005..300_009)];
-        let diagnostics = Diagnostics::new("x.toml", text, errors);
-        let drawn = drawn_with(GraphicalTheme::unicode_nocolor(), &diagnostics).to_string();
+        let wrong = |span| Diagnostic::at(span, "wrong").expected("something else");
+        let diagnostics = Diagnostics::new("x.toml", text, vec![wrong(0..300_000), wrong(300_005..300_009)]);
+        let drawn = drawn_for(GraphicalTheme::unicode_nocolor(), &diagnostics);
         assert!(drawn.contains("[x.toml:1:1]") && drawn.contains("[x.toml:1:240006]"), "{drawn}");
         assert_eq!(drawn.matches("something else").count(), 2, "{drawn}");
         assert!(drawn.len() < 20_000, "{} bytes", drawn.len());
     }
 
     #[test]
-    fn colours_of_our_own_are_kept() {
-        let errors = vec![Diagnostic::at(0..1, "wrong").expected("right")];
-        let diagnostics = Diagnostics::new("x.toml", "a\u{1b}[31m", errors);
-        let drawn = drawn_with(GraphicalTheme::unicode(), &diagnostics).to_string();
+    fn the_colours_of_the_program_are_kept() {
+        let wrong = Diagnostic::at(0..1, "wrong").expected("right");
+        let diagnostics = Diagnostics::new("x.toml", "a\u{1b}[31m", vec![wrong]);
+        let drawn = drawn_for(GraphicalTheme::unicode(), &diagnostics);
         assert!(drawn.contains("\u{1b}[") && drawn.contains(r"a\u{1b}[31m"), "{drawn:?}");
     }
 }

@@ -1,9 +1,9 @@
-//! `specula stages`: the manual pages, from the kinds themselves.
+//! `specula stages`: the manual pages of the kinds.
 
 use engine::{ErasedKind, Kinds};
 
-use crate::print::say;
-use crate::{Exit, print};
+use crate::exit::Exit;
+use crate::print::{self, say};
 
 pub(crate) fn run(name: Option<&str>, kinds: &Kinds) -> Exit {
     let Some(name) = name else {
@@ -16,7 +16,7 @@ pub(crate) fn run(name: Option<&str>, kinds: &Kinds) -> Exit {
             say!("error: there is no kind {name:?}");
             match engine::nearest(name, kinds.iter().map(|kind| kind.name())) {
                 Some(near) => say!("hint: did you mean {near:?}?"),
-                None => say!("hint: specula stages lists them"),
+                None => say!("hint: `specula stages` lists the kinds"),
             }
             Exit::Usage
         }
@@ -28,10 +28,10 @@ fn page(kind: &dyn ErasedKind) -> String {
     let mut text = format!("# {}\n\n{}\n", kind.name(), kind.manual().trim_end());
     text += "\n## Ports\n\n";
     if kind.has_source() {
-        text += "- `source`: what is read, relative to the manifest: one path, or a glob for an item from each file.\n";
+        text += "- `source`: a path relative to the manifest, or a glob that makes an item of each file.\n";
     }
     for port in kind.ports() {
-        let many = if port.many { ", every item that agrees" } else { "" };
+        let many = if port.many { ", all items with matching keys" } else { "" };
         let optional = if port.optional { ", optional" } else { "" };
         text += &format!("- `{}`: {}{many}{optional}.\n", port.name, port.takes_text());
     }

@@ -1,162 +1,151 @@
-//! The errors that stand: each is kept in view until its item succeeds or is gone, or the manifest is valid again.
+//! The errors that are not fixed yet: each stays in view until its item succeeds or is gone, or the manifest
+//! is valid.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use engine::{Diagnostics, Event, ItemName, line_and_column};
 
-/// At most so many are named in one place; the others are counted.
-const NAMED: usize = 5;
+use crate::lists::{NAMED, list, more};
 
-/// What is broken, over all the builds of a watcher.
+/// The errors that all the builds of a watcher so far have left.
 #[derive(Default)]
 pub(crate) struct OutstandingErrors {
-    failures: BTreeMap<ItemName, Failed>,
-    /// The manifest's errors in one line, while the last valid manifest is still in use.
+    failures: BTreeMap<ItemName, FailedItem>,
+    /// The manifest's errors in one line, while the last valid manifest is in use.
     manifest: Option<String>,
-    /// What keeps builds from going to their end.
-    hindrance: Option<String>,
-    /// The items that the build at work has spoken of.
+    /// Why the last build as a whole could not finish.
+    build: Option<String>,
+    /// The items that the current build has reported.
     seen: BTreeSet<ItemName>,
 }
 
 /// An item's failure.
-struct Failed {
+struct FailedItem {
     error: Vec<String>,
     help: Option<String>,
     /// How many items were not run because of it.
     waiting: usize,
-    /// Whether the build at work printed it in full.
-    fresh: bool,
+    /// Whether the current build printed it in full.
+    is_new: bool,
 }
 
-/// What an event did to the errors that stand.
+/// What an event does to the outstanding errors.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Turn {
-    /// Nothing that has to be said.
-    Same,
-    /// It is new, or is another one than before.
-    Broke,
-    /// What stood no longer does.
-    Mended,
+pub(crate) enum Transition {
+    /// Nothing that has to be reported.
+    None,
+    /// An error is new, or differs from the one before.
+    Failed,
+    /// An error is gone.
+    Fixed,
 }
 
 impl OutstandingErrors {
-    /// Takes an event in.
-    pub(crate) fn take(&mut self, event: &Event) -> Turn {
+    /// Follows the events of a watcher.
+    pub(crate) fn update(&mut self, event: &Event) -> Transition {
         match event {
             Event::Planned { .. } => {
                 self.seen.clear();
-                self.failures.values_mut().for_each(|failed| (failed.waiting, failed.fresh) = (0, false));
-                self.hindrance = None;
+                self.failures.values_mut().for_each(|failure| (failure.waiting, failure.is_new) = (0, false));
+                self.build = None;
             }
             Event::UpToDate { item } | Event::Finished { item, .. } => {
                 self.seen.insert(item.clone());
                 if self.failures.remove(item).is_some() {
-                    return Turn::Mended;
+                    return Transition::Fixed;
                 }
             }
             Event::Failed { item, error, help } => {
                 self.seen.insert(item.clone());
                 let known = self.failures.get(item);
-                let fresh = known.is_none_or(|known| known.error != *error || known.help != *help);
-                let failed = Failed { error: error.clone(), help: help.clone(), waiting: 0, fresh };
-                self.failures.insert(item.clone(), failed);
-                if fresh {
-                    return Turn::Broke;
+                let is_new = known.is_none_or(|known| known.error != *error || known.help != *help);
+                let failure = FailedItem { error: error.clone(), help: help.clone(), waiting: 0, is_new };
+                self.failures.insert(item.clone(), failure);
+                if is_new {
+                    return Transition::Failed;
                 }
             }
             Event::Skipped { item, because } => {
                 self.seen.insert(item.clone());
-                if let Some(failed) = because.as_ref().and_then(|because| self.failures.get_mut(because)) {
-                    failed.waiting += 1;
+                if let Some(failure) = because.as_ref().and_then(|because| self.failures.get_mut(because)) {
+                    failure.waiting += 1;
                 }
             }
-            // A build that went to its end spoke of every item that there is.
+            // A build that was not cancelled has reported every item of the graph.
             Event::Ended(summary) if !summary.cancelled => {
                 self.failures.retain(|item, _| self.seen.contains(item));
             }
-            Event::Rejected { diagnostics } => {
-                self.manifest = Some(in_one_line(diagnostics));
-                return Turn::Broke;
+            Event::Rejected { faults } => {
+                self.manifest = Some(in_one_line(faults));
+                return Transition::Failed;
             }
             Event::Accepted => {
                 self.manifest = None;
-                return Turn::Mended;
+                return Transition::Fixed;
             }
             Event::BuildError { error, .. } => {
-                self.hindrance = Some(error.join(": "));
-                return Turn::Broke;
+                self.build = Some(error.join(": "));
+                return Transition::Failed;
             }
             _ => {}
         }
-        Turn::Same
+        Transition::None
     }
 
-    /// What to repeat after a rebuild: the errors that it did not print in full, in one paragraph.
+    /// What a rebuild repeats at its end: the errors that it did not print in full, in one paragraph.
     pub(crate) fn reminder(&self) -> Option<String> {
-        let failures = self.failures.iter().filter(|(_, failed)| !failed.fresh);
-        let failures = failures.map(|(item, failed)| format!("{item} ({})", failed.cause()));
+        let failures = self.failures.iter().filter(|(_, failure)| !failure.is_new);
+        let failures = failures.map(|(item, failure)| format!("{item} ({})", failure.in_one_line()));
         let named = self.manifest.iter().cloned().chain(failures).collect::<Vec<_>>();
-        (!named.is_empty()).then(|| format!("still failing: {}", few(&named, "; ")))
+        (!named.is_empty()).then(|| format!("still failing: {}", list(&named, "; ", NAMED)))
     }
 
-    /// Whether an error stands that keeps one of these items from being made anew.
-    pub(crate) fn is_of(&self, items: &[ItemName]) -> bool {
+    /// Whether one of the errors keeps some of these items from being rebuilt.
+    pub(crate) fn affects(&self, items: &[ItemName]) -> bool {
         let failed = self.failures.keys().any(|item| items.contains(item));
-        failed || self.manifest.is_some() || self.hindrance.is_some()
+        failed || self.manifest.is_some() || self.build.is_some()
     }
 
-    /// The errors for the bottom of a terminal, a few lines each.
-    pub(crate) fn pinned(&self) -> Vec<String> {
+    /// The errors, a few lines each, for the bottom of a terminal or a panel.
+    pub(crate) fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         lines.extend(self.manifest.clone());
-        lines.extend(self.hindrance.clone());
-        for (item, failed) in self.failures.iter().take(NAMED) {
-            let waiting = match failed.waiting {
+        lines.extend(self.build.clone());
+        for (item, failure) in self.failures.iter().take(NAMED) {
+            let waiting = match failure.waiting {
                 0 => String::new(),
                 1 => "  (1 item waits for it)".into(),
                 count => format!("  ({count} items wait for it)"),
             };
             lines.push(format!("FAILED  {item}{waiting}"));
-            lines.push(format!("        {}", failed.cause()));
-            lines.extend(failed.help.as_ref().map(|help| format!("        hint: {}", first_line(help))));
+            lines.push(format!("        {}", failure.in_one_line()));
+            lines.extend(failure.help.as_ref().map(|help| format!("        hint: {}", first_line(help))));
         }
-        if self.failures.len() > NAMED {
-            lines.push(format!("FAILED  {} more items", self.failures.len() - NAMED));
-        }
+        lines.extend(more(self.failures.len().saturating_sub(NAMED), "more failed item"));
         lines
     }
 }
 
-impl Failed {
-    /// The chain in one line: where, and what happened at the end of it.
-    fn cause(&self) -> String {
+impl FailedItem {
+    /// Its chain of causes in one line.
+    fn in_one_line(&self) -> String {
         self.error.iter().map(|cause| first_line(cause)).collect::<Vec<_>>().join(": ")
     }
 }
 
-/// The first error with its place, and the number of the others.
+/// The first of the manifest's errors with its place, and how many others there are.
 fn in_one_line(diagnostics: &Diagnostics) -> String {
-    let Diagnostics { file, text, errors } = diagnostics;
-    let Some(first) = errors.first() else { return file.clone() };
-    let place = first.span.as_ref().map(|span| line_and_column(text, span.start));
+    let Some(first) = diagnostics.errors.first() else { return diagnostics.file.clone() };
+    let place = first.span.as_ref().map(|span| line_and_column(&diagnostics.text, span.start));
     let place = place.map_or_else(String::new, |(line, column)| format!(":{line}:{column}"));
-    let more = match errors.len() - 1 {
-        0 => String::new(),
-        1 => " (and 1 more error)".into(),
-        more => format!(" (and {more} more errors)"),
+    let more = match diagnostics.errors.len() {
+        1 => String::new(),
+        2 => " (and 1 more error)".into(),
+        count => format!(" (and {} more errors)", count - 1),
     };
-    format!("{file}{place}: {}{more}", first_line(&first.message))
+    format!("{}{place}: {}{more}", diagnostics.file, first_line(&first.message))
 }
 
 fn first_line(text: &str) -> &str {
     text.lines().next().unwrap_or("")
-}
-
-/// Some of a list, and how many more there are.
-pub(crate) fn few(names: &[String], between: &str) -> String {
-    match names.len().checked_sub(NAMED) {
-        None | Some(0) => names.join(between),
-        Some(more) => format!("{} and {more} more", names[..NAMED].join(between)),
-    }
 }

@@ -1,6 +1,6 @@
-//! Panics of kinds: the engine catches them and tells them as failures of their items, so that Rust's own lines about
-//! them would only be in the way. With `RUST_BACKTRACE` set they are printed all the same. They are printed as Rust does, but
-//! through `print.rs`: a panic may quote what a file holds.
+//! How panics are printed. The engine catches panics of kinds and reports them as failures of their items, so
+//! they are printed only if `RUST_BACKTRACE` is set. Others are printed as Rust prints them, but through
+//! `print.rs`, because a panic may quote text from a file.
 
 use std::backtrace::Backtrace;
 use std::env;
@@ -11,32 +11,32 @@ use parking_lot::Mutex;
 
 use crate::print;
 
-/// What the last panic would have printed, where it was a worker's.
-static KEPT: Mutex<Option<String>> = Mutex::new(None);
+/// The text of the last panic, if a worker panicked.
+static WORKER_PANIC: Mutex<Option<String>> = Mutex::new(None);
 
-/// Does something during which panics of workers are printed only where they end it.
-pub(crate) fn told_once<T>(act: impl FnOnce() -> T) -> T {
+/// Calls a function; a panic of a worker during the call is printed only if it ends the call.
+pub(crate) fn reported_once<T>(act: impl FnOnce() -> T) -> T {
     let backtrace = env::var_os("RUST_BACKTRACE").filter(|value| value != "0");
     panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
         let thread = thread::current();
         let name = thread.name().unwrap_or("<unnamed>");
         let trace = match &backtrace {
-            None => "note: run with `RUST_BACKTRACE=1` to see where it comes from".into(),
+            None => "note: run with `RUST_BACKTRACE=1` to display a backtrace".into(),
             Some(value) if value == "full" => format!("{:#}", Backtrace::force_capture()),
             Some(_) => Backtrace::force_capture().to_string(),
         };
-        let told = format!("\nthread '{name}' {info}\n{}", trace.trim_end());
-        let is_kept = backtrace.is_none() && name.starts_with(engine::WORKER);
-        if !is_kept {
-            print::message(&told);
+        let text = format!("\nthread '{name}' {info}\n{}", trace.trim_end());
+        let is_caught = backtrace.is_none() && name.starts_with(engine::WORKER);
+        if !is_caught {
+            print::message(&text);
         }
-        *KEPT.lock() = is_kept.then_some(told);
+        *WORKER_PANIC.lock() = is_caught.then_some(text);
     }));
-    panic::catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|ended| {
-        if let Some(kept) = KEPT.lock().take() {
-            print::message(&kept);
+    panic::catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|panic| {
+        if let Some(text) = WORKER_PANIC.lock().take() {
+            print::message(&text);
         }
-        panic::resume_unwind(ended)
+        panic::resume_unwind(panic)
     })
 }
 
@@ -48,7 +48,7 @@ mod tests {
     use clap::Parser;
     use engine::{Context, Failure, Kind, Kinds, Output, Port, Product, parameters};
 
-    use super::told_once;
+    use super::reported_once;
     use crate::arguments::Arguments;
     use crate::{Exit, run};
 
@@ -80,7 +80,7 @@ mod tests {
         }
     }
 
-    /// Set in the process of its own that a test of this file runs another one in.
+    /// Set in the child process in which a test of this file runs another one.
     const OWN_PROCESS: &str = "SPECULA_TEST_PANICS";
 
     #[test]
@@ -90,7 +90,7 @@ mod tests {
         }
         let arguments = Arguments::parse_from(["specula", "build"]);
         let kinds = Kinds::default().with(Broken);
-        assert_eq!(told_once(|| run(arguments.command, &kinds)), Exit::Failed);
+        assert_eq!(reported_once(|| run(arguments.command, &kinds)), Exit::Failed);
     }
 
     #[test]
@@ -98,7 +98,7 @@ mod tests {
         if env::var_os(OWN_PROCESS).is_none() {
             return;
         }
-        told_once(|| {
+        reported_once(|| {
             let worker = std::thread::Builder::new().name(format!("{} 0", engine::WORKER));
             let ended = worker.spawn(|| panic!("ouch\u{1b}[31m")).unwrap().join();
             std::panic::resume_unwind(ended.unwrap_err());
@@ -118,24 +118,24 @@ mod tests {
             .output()
             .unwrap();
         assert!(String::from_utf8_lossy(&output.stdout).contains("running 1 test"));
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(told.contains(r"ouch\u{1b}[31m") && !told.contains('\u{1b}'), "{told:?}");
-        told
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(stderr.contains(r"ouch\u{1b}[31m") && !stderr.contains('\u{1b}'), "{stderr:?}");
+        stderr
     }
 
     #[test]
-    fn a_panic_of_a_kind_is_told_as_a_failure_and_no_second_time() {
-        let told = stderr_of("build_with_a_broken_kind", "0");
-        assert!(told.contains("a bug in kind broken: panicked: ouch"), "{told}");
-        assert!(!told.contains("panicked at"), "{told}");
-        let told = stderr_of("build_with_a_broken_kind", "1");
-        assert!(told.contains("panicked at") && told.contains("panics.rs"), "{told}");
+    fn a_panic_of_a_kind_is_reported_as_a_failure_and_not_twice() {
+        let stderr = stderr_of("build_with_a_broken_kind", "0");
+        assert!(stderr.contains("a bug in kind broken: panicked: ouch"), "{stderr}");
+        assert!(!stderr.contains("panicked at"), "{stderr}");
+        let stderr = stderr_of("build_with_a_broken_kind", "1");
+        assert!(stderr.contains("panicked at") && stderr.contains("panics.rs"), "{stderr}");
     }
 
     #[test]
-    fn a_panic_that_ends_the_process_is_told() {
-        let told = stderr_of("end_by_a_worker", "0");
-        assert_eq!(told.matches("panicked at").count(), 1, "{told}");
-        assert!(told.contains("ouch"), "{told}");
+    fn a_panic_that_ends_the_process_is_printed() {
+        let stderr = stderr_of("end_by_a_worker", "0");
+        assert_eq!(stderr.matches("panicked at").count(), 1, "{stderr}");
+        assert!(stderr.contains("ouch"), "{stderr}");
     }
 }

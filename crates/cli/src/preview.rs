@@ -1,12 +1,15 @@
-//! `specula preview`: materials under environments on meshes, in a window that follows every change, or as one picture.
+//! `specula preview`: materials on meshes under environments, in a window that follows every change, or as
+//! one picture.
 //!
-//! The window has the main thread, as systems want it. A watcher builds on another, and on a third a [`PreviewController`] turns what
-//! it hears into what the window shows. Where no window can be opened, the curator draws stills instead.
+//! The window has the main thread, as systems require. A watcher builds on a second thread, and on a third a
+//! [`PreviewController`](controller::PreviewController) turns the watcher's events into what the window
+//! shows. If no window can be opened, the controller draws stills instead.
 
 mod controller;
 mod files;
 #[cfg(feature = "window")]
 mod host;
+mod request;
 mod status;
 mod still;
 mod subject;
@@ -16,37 +19,31 @@ use ::preview::{InitialView, SubjectRequest};
 use engine::Kinds;
 use stages::PreviewCatalog;
 
+use self::request::WindowRequest;
+use self::subject::SubjectError;
 #[cfg(feature = "window")]
 use crate::arguments::Backend;
 use crate::arguments::{ManifestArgument, PreviewArguments, WatchArguments};
-use crate::{Exit, manifest, print, watch};
+use crate::exit::Exit;
+#[cfg(not(feature = "window"))]
+use crate::print::say;
+use crate::{manifest, watch};
 
-pub(crate) use still::{parse_exposure, parse_file as parse_still, parse_size};
-pub(crate) use subject::{parse_item, parse_mode};
-
-pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Exit {
+pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, Exit> {
     let manifest = ManifestArgument { manifest: arguments.manifest.clone() };
-    let plan = match manifest::load(&manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
-    let showcase = PreviewCatalog::of(plan);
-    if showcase.is_empty() {
-        let amiss = subject::nothing(&arguments.manifest, &[]);
-        print::error(&[amiss.message], Some(&amiss.help));
-        return Exit::Manifest;
+    let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds)?);
+    if catalog.is_empty() {
+        subject::nothing_to_preview(&arguments.manifest, &[]).print();
+        return Err(Exit::Manifest);
     }
-    let wish = SubjectRequest { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
-    if let Err(unknown) = subject::check(&showcase, &wish) {
-        print::error(&[unknown.message], Some(&unknown.help));
-        return Exit::Usage;
-    }
+    let request = SubjectRequest { mode: arguments.mode, ..arguments.item.clone().unwrap_or_default() };
+    subject::check(&catalog, &request).map_err(SubjectError::print)?;
     if let Some(file) = &arguments.still {
-        // As a window shows it that was never opened before.
-        let view = InitialView { state: None, request: wish };
-        return still::run(arguments, file, showcase, &view);
+        // The view of a window that was never opened before.
+        let view = InitialView { state: None, request };
+        return still::run(arguments, file, catalog, &view);
     }
-    open(arguments, kinds, showcase, manifest, wish)
+    open(arguments, kinds, catalog, manifest, request)
 }
 
 /// Opens the window.
@@ -56,25 +53,25 @@ fn open(
     kinds: &Kinds,
     _: PreviewCatalog,
     manifest: ManifestArgument,
-    wish: SubjectRequest,
-) -> Exit {
-    let watching = WatchArguments {
+    subject: SubjectRequest,
+) -> Result<Exit, Exit> {
+    let watched = WatchArguments {
         stages: Vec::new(),
         manifest,
         json: false,
         once: false,
         preview: true,
-        way: arguments.way.clone(),
+        watching: arguments.watching.clone(),
     };
-    let opening = window::WindowRequest {
-        manifest: &watching.manifest.manifest,
+    let request = WindowRequest {
+        manifest: &watched.manifest.manifest,
         kinds,
-        stages: &watching.stages,
-        wish,
+        stages: &watched.stages,
+        subject,
         cpu: arguments.backend == Some(Backend::Cpu),
-        goes_on_without: false,
+        continues_without: false,
     };
-    window::run(&opening, |cancel, also| watch::keep_fresh(&watching, kinds, cancel, also))
+    Ok(window::run(&request, |cancel, listener| watch::watch(&watched, kinds, cancel, listener)))
 }
 
 /// Without the feature `window`: draws what the window would show first.
@@ -84,26 +81,26 @@ fn open(
     _: &Kinds,
     catalog: PreviewCatalog,
     manifest: ManifestArgument,
-    wish: SubjectRequest,
-) -> Exit {
-    let view = window::initial_view(&manifest.manifest, wish);
+    subject: SubjectRequest,
+) -> Result<Exit, Exit> {
+    let view = request::initial_view(&manifest.manifest, subject);
     let file = files::PreviewFiles::beside(&manifest.manifest).still();
-    let exit = still::run(arguments, &file, catalog, &view);
+    let exit = still::run(arguments, &file, catalog, &view)?;
     if exit == Exit::Success {
-        print::say!("{}", window::HINT);
+        say!("{}", window::HINT);
     }
-    exit
+    Ok(exit)
 }
 
 /// `specula watch --preview`.
-pub(crate) fn beside_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
-    let opening = window::WindowRequest {
+pub(crate) fn run_with_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
+    let request = WindowRequest {
         manifest: &arguments.manifest.manifest,
         kinds,
         stages: &arguments.stages,
-        wish: SubjectRequest::default(),
+        subject: SubjectRequest::default(),
         cpu: false,
-        goes_on_without: true,
+        continues_without: true,
     };
-    window::run(&opening, |cancel, also| watch::keep_fresh(arguments, kinds, cancel, also))
+    window::run(&request, |cancel, listener| watch::watch(arguments, kinds, cancel, listener))
 }

@@ -1,15 +1,16 @@
-//! The two streams, and the only place that writes to them. `println!` and its like panic where the reader has gone
-//! away (`specula stages | head -1`), so Clippy forbids them here as everywhere. What is written is fit for a terminal,
-//! whether or not there is one: `escape.rs` has gone over it.
+//! The two streams, and the only place that writes to them.
+//!
+//! `println!` and its like panic if the reader has gone away (`specula stages | head -1`), so Clippy forbids
+//! them here as everywhere. Everything is escaped for a terminal (`escape.rs`), whether or not there is one.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use engine::{Event, EventLine};
+use engine::{Error, Event, EventLine};
 use serde_json::Value;
 
-use crate::Exit;
 use crate::escape::{Painted, escaped, escaped_json};
+use crate::exit::Exit;
 
 /// [`message`] with the arguments of `format!`.
 macro_rules! say {
@@ -17,18 +18,18 @@ macro_rules! say {
 }
 pub(crate) use say;
 
-/// Writes a command's whole result to standard output. A reader that wants no more of it is no error.
+/// Writes a command's whole result to standard output. It is not an error if the reader stops reading.
 pub(crate) fn data(text: &str) -> Exit {
-    finished(written(&escaped(text)))
+    exit_of(written(&escaped(text)))
 }
 
-fn finished(written: io::Result<()>) -> Exit {
+fn exit_of(written: io::Result<()>) -> Exit {
     match written {
         Ok(()) => Exit::Success,
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Exit::Success,
         Err(error) => {
-            message(&format!("error: cannot write to standard output: {error}"));
-            Exit::Machine
+            say!("error: cannot write to standard output: {error}");
+            Exit::System
         }
     }
 }
@@ -39,55 +40,62 @@ fn written(text: &str) -> io::Result<()> {
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())
 }
 
-/// The version of what [`json`] writes: raised where a field goes or means something else, not where one is added.
+/// The version of the JSON that commands print: raised if a field goes or changes its meaning, not if one is
+/// added.
 const VERSION: u32 = 1;
 
-/// Writes what a command found as one line of JSON, an object that holds its version as `v`.
-pub(crate) fn json(mut found: Value) -> Exit {
-    if let Some(object) = found.as_object_mut() {
+/// Writes a command's result as one line of JSON: an object, with the version of its format as `v`.
+pub(crate) fn json(mut result: Value) -> Exit {
+    if let Some(object) = result.as_object_mut() {
         object.insert("v".into(), VERSION.into());
     }
-    finished(written(&escaped_json(&format!("{found}\n"))))
+    exit_of(written(&escaped_json(&format!("{result}\n"))))
 }
 
-/// The events of a command on standard output, a line of JSON each. A reader that has gone away does not stop the build,
-/// nor does a full disk: that is told once, and the rest is not written.
+/// The events of a command on standard output, each as a line of JSON. Neither a reader that has gone away
+/// nor a full disk stops the build: a write error is reported once, and the rest of the events is dropped.
 #[derive(Default)]
 pub(crate) struct EventStream {
-    is_unheard: AtomicBool,
-    is_torn: AtomicBool,
+    reader_gone: AtomicBool,
+    failed: AtomicBool,
 }
 
 impl EventStream {
     pub(crate) fn write(&self, event: Event) {
-        if self.is_unheard() || self.is_torn() {
+        if self.reader_gone() || self.failed() {
             return;
         }
         let line = serde_json::to_string(&EventLine::now(event)).map_err(io::Error::other);
-        match line.and_then(|line| written(&escaped_json(&(line + "\n")))) {
-            Ok(()) => {}
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
-                self.is_unheard.store(true, Ordering::Relaxed);
-            }
-            Err(error) => {
-                self.is_torn.store(true, Ordering::Relaxed);
-                message(&format!("error: cannot write to standard output: {error}"));
-            }
+        let result = line.and_then(|line| written(&escaped_json(&(line + "\n"))));
+        if result.as_ref().is_err_and(|error| error.kind() == ErrorKind::BrokenPipe) {
+            self.reader_gone.store(true, Ordering::Relaxed);
+        }
+        if exit_of(result) != Exit::Success {
+            self.failed.store(true, Ordering::Relaxed);
         }
     }
 
-    /// Whether its reader has gone away.
-    pub(crate) fn is_unheard(&self) -> bool {
-        self.is_unheard.load(Ordering::Relaxed)
+    /// Whether the reader has gone away.
+    pub(crate) fn reader_gone(&self) -> bool {
+        self.reader_gone.load(Ordering::Relaxed)
     }
 
-    /// Whether its reader lacks something.
-    pub(crate) fn is_torn(&self) -> bool {
-        self.is_torn.load(Ordering::Relaxed)
+    /// Whether events were lost because they could not be written.
+    pub(crate) fn failed(&self) -> bool {
+        self.failed.load(Ordering::Relaxed)
     }
 }
 
-/// Writes what went wrong, what led to it, and what to do.
+/// Reports an error of the engine that stopped a whole command, and returns the exit code.
+pub(crate) fn failure(failure: Error) -> Exit {
+    error(failure.chain(), failure.help());
+    match failure.kind() {
+        engine::ErrorKind::UnknownTarget => Exit::Usage,
+        _ => Exit::System,
+    }
+}
+
+/// Writes what went wrong, its causes, and what to do.
 pub(crate) fn error(chain: &[String], help: Option<&str>) {
     for (index, cause) in chain.iter().enumerate() {
         say!("{}{cause}", if index == 0 { "error: " } else { "  " });
@@ -102,7 +110,8 @@ pub(crate) fn message(line: &str) {
     painted(&Painted::plain(line));
 }
 
-/// Writes a line that has colours to standard error. If even that fails, nobody is left to be told.
+/// Writes a line that has colours to standard error. If even that fails, there is no other place for a
+/// message.
 pub(crate) fn painted(line: &Painted) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }

@@ -1,8 +1,8 @@
-//! Why something ran or would run, in words.
+//! Why an item ran or would run, in words.
 
 use engine::{Cause, Digest, ItemName, Reason, Timestamp};
 
-/// Why an item ran or would run; the items that would run before it share the last line.
+/// The reasons of an item; the items that would run before it share the last line.
 pub(crate) fn lines(reasons: &[Reason]) -> Vec<String> {
     let (mut lines, mut awaited) = (Vec::new(), Vec::new());
     for reason in reasons {
@@ -17,7 +17,8 @@ pub(crate) fn lines(reasons: &[Reason]) -> Vec<String> {
     lines
 }
 
-/// What began it, and the items that it came through: `gold.toml changed (...) -> material [gold] -> map [gold]`.
+/// The change that caused a rerun, and the items on the way: `gold.toml changed (...) -> material [gold] ->
+/// map [gold]`.
 pub(crate) fn cause(cause: &Cause) -> String {
     let via = match (&cause.reason, &cause.chain[..]) {
         (_, [_]) => &[],
@@ -28,7 +29,7 @@ pub(crate) fn cause(cause: &Cause) -> String {
     format!("{}{}", origin(cause), via.collect::<String>())
 }
 
-/// What began it, without the way: a file says where it was read, everything else names its item.
+/// The change that caused a rerun, with its item unless it is a file.
 pub(crate) fn origin(cause: &Cause) -> String {
     match &cause.chain[..] {
         [first, _, ..] if !matches!(cause.reason, Reason::File { .. }) => {
@@ -40,7 +41,7 @@ pub(crate) fn origin(cause: &Cause) -> String {
 
 /// One reason.
 pub(crate) fn line(reason: &Reason) -> String {
-    // A port that is called as the stage that feeds it needs no name.
+    // A port that has the name of the stage that feeds it is not repeated.
     let at = |port: &str, from: &ItemName| {
         if port == from.stage { from.to_string() } else { format!("{port} = {from}") }
     };
@@ -49,7 +50,7 @@ pub(crate) fn line(reason: &Reason) -> String {
         Reason::FailedBefore => "its last run failed".into(),
         Reason::Parameter { name, old, new } => format!("{name} changed from {old} to {new}"),
         Reason::Awaits { item, .. } => format!("after {item}"),
-        Reason::Input { port, item, new: None, .. } => format!("{} no longer arrives", at(port, item)),
+        Reason::Input { port, item, new: None, .. } => format!("{} is no longer an input", at(port, item)),
         Reason::Input { port, item, old: None, .. } => format!("{} is new", at(port, item)),
         Reason::Input { port, item, old, new } => {
             format!("{} changed ({} to {})", at(port, item), short(old.as_ref()), short(new.as_ref()))
@@ -62,14 +63,14 @@ pub(crate) fn line(reason: &Reason) -> String {
         }
         Reason::Kind { old, new } => format!("the kind was {old} and is {new}"),
         Reason::ResultLost => "its stored result is gone or damaged".into(),
-        Reason::Returned => "it had gone and is back".into(),
+        Reason::Returned => "it was removed and is back".into(),
     }
 }
 
-/// Why an item ran, in a few words beside the files that are known to have changed.
+/// One reason in a few words, for a line below the names of the changed files.
 pub(crate) fn brief(reason: &Reason, changed: &[String]) -> String {
     match reason {
-        Reason::Input { item, new: None, .. } => format!("{} no longer arrives", item.stage),
+        Reason::Input { item, new: None, .. } => format!("{} is no longer an input", item.stage),
         Reason::Input { item, old: None, .. } => format!("{} is new", item.stage),
         Reason::Input { item, .. } => format!("{} changed", item.stage),
         Reason::File { path, old, new, .. } => {
@@ -84,12 +85,12 @@ pub(crate) fn brief(reason: &Reason, changed: &[String]) -> String {
     }
 }
 
-/// A content and when it was written: `9d2b0c6f1a34 of 2026-03-01 09:30:05 UTC`.
+/// A digest and when the file was written: `9d2b0c6f1a34 of 2026-03-01 09:30:05 UTC`.
 pub(crate) fn dated(digest: Option<&Digest>, time: Option<Timestamp>) -> String {
     time.map_or_else(|| short(digest), |time| format!("{} of {time}", short(digest)))
 }
 
-/// The first digits of a digest, enough to compare by eye.
+/// The first digits of a digest, enough for people to compare.
 pub(crate) fn short(digest: Option<&Digest>) -> String {
     digest.map_or_else(|| "(none)".into(), |digest| digest.to_string()[..12].to_owned())
 }

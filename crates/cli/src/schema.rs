@@ -1,15 +1,16 @@
-//! `specula schema`: JSON Schemas, from the kinds, the models and the events themselves.
+//! `specula schema`: the JSON Schemas of manifests, material files and events.
 
 use engine::{EventLine, Kinds};
 
 use crate::arguments::SchemaSubject;
-use crate::{Exit, print};
+use crate::exit::Exit;
+use crate::print;
 
 pub(crate) fn run(subject: SchemaSubject, kinds: &Kinds) -> Exit {
     print::data(&text(subject, kinds))
 }
 
-/// The schema as a file holds it.
+/// The text of a schema file.
 pub(crate) fn text(subject: SchemaSubject, kinds: &Kinds) -> String {
     let schema = match subject {
         SchemaSubject::Pipeline => kinds.schema(),

@@ -1,5 +1,5 @@
-//! The terminal as a command uses it: lines that stay, below them a bar while something works, below that what is
-//! pinned. Without a terminal only the lines are left.
+//! The terminal as a command uses it: lines that stay, below them a progress bar, and below that pinned
+//! lines. Without a terminal there are only the lines that stay.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -11,26 +11,27 @@ use parking_lot::Mutex;
 use crate::escape::{Painted, escaped};
 use crate::{print, terminal};
 
-/// Draws are limited to some a second: a tick shows what changed since the last one.
+/// The number of draws per second is limited: a tick shows what changed since the one before.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Standard error as people see it.
 pub(crate) struct Screen {
-    /// Where lines go when nothing moves.
+    /// Writes lines if there is no progress bar.
     plain: Box<dyn Fn(&Painted) + Send + Sync>,
-    moving: Option<Moving>,
+    width: fn() -> usize,
+    live: Option<Live>,
     running: Mutex<BTreeSet<ItemName>>,
 }
 
-/// What moves on a terminal.
-struct Moving {
+/// What is redrawn on a terminal.
+struct Live {
     all: MultiProgress,
-    /// The bar of the build at work.
+    /// The bar of the current build.
     bar: Mutex<Option<ProgressBar>>,
     pinned: ProgressBar,
 }
 
-impl Moving {
+impl Live {
     fn on(all: MultiProgress) -> Self {
         let pinned = all.add(ProgressBar::new(0).with_style(style("{msg}")));
         Self { all, bar: Mutex::default(), pinned }
@@ -38,28 +39,39 @@ impl Moving {
 }
 
 impl Screen {
-    /// Standard error; where it is a terminal and `moving` is asked for, with a bar.
-    pub(crate) fn new(moving: bool) -> Self {
-        let moving = (moving && terminal::is_watched()).then(|| Moving::on(MultiProgress::new()));
-        Self { plain: Box::new(print::painted), moving, running: Mutex::default() }
+    /// Standard error, with a progress bar if it is a terminal and `with_bar` is set.
+    pub(crate) fn new(with_bar: bool) -> Self {
+        let live = (with_bar && terminal::is_terminal()).then(|| Live::on(MultiProgress::new()));
+        Self { plain: Box::new(print::painted), width: terminal::width, live, running: Mutex::default() }
     }
 
-    /// Lines for whoever asks, and nothing that moves.
+    /// Gives lines to a test.
     #[cfg(test)]
     pub(crate) fn plain(lines: impl Fn(&str) + Send + Sync + 'static) -> Self {
         let plain = move |line: &Painted| lines(&line.to_string());
-        Self { plain: Box::new(plain), moving: None, running: Mutex::default() }
+        Self {
+            plain: Box::new(plain),
+            width: || terminal::PLAIN_WIDTH,
+            live: None,
+            running: Mutex::default(),
+        }
     }
 
-    /// A terminal of a test's own.
+    /// A terminal of a test.
     #[cfg(test)]
-    fn moving(terminal: MultiProgress) -> Self {
-        Self { plain: Box::new(|_| {}), moving: Some(Moving::on(terminal)), running: Mutex::default() }
+    fn live(terminal: MultiProgress) -> Self {
+        let live = Some(Live::on(terminal));
+        Self { plain: Box::new(|_| {}), width: || terminal::PLAIN_WIDTH, live, running: Mutex::default() }
     }
 
-    /// Whether something is pinned and moves; if not, lines have to say everything.
-    pub(crate) fn moves(&self) -> bool {
-        self.moving.is_some()
+    /// Whether lines can be pinned; if not, the lines that stay have to say everything.
+    pub(crate) fn can_pin(&self) -> bool {
+        self.live.is_some()
+    }
+
+    /// The columns to fill.
+    pub(crate) fn width(&self) -> usize {
+        (self.width)()
     }
 
     /// A line that stays.
@@ -69,22 +81,22 @@ impl Screen {
 
     /// Lines with colours that stay.
     pub(crate) fn painted(&self, lines: &Painted) {
-        match &self.moving {
-            // What cannot be written to a terminal has nobody to be told to.
-            Some(moving) => _ = moving.all.println(lines.to_string()),
+        match &self.live {
+            // There is no other place to report that a terminal cannot be written to.
+            Some(live) => _ = live.all.println(lines.to_string()),
             None => (self.plain)(lines),
         }
     }
 
-    /// A build of so many items begins.
+    /// A build of this many items begins.
     pub(crate) fn begin(&self, items: usize) {
-        let Some(moving) = &self.moving else { return };
+        let Some(live) = &self.live else { return };
         self.clear();
         let bar =
             ProgressBar::new(items as u64).with_style(style("{bar:30} {pos}/{len} {elapsed:>4}  {wide_msg}"));
-        let bar = moving.all.insert_before(&moving.pinned, bar);
+        let bar = live.all.insert_before(&live.pinned, bar);
         bar.enable_steady_tick(TICK);
-        *moving.bar.lock() = Some(bar);
+        *live.bar.lock() = Some(bar);
     }
 
     /// An item begins to run.
@@ -92,41 +104,41 @@ impl Screen {
         self.with_running(|running| _ = running.insert(item.clone()));
     }
 
-    /// An item ran.
+    /// An item ran or failed.
     pub(crate) fn ended(&self, item: &ItemName) {
         self.with_running(|running| _ = running.remove(item));
         self.settled();
     }
 
-    /// One item less to do.
+    /// Nothing is left to do for one item more.
     pub(crate) fn settled(&self) {
         self.with_bar(|bar| bar.inc(1));
     }
 
-    /// Nothing works any more: the bar goes.
+    /// The build is over: removes the bar.
     pub(crate) fn clear(&self) {
-        if let Some(moving) = &self.moving
-            && let Some(bar) = moving.bar.lock().take()
+        if let Some(live) = &self.live
+            && let Some(bar) = live.bar.lock().take()
         {
             bar.finish_and_clear();
-            moving.all.remove(&bar);
+            live.all.remove(&bar);
         }
         self.running.lock().clear();
     }
 
-    /// What stays at the bottom from now on.
+    /// Pins these lines to the bottom, in place of those before.
     pub(crate) fn pin(&self, text: String) {
-        if let Some(moving) = &self.moving {
-            moving.pinned.set_message(escaped(&text).into_owned());
-            moving.pinned.tick();
+        if let Some(live) = &self.live {
+            live.pinned.set_message(escaped(&text).into_owned());
+            live.pinned.tick();
         }
     }
 
-    /// Takes everything away that is not a line.
+    /// Removes everything but the lines that stay.
     pub(crate) fn close(&self) {
         self.clear();
-        if let Some(moving) = &self.moving {
-            moving.pinned.finish_and_clear();
+        if let Some(live) = &self.live {
+            live.pinned.finish_and_clear();
         }
     }
 
@@ -140,15 +152,15 @@ impl Screen {
     }
 
     fn with_bar(&self, act: impl FnOnce(&ProgressBar)) {
-        if let Some(moving) = &self.moving
-            && let Some(bar) = moving.bar.lock().as_ref()
+        if let Some(live) = &self.live
+            && let Some(bar) = live.bar.lock().as_ref()
         {
             act(bar);
         }
     }
 }
 
-/// A style by its template, or indicatif's own where the template were wrong.
+/// A style by its template, or indicatif's default if the template is not valid.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
@@ -163,7 +175,7 @@ mod tests {
 
     use super::*;
 
-    /// A terminal that remembers what was written to it, less what moves the cursor.
+    /// A terminal that records what is written to it, without what moves the cursor.
     #[derive(Clone, Debug, Default)]
     struct Terminal(Arc<Mutex<String>>);
 
@@ -211,19 +223,19 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_on_a_terminal_is_escaped_and_what_is_painted_is_not() {
+    fn bars_and_pinned_lines_are_escaped_and_painted_lines_are_not() {
         let terminal = Terminal::default();
         let drawn_to = ProgressDrawTarget::term_like(Box::new(terminal.clone()));
-        let screen = Screen::moving(MultiProgress::with_draw_target(drawn_to));
+        let screen = Screen::live(MultiProgress::with_draw_target(drawn_to));
         let key = ItemKey::from_iter([("paint", "gold\u{1b}]0;title\u{7}")]);
         screen.begin(2);
         screen.started(&ItemName { stage: "map".into(), key });
         screen.pin("a pin\u{9b}\u{202e}".into());
-        // A line draws all anew, whenever the last tick was.
+        // A line redraws everything, even if the last tick was a moment ago.
         screen.line("a line\u{1b}[31m");
         let written = terminal.0.lock().clone();
-        for shown in [r"gold\u{1b}]0;title\u{7}", r"a line\u{1b}[31m", r"a pin\u{9b}\u{202e}"] {
-            assert!(written.contains(shown), "no {shown} in {written:?}");
+        for escaped in [r"gold\u{1b}]0;title\u{7}", r"a line\u{1b}[31m", r"a pin\u{9b}\u{202e}"] {
+            assert!(written.contains(escaped), "no {escaped} in {written:?}");
         }
         for raw in ["\u{1b}]", "\u{1b}[31m", "\u{7}", "\u{9b}", "\u{202e}"] {
             assert!(!written.contains(raw), "{raw:?} in {written:?}");

@@ -2,14 +2,19 @@
 
 use std::io::IsTerminal;
 
-/// Whether someone watches: progress bars may move.
-pub(crate) fn is_watched() -> bool {
+use console::Term;
+
+/// The columns that are filled if standard error is not a terminal.
+pub(crate) const PLAIN_WIDTH: usize = 100;
+
+/// Whether standard error is a terminal, so that a progress bar can move there.
+pub(crate) fn is_terminal() -> bool {
     std::io::stderr().is_terminal()
 }
 
 /// Whether colour is wanted: on a terminal, unless `NO_COLOR` is set.
 pub(crate) fn shows_colour() -> bool {
-    is_watched() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+    is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
 /// Whether lines and corners can be drawn.
@@ -19,9 +24,10 @@ pub(crate) fn shows_unicode() -> bool {
     cfg!(windows) || locale.is_some_and(|locale| locale.to_string_lossy().to_lowercase().contains("utf"))
 }
 
-/// The columns to fill.
+/// The columns to fill: those of the terminal, from 40 to 160, or [`PLAIN_WIDTH`].
 pub(crate) fn width() -> usize {
-    100
+    let size = Term::stderr().size_checked().filter(|_| is_terminal());
+    size.map_or(PLAIN_WIDTH, |(_, columns)| usize::from(columns).clamp(40, 160))
 }
 
 /// The time of day where the user is: `14:03:12`.

@@ -1,4 +1,4 @@
-//! `specula verify`: whether an exported file is what its recipe says, and whether that is up to date.
+//! `specula verify`: whether an exported file matches its recipe, and whether it is up to date.
 
 use std::fmt::Write;
 use std::io::ErrorKind;
@@ -7,66 +7,49 @@ use engine::{Content, Kinds, Recipe, SourceFile, Verification};
 use serde_json::json;
 
 use crate::arguments::VerifyArguments;
-use crate::print::say;
+use crate::exit::Exit;
 use crate::reasons::{cause, dated, short};
-use crate::{Exit, exit, manifest, print};
+use crate::{manifest, print};
 
-pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Exit {
-    let plan = match manifest::load(&arguments.manifest, kinds) {
-        Ok(plan) => plan,
-        Err(exit) => return exit,
-    };
-    // As for `explain`, a name may be meant relative to out.
+pub(crate) fn run(arguments: &VerifyArguments, kinds: &Kinds) -> Result<Exit, Exit> {
+    let plan = manifest::load(&arguments.query.manifest, kinds)?;
+    // As for `explain`, a path may be relative to `out`.
     let below = plan.out.join(&arguments.file);
     let file = if !arguments.file.exists() && below.exists() { &below } else { &arguments.file };
-    let bytes = match engine::read_file(file) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            say!("error: cannot read {}: {error}", file.display());
-            match error.kind() {
-                ErrorKind::NotFound => {
-                    say!("hint: a published file that is gone comes back with `specula build`")
-                }
-                ErrorKind::IsADirectory => say!("hint: name one of the files in it"),
-                _ => {}
-            }
-            return Exit::Usage;
-        }
+    let bytes = engine::read_file(file).map_err(|error| {
+        let help = match error.kind() {
+            ErrorKind::NotFound => Some("`specula build` restores a published file that is gone"),
+            ErrorKind::IsADirectory => Some("name one of the files in this folder"),
+            _ => None,
+        };
+        print::error(&[format!("cannot read {}: {error}", file.display())], help);
+        Exit::Usage
+    })?;
+    let found = engine::verify(&plan, file, &bytes, &containers::read_recipe).map_err(print::failure)?;
+    let printed = match arguments.query.json {
+        true => print::json(json!({ "current": found.is_current(), "verification": found })),
+        false => print::data(&describe(&found)),
     };
-    match engine::verify(&plan, file, &bytes, &containers::read_recipe) {
-        Ok(found) => {
-            let printed = if arguments.json {
-                print::json(json!({ "current": found.is_current(), "verification": found }))
-            } else {
-                print::data(&describe(&found))
-            };
-            match printed {
-                Exit::Success if !found.is_current() => Exit::Failed,
-                exit => exit,
-            }
-        }
-        Err(error) => exit::of_error(&error),
-    }
+    Ok(if printed == Exit::Success && !found.is_current() { Exit::Failed } else { printed })
 }
 
 fn describe(found: &Verification) -> String {
     let changed = found.sources.iter().filter(|source| source.old != source.new).collect::<Vec<_>>();
     let verdict = match &found.content {
-        Content::Altered { .. } => "ALTERED: its bytes are not those that were made",
-        _ if matches!(found.recipe, Recipe::Differs { .. }) => {
-            "ALTERED: its recipe is not that of its record"
-        }
-        Content::Earlier => "stale: its item has made another since",
+        Content::Altered { .. } => "ALTERED: its bytes are not those that were published",
+        _ if matches!(found.recipe, Recipe::Differs { .. }) => "ALTERED: its recipe differs from its record",
+        Content::Earlier => "stale: its item has a newer result",
         Content::Current if found.item.is_none() || !found.gone.is_empty() => {
-            "stale: the manifest does not make it any more"
+            "stale: the manifest no longer makes it"
         }
         Content::Current if !changed.is_empty() => "stale: its sources have changed since",
         Content::Current if !found.revised.is_empty() => "stale: parameters or kinds have changed since",
-        Content::Current if found.would_run => "stale: a build would make it anew",
-        Content::Current => "current: it is what was made, and a build would leave it as it is",
+        Content::Current if found.would_run => "stale: a build would make it again",
+        Content::Current => "current: a build would leave it unchanged",
     };
     let mut text = format!("{}: {verdict}\n", found.file);
-    let item = found.item.as_ref().map_or_else(|| "an item that is gone".into(), ToString::to_string);
+    let item =
+        found.item.as_ref().map_or_else(|| "an item that no longer exists".into(), ToString::to_string);
     let _ = match &found.item {
         Some(taker) if *taker != found.maker => {
             let (maker, made) = (&found.maker, found.made);
@@ -79,7 +62,7 @@ fn describe(found: &Verification) -> String {
         Content::Current => writeln!(text, "  bytes     {now}, the last result"),
         Content::Earlier => writeln!(text, "  bytes     {now}, the result of an earlier run"),
         Content::Altered { made } => {
-            writeln!(text, "  bytes     {now}, but {} was made", short(made.as_ref()))
+            writeln!(text, "  bytes     {now}, but {} was published", short(made.as_ref()))
         }
     };
     let _ = match &found.recipe {
@@ -92,7 +75,7 @@ fn describe(found: &Verification) -> String {
         }
         Recipe::Absent => writeln!(text, "  recipe    none in the file or beside it"),
     };
-    // That a file was no folder, and is none, is not worth a line.
+    // A path that did not exist then and does not exist now is not worth a line.
     let worth = |source: &&SourceFile| source.old.is_some() || source.new.is_some();
     for source in found.sources.iter().filter(worth) {
         let _ = writeln!(text, "  {}", describe_source(source));
@@ -101,15 +84,15 @@ fn describe(found: &Verification) -> String {
         let _ = writeln!(text, "  revised   {}", cause(revised));
     }
     for gone in &found.gone {
-        let _ = writeln!(text, "  gone      {gone}: the manifest has no such item any more");
+        let _ = writeln!(text, "  gone      {gone}: the manifest no longer has this item");
     }
     for forgotten in &found.forgotten {
         let _ =
-            writeln!(text, "  unknown   {forgotten}: no record is left of the run that made what was used");
+            writeln!(text, "  unknown   {forgotten}: the record of the run whose result was used is gone");
     }
     if found.would_run {
-        for begun in &found.causes {
-            let _ = writeln!(text, "  would run {}", cause(begun));
+        for first in &found.causes {
+            let _ = writeln!(text, "  would run {}", cause(first));
         }
     }
     text
@@ -119,7 +102,7 @@ fn describe_source(source: &SourceFile) -> String {
     let what = if source.listing { "names in " } else { "" };
     let old = dated(source.old.as_ref(), source.old_time);
     match source.new {
-        new if new == source.old => format!("as it was {what}{} ({old})", source.path),
+        new if new == source.old => format!("unchanged {what}{} ({old})", source.path),
         None => format!("gone      {what}{} (was {old})", source.path),
         Some(new) => {
             format!("changed   {what}{} ({old} to {})", source.path, dated(Some(&new), source.new_time))

@@ -1,4 +1,4 @@
-//! `specula watch`: keeps the outputs fresh while files change.
+//! `specula watch`: keeps the outputs up to date while files change.
 
 use std::time::{Duration, Instant};
 
@@ -7,74 +7,72 @@ use parking_lot::Mutex;
 
 use crate::arguments::WatchArguments;
 use crate::build::{exit_of, stop_on_interrupt};
+use crate::exit::Exit;
 use crate::print::EventStream;
 use crate::screen::Screen;
-use crate::session::{Moment, Session};
-use crate::{Exit, exit, preview, terminal};
+use crate::watch_reporter::{Moment, WatchReporter};
+use crate::{print, terminal};
 
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
-    if arguments.preview {
-        return preview::beside_watch(arguments, kinds);
-    }
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
-    keep_fresh(arguments, kinds, &cancel, &|_| {})
+    watch(arguments, kinds, &cancel, &|_| {})
 }
 
-/// Watches until it is cancelled, and tells people or programs what happens; `also` hears it before them.
-pub(crate) fn keep_fresh(
+/// Watches until it is cancelled, and reports each event; `listener` gets it first.
+pub(crate) fn watch(
     arguments: &WatchArguments,
     kinds: &Kinds,
     cancel: &Cancel,
-    also: &(dyn Fn(&Event) + Sync),
+    listener: &(dyn Fn(&Event) + Sync),
 ) -> Exit {
-    let way = &arguments.way;
+    let watching = &arguments.watching;
     let options = WatchOptions {
         build: BuildOptions {
             stages: arguments.stages.clone(),
-            jobs: way.jobs.map(usize::from),
+            jobs: watching.jobs.map(usize::from),
             keep_going: true,
             ..BuildOptions::default()
         },
-        debounce: Duration::from_millis(way.debounce),
-        poll: way.poll.map(Duration::from_millis),
+        debounce: Duration::from_millis(watching.debounce),
+        poll: watching.poll.map(Duration::from_millis),
         once: arguments.once,
-        memory: way.memory,
-        cache_limit: way.max_cache,
+        memory: watching.memory,
+        cache_limit: watching.max_cache,
     };
     let start = Instant::now();
-    let session = Session::new(way.verbose, Screen::new(!arguments.json), move || Moment {
+    let reporter = WatchReporter::new(watching.verbose, Screen::new(!arguments.json), move || Moment {
         milliseconds: start.elapsed().as_secs_f64() * 1e3,
         time: terminal::time_of_day(),
     });
     let stream = EventStream::default();
-    // How the last build ended, and whether the manifest is sound.
+    // How the last build ended, and whether the manifest is valid.
     let last = Mutex::new((Exit::Success, true));
     let events = |event: Event| {
-        also(&event);
+        listener(&event);
         match &event {
             Event::Ended(summary) => last.lock().0 = exit_of(summary),
-            Event::BuildError { .. } => last.lock().0 = Exit::Machine,
-            // What is built from now on is the last good graph, not what was asked for.
+            Event::BuildError { .. } => last.lock().0 = Exit::System,
+            // From now on builds use the last valid manifest, which is not the one that was asked for.
             Event::Rejected { .. } => last.lock().1 = false,
             Event::Accepted => last.lock().1 = true,
             _ => {}
         }
         if arguments.json {
             stream.write(event);
-            // Nobody would ever end it.
-            if stream.is_unheard() {
+            // Nobody would ever stop this process.
+            if stream.reader_gone() {
                 cancel.cancel();
             }
         } else {
-            session.tell(&event);
+            reporter.show(&event);
         }
     };
-    let watched = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
-    session.close();
-    match watched {
-        Err(error) => exit::of_error(&error),
-        Ok(()) if stream.is_torn() => Exit::Machine,
+    let result = engine::watch(&arguments.manifest.manifest, kinds, &options, cancel, &events);
+    reporter.close();
+    match result {
+        Err(error) => print::failure(error),
+        Ok(()) if stream.failed() => Exit::System,
         Ok(()) if !arguments.once => Exit::Success,
         Ok(()) if cancel.is_cancelled() => Exit::Interrupted,
         Ok(()) => match *last.lock() {

@@ -1,4 +1,4 @@
-//! What `specula inspect` says of materials: material files, measured files and material artifacts.
+//! How `specula inspect` describes materials: material files, measured files and material artifacts.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,9 +9,9 @@ use containers::tensors;
 use engine::Failure;
 use serde_json::{Value, json};
 
-use super::Facts;
+use super::facts::Facts;
 
-/// A material by its file's name; `None` where the name is of no such file.
+/// A material file; `None` if its name is not that of a material file.
 pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure>> {
     let name = file.file_name()?.to_string_lossy();
     let toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
@@ -24,7 +24,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         };
         if toml && is_manifest(&name, bytes) {
             return Err(Failure::new(format!("{name} is a manifest, not a material"))
-                .help("`specula graph` shows what it holds"));
+                .help("`specula graph` shows its stages"));
         }
         let found = stages::read_material(&name, bytes, &read)?;
         let format = Format::of_name(&name).map_or("TOML", Format::name);
@@ -43,7 +43,7 @@ fn is_manifest(name: &str, bytes: &[u8]) -> bool {
     engine::Document::parse(name, bytes).is_ok_and(|document| document.table.get("stage").is_some())
 }
 
-/// The models of a material, and what [`brdf::checks`] finds.
+/// The models of a material, and the result of [`brdf::checks`].
 pub(super) fn checked(material: &Material) -> Facts {
     let checks = brdf::checks(material);
     let greatest = checks.greatest();
@@ -65,7 +65,7 @@ pub(super) fn checked(material: &Material) -> Facts {
         (
             "energy",
             match checks.makes_light() {
-                true => "more than 1: some view sees more light than falls on the surface",
+                true => "more than 1: some view reflects more light than arrives",
                 false => "at most 1",
             }
             .into(),
@@ -79,12 +79,12 @@ fn models(material: &Material) -> Value {
     let text = described.ok().and_then(|mut description| description.metadata.remove("material"));
     let mut models =
         text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_else(|| material.name().into());
-    tell_shapes(&mut models, material);
+    add_shapes(&mut models, material);
     models
 }
 
-/// Puts the shape of each measured table, [theta_h, theta_d, phi_d], where the artifact has its number.
-fn tell_shapes(models: &mut Value, material: &Material) {
+/// Replaces the number of each measured table by its shape, [theta_h, theta_d, phi_d].
+fn add_shapes(models: &mut Value, material: &Material) {
     match material {
         Material::Measured(measured) => {
             if let Some(table) = models.get_mut("table") {
@@ -93,27 +93,23 @@ fn tell_shapes(models: &mut Value, material: &Material) {
         }
         Material::Layers(layers) => {
             let parts = models.get_mut("layers").and_then(Value::as_array_mut);
-            parts.into_iter().flatten().zip(layers).for_each(|(models, layer)| tell_shapes(models, layer));
+            parts.into_iter().flatten().zip(layers).for_each(|(models, layer)| add_shapes(models, layer));
         }
         _ => {}
     }
 }
 
 fn reciprocity(checks: &Checks) -> String {
-    let fault = checks.reciprocity;
+    let error = checks.reciprocity;
     match checks.is_reciprocal() {
-        true => {
-            format!("light and view may change places: the BRDF differs by {fault:.1e} of itself at most")
-        }
-        false => {
-            format!("light and view may not change places: the BRDF differs by up to {fault:.3} of itself")
-        }
+        true => format!("reciprocal, within {error:.1e} of the BRDF's value"),
+        false => format!("not reciprocal: off by up to {error:.3} of the BRDF's value"),
     }
 }
 
-/// What a view sees of a constant sky of radiance 1; angles in degrees.
+/// What a view reflects of a constant environment of radiance 1; angles are in degrees.
 fn albedo_of(albedo: &brdf::Albedo, isotropic: bool) -> Value {
-    // Four digits, whatever the size.
+    // Four significant digits.
     let rgb = albedo.rgb.map(|channel| format!("{channel:.3e}").parse().unwrap_or(channel));
     match isotropic {
         true => json!({ "angle": albedo.theta, "rgb": rgb }),
@@ -125,30 +121,30 @@ fn albedo_of(albedo: &brdf::Albedo, isotropic: bool) -> Value {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> std::collections::BTreeMap<&'static str, Value> {
+    fn described(text: &str) -> std::collections::BTreeMap<&'static str, Value> {
         of_file(Path::new("gold.toml"), text.as_bytes()).unwrap().unwrap().into_iter().collect()
     }
 
     #[test]
-    fn a_material_file_tells_albedo_energy_and_reciprocity() {
-        let facts = told("model = \"lambert\"\nalbedo = [0.5, 1.25, 0]");
+    fn a_material_file_has_albedo_energy_and_reciprocity() {
+        let facts = described("model = \"lambert\"\nalbedo = [0.5, 1.25, 0]");
         assert_eq!(facts["models"], json!({ "albedo": [0.5, 1.25, 0.0], "model": "lambert" }));
         assert_eq!((&facts["isotropic"], &facts["centre"]), (&json!(true), &json!("the normal")));
         assert_eq!(facts["albedo"].as_array().unwrap().len(), 11);
         assert_eq!(facts["albedo"][3], json!({ "angle": 30.0, "rgb": [0.5, 1.25, 0.0] }));
         assert!(facts["energy"].as_str().unwrap().starts_with("more than 1"));
-        assert!(facts["reciprocity"].as_str().unwrap().contains("may change places"));
-        let faint = told("model = \"lambert\"\nalbedo = [1.23456e-5, 0, 2e4]");
+        assert!(facts["reciprocity"].as_str().unwrap().starts_with("reciprocal, "));
+        let faint = described("model = \"lambert\"\nalbedo = [1.23456e-5, 0, 2e4]");
         assert_eq!(faint["greatest"]["rgb"], json!([1.235e-5, 0.0, 2e4]));
         assert_eq!(faint["format"], "TOML");
-        let facts = told("model = \"kajiya-kay\"\nexponent = 8\nspecular = 0.1");
+        let facts = described("model = \"kajiya-kay\"\nexponent = 8\nspecular = 0.1");
         assert_eq!(facts["greatest"]["azimuth"].as_f64().map(|angle| angle < 180.0), Some(true));
         assert_eq!(facts["energy"], "at most 1");
-        assert!(facts["reciprocity"].as_str().unwrap().contains("may not"));
+        assert!(facts["reciprocity"].as_str().unwrap().starts_with("not reciprocal: "));
     }
 
     #[test]
-    fn a_measured_table_tells_its_shape() {
+    fn a_measured_table_has_its_shape() {
         let table = brdf::Measured::new([2, 3, 4], vec![[0.25; 3]; 24]).unwrap();
         let chalk = Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap());
         let both = Material::layers(vec![chalk, Material::Measured(table)]).unwrap();
@@ -156,17 +152,17 @@ mod tests {
     }
 
     #[test]
-    fn a_material_artifact_tells_the_same() {
+    fn a_material_artifact_has_the_same_facts() {
         let chalk = Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap());
         let bytes = tensors::encode_material(&chalk, None).unwrap();
         let facts: std::collections::BTreeMap<_, _> =
-            super::super::facts(&bytes).unwrap().into_iter().collect();
+            super::super::describe(&bytes).unwrap().into_iter().collect();
         assert_eq!((&facts["what"], &facts["format"]), (&json!("material"), &json!("safetensors")));
         assert_eq!(facts["energy"], "at most 1");
     }
 
     #[test]
-    fn faults_of_a_file_are_those_of_its_import() {
+    fn errors_of_a_file_are_those_of_its_import() {
         let failure = of_file(Path::new("a.toml"), b"model = \"fong\"").unwrap().unwrap_err();
         assert!(failure.to_string().contains("a.toml:1:9: there is no model \"fong\""));
         assert!(of_file(Path::new("a.exr"), b"").is_none());

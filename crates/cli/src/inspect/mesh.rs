@@ -1,4 +1,4 @@
-//! What `specula inspect` says of meshes: glTF files and mesh artifacts.
+//! How `specula inspect` describes meshes: glTF files and mesh artifacts.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,9 +7,9 @@ use engine::Failure;
 use mesh::Mesh;
 use serde_json::json;
 
-use super::Facts;
+use super::facts::Facts;
 
-/// A mesh by its file's name; `None` where the name is of no such file.
+/// A mesh file; `None` if its name is not that of a mesh file.
 pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure>> {
     let ending = file.extension()?;
     let named = ["gltf", "glb"].iter().any(|known| ending.eq_ignore_ascii_case(known));
@@ -23,7 +23,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         let model = containers::read_gltf(bytes, &mut read)
             .map_err(|failure: Failure| failure.context(file.display().to_string()))?;
         let mut facts: Facts = vec![("what", "mesh".into()), ("format", "glTF 2.0".into())];
-        facts.extend(measured(&model.mesh));
+        facts.extend(size(&model.mesh));
         if !model.notes.is_empty() {
             facts.push(("notes", json!(model.notes)));
         }
@@ -32,8 +32,8 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
     })
 }
 
-/// How much there is of a mesh, and where it is.
-pub(super) fn measured(mesh: &Mesh) -> Facts {
+/// The size and the place of a mesh.
+pub(super) fn size(mesh: &Mesh) -> Facts {
     let (centre, radius) = mesh.bounds();
     let [x, y, z] = centre;
     vec![

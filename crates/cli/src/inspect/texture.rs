@@ -1,9 +1,9 @@
-//! What `specula inspect` says of textures and of reflection maps in spherical harmonics.
+//! How `specula inspect` describes textures and reflection maps in spherical harmonics.
 
 use containers::{Precision, read_texture, tensors};
 use serde_json::{Value, json};
 
-use super::{Facts, range};
+use super::facts::{Facts, range};
 
 /// KTX2 and DDS.
 pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
@@ -46,7 +46,7 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
 /// The safetensors of a reflection map.
 pub(super) fn reflection_map(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let map = tensors::decode_shrm(bytes)?;
-    // The centre stands among the facts of every such file.
+    // The facts of every tensor file include the centre.
     let entries = containers::shrm_metadata(&map).into_iter().filter(|(key, _)| *key != "centre");
     let mut facts: Facts = entries.map(|(key, value)| (key, value.into())).collect();
     facts.extend(range("coefficients of radiance", map.values().iter().map(|value| value.map(f64::from))));
@@ -63,17 +63,17 @@ mod tests {
 
     use super::*;
 
-    fn told(facts: Facts) -> std::collections::BTreeMap<&'static str, Value> {
+    fn by_label(facts: Facts) -> std::collections::BTreeMap<&'static str, Value> {
         facts.into_iter().collect()
     }
 
     #[test]
-    fn a_texture_tells_its_shape_its_texts_and_what_is_no_number() {
+    fn a_texture_has_its_shape_its_texts_and_its_non_finite_values() {
         let mut cube = Texture { width: 2, height: 2, depth: 1, layers: 9, faces: 6, pixels: Vec::new() };
         cube.pixels = vec![[1.0, -2.0, f32::NAN]; 216];
         let bytes =
             write_ktx2(&cube, Precision::Half, Some("{}"), &[("specula.basis", "real")]).unwrap().bytes;
-        let facts = told(super::super::facts(&bytes).unwrap());
+        let facts = by_label(super::super::describe(&bytes).unwrap());
         assert_eq!(facts["what"], "texture, cube array");
         assert_eq!(facts["shape"], "2 x 2, 6 faces, 9 layers, RGBA of 16-bit floats");
         assert_eq!(facts["metadata"]["KTXorientation"], "rd");
@@ -86,7 +86,7 @@ mod tests {
 
         let volume = Texture { depth: 3, layers: 0, faces: 1, pixels: vec![[0.5; 3]; 12], ..cube };
         let bytes = write_dds(&volume, Precision::Float).unwrap().bytes;
-        let facts = told(super::super::facts(&bytes).unwrap());
+        let facts = by_label(super::super::describe(&bytes).unwrap());
         assert_eq!((&facts["what"], &facts["format"]), (&json!("texture, volume"), &json!("DDS")));
         assert_eq!(facts["shape"], "2 x 2, 3 slices, RGBA of 32-bit floats");
         assert!(facts["recipe"].as_str().unwrap().contains("beside"), "{}", facts["recipe"]);
@@ -94,12 +94,12 @@ mod tests {
     }
 
     #[test]
-    fn a_reflection_map_tells_its_view_and_frame() {
+    fn a_reflection_map_has_its_view_and_frame() {
         let grid = MapGrid::Cube(Cube { edge: 1 });
         let values = vec![[0.5; 3]; 6 * 2];
         let map = Shrm::new(grid, View::Local, Centre::Normal, Degree::new(1).unwrap(), Terms::Zonal, values)
             .unwrap();
-        let facts = told(super::super::facts(&tensors::encode_shrm(&map, None).unwrap()).unwrap());
+        let facts = by_label(super::super::describe(&tensors::encode_shrm(&map, None).unwrap()).unwrap());
         assert_eq!((&facts["what"], &facts["degree"]), (&json!("shrm"), &json!("1")));
         assert_eq!((&facts["layout"], &facts["centre"]), (&json!("cube"), &json!("normal")));
         assert_eq!(facts["shape"], json!(["shrm [6, 1, 1, 4, 3] F32"]));

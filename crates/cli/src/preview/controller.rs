@@ -1,359 +1,361 @@
-//! Between the watcher and the window: reads what was built last and shows what is wanted of it.
+//! Between the watcher and the window: reads the results of the last build, and shows the subject that is
+//! wanted.
 //!
-//! Everything comes as a [`PreviewMessage`], from the window, the watcher and Ctrl-C. Those that have come meanwhile are read before
-//! anything is done: of several wishes the newest is answered.
+//! The window, the watcher and Ctrl-C all send a [`PreviewMessage`]. The controller reads all the messages
+//! that are there before it acts: of several requests for a subject it answers the latest.
 
 use std::iter;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use ::preview::{Catalog, InitialView, PreviewUpdate, Subject, SubjectDetails};
-use ::preview::{Picture, RenderError, Scene};
+use ::preview::{Catalog, InitialView, Picture, PreviewUpdate, RenderError, Scene, Subject, SubjectDetails};
 use engine::{Cancel, Error, Event, ItemName, Plan, ResultsSnapshot};
 use stages::{PreviewCatalog, SceneCache};
 
 use super::files::PreviewFiles;
-use super::status::{BuildStatus, Message};
+use super::request::WindowRequest;
+use super::status::{BuildStatus, Toast};
 use super::subject::SubjectError;
-use super::window::WindowRequest;
 use super::{still, subject};
 use crate::arguments::Backend;
 use crate::print::{self, say};
 
-/// Shows news in a window.
+/// Sends updates to a window.
 type Window = Box<dyn Fn(PreviewUpdate) + Send>;
 
-/// What the controller hears.
+/// What the controller reacts to.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends some of these"))]
 pub(crate) enum PreviewMessage {
-    /// The watcher did something, at this moment.
+    /// An event of the watcher, and when it came.
     Event(Event, Instant),
-    /// There is a window.
+    /// A window is open.
     Opened(Window),
-    /// There is none and will be none: what it would have shown is drawn instead.
+    /// No window can be opened: draw what it would have shown.
     NoWindow(Box<InitialView>),
-    /// The window wants this.
-    Wanted(Subject),
-    /// The window's state is to be kept.
-    Keep(String),
-    /// A picture is to be kept.
-    Keepsake(Subject, Picture),
-    /// The window is to close, also one that is still to come.
+    /// Show this subject.
+    Show(Subject),
+    /// Save the window's state.
+    SaveState(String),
+    /// Save a picture.
+    SavePicture(Subject, Picture),
+    /// Close the window, even if it has not opened yet.
     Close,
-    /// Nothing more will come.
+    /// No other message follows.
     End,
 }
 
-/// Who is shown something.
+/// Where the subject is shown.
 enum CommandOutput {
-    /// Nobody yet.
+    /// Nowhere yet.
     None,
     Window(Window),
-    /// A file, in place of the window that would have had these settings.
+    /// In a file, in place of the window that would have had this view.
     Still(Box<InitialView>),
 }
 
-/// What is to be done once all letters are read.
+/// What to do after all messages are read.
 #[derive(Default)]
-struct Tasks {
-    /// To read the manifest again.
-    plan: bool,
-    /// To see what was built.
-    shelf: bool,
-    /// To show what is wanted even where it was shown already.
+struct PendingWork {
+    /// Read the manifest again.
+    load_plan: bool,
+    /// Read the results of the last build.
+    load_results: bool,
+    /// Show the subject even if it is shown already.
     show: bool,
-    message: Option<Message>,
+    toast: Option<Toast>,
     state: Option<String>,
     pictures: Vec<(Subject, Picture)>,
     end: bool,
 }
 
-/// See the module.
+/// See the module's documentation.
 pub(crate) struct PreviewController<'a> {
-    opening: &'a WindowRequest<'a>,
-    /// Stops the watcher: without a window, once there is a still.
+    request: &'a WindowRequest<'a>,
+    /// Stops the watcher: without a window, after a still is drawn.
     cancel: &'a Cancel,
-    keepsakes: PreviewFiles,
+    files: PreviewFiles,
     start: Instant,
-    audience: CommandOutput,
+    output: CommandOutput,
     closing: bool,
-    /// Whether the watcher has done what it can until something changes.
+    /// Whether the watcher has nothing more to build until something changes.
     built: bool,
-    gazette: BuildStatus,
-    showcase: Option<PreviewCatalog>,
-    /// What was built of the showcase's plan.
-    shelf: Option<Result<ResultsSnapshot, Error>>,
-    gallery: SceneCache,
+    status: BuildStatus,
+    catalog: Option<PreviewCatalog>,
+    /// The results of the catalog's plan.
+    results: Option<Result<ResultsSnapshot, Error>>,
+    scenes: SceneCache,
+    /// The subject to show.
     wanted: Option<Subject>,
-    /// The items that what is wanted is made of; the last of them reflects.
+    /// The items that the wanted subject depends on; the last one is its reflection.
     ancestry: Vec<ItemName>,
     shown: Option<(Subject, Scene, SubjectDetails)>,
-    /// Why what is wanted cannot be shown.
-    amiss: Vec<String>,
-    told: Told,
+    /// Why the wanted subject cannot be shown.
+    error: Vec<String>,
+    sent: Sent,
 }
 
-/// What the window was told last.
+/// The latest updates that were sent.
 #[derive(Default)]
-struct Told {
-    catalogue: Catalog,
+struct Sent {
+    catalog: Catalog,
     status: String,
     failure: Vec<String>,
 }
 
 impl<'a> PreviewController<'a> {
-    pub(crate) fn new(opening: &'a WindowRequest<'a>, cancel: &'a Cancel) -> Self {
+    pub(crate) fn new(request: &'a WindowRequest<'a>, cancel: &'a Cancel) -> Self {
         Self {
-            opening,
+            request,
             cancel,
-            keepsakes: PreviewFiles::beside(opening.manifest),
+            files: PreviewFiles::beside(request.manifest),
             start: Instant::now(),
-            audience: CommandOutput::None,
+            output: CommandOutput::None,
             closing: false,
             built: false,
-            gazette: BuildStatus::default(),
-            showcase: None,
-            shelf: None,
-            gallery: SceneCache::default(),
+            status: BuildStatus::default(),
+            catalog: None,
+            results: None,
+            scenes: SceneCache::default(),
             wanted: None,
             ancestry: Vec::new(),
             shown: None,
-            amiss: Vec::new(),
-            told: Told::default(),
+            error: Vec::new(),
+            sent: Sent::default(),
         }
     }
 
     /// Works until [`PreviewMessage::End`].
-    pub(crate) fn run(mut self, letters: &Receiver<PreviewMessage>) {
-        while let Ok(letter) = letters.recv() {
-            if self.answer(iter::once(letter).chain(letters.try_iter())) {
+    pub(crate) fn run(mut self, messages: &Receiver<PreviewMessage>) {
+        while let Ok(message) = messages.recv() {
+            if self.handle_all(iter::once(message).chain(messages.try_iter())) {
                 return;
             }
         }
     }
 
-    /// Reads letters and does what they ask for; whether nothing more will come.
-    fn answer(&mut self, letters: impl IntoIterator<Item = PreviewMessage>) -> bool {
-        let mut tasks = Tasks::default();
-        letters.into_iter().for_each(|letter| self.take(letter, &mut tasks));
-        let end = tasks.end;
-        self.act(tasks);
+    /// Reads messages and then acts; returns whether no other message follows.
+    fn handle_all(&mut self, messages: impl IntoIterator<Item = PreviewMessage>) -> bool {
+        let mut work = PendingWork::default();
+        messages.into_iter().for_each(|message| self.handle(message, &mut work));
+        let end = work.end;
+        self.act(work);
         end
     }
 
-    fn take(&mut self, letter: PreviewMessage, tasks: &mut Tasks) {
-        match letter {
-            PreviewMessage::Event(event, at) => self.hear(&event, at, tasks),
+    fn handle(&mut self, message: PreviewMessage, work: &mut PendingWork) {
+        match message {
+            PreviewMessage::Event(event, at) => self.handle_event(&event, at, work),
             PreviewMessage::Opened(window) => {
-                self.audience = CommandOutput::Window(window);
-                self.told = Told::default();
+                self.output = CommandOutput::Window(window);
+                self.sent = Sent::default();
                 if self.closing {
-                    self.tell(PreviewUpdate::Close);
+                    self.send(PreviewUpdate::Close);
                 }
-                (tasks.plan, tasks.shelf, tasks.show) = (true, true, true);
+                (work.load_plan, work.load_results, work.show) = (true, true, true);
             }
-            PreviewMessage::NoWindow(settings) => {
-                self.audience = CommandOutput::Still(settings);
-                // What a window was told that is gone is told again.
-                (self.told, self.shown) = (Told::default(), None);
-                (tasks.plan, tasks.shelf) = (true, true);
+            PreviewMessage::NoWindow(view) => {
+                self.output = CommandOutput::Still(view);
+                // There may have been a window before: its updates are repeated here.
+                (self.sent, self.shown) = (Sent::default(), None);
+                (work.load_plan, work.load_results) = (true, true);
             }
-            PreviewMessage::Wanted(subject) => {
-                tasks.show = true;
+            PreviewMessage::Show(subject) => {
+                work.show = true;
                 self.wanted = Some(subject);
             }
-            PreviewMessage::Keep(state) => tasks.state = Some(state),
-            PreviewMessage::Keepsake(subject, picture) => tasks.pictures.push((subject, picture)),
+            PreviewMessage::SaveState(state) => work.state = Some(state),
+            PreviewMessage::SavePicture(subject, picture) => work.pictures.push((subject, picture)),
             PreviewMessage::Close => {
                 self.closing = true;
-                self.tell(PreviewUpdate::Close);
+                self.send(PreviewUpdate::Close);
             }
-            PreviewMessage::End => tasks.end = true,
+            PreviewMessage::End => work.end = true,
         }
     }
 
-    fn hear(&mut self, event: &Event, at: Instant, tasks: &mut Tasks) {
+    fn handle_event(&mut self, event: &Event, at: Instant, work: &mut PendingWork) {
         let now = at.saturating_duration_since(self.start).as_secs_f64() * 1e3;
-        if let Some(message) = self.gazette.hear(event, now) {
-            tasks.message = Some(message);
+        if let Some(toast) = self.status.update(event, now) {
+            work.toast = Some(toast);
         }
         match event {
-            Event::Planned { .. } => (self.built, tasks.plan) = (false, true),
-            // It is shown before its exports are written.
+            Event::Planned { .. } => (self.built, work.load_plan) = (false, true),
+            // A reflection is shown before its exports are written.
             Event::Finished { item, .. } | Event::UpToDate { item } => {
-                tasks.shelf |= self.ancestry.last() == Some(item);
+                work.load_results |= self.ancestry.last() == Some(item);
             }
-            Event::Ended(summary) => (self.built, tasks.shelf) = (!summary.cancelled, true),
+            Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),
             Event::Rejected { .. } | Event::BuildError { .. } => self.built = true,
             _ => {}
         }
     }
 
-    fn act(&mut self, tasks: Tasks) {
-        if let Some(state) = &tasks.state
-            && let Err(error) = self.keepsakes.keep_state(state)
+    fn act(&mut self, work: PendingWork) {
+        if let Some(state) = &work.state
+            && let Err(error) = self.files.save_state(state)
         {
-            say!("warning: the window's state cannot be kept: {error}");
+            say!("warning: cannot save the window's state: {error}");
         }
-        for (subject, picture) in &tasks.pictures {
-            let (title, line) = match self.keepsakes.keep_picture(subject, picture) {
-                Ok(file) => ("kept the picture", file.display().to_string()),
-                Err(error) => ("the picture was not kept", error.to_string()),
+        for (subject, picture) in &work.pictures {
+            let (title, line) = match self.files.save_picture(subject, picture) {
+                Ok(file) => ("saved the picture", file.display().to_string()),
+                Err(error) => ("the picture was not saved", error.to_string()),
             };
-            self.tell(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
+            self.send(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
         }
-        if tasks.end || matches!(self.audience, CommandOutput::None) {
+        if work.end || matches!(self.output, CommandOutput::None) {
             return;
         }
-        if tasks.plan {
-            self.read_plan();
+        if work.load_plan {
+            self.load_plan();
         }
-        if tasks.plan || tasks.shelf {
-            self.shelf = self.showcase.as_ref().map(|showcase| ResultsSnapshot::open(showcase.plan()));
+        if work.load_plan || work.load_results {
+            self.results = self.catalog.as_ref().map(|catalog| ResultsSnapshot::open(catalog.plan()));
         }
-        if tasks.plan || tasks.shelf || tasks.show {
-            self.amiss = self.show(tasks.show).err().unwrap_or_default();
+        if work.load_plan || work.load_results || work.show {
+            self.error = self.show(work.show).err().unwrap_or_default();
         }
-        self.tell_state();
-        if let Some(Message { title, lines }) = tasks.message {
-            self.tell(PreviewUpdate::Toast { title, lines });
+        self.send_status();
+        if let Some(Toast { title, lines }) = work.toast {
+            self.send(PreviewUpdate::Toast { title, lines });
         }
-        if matches!(self.audience, CommandOutput::Still(_)) && self.built && !self.opening.goes_on_without {
+        let is_still = matches!(self.output, CommandOutput::Still(_));
+        if is_still && self.built && !self.request.continues_without {
             self.cancel.cancel();
         }
     }
 
-    /// If the manifest has errors, the watcher reports them, and the last plan stays.
-    fn read_plan(&mut self) {
-        let Ok(plan) = Plan::load(self.opening.manifest, self.opening.kinds) else { return };
-        let showcase = PreviewCatalog::among(plan, self.opening.stages);
-        let catalogue = showcase.catalog();
-        if self.told.catalogue != catalogue {
-            // For what is no longer there the window wants something else.
-            self.wanted.take_if(|wanted| subject::check(&showcase, &subject::wish(wanted)).is_err());
-            self.told.catalogue = catalogue.clone();
-            self.tell(PreviewUpdate::Catalog(catalogue));
+    /// If the manifest has errors, the watcher reports them, and the catalog stays as it was.
+    fn load_plan(&mut self) {
+        let Ok(plan) = Plan::load(self.request.manifest, self.request.kinds) else { return };
+        let plan_catalog = PreviewCatalog::among(plan, self.request.stages);
+        let catalog = plan_catalog.catalogue();
+        if self.sent.catalog != catalog {
+            // If the wanted subject is gone, the window asks for another one.
+            self.wanted.take_if(|wanted| subject::check(&plan_catalog, &subject::request(wanted)).is_err());
+            self.sent.catalog = catalog.clone();
+            self.send(PreviewUpdate::Catalog(catalog));
         }
-        self.showcase = Some(showcase);
+        self.catalog = Some(plan_catalog);
     }
 
-    /// Shows what is wanted, where it is not shown already or `anyway`.
+    /// Shows the wanted subject, unless it is shown already and `again` is not set.
     ///
     /// # Errors
-    /// Why it cannot be shown.
-    fn show(&mut self, anyway: bool) -> Result<(), Vec<String>> {
-        let Some(showcase) = &self.showcase else { return Ok(()) };
+    /// If the subject cannot be shown.
+    fn show(&mut self, again: bool) -> Result<(), Vec<String>> {
+        let Some(catalog) = &self.catalog else { return Ok(()) };
         self.ancestry.clear();
-        if showcase.is_empty() {
-            return Err(subject::nothing(self.opening.manifest, self.opening.stages).lines());
+        if catalog.is_empty() {
+            return Err(subject::nothing_to_preview(self.request.manifest, self.request.stages).lines());
         }
-        if let CommandOutput::Still(settings) = &self.audience {
-            self.wanted = Some(settings.subject(&showcase.catalog()));
+        if let CommandOutput::Still(view) = &self.output {
+            self.wanted = Some(view.subject(&catalog.catalogue()));
         }
-        let (Some(subject), Some(shelf)) = (self.wanted.clone(), &self.shelf) else { return Ok(()) };
-        let shelf = shelf.as_ref().map_err(|error| error.chain().to_vec())?;
-        let exhibit = subject::exhibit(showcase, &subject.environment, &subject.material);
-        let exhibit = exhibit.map_err(SubjectError::lines)?;
-        let plan = showcase.plan();
-        self.ancestry.extend(exhibit.ancestry.iter().map(|item| {
+        let (Some(subject), Some(results)) = (self.wanted.clone(), &self.results) else { return Ok(()) };
+        let results = results.as_ref().map_err(|error| error.chain().to_vec())?;
+        let entry = subject::entry(catalog, &subject.environment, &subject.material);
+        let entry = entry.map_err(SubjectError::lines)?;
+        let plan = catalog.plan();
+        self.ancestry.extend(entry.ancestry.iter().map(|item| {
             let item = &plan.items[*item];
             ItemName { stage: plan.stages[item.stage].name.clone(), key: item.key.clone() }
         }));
-        let scene = match self.gallery.scene(showcase, shelf, exhibit, &subject.mesh) {
+        let scene = match self.scenes.scene(catalog, results, entry, &subject.mesh) {
             Ok(scene) => scene,
-            // What is not there yet is being made.
-            Err(_) if self.gazette.is_building() => return Ok(()),
+            // The build that runs may make what is missing.
+            Err(_) if self.status.is_building() => return Ok(()),
             Err(failure) => {
-                let mut lines = vec![format!("{} cannot be shown", subject::told(&subject))];
+                let mut lines = vec![format!("{} cannot be shown", subject::describe(&subject))];
                 lines.extend(failure.chain);
                 lines.extend(failure.help.map(|help| format!("hint: {help}")));
                 return Err(lines);
             }
         };
-        let facts = showcase.facts(shelf, exhibit);
-        let is_still = matches!(self.audience, CommandOutput::Still(_));
-        let is_shown = self.shown.as_ref().is_some_and(|(shown, other, told)| {
-            *shown == subject && is_same(other, &scene) && (is_still || *told == facts)
+        let details = catalog.facts(results, entry);
+        let is_still = matches!(self.output, CommandOutput::Still(_));
+        let is_shown = self.shown.as_ref().is_some_and(|(shown, shown_scene, shown_details)| {
+            *shown == subject && is_same(shown_scene, &scene) && (is_still || *shown_details == details)
         });
-        if is_shown && !anyway {
+        if is_shown && !again {
             return Ok(());
         }
-        self.shown = Some((subject.clone(), scene.clone(), facts.clone()));
-        match &self.audience {
+        self.shown = Some((subject.clone(), scene.clone(), details.clone()));
+        match &self.output {
             CommandOutput::None => {}
             CommandOutput::Window(window) => {
-                // The map that every window begins with is made here, where nobody waits for it.
+                // Every window begins with this map; made here, it does not make the window wait.
                 scene.objects.iter().for_each(|object| _ = object.look.local());
-                window(PreviewUpdate::Scene { subject, scene, facts });
+                window(PreviewUpdate::Scene { subject, scene, facts: details });
             }
-            CommandOutput::Still(settings) => self.draw(settings, &subject, &scene),
+            CommandOutput::Still(view) => self.draw(view, &subject, &scene),
         }
         Ok(())
     }
 
-    /// Draws the still that stands in for the window.
-    fn draw(&self, settings: &InitialView, subject: &Subject, scene: &Scene) {
-        let file = self.keepsakes.still();
-        let shot = settings.shot(scene.framing(), still::SIZE);
+    /// Draws the still that replaces the window.
+    fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
+        let file = self.files.still();
+        let shot = view.shot(scene.framing(), still::SIZE);
         let stop = || self.cancel.is_cancelled();
         let drawn = match still::draw(scene, &shot, Backend::Cpu, &stop) {
             Ok(drawn) => drawn,
             Err(RenderError::Cancelled) => return,
             Err(error) => {
-                let message = format!("{} cannot be drawn", subject::told(subject));
+                let message = format!("{} cannot be drawn", subject::describe(subject));
                 return print::error(&[message, error.to_string()], None);
             }
         };
-        match self.keepsakes.keep_still(&drawn.picture) {
-            Ok(()) => say!("{}", drawn.told(&file, subject, &shot)),
+        match self.files.save_still(&drawn.picture) {
+            Ok(()) => say!("{}", drawn.describe(&file, subject, &shot)),
             Err(error) => {
                 print::error(&[format!("cannot write {}", file.display()), error.to_string()], None)
             }
         }
     }
 
-    /// The line of what goes on and the errors that stand, where they differ from what was told.
-    fn tell_state(&mut self) {
-        let status = self.gazette.status();
-        if self.told.status != status {
-            self.told.status.clone_from(&status);
-            self.tell(PreviewUpdate::Status(status));
+    /// Sends the status line and the errors, if they changed.
+    fn send_status(&mut self) {
+        let status = self.status.line();
+        if self.sent.status != status {
+            self.sent.status.clone_from(&status);
+            self.send(PreviewUpdate::Status(status));
         }
-        let mut failure = self.gazette.failures();
-        failure.extend(self.amiss.iter().cloned());
+        let mut failure = self.status.errors().lines();
+        failure.extend(self.error.iter().cloned());
         if !failure.is_empty() {
             failure.insert(0, self.headline().into());
         }
-        if self.told.failure != failure {
-            self.told.failure.clone_from(&failure);
-            if matches!(self.audience, CommandOutput::Still(_)) && !self.amiss.is_empty() {
-                print::error(&self.amiss, None);
+        if self.sent.failure != failure {
+            self.sent.failure.clone_from(&failure);
+            if matches!(self.output, CommandOutput::Still(_)) && !self.error.is_empty() {
+                print::error(&self.error, None);
             }
-            self.tell(PreviewUpdate::Failure((!failure.is_empty()).then_some(failure)));
+            self.send(PreviewUpdate::Failure((!failure.is_empty()).then_some(failure)));
         }
     }
 
-    /// What the errors that stand mean for the picture.
+    /// What the errors mean for the picture.
     fn headline(&self) -> &'static str {
-        match (&self.shown, self.amiss.is_empty()) {
-            (None, _) => "This did not work",
-            (Some(_), false) => "This cannot be shown; the picture is the one before",
-            (Some(_), true) if self.gazette.is_of(&self.ancestry) => {
-                "This did not work; the picture is the last good one"
+        match (&self.shown, self.error.is_empty()) {
+            (None, _) => "There is nothing to show",
+            (Some(_), false) => "This cannot be shown; the picture is an earlier one",
+            (Some(_), true) if self.status.errors().affects(&self.ancestry) => {
+                "The build failed; this picture is the last good one"
             }
-            (Some(_), true) => "Something did not work that this picture is not made of",
+            (Some(_), true) => "A stage failed; this picture does not depend on it",
         }
     }
 
-    fn tell(&self, news: PreviewUpdate) {
-        if let CommandOutput::Window(window) = &self.audience {
-            window(news);
+    fn send(&self, update: PreviewUpdate) {
+        if let CommandOutput::Window(window) = &self.output {
+            window(update);
         }
     }
 }
 
-/// Whether two scenes are made of the same values.
+/// Whether two scenes consist of the same values.
 fn is_same(one: &Scene, other: &Scene) -> bool {
     one.objects.len() == other.objects.len()
         && one

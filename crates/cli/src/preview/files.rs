@@ -1,52 +1,52 @@
-//! What the preview keeps on the disk: pictures, and the window's state. Each file appears whole or not at all.
+//! The files that the preview writes: pictures, and the window's state. Each file appears whole or not at
+//! all.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use ::preview::Picture;
-use ::preview::Subject;
+use ::preview::{Picture, Subject};
 
-/// The folder beside the manifest for what nobody edits; it ignores itself in git, and no watcher attends to it.
+/// The folder beside the manifest for files that nobody edits; git and watchers ignore it.
 const FOLDER: &str = ".specula";
 
-/// A state of a window is some hundred bytes.
+/// The state of a window takes some hundred bytes.
 const LARGEST_STATE: u64 = 1 << 20;
 
-/// Where things are kept.
+/// The paths of these files.
 #[derive(Clone, Debug)]
 pub(crate) struct PreviewFiles {
     folder: PathBuf,
 }
 
 impl PreviewFiles {
-    /// Those of a manifest.
+    /// The files of a manifest.
     pub(crate) fn beside(manifest: &Path) -> Self {
         Self { folder: manifest.with_file_name(FOLDER) }
     }
 
-    /// What the last window left; `None` where there was none.
+    /// The state of the last window; `None` if there was none.
     ///
     /// # Errors
-    /// Why what is there cannot be read.
+    /// If there is a state and it cannot be read.
     pub(crate) fn state(&self) -> Result<Option<String>, String> {
         let file = self.state_file();
-        let told = |reason: String| format!("{} is left out: {reason}", file.display());
+        let ignored = |reason: String| format!("ignoring {}: {reason}", file.display());
         match fs::metadata(&file) {
-            Ok(metadata) if metadata.len() > LARGEST_STATE => return Err(told("it is too large".into())),
+            Ok(metadata) if metadata.len() > LARGEST_STATE => return Err(ignored("it is too large".into())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             _ => {}
         }
         let text =
             engine::read_file(&file).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
-        text.map(Some).map_err(|error| told(error.to_string()))
+        text.map(Some).map_err(|error| ignored(error.to_string()))
     }
 
-    /// Keeps the state of a window.
+    /// Saves the state of a window.
     ///
     /// # Errors
-    /// Where it cannot be written.
-    pub(crate) fn keep_state(&self, json: &str) -> io::Result<()> {
+    /// If the file cannot be written.
+    pub(crate) fn save_state(&self, json: &str) -> io::Result<()> {
         self.prepare()?;
         engine::replace_file(&self.state_file(), json.as_bytes())
     }
@@ -55,25 +55,25 @@ impl PreviewFiles {
         self.folder.join("preview.json")
     }
 
-    /// Where the picture goes that stands in for a window.
+    /// The picture that replaces a window.
     pub(crate) fn still(&self) -> PathBuf {
         self.folder.join("preview.png")
     }
 
-    /// Writes that picture.
+    /// Saves that picture.
     ///
     /// # Errors
-    /// Where it cannot be written.
-    pub(crate) fn keep_still(&self, picture: &Picture) -> io::Result<()> {
+    /// If the file cannot be written.
+    pub(crate) fn save_still(&self, picture: &Picture) -> io::Result<()> {
         self.prepare()?;
         write_picture(&self.still(), picture)
     }
 
-    /// Keeps a picture of a subject in a file of its own, `gold-sky-sphere-2.png`, and says where.
+    /// Saves a picture of a subject to a new file, `gold-sky-sphere-2.png`, and returns its path.
     ///
     /// # Errors
-    /// Where it cannot be written.
-    pub(crate) fn keep_picture(&self, subject: &Subject, picture: &Picture) -> io::Result<PathBuf> {
+    /// If the file cannot be written.
+    pub(crate) fn save_picture(&self, subject: &Subject, picture: &Picture) -> io::Result<PathBuf> {
         let name = format!("{}-{}-{}", subject.material, subject.environment, subject.mesh);
         let plain = |letter: char| if letter.is_alphanumeric() || letter == '.' { letter } else { '-' };
         let name = name.chars().map(plain).collect::<String>();
@@ -88,7 +88,8 @@ impl PreviewFiles {
             if file.exists() {
                 continue;
             }
-            // Who makes the part has the number, unless another was done with it in between.
+            // Whoever creates the part owns the number, unless another process finished that picture in
+            // between.
             match File::create_new(&part) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
                 made => drop(made?),
@@ -103,7 +104,7 @@ impl PreviewFiles {
         }
     }
 
-    /// Makes the folder, which ignores itself in git, as a build makes it.
+    /// Creates the folder as a build does, with its `.gitignore`.
     fn prepare(&self) -> io::Result<()> {
         let beside = self.folder.parent().unwrap_or(&self.folder);
         engine::prepare_state_folder(beside).map(|_| ()).map_err(io::Error::other)
@@ -113,7 +114,7 @@ impl PreviewFiles {
 /// Writes a picture as a PNG.
 ///
 /// # Errors
-/// Where the file cannot be written.
+/// If the file cannot be written.
 pub(crate) fn write_picture(file: &Path, picture: &Picture) -> io::Result<()> {
     let bytes = png(picture)?;
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
@@ -134,46 +135,46 @@ mod tests {
     #[test]
     fn a_state_is_read_back_and_nothing_else_is_left_beside_it() {
         let folder = tempfile::tempdir().unwrap();
-        let kept = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
-        assert_eq!(kept.state(), Ok(None));
-        kept.keep_state("{}").unwrap();
-        kept.keep_state("{\"version\":1}").unwrap();
-        assert_eq!(kept.state(), Ok(Some("{\"version\":1}".into())));
+        let files = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
+        assert_eq!(files.state(), Ok(None));
+        files.save_state("{}").unwrap();
+        files.save_state("{\"version\":1}").unwrap();
+        assert_eq!(files.state(), Ok(Some("{\"version\":1}".into())));
         assert_eq!(fs::read_dir(folder.path().join(FOLDER)).unwrap().count(), 2);
         assert_eq!(fs::read_to_string(folder.path().join(FOLDER).join(".gitignore")).unwrap(), "*\n");
     }
 
     #[test]
-    fn a_state_that_cannot_be_read_is_told_and_left() {
+    fn a_state_that_cannot_be_read_is_reported_and_stays() {
         let folder = tempfile::tempdir().unwrap();
-        let kept = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
-        kept.keep_state("").unwrap();
-        fs::write(kept.state_file(), [0xff, 0xfe]).unwrap();
-        assert!(kept.state().unwrap_err().contains("preview.json is left out: "));
-        fs::write(kept.state_file(), vec![b' '; (LARGEST_STATE + 1) as usize]).unwrap();
-        assert!(kept.state().unwrap_err().ends_with("it is too large"));
+        let files = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
+        files.save_state("").unwrap();
+        fs::write(files.state_file(), [0xff, 0xfe]).unwrap();
+        assert!(files.state().unwrap_err().contains("preview.json: "));
+        fs::write(files.state_file(), vec![b' '; (LARGEST_STATE + 1) as usize]).unwrap();
+        assert!(files.state().unwrap_err().ends_with("it is too large"));
     }
 
     #[test]
     fn screenshots_have_names_of_their_own_that_every_disk_takes() {
         let folder = tempfile::tempdir().unwrap();
-        let kept = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
+        let files = PreviewFiles::beside(&folder.path().join("pipeline.toml"));
         let subject =
             Subject { environment: "a/b".into(), material: "gold (fine)".into(), mesh: "torus-knot".into() };
         let picture =
             Picture { size: [1, 1], codes: vec![[1, 2, 3]], radiance: vec![[0.0; 4]], relative_rms: None };
-        let keep = || kept.keep_picture(&subject, &picture).unwrap();
-        let first = keep();
+        let save = || files.save_picture(&subject, &picture).unwrap();
+        let first = save();
         assert!(
             first.ends_with(".specula/screenshots/gold--fine--a-b-torus-knot-1.png"),
             "{}",
             first.display()
         );
-        assert!(keep().ends_with("gold--fine--a-b-torus-knot-2.png"));
-        // Another program is at work on the third.
+        assert!(save().ends_with("gold--fine--a-b-torus-knot-2.png"));
+        // Another program is writing the third.
         let folder = first.parent().unwrap();
         fs::write(folder.join("gold--fine--a-b-torus-knot-3.part"), "").unwrap();
-        assert!(keep().ends_with("gold--fine--a-b-torus-knot-4.png"));
-        assert_eq!(fs::read_dir(folder).unwrap().count(), 4, "three pictures and that");
+        assert!(save().ends_with("gold--fine--a-b-torus-knot-4.png"));
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 4, "three pictures and that part");
     }
 }

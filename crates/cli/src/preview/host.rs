@@ -1,4 +1,4 @@
-//! Opens the window, and again if its device was lost.
+//! Opens the window, and reopens it once if its device is lost.
 
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
@@ -10,40 +10,38 @@ use preview_window::{self as window, Host, UpdateSender, WindowError, WindowSett
 
 use super::controller::PreviewMessage;
 use super::files::PreviewFiles;
-use super::window::{WindowRequest, initial_view};
+use super::request::{WindowRequest, initial_view};
 use crate::print::{self, say};
 
-/// Shows the window until it is closed; where its device is lost, once more. Where there is none, what it would have been.
+/// Shows the window until it is closed. If no window can be opened, the error is what it would have shown.
 pub(super) fn show(
-    opening: &WindowRequest<'_>,
+    request: &WindowRequest<'_>,
     cancel: &Cancel,
-    letters: &Sender<PreviewMessage>,
+    messages: &Sender<PreviewMessage>,
 ) -> Result<(), Box<InitialView>> {
-    let keepsakes = PreviewFiles::beside(opening.manifest);
-    let InitialView { state, mut request } = initial_view(opening.manifest, opening.wish.clone());
+    let InitialView { state, request: mut subject } = initial_view(request.manifest, request.subject.clone());
     let state = Arc::new(Mutex::new(state));
-    let mut again = true;
+    let mut may_reopen = true;
     while !cancel.is_cancelled() {
-        let view = InitialView { state: state.lock().clone(), request: request.clone() };
-        let settings = WindowSettings { view: view.clone(), cpu: opening.cpu, ..WindowSettings::default() };
-        let host = WindowHost { letters: letters.clone(), state: Arc::clone(&state) };
-        let sender = letters.clone();
-        let begin = move |window: UpdateSender| {
-            let _ = sender.send(PreviewMessage::Opened(Box::new(move |news| window.send(news))));
+        let view = InitialView { state: state.lock().clone(), request: subject.clone() };
+        let settings = WindowSettings { view: view.clone(), cpu: request.cpu, ..WindowSettings::default() };
+        let host = WindowHost { messages: messages.clone(), state: Arc::clone(&state) };
+        let sender = messages.clone();
+        let on_open = move |window: UpdateSender| {
+            let _ = sender.send(PreviewMessage::Opened(Box::new(move |update| window.send(update))));
         };
-        let shown = window::open(settings, Box::new(host), begin);
-        match shown {
-            Err(WindowError::Lost(reason)) if again => {
-                say!("warning: the graphics device is lost ({reason}); the window is opened once more");
-                // It comes back as it was left.
-                (again, request) = (false, SubjectRequest::default());
+        match window::open(settings, Box::new(host), on_open) {
+            Err(WindowError::Lost(reason)) if may_reopen => {
+                say!("warning: the graphics device is lost ({reason}); reopening the window");
+                // The window shows what it showed last.
+                (may_reopen, subject) = (false, SubjectRequest::default());
             }
             Ok(()) => return Ok(()),
             Err(error) => {
-                let file = keepsakes.still();
-                let next = if opening.goes_on_without { "; watching goes on" } else { "" };
+                let file = PreviewFiles::beside(request.manifest).still();
+                let next = if request.continues_without { "; watching continues" } else { "" };
                 let help = format!("a picture is drawn to {} instead{next}", file.display());
-                print::error(&[format!("there is no window: {error}")], Some(&help));
+                print::error(&[format!("cannot open a window: {error}")], Some(&help));
                 return Err(Box::new(view));
             }
         }
@@ -51,25 +49,25 @@ pub(super) fn show(
     Ok(())
 }
 
-/// Writes letters for the window; it never waits.
+/// Sends the window's requests to the controller, without waiting for it.
 struct WindowHost {
-    letters: Sender<PreviewMessage>,
-    /// The window's state as it was last.
+    messages: Sender<PreviewMessage>,
+    /// The window's latest state.
     state: Arc<Mutex<Option<String>>>,
 }
 
 impl Host for WindowHost {
     fn show(&mut self, subject: &Subject) {
-        let _ = self.letters.send(PreviewMessage::Wanted(subject.clone()));
+        let _ = self.messages.send(PreviewMessage::Show(subject.clone()));
     }
 
     fn keep_state(&mut self, json: &str) {
         *self.state.lock() = Some(json.to_owned());
-        let _ = self.letters.send(PreviewMessage::Keep(json.to_owned()));
+        let _ = self.messages.send(PreviewMessage::SaveState(json.to_owned()));
     }
 
     fn screenshot(&mut self, subject: &Subject, picture: Picture) {
-        let _ = self.letters.send(PreviewMessage::Keepsake(subject.clone(), picture));
+        let _ = self.messages.send(PreviewMessage::SavePicture(subject.clone(), picture));
     }
 
     fn closed(&mut self) {}

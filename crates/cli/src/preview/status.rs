@@ -1,20 +1,21 @@
-//! What the window is told of builds: a line of what goes on, a message after each rebuild, the errors that stand.
+//! What the window shows of builds: a status line, a message after each rebuild, the outstanding errors.
 
 use engine::{Event, ItemName};
 
+use crate::lists::{fitting, more};
 use crate::outstanding::OutstandingErrors;
 use crate::quantity::{count, duration};
-use crate::session::{fitting, way};
+use crate::watch_reporter::watching;
 
-/// So many stages are named.
+/// A message names up to this many stages.
 const STAGES: usize = 8;
 
 /// The columns of a message.
 const COLUMNS: usize = 60;
 
-/// A message that goes by itself.
+/// A message that disappears after a while.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Message {
+pub(crate) struct Toast {
     pub(crate) title: String,
     pub(crate) lines: Vec<String>,
 }
@@ -22,28 +23,30 @@ pub(crate) struct Message {
 /// Follows the events of a watcher.
 #[derive(Default)]
 pub(crate) struct BuildStatus {
-    standing: OutstandingErrors,
-    way: String,
-    /// The items of the build at work, and how many of them are settled.
+    errors: OutstandingErrors,
+    /// How the watcher gets changes.
+    watching: String,
+    /// The current build: how many items are done, and how many there are.
     progress: Option<(usize, usize)>,
-    /// Who works in the folder, so that the build at work waits.
+    /// The process that holds the lock that the current build waits for.
     holder: Option<String>,
-    /// When the first change was heard of that no build has answered yet, in milliseconds.
+    /// When the first change since the last build was noticed, in milliseconds.
     noticed: Option<f64>,
     changed: Vec<String>,
-    /// What ran since, by stage.
+    /// The items that ran since then, by stage.
     ran: Vec<(String, Vec<ItemName>)>,
 }
 
 impl BuildStatus {
-    /// Takes an event in, `now` in milliseconds of any clock; a message where a build has ended that a change began.
-    pub(crate) fn hear(&mut self, event: &Event, now: f64) -> Option<Message> {
-        self.standing.take(event);
+    /// Follows an event, with `now` in milliseconds of any clock; returns a message if a change caused a
+    /// build that ends now.
+    pub(crate) fn update(&mut self, event: &Event, now: f64) -> Option<Toast> {
+        self.errors.update(event);
         self.holder = None;
         match event {
             Event::Waiting { holder, .. } => self.holder = Some(holder.clone()),
             Event::Watching { folders, poll_milliseconds, because } => {
-                self.way = way(*folders, *poll_milliseconds, because.as_deref());
+                self.watching = watching(*folders, *poll_milliseconds, because.as_deref());
             }
             Event::Noticed { changes, milliseconds } => {
                 self.noticed.get_or_insert(now - milliseconds);
@@ -55,18 +58,18 @@ impl BuildStatus {
             }
             Event::Planned { items, .. } => self.progress = Some((0, *items)),
             Event::Finished { item, .. } => {
-                self.settle();
+                self.count_done();
                 match self.ran.iter_mut().find(|(stage, _)| *stage == item.stage) {
                     Some((_, items)) => items.push(item.clone()),
                     None => self.ran.push((item.stage.clone(), vec![item.clone()])),
                 }
             }
-            Event::UpToDate { .. } | Event::Failed { .. } | Event::Skipped { .. } => self.settle(),
+            Event::UpToDate { .. } | Event::Failed { .. } | Event::Skipped { .. } => self.count_done(),
             Event::Ended(summary) => {
                 self.progress = None;
-                // What was stopped by another change goes on with it.
+                // If another change stopped it, the build after it reports for both.
                 if !summary.cancelled {
-                    return self.message(now, summary.failed);
+                    return self.toast(now, summary.failed);
                 }
             }
             Event::Rejected { .. } | Event::BuildError { .. } => {
@@ -79,40 +82,35 @@ impl BuildStatus {
         None
     }
 
-    /// Whether a build is at work, or was not even begun.
+    /// Whether a build runs, or the first one has not started.
     pub(crate) fn is_building(&self) -> bool {
-        self.progress.is_some() || self.way.is_empty()
+        self.progress.is_some() || self.watching.is_empty()
     }
 
-    /// What goes on.
-    pub(crate) fn status(&self) -> String {
+    /// The status line.
+    pub(crate) fn line(&self) -> String {
         if let Some(holder) = &self.holder {
             return format!("waiting for {holder}");
         }
         match self.progress {
-            Some((settled, items)) => format!("building: {settled} of {}", count(items, "item")),
-            None => self.way.clone(),
+            Some((done, items)) => format!("building: {done} of {}", count(items, "item")),
+            None => self.watching.clone(),
         }
     }
 
-    /// The errors that stand, a few lines each; none where all is well.
-    pub(crate) fn failures(&self) -> Vec<String> {
-        self.standing.pinned()
+    /// The outstanding errors.
+    pub(crate) fn errors(&self) -> &OutstandingErrors {
+        &self.errors
     }
 
-    /// Whether one of them keeps some of these items from being made anew.
-    pub(crate) fn is_of(&self, items: &[ItemName]) -> bool {
-        self.standing.is_of(items)
-    }
-
-    fn settle(&mut self) {
-        if let Some((settled, items)) = &mut self.progress {
-            *settled = (*settled + 1).min(*items);
+    fn count_done(&mut self) {
+        if let Some((done, items)) = &mut self.progress {
+            *done = (*done + 1).min(*items);
         }
     }
 
-    /// What a rebuild came to.
-    fn message(&mut self, now: f64, failed: usize) -> Option<Message> {
+    /// The outcome of a rebuild.
+    fn toast(&mut self, now: f64, failed: usize) -> Option<Toast> {
         let (changed, ran) = (std::mem::take(&mut self.changed), std::mem::take(&mut self.ran));
         let time = duration(now - self.noticed.take()?);
         let mut lines = Vec::new();
@@ -125,21 +123,18 @@ impl BuildStatus {
                 items => format!("{stage}, {}", count(items.len(), "item")),
             });
         }
-        if ran.len() > STAGES {
-            lines.push(format!("and {}", count(ran.len() - STAGES, "more stage")));
-        }
+        lines.extend(more(ran.len().saturating_sub(STAGES), "more stage"));
         let title = match (failed, ran.is_empty()) {
             (0, false) => format!("rebuilt in {time}"),
-            (0, true) => format!("up to date in {time}: nothing had to run"),
+            (0, true) => format!("up to date after {time}: nothing had to run"),
             (failed, _) => format!("{} failed, after {time}", count(failed, "item")),
         };
-        Some(Message { title, lines })
+        Some(Toast { title, lines })
     }
 }
 
 #[cfg(test)]
 mod tests {
-
     use engine::{Change, Changed, ItemKey, Summary};
 
     use super::*;
@@ -165,19 +160,19 @@ mod tests {
         Event::Ended(Summary { cancelled, ..Summary::default() })
     }
 
-    /// The last of what is told of events that come a tenth of a second apart.
-    fn told(gazette: &mut BuildStatus, events: &[Event]) -> Option<Message> {
+    /// The outcome of the last of these events, which come a tenth of a second apart.
+    fn update(status: &mut BuildStatus, events: &[Event]) -> Option<Toast> {
         let times = (0..).map(|number| 1000.0 + 100.0 * f64::from(number));
-        events.iter().zip(times).fold(None, |_, (event, now)| gazette.hear(event, now))
+        events.iter().zip(times).fold(None, |_, (event, now)| status.update(event, now))
     }
 
     #[test]
-    fn a_rebuild_is_told_with_what_ran_and_since_when() {
-        let mut gazette = BuildStatus::default();
+    fn a_rebuild_is_reported_with_what_ran_and_how_long_it_took() {
+        let mut status = BuildStatus::default();
         assert_eq!(
-            told(&mut gazette, &[planned(3), finished("material", "gold"), ended(false)]),
+            update(&mut status, &[planned(3), finished("material", "gold"), ended(false)]),
             None,
-            "nobody asked"
+            "no change caused it"
         );
         let events = [
             noticed("gold.toml"),
@@ -186,64 +181,64 @@ mod tests {
             finished("map", "a"),
             finished("map", "b"),
         ];
-        assert_eq!(told(&mut gazette, &events), None);
-        assert_eq!(gazette.status(), "building: 3 of 3 items");
-        let message = told(&mut gazette, &[ended(false)]).unwrap();
-        assert!(message.title.starts_with("rebuilt in 20 ms"), "{}", message.title);
-        assert_eq!(message.lines, ["because of gold.toml", "material [gold]", "map, 2 items"]);
-        assert_eq!(told(&mut gazette, &[planned(3), ended(false)]), None, "it was told");
+        assert_eq!(update(&mut status, &events), None);
+        assert_eq!(status.line(), "building: 3 of 3 items");
+        let toast = update(&mut status, &[ended(false)]).unwrap();
+        assert!(toast.title.starts_with("rebuilt in 20 ms"), "{}", toast.title);
+        assert_eq!(toast.lines, ["because of gold.toml", "material [gold]", "map, 2 items"]);
+        assert_eq!(update(&mut status, &[planned(3), ended(false)]), None, "it was reported before");
     }
 
     #[test]
-    fn what_another_change_stopped_is_told_with_it() {
-        let mut gazette = BuildStatus::default();
+    fn a_build_that_another_change_stopped_is_reported_with_the_next() {
+        let mut status = BuildStatus::default();
         let first = [noticed("a.toml"), planned(2), finished("material", "a"), ended(true)];
-        assert_eq!(told(&mut gazette, &first), None);
+        assert_eq!(update(&mut status, &first), None);
         let second = [noticed("b.toml"), planned(2), finished("material", "b"), ended(false)];
-        let message = told(&mut gazette, &second).unwrap();
-        assert_eq!(message.lines, ["because of a.toml, b.toml", "material, 2 items"]);
+        let toast = update(&mut status, &second).unwrap();
+        assert_eq!(toast.lines, ["because of a.toml, b.toml", "material, 2 items"]);
     }
 
     #[test]
-    fn failures_stand_until_they_are_mended() {
-        let mut gazette = BuildStatus::default();
+    fn failures_are_kept_until_they_are_fixed() {
+        let mut status = BuildStatus::default();
         let failed = Event::Failed { item: item("material", "gold"), error: vec!["bad".into()], help: None };
-        told(&mut gazette, &[planned(1), failed, ended(false)]);
-        assert_eq!(gazette.failures()[0], "FAILED  material [gold]");
-        assert!(gazette.is_of(&[item("material", "gold"), item("map", "gold")]));
-        assert!(!gazette.is_of(&[item("material", "tin")]));
-        told(&mut gazette, &[planned(1), finished("material", "gold"), ended(false)]);
-        assert!(gazette.failures().is_empty());
+        update(&mut status, &[planned(1), failed, ended(false)]);
+        assert_eq!(status.errors().lines()[0], "FAILED  material [gold]");
+        assert!(status.errors().affects(&[item("material", "gold"), item("map", "gold")]));
+        assert!(!status.errors().affects(&[item("material", "tin")]));
+        update(&mut status, &[planned(1), finished("material", "gold"), ended(false)]);
+        assert!(status.errors().lines().is_empty());
     }
 
     #[test]
-    fn what_failed_and_what_had_not_to_run_is_told_as_such() {
-        let mut gazette = BuildStatus::default();
+    fn failures_and_builds_without_a_run_are_reported_as_such() {
+        let mut status = BuildStatus::default();
         let end = |failed| Event::Ended(Summary { failed, ..Summary::default() });
-        let title = |gazette: &mut BuildStatus, failed| {
-            told(gazette, &[noticed("a.toml"), planned(1), end(failed)]).unwrap().title
+        let title = |status: &mut BuildStatus, failed| {
+            update(status, &[noticed("a.toml"), planned(1), end(failed)]).unwrap().title
         };
-        assert!(title(&mut gazette, 1).starts_with("1 item failed, after "));
-        assert!(title(&mut gazette, 0).ends_with(": nothing had to run"));
+        assert!(title(&mut status, 1).starts_with("1 item failed, after "));
+        assert!(title(&mut status, 0).ends_with(": nothing had to run"));
     }
 
     #[test]
-    fn while_a_build_waits_it_tells_for_whom() {
-        let mut gazette = BuildStatus::default();
+    fn a_build_that_waits_names_the_process_it_waits_for() {
+        let mut status = BuildStatus::default();
         let waiting = Event::Waiting { holder: "specula build, process 7".into(), limit_milliseconds: None };
-        told(&mut gazette, &[planned(2), waiting]);
-        assert_eq!(gazette.status(), "waiting for specula build, process 7");
-        told(&mut gazette, &[finished("map", "a")]);
-        assert_eq!(gazette.status(), "building: 1 of 2 items");
+        update(&mut status, &[planned(2), waiting]);
+        assert_eq!(status.line(), "waiting for specula build, process 7");
+        update(&mut status, &[finished("map", "a")]);
+        assert_eq!(status.line(), "building: 1 of 2 items");
     }
 
     #[test]
-    fn it_tells_how_changes_are_learnt_of_once_that_is_known() {
-        let mut gazette = BuildStatus::default();
-        assert!(gazette.is_building());
+    fn the_line_says_how_the_watcher_gets_changes_once_that_is_known() {
+        let mut status = BuildStatus::default();
+        assert!(status.is_building());
         let watching = Event::Watching { folders: 2, poll_milliseconds: None, because: None };
-        told(&mut gazette, &[planned(1), ended(false), watching]);
-        assert!(!gazette.is_building());
-        assert_eq!(gazette.status(), "listening to 2 folders");
+        update(&mut status, &[planned(1), ended(false), watching]);
+        assert!(!status.is_building());
+        assert_eq!(status.line(), "listening to 2 folders");
     }
 }

@@ -1,20 +1,20 @@
-//! The bars of a lane: what is too short to be seen is drawn together with its neighbours.
+//! The bars of a lane: work that is too short to be seen shares a bar with its neighbours.
 
-use super::{Index, Nanoseconds};
+use super::timeline::{Index, Nanoseconds};
 
-/// What a bar stands for: a piece of work, or something that took no time.
+/// What a bar stands for: a span of work, or a moment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mark {
     pub(super) item: Index,
     pub(super) start: Nanoseconds,
     pub(super) end: Nanoseconds,
-    pub(super) look: Look,
+    pub(super) style: BarStyle,
 }
 
-/// How a bar looks; of several in one, the greatest counts.
+/// What a bar shows; of several in one bar, it shows the greatest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Look {
-    Current,
+pub(super) enum BarStyle {
+    UpToDate,
     Fetch,
     Publish,
     Same,
@@ -23,20 +23,20 @@ pub(super) enum Look {
     Failed,
 }
 
-/// What is drawn: one mark, or several that cannot be told apart by eye.
+/// One mark, or several that are too short to be distinguished.
 #[derive(Clone, Debug)]
 pub(super) struct Bar {
     pub(super) start: Nanoseconds,
     pub(super) end: Nanoseconds,
-    pub(super) look: Look,
-    /// In order of time.
+    pub(super) style: BarStyle,
+    /// In the order of their times.
     pub(super) marks: Vec<Mark>,
 }
 
-/// The bars of marks that are sorted by time and do not overlap, in a picture of this much time.
+/// The bars of marks that are sorted by time and do not overlap, for a lane of this duration.
 ///
-/// A mark of a thousandth of the picture is a bar of its own. Shorter ones share one, of a hundredth at most, so that
-/// the eye still sees where there are many.
+/// A mark of at least a thousandth of the lane has its own bar. Shorter ones share a bar of at most a
+/// hundredth, so that one still sees where there are many.
 pub(super) fn bars(marks: impl IntoIterator<Item = Mark>, total: Nanoseconds) -> Vec<Bar> {
     let (short, most) = (total / 1000, total / 100);
     let mut bars = Vec::<Bar>::new();
@@ -49,10 +49,10 @@ pub(super) fn bars(marks: impl IntoIterator<Item = Mark>, total: Nanoseconds) ->
             && mark.end.saturating_sub(last.start) <= most
         {
             last.end = mark.end.max(last.end);
-            last.look = mark.look.max(last.look);
+            last.style = mark.style.max(last.style);
             last.marks.push(mark);
         } else {
-            bars.push(Bar { start: mark.start, end: mark.end, look: mark.look, marks: vec![mark] });
+            bars.push(Bar { start: mark.start, end: mark.end, style: mark.style, marks: vec![mark] });
         }
     }
     bars

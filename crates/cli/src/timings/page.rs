@@ -1,23 +1,24 @@
-//! The page: a lane for each worker, the critical path, the slowest kinds, every item. It needs no script and no other
-//! file; a bar says what it is when it is pointed at, and leads to its item's row.
+//! The page: a lane for each worker, the critical path, the slowest kinds, every item. It needs no script and
+//! no other file; a bar has a tooltip, and links to the row of its item.
 
 use std::fmt::Write;
 
 use containers::escape_html as escape;
 use engine::Work;
 
-use super::bars::{Bar, Look, Mark, bars};
-use super::trace::{category, outcome};
-use super::{Fate, Index, Nanoseconds, Timeline, WorkSpan};
-use crate::quantity;
+use super::bars::{Bar, BarStyle, Mark, bars};
+use super::timeline::{Index, ItemOutcome, Nanoseconds, Timeline, WorkSpan};
+use super::trace::{category, describe};
+use crate::lists::list;
+use crate::quantity::{self, percent};
 
 /// The height of a bar and the space below it, in pixels.
 const ROW: usize = 22;
 
-/// So much of the width is enough for a name.
+/// The share of the width that has room for a name, in percent.
 const ROOM: f64 = 4.0;
 
-/// At most so many items of a bar are named when it is pointed at.
+/// At most this many items of a bar are named in its tooltip.
 const NAMED: usize = 12;
 
 /// The whole page.
@@ -60,7 +61,7 @@ fn facts(timeline: &Timeline, html: &mut String) {
         ("total", time(total)),
         ("items", counts.join(", ")),
         ("work on items", time(work)),
-        ("workers busy with items", percent(work, available)),
+        ("workers busy", percent(work, available)),
         ("critical path", time(timeline.critical_path().1)),
     ];
     html.push_str("<dl class=\"facts\">\n");
@@ -74,33 +75,37 @@ fn lanes(timeline: &Timeline, html: &mut String) {
     let total = timeline.total().max(1);
     html.push_str("<h2>What the workers did</h2>\n");
     html.push_str(
-        "<p class=\"soft\">An item that waits for others to share its work lets its worker take on another item: that one \
-         is drawn below it. Workers without an item of their own help those that have one, which is not drawn.</p>\n",
+        "<p class=\"soft\">While an item waits for other workers that share its work, its worker may run another item, which \
+         is drawn below it. Workers without an item help those that have one; that is not drawn.</p>\n",
     );
     html.push_str("<ul class=\"legend\">\n");
-    for look in
-        [Look::Ran, Look::Same, Look::Failed, Look::Stopped, Look::Fetch, Look::Publish, Look::Current]
-    {
-        let (class, meaning) = described(look);
-        if look != Look::Publish {
-            let _ = writeln!(html, "<li><i class=\"{class}\"></i>{meaning}</li>");
-        }
+    for style in [
+        BarStyle::Ran,
+        BarStyle::Same,
+        BarStyle::Failed,
+        BarStyle::Stopped,
+        BarStyle::Fetch,
+        BarStyle::UpToDate,
+    ] {
+        let (class, meaning) = described(style);
+        let _ = writeln!(html, "<li><i class=\"{class}\"></i>{meaning}</li>");
     }
     html.push_str("</ul>\n<div class=\"timeline\">\n");
     for worker in 0..timeline.workers() {
-        let spells = timeline.spells.iter().filter(|spell| spell.worker == worker).collect::<Vec<_>>();
-        let rows = spells.iter().map(|spell| spell.depth + 1).max().unwrap_or(1);
+        let spans = timeline.spans.iter().filter(|span| span.worker == worker).collect::<Vec<_>>();
+        let rows = spans.iter().map(|span| span.depth + 1).max().unwrap_or(1);
         let busy = percent(timeline.busy(worker), total);
         lane(&format!("worker {worker} <span>{busy}</span>"), rows, html, |html| {
             for depth in 0..rows {
-                let row =
-                    spells.iter().filter(|spell| spell.depth == depth).map(|spell| mark(timeline, spell));
+                let row = spans.iter().filter(|span| span.depth == depth).map(|span| mark(timeline, span));
                 draw(timeline, &bars(row, total), depth, html);
             }
         });
     }
-    let current = timeline.fates.iter().enumerate().filter_map(|(item, fate)| match fate {
-        Fate::Current(time) => Some(Mark { item, start: *time, end: *time, look: Look::Current }),
+    let current = timeline.outcomes.iter().enumerate().filter_map(|(item, outcome)| match outcome {
+        ItemOutcome::UpToDate(time) => {
+            Some(Mark { item, start: *time, end: *time, style: BarStyle::UpToDate })
+        }
         _ => None,
     });
     let mut current = current.collect::<Vec<_>>();
@@ -110,7 +115,7 @@ fn lanes(timeline: &Timeline, html: &mut String) {
         lane(&name, 1, html, |html| draw(timeline, &bars(current, total), 0, html));
     }
     html.push_str("<div class=\"axis\">");
-    for tick in ticks(total) {
+    for tick in quantity::ticks(total, 10).filter(|tick| tick * 100 < total * 98) {
         let _ = write!(html, "<span style=\"left:{}%\">{}</span>", share(tick, total), time(tick));
     }
     html.push_str("</div>\n</div>\n");
@@ -131,7 +136,7 @@ fn draw(timeline: &Timeline, bars: &[Bar], depth: usize, html: &mut String) {
     for bar in bars {
         let (left, width) = (share(bar.start, total), share(bar.end - bar.start, total));
         let top = depth * ROW + 1;
-        let (class, _) = described(bar.look);
+        let (class, _) = described(bar.style);
         let first = bar.marks[0].item;
         let label = match bar.marks.as_slice() {
             [mark] if width >= ROOM => format!("<b>{}</b>", escape(&timeline.nodes[mark.item].name)),
@@ -141,54 +146,53 @@ fn draw(timeline: &Timeline, bars: &[Bar], depth: usize, html: &mut String) {
             html,
             "<a class=\"bar {class}\" href=\"#item-{first}\" style=\"left:{left}%;width:{width}%;top:{top}px\" \
              title=\"{}\">{label}</a>",
-            escape(&told(timeline, bar))
+            escape(&tooltip(timeline, bar))
         );
     }
 }
 
-/// What is said of a bar that is pointed at.
-fn told(timeline: &Timeline, bar: &Bar) -> String {
+/// What a bar stands for.
+fn tooltip(timeline: &Timeline, bar: &Bar) -> String {
     let name = |mark: &Mark| timeline.nodes[mark.item].name.as_str();
     let took = |mark: &Mark| time(mark.end - mark.start);
     if let [mark] = bar.marks.as_slice() {
-        let why = match mark.look {
-            Look::Current | Look::Fetch | Look::Publish => String::new(),
+        let why = match mark.style {
+            BarStyle::UpToDate | BarStyle::Fetch | BarStyle::Publish => String::new(),
             _ => format!("; because: {}", timeline.reasons[mark.item]),
         };
-        let took = if mark.look == Look::Current { String::new() } else { format!(", {}", took(mark)) };
-        return format!("{}: {}{took}, at {}{why}", name(mark), described(mark.look).1, time(mark.start));
+        let took = if mark.style == BarStyle::UpToDate { String::new() } else { format!(", {}", took(mark)) };
+        return format!("{}: {}{took}, at {}{why}", name(mark), described(mark.style).1, time(mark.start));
     }
-    let mut text = format!("{} items between {} and {}: ", bar.marks.len(), time(bar.start), time(bar.end));
-    let named = bar.marks.iter().take(NAMED).map(|mark| match mark.look {
-        Look::Current => name(mark).to_owned(),
+    let names = bar.marks.iter().map(|mark| match mark.style {
+        BarStyle::UpToDate => name(mark).to_owned(),
         _ => format!("{} {}", name(mark), took(mark)),
     });
-    text += &named.collect::<Vec<_>>().join("; ");
-    if bar.marks.len() > NAMED { text + "; ..." } else { text }
+    let names = list(&names.collect::<Vec<_>>(), "; ", NAMED);
+    format!("{} items between {} and {}: {names}", bar.marks.len(), time(bar.start), time(bar.end))
 }
 
-fn mark(timeline: &Timeline, spell: &WorkSpan) -> Mark {
-    let look = match (spell.work, &timeline.fates[spell.item]) {
-        (Work::Fetch, _) => Look::Fetch,
-        (Work::Publish, _) => Look::Publish,
-        (Work::Run, Fate::Failed(_)) => Look::Failed,
-        (Work::Run, Fate::Ran { changed: false }) => Look::Same,
-        (Work::Run, Fate::Ran { .. } | Fate::Current(_)) => Look::Ran,
-        (Work::Run, _) => Look::Stopped,
+fn mark(timeline: &Timeline, span: &WorkSpan) -> Mark {
+    let style = match (span.work, &timeline.outcomes[span.item]) {
+        (Work::Fetch, _) => BarStyle::Fetch,
+        (Work::Publish, _) => BarStyle::Publish,
+        (Work::Run, ItemOutcome::Failed(_)) => BarStyle::Failed,
+        (Work::Run, ItemOutcome::Ran { changed: false }) => BarStyle::Same,
+        (Work::Run, ItemOutcome::Ran { .. } | ItemOutcome::UpToDate(_)) => BarStyle::Ran,
+        (Work::Run, _) => BarStyle::Stopped,
     };
-    Mark { item: spell.item, start: spell.start, end: spell.end, look }
+    Mark { item: span.item, start: span.start, end: span.end, style }
 }
 
 /// A bar's class, and what it means.
-fn described(look: Look) -> (&'static str, &'static str) {
-    match look {
-        Look::Current => ("current", "up to date: in the cache, or published from it"),
-        Look::Fetch => ("fetch", "read from the cache for those that need it"),
-        Look::Publish => ("publish", "published from the cache"),
-        Look::Same => ("same", "ran, with the same result as before"),
-        Look::Ran => ("ran", "ran"),
-        Look::Stopped => ("stopped", "stopped"),
-        Look::Failed => ("failed", "failed"),
+fn described(style: BarStyle) -> (&'static str, &'static str) {
+    match style {
+        BarStyle::UpToDate => ("current", "up to date: in the cache, or published from it"),
+        BarStyle::Fetch => ("fetch", "read from the cache for items that need it"),
+        BarStyle::Publish => ("publish", "published from the cache"),
+        BarStyle::Same => ("same", "ran, same result as before"),
+        BarStyle::Ran => ("ran", "ran"),
+        BarStyle::Stopped => ("stopped", "stopped"),
+        BarStyle::Failed => ("failed", "failed"),
     }
 }
 
@@ -198,9 +202,11 @@ fn critical_path(timeline: &Timeline, html: &mut String) {
         return;
     }
     let costs = timeline.costs();
-    html.push_str("<h2>Critical path</h2>\n<p class=\"soft\">Of all chains of items that need each other, the one that took ");
     html.push_str(
-        "longest: more workers shorten the build only as far as they share the work of these.</p>\n",
+        "<h2>Critical path</h2>\n<p class=\"soft\">Of all chains of items that need each other, the ",
+    );
+    html.push_str(
+        "slowest: more workers can shorten the build only by sharing the work of these items.</p>\n",
     );
     html.push_str("<div class=\"scroll\"><table>\n<tr><th>item</th><th>kind</th><th class=\"number\">own time</th><th></th></tr>\n");
     let most = path.iter().map(|item| costs[*item]).max().unwrap_or(0);
@@ -241,59 +247,59 @@ fn kinds(timeline: &Timeline, html: &mut String) {
 
 fn items(timeline: &Timeline, html: &mut String) {
     html.push_str(
-        "<h2>Every item</h2>\n<div class=\"scroll\"><table>\n<tr><th>item</th><th>kind</th><th>what</th>",
+        "<h2>Every item</h2>\n<div class=\"scroll\"><table>\n<tr><th>item</th><th>kind</th><th>outcome</th>",
     );
     html.push_str(
         "<th class=\"number\">began</th><th class=\"number\">took</th><th class=\"number\">own time</th>",
     );
     html.push_str("<th class=\"number\">worker</th><th>why</th></tr>\n");
-    let mut spells = vec![Vec::new(); timeline.nodes.len()];
-    for spell in &timeline.spells {
-        spells[spell.item].push(spell);
+    let mut spans = vec![Vec::new(); timeline.nodes.len()];
+    for span in &timeline.spans {
+        spans[span.item].push(span);
     }
-    for (item, (fate, mut spells)) in timeline.fates.iter().zip(spells).enumerate() {
-        if *fate == Fate::Untouched && spells.is_empty() {
+    for (item, (outcome, mut spans)) in timeline.outcomes.iter().zip(spans).enumerate() {
+        if *outcome == ItemOutcome::NotReached && spans.is_empty() {
             continue;
         }
-        spells.sort_by_key(|spell| spell.start);
-        let run = spells.iter().rfind(|spell| spell.work == Work::Run);
-        row(timeline, item, fate, run.copied(), html);
-        for spell in spells.iter().filter(|spell| spell.work != Work::Run) {
+        spans.sort_by_key(|span| span.start);
+        let run = spans.iter().rfind(|span| span.work == Work::Run);
+        row(timeline, item, outcome, run.copied(), html);
+        for span in spans.iter().filter(|span| span.work != Work::Run) {
             let _ = writeln!(
                 html,
                 "<tr><td></td><td></td><td class=\"soft\">{}</td>{}<td></td></tr>",
-                category(spell.work),
-                times(Some(spell))
+                category(span.work),
+                times(Some(span))
             );
         }
     }
     html.push_str("</table></div>\n");
 }
 
-fn row(timeline: &Timeline, item: Index, fate: &Fate, run: Option<&WorkSpan>, html: &mut String) {
+fn row(timeline: &Timeline, item: Index, outcome: &ItemOutcome, run: Option<&WorkSpan>, html: &mut String) {
     let node = &timeline.nodes[item];
-    let why = match fate {
-        Fate::Failed(error) => error.as_str(),
-        Fate::Skipped(Some(failed)) => &format!("{failed} failed"),
+    let why = match outcome {
+        ItemOutcome::Failed(error) => error.as_str(),
+        ItemOutcome::Skipped(Some(failed)) => &format!("{failed} failed"),
         _ => &timeline.reasons[item],
     };
-    let class = if matches!(fate, Fate::Failed(_)) { " class=\"bad\"" } else { "" };
+    let class = if matches!(outcome, ItemOutcome::Failed(_)) { " class=\"bad\"" } else { "" };
     let _ = writeln!(
         html,
         "<tr id=\"item-{item}\"{class}><td>{}</td><td>{}</td><td>{}</td>{}<td>{}</td></tr>",
         escape(&node.name),
         escape(&node.kind),
-        outcome(fate),
+        describe(outcome),
         times(run),
         escape(why)
     );
 }
 
-/// When something began, how long it took, how much of that was its own, and who did it.
-fn times(spell: Option<&WorkSpan>) -> String {
-    let cells = match spell {
-        Some(spell) => {
-            [time(spell.start), time(spell.end - spell.start), time(spell.own), spell.worker.to_string()]
+/// When a span began, how long it took, its own time, and its worker.
+fn times(span: Option<&WorkSpan>) -> String {
+    let cells = match span {
+        Some(span) => {
+            [time(span.start), time(span.end - span.start), time(span.own), span.worker.to_string()]
         }
         None => Default::default(),
     };
@@ -304,23 +310,11 @@ fn share_cell(part: Nanoseconds, whole: Nanoseconds) -> String {
     format!("<td class=\"share\"><i class=\"ran\" style=\"width:{}%\"></i></td>", share(part, whole))
 }
 
-/// Percent, to a thousandth of one.
+/// A share in percent, rounded to a thousandth of a percent.
 fn share(part: Nanoseconds, whole: Nanoseconds) -> f64 {
     (part as f64 * 1e5 / whole.max(1) as f64).round() / 1e3
 }
 
-fn percent(part: Nanoseconds, whole: Nanoseconds) -> String {
-    format!("{:.0} %", part as f64 * 100.0 / whole.max(1) as f64)
-}
-
 fn time(nanoseconds: Nanoseconds) -> String {
     quantity::duration(nanoseconds as f64 / 1e6)
-}
-
-/// Round times along the axis, some ten of them.
-fn ticks(total: Nanoseconds) -> Vec<Nanoseconds> {
-    let decade = |power: u32| 10u64.pow(power);
-    let steps = (0..19).flat_map(|power| [1, 2, 5].map(|digit| digit * decade(power)));
-    let step = steps.into_iter().find(|step| total / step <= 10).unwrap_or(total.max(1));
-    (0..=total / step).map(|count| count * step).filter(|tick| tick * 100 < total * 98).collect()
 }

@@ -1,44 +1,51 @@
-//! What a timeline makes of events, and what it draws.
+//! What a timeline records of events, and how it is drawn.
 
 use std::time::Instant;
 
-use engine::{ItemKey, ItemName};
+use engine::{Event, ItemKey, ItemName, Summary, Timestamp, Work};
 use serde_json::Value;
 
+use super::timeline::{Index, ItemOutcome, TimelineItem};
 use super::*;
 
-/// Items of a chain of kinds, each needing the one before it, with this work: item, worker, start and end.
+/// Items that each need the one before, with this work: item, worker, start and end.
 fn timeline(items: usize, work: &[(Index, usize, f64, f64)]) -> Timeline {
     let name = |item: usize| ItemName { stage: format!("a<{item}>"), key: ItemKey::default() };
     let mut timeline = Timeline {
         manifest: "pipeline.toml".into(),
         began: Timestamp(0),
         clock: Instant::now(),
-        places: (0..items).map(|item| (name(item), item)).collect(),
+        indices: (0..items).map(|item| (name(item), item)).collect(),
         nodes: (0..items)
-            .map(|item| Node {
+            .map(|item| TimelineItem {
                 name: name(item).to_string(),
                 kind: format!("kind-{}", item % 3),
                 needs: item.checked_sub(1).into_iter().collect(),
             })
             .collect(),
-        fates: vec![Fate::Untouched; items],
+        outcomes: vec![ItemOutcome::NotReached; items],
         reasons: vec![String::new(); items],
-        spells: Vec::new(),
+        spans: Vec::new(),
         summary: Summary::default(),
     };
     for &(item, worker, start, end) in work {
-        timeline.hear(&Event::Started { item: name(item), reasons: vec![engine::Reason::NeverBuilt] });
+        timeline.record(&Event::Started { item: name(item), reasons: vec![engine::Reason::NeverBuilt] });
         let (start_milliseconds, milliseconds) = (start, end - start);
         let work = Work::Run;
-        timeline.hear(&Event::TaskTimed { item: name(item), work, worker, start_milliseconds, milliseconds });
-        timeline.hear(&Event::Finished { item: name(item), milliseconds, changed: true });
+        timeline.record(&Event::TaskTimed {
+            item: name(item),
+            work,
+            worker,
+            start_milliseconds,
+            milliseconds,
+        });
+        timeline.record(&Event::Finished { item: name(item), milliseconds, changed: true });
     }
     timeline.settle();
     timeline
 }
 
-/// The places and sizes of the bars of a page, in percent, with the lane that each is in.
+/// The bars of a page: the lane of each, its top in pixels, its left edge and width in percent.
 fn drawn(page: &str) -> Vec<(usize, f64, f64, f64)> {
     let mut lane = 0;
     let mut found = Vec::new();
@@ -55,11 +62,11 @@ fn drawn(page: &str) -> Vec<(usize, f64, f64, f64)> {
 }
 
 #[test]
-fn what_lies_in_what_is_found_and_counted_once() {
+fn nested_work_is_found_and_counted_once() {
     let timeline = timeline(4, &[(0, 0, 0.0, 10.0), (1, 0, 2.0, 5.0), (2, 0, 3.0, 4.0), (3, 1, 1.0, 2.0)]);
-    let spells: Vec<_> =
-        timeline.spells.iter().map(|spell| (spell.item, spell.depth, spell.own / 1_000_000)).collect();
-    assert_eq!(spells, [(0, 0, 7), (1, 1, 2), (2, 2, 1), (3, 0, 1)]);
+    let spans: Vec<_> =
+        timeline.spans.iter().map(|span| (span.item, span.depth, span.own / 1_000_000)).collect();
+    assert_eq!(spans, [(0, 0, 7), (1, 1, 2), (2, 2, 1), (3, 0, 1)]);
     assert_eq!((timeline.busy(0), timeline.busy(1)), (10_000_000, 1_000_000));
     assert_eq!(timeline.critical_path(), (vec![0, 1, 2, 3], 11_000_000));
     let kinds = [
@@ -80,19 +87,19 @@ fn the_critical_path_is_the_slowest_chain() {
 }
 
 #[test]
-fn work_that_follows_work_does_not_overlap_by_rounding() {
+fn rounding_makes_no_consecutive_work_overlap() {
     let thirds =
         (0..3000).map(|item| (item, 0, item as f64 / 3.0, (item + 1) as f64 / 3.0)).collect::<Vec<_>>();
     let timeline = timeline(3000, &thirds);
-    assert!(timeline.spells.iter().all(|spell| spell.depth == 0));
+    assert!(timeline.spans.iter().all(|span| span.depth == 0));
 }
 
 #[test]
-fn ten_thousand_items_are_drawn_with_few_bars_and_all_of_them_are_listed() {
+fn ten_thousand_items_need_few_bars_and_are_all_listed() {
     let work = (0..10_000).map(|item| (item, item % 2, item as f64, item as f64 + 1.9)).collect::<Vec<_>>();
     let mut timeline = timeline(10_000, &work);
     for item in (0..10_000).step_by(100) {
-        timeline.fates[item] = Fate::Current(item as u64 * 1_000_000);
+        timeline.outcomes[item] = ItemOutcome::UpToDate(item as u64 * 1_000_000);
     }
     let page = page::page(&timeline);
     let bars = drawn(&page);
@@ -116,16 +123,16 @@ fn a_failure_is_never_hidden_by_its_neighbours() {
         (0..1000).map(|item| (item, 0, item as f64 * 0.01, item as f64 * 0.01 + 0.009)).collect::<Vec<_>>();
     work.push((1000, 0, 20.0, 100.0));
     let mut timeline = timeline(1001, &work);
-    timeline.fates[500] = Fate::Failed("it & they".into());
+    timeline.outcomes[500] = ItemOutcome::Failed("it & they".into());
     let page = page::page(&timeline);
     assert_eq!(page.matches("<a class=\"bar failed\"").count(), 1);
     assert!(page.contains("<tr id=\"item-500\" class=\"bad\">") && page.contains("it &amp; they"));
 }
 
 #[test]
-fn an_item_that_was_stopped_is_told_from_one_that_ran() {
+fn an_item_that_was_stopped_differs_from_one_that_ran() {
     let mut timeline = timeline(2, &[(0, 0, 0.0, 1.0), (1, 0, 1.0, 2.0)]);
-    timeline.hear(&Event::Skipped {
+    timeline.record(&Event::Skipped {
         item: ItemName { stage: "a<1>".into(), key: ItemKey::default() },
         because: None,
     });
@@ -137,7 +144,7 @@ fn an_item_that_was_stopped_is_told_from_one_that_ran() {
 }
 
 #[test]
-fn an_empty_build_has_a_page_too() {
+fn an_empty_build_has_a_page() {
     let timeline = timeline(0, &[]);
     assert!(page::page(&timeline).contains("What the workers did"));
     assert!(serde_json::from_str::<Value>(&trace::trace(&timeline)).is_ok());

@@ -1,12 +1,13 @@
 //! The trace: Chrome's Trace Event Format, which Perfetto and chrome://tracing read.
 //!
-//! Google, "Trace Event Format": `X` is a complete event with `ts` and `dur` in microseconds, those of one `tid` nest;
-//! `i` is an instant; `M` names processes and threads. Thread 0 is the scheduler, which finds what is up to date.
+//! Google, "Trace Event Format": `X` is a complete event with `ts` and `dur` in microseconds, and those of
+//! one `tid` nest; `i` is an instant; `M` names processes and threads. Thread 0 is the scheduler, which finds
+//! the items that are up to date.
 
 use engine::Work;
 use serde_json::{Value, json};
 
-use super::{Fate, Nanoseconds, Timeline};
+use super::timeline::{ItemOutcome, Nanoseconds, Timeline};
 
 const PROCESS: u32 = 1;
 
@@ -19,29 +20,29 @@ pub(super) fn trace(timeline: &Timeline) -> String {
     events.extend(
         (0..timeline.workers()).map(|worker| named("thread_name", worker + 1, &format!("worker {worker}"))),
     );
-    for spell in &timeline.spells {
-        let (node, fate) = (&timeline.nodes[spell.item], &timeline.fates[spell.item]);
+    for span in &timeline.spans {
+        let (node, outcome) = (&timeline.nodes[span.item], &timeline.outcomes[span.item]);
         let mut arguments = json!({ "kind": node.kind });
-        if spell.work == Work::Run {
-            arguments["because"] = timeline.reasons[spell.item].as_str().into();
-            arguments["outcome"] = outcome(fate).into();
-            if let Fate::Failed(error) = fate {
+        if span.work == Work::Run {
+            arguments["because"] = timeline.reasons[span.item].as_str().into();
+            arguments["outcome"] = describe(outcome).into();
+            if let ItemOutcome::Failed(error) = outcome {
                 arguments["error"] = error.as_str().into();
             }
         }
         events.push(json!({
             "name": node.name,
-            "cat": category(spell.work),
+            "cat": category(span.work),
             "ph": "X",
             "pid": PROCESS,
-            "tid": spell.worker + 1,
-            "ts": microseconds(spell.start),
-            "dur": microseconds(spell.end - spell.start),
+            "tid": span.worker + 1,
+            "ts": microseconds(span.start),
+            "dur": microseconds(span.end - span.start),
             "args": arguments,
         }));
     }
-    for (node, fate) in timeline.nodes.iter().zip(&timeline.fates) {
-        if let Fate::Current(time) = fate {
+    for (node, outcome) in timeline.nodes.iter().zip(&timeline.outcomes) {
+        if let ItemOutcome::UpToDate(time) = outcome {
             events.push(json!({
                 "name": node.name,
                 "cat": "up-to-date",
@@ -70,16 +71,16 @@ pub(super) fn category(work: Work) -> &'static str {
     }
 }
 
-/// What became of an item, in few words.
-pub(super) fn outcome(fate: &Fate) -> &'static str {
-    match fate {
-        Fate::Untouched => "not reached",
-        Fate::Current(_) => "up to date",
-        Fate::Ran { changed: true } => "ran",
-        Fate::Ran { changed: false } => "ran, the same result as before",
-        Fate::Failed(_) => "failed",
-        Fate::Skipped(Some(_)) => "not run",
-        Fate::Skipped(None) => "stopped",
+/// What became of an item, in a few words.
+pub(super) fn describe(outcome: &ItemOutcome) -> &'static str {
+    match outcome {
+        ItemOutcome::NotReached => "not reached",
+        ItemOutcome::UpToDate(_) => "up to date",
+        ItemOutcome::Ran { changed: true } => "ran",
+        ItemOutcome::Ran { changed: false } => "ran, same result as before",
+        ItemOutcome::Failed(_) => "failed",
+        ItemOutcome::Skipped(Some(_)) => "not run",
+        ItemOutcome::Skipped(None) => "stopped",
     }
 }
 

@@ -1,4 +1,4 @@
-//! The curator by itself: letters in, news out.
+//! The controller by itself: messages in, updates out.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use engine::{BuildOptions, ItemKey, Kinds, Summary};
 
 use super::*;
 
-/// One light and two paints.
+/// One environment and two materials.
 const PIPELINE: &str = r#"
 schema = 1
 
@@ -44,7 +44,7 @@ resolution = 4
 
 const GOLD: &str = "model = \"phong\"\nexponent = 4\nspecular = [1.0, 0.8, 0.3]\n";
 
-/// A project in a folder of its own, and what is asked for of it.
+/// A project in a temporary folder.
 struct Project {
     folder: tempfile::TempDir,
     kinds: Kinds,
@@ -70,14 +70,15 @@ impl Project {
     }
 
     fn build(&self) {
-        let plan = Plan::load(&self.manifest, &self.kinds).unwrap_or_else(|faults| panic!("{faults}"));
+        let plan = Plan::load(&self.manifest, &self.kinds).unwrap_or_else(|errors| panic!("{errors}"));
         let built = engine::build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {}).unwrap();
         assert_eq!(built.failed, 0);
     }
 
-    fn opening(&self, goes_on_without: bool) -> WindowRequest<'_> {
+    fn request(&self, continues_without: bool) -> WindowRequest<'_> {
         let Self { manifest, kinds, stages, .. } = self;
-        WindowRequest { manifest, kinds, stages, wish: SubjectRequest::default(), cpu: true, goes_on_without }
+        let subject = SubjectRequest::default();
+        WindowRequest { manifest, kinds, stages, subject, cpu: true, continues_without }
     }
 }
 
@@ -103,21 +104,21 @@ fn failed(stage: &str) -> PreviewMessage {
     event(Event::Failed { item, error: vec!["it is broken".into()], help: None })
 }
 
-fn wanted(material: &str) -> PreviewMessage {
+fn show(material: &str) -> PreviewMessage {
     let subject = Subject { environment: "studio".into(), material: material.into(), mesh: "sphere".into() };
-    PreviewMessage::Wanted(subject)
+    PreviewMessage::Show(subject)
 }
 
-/// A window that keeps what it is told.
+/// A window, and the updates that it gets.
 fn window() -> (PreviewMessage, Receiver<PreviewUpdate>) {
-    let (sender, news) = channel();
-    (PreviewMessage::Opened(Box::new(move |item| _ = sender.send(item))), news)
+    let (sender, updates) = channel();
+    (PreviewMessage::Opened(Box::new(move |update| _ = sender.send(update))), updates)
 }
 
-/// The news in a line each.
-fn told(news: &Receiver<PreviewUpdate>) -> Vec<String> {
-    let told = news.try_iter().map(|news| match news {
-        PreviewUpdate::Catalog(catalogue) => format!("catalogue: {}", catalogue.materials.join(", ")),
+/// The updates, each in a line, without those of the status line.
+fn received(updates: &Receiver<PreviewUpdate>) -> Vec<String> {
+    let lines = updates.try_iter().map(|update| match update {
+        PreviewUpdate::Catalog(catalog) => format!("catalog: {}", catalog.materials.join(", ")),
         PreviewUpdate::Scene { subject, .. } => format!("scene: {}", subject.material),
         PreviewUpdate::Status(line) => format!("status: {line}"),
         PreviewUpdate::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
@@ -125,7 +126,7 @@ fn told(news: &Receiver<PreviewUpdate>) -> Vec<String> {
         PreviewUpdate::Failure(Some(lines)) => format!("failure: {}", lines.join("; ")),
         PreviewUpdate::Close => "close".into(),
     });
-    told.filter(|line| !line.starts_with("status: ")).collect()
+    lines.filter(|line| !line.starts_with("status: ")).collect()
 }
 
 fn no_window() -> PreviewMessage {
@@ -133,15 +134,15 @@ fn no_window() -> PreviewMessage {
 }
 
 #[test]
-fn without_a_window_it_ends_with_a_still_though_the_build_had_ended_before() {
+fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (opening, cancel) = (project.opening(false), Cancel::default());
-    let mut curator = PreviewController::new(&opening, &cancel);
-    curator.answer([planned(), ended()]);
-    curator.answer([watching()]);
+    let (request, cancel) = (project.request(false), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    controller.handle_all([planned(), ended()]);
+    controller.handle_all([watching()]);
     assert!(!cancel.is_cancelled(), "there may be a window yet");
-    curator.answer([no_window()]);
+    controller.handle_all([no_window()]);
     assert!(cancel.is_cancelled());
     assert!(project.path(".specula/preview.png").exists());
 }
@@ -150,127 +151,130 @@ fn without_a_window_it_ends_with_a_still_though_the_build_had_ended_before() {
 fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (opening, cancel) = (project.opening(false), Cancel::default());
-    let mut curator = PreviewController::new(&opening, &cancel);
-    let (opened, news) = window();
-    curator.answer([opened]);
-    curator.answer([wanted("gold")]);
-    assert_eq!(told(&news), ["catalogue: gold, tin", "scene: gold"]);
-    curator.answer([planned(), ended()]);
-    drop(news);
-    curator.answer([no_window()]);
+    let (request, cancel) = (project.request(false), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened]);
+    controller.handle_all([show("gold")]);
+    assert_eq!(received(&updates), ["catalog: gold, tin", "scene: gold"]);
+    controller.handle_all([planned(), ended()]);
+    drop(updates);
+    controller.handle_all([no_window()]);
     assert!(cancel.is_cancelled() && project.path(".specula/preview.png").exists());
 }
 
 #[test]
-fn without_a_window_it_ends_where_nothing_can_be_built_and_not_while_something_is() {
+fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
     let project = Project::new(PIPELINE);
-    let hindered = || event(Event::BuildError { error: vec!["the disk is full".into()], help: None });
-    let opening = project.opening(false);
-    let cancelled = |letters: Vec<PreviewMessage>| {
+    let build_error = || event(Event::BuildError { error: vec!["the disk is full".into()], help: None });
+    let request = project.request(false);
+    let cancelled = |messages: Vec<PreviewMessage>| {
         let cancel = Cancel::default();
-        let mut curator = PreviewController::new(&opening, &cancel);
-        letters.into_iter().for_each(|letter| _ = curator.answer([letter]));
+        let mut controller = PreviewController::new(&request, &cancel);
+        messages.into_iter().for_each(|message| _ = controller.handle_all([message]));
         cancel.is_cancelled()
     };
-    assert!(cancelled(vec![planned(), hindered(), no_window()]));
-    assert!(cancelled(vec![planned(), no_window(), hindered()]));
+    assert!(cancelled(vec![planned(), build_error(), no_window()]));
+    assert!(cancelled(vec![planned(), no_window(), build_error()]));
     assert!(!cancelled(vec![planned(), ended(), planned(), no_window()]));
     let stopped = event(Event::Ended(Summary { cancelled: true, ..Summary::default() }));
     assert!(!cancelled(vec![planned(), stopped, no_window()]));
-    let (watching, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = PreviewController::new(&watching, &cancel);
-    curator.answer([planned(), ended(), no_window()]);
-    assert!(!cancel.is_cancelled(), "a watcher goes on");
+    let (watching, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&watching, &cancel);
+    controller.handle_all([planned(), ended(), no_window()]);
+    assert!(!cancel.is_cancelled(), "a watcher continues");
 }
 
 #[test]
 fn a_window_that_comes_too_late_is_closed() {
     let project = Project::new(PIPELINE);
-    let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = PreviewController::new(&opening, &cancel);
-    curator.answer([PreviewMessage::Close]);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    controller.handle_all([PreviewMessage::Close]);
     for _ in 0..2 {
-        let (opened, news) = window();
-        curator.answer([opened]);
-        assert!(told(&news).contains(&"close".into()));
+        let (opened, updates) = window();
+        controller.handle_all([opened]);
+        assert!(received(&updates).contains(&"close".into()));
     }
-    assert!(curator.answer([PreviewMessage::End]));
+    assert!(controller.handle_all([PreviewMessage::End]));
 }
 
 #[test]
-fn where_nothing_can_be_shown_it_says_so_and_what_to_do() {
+fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
     let nothing = |project: &Project| {
-        let (opening, cancel) = (project.opening(true), Cancel::default());
-        let (opened, news) = window();
-        PreviewController::new(&opening, &cancel).answer([opened]);
-        told(&news).pop().unwrap()
+        let (request, cancel) = (project.request(true), Cancel::default());
+        let (opened, updates) = window();
+        PreviewController::new(&request, &cancel).handle_all([opened]);
+        received(&updates).pop().unwrap()
     };
     let reflection = PIPELINE.find("[stage.reflection]").unwrap();
     let line = nothing(&Project::new(&PIPELINE[..reflection]));
-    assert!(line.starts_with("failure: This did not work; "), "{line}");
+    assert!(line.starts_with("failure: There is nothing to show; "), "{line}");
     assert!(
-        line.contains("has nothing to preview: no stage of it reflects an environment; hint: "),
+        line.contains("has nothing to preview: none of its stages reflects an environment; hint: "),
         "{line}"
     );
-    // What is not watched is not shown.
+    // Only the stages that are watched are shown.
     let mut project = Project::new(PIPELINE);
     project.stages = vec!["lighting".into(), "coefficients".into()];
     let line = nothing(&project);
-    assert!(line.contains(": lighting, coefficients and what that needs reflect no environment; "), "{line}");
+    assert!(
+        line.contains(": lighting, coefficients and the stages that they need reflect no environment; "),
+        "{line}"
+    );
     project.stages = vec!["map".into()];
-    assert_eq!(nothing(&project), "catalogue: gold, tin", "a stage is watched with all that it needs");
+    assert_eq!(nothing(&project), "catalog: gold, tin", "a stage is watched with the stages that it needs");
 }
 
 #[test]
-fn a_kept_picture_is_told_when_it_is_there() {
+fn a_saved_picture_is_reported_when_it_is_written() {
     let project = Project::new(PIPELINE);
-    let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = PreviewController::new(&opening, &cancel);
-    let (opened, news) = window();
-    curator.answer([opened]);
-    told(&news);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened]);
+    received(&updates);
     let subject = Subject { environment: "sky".into(), material: "gold".into(), mesh: "sphere".into() };
     let picture =
         || Picture { size: [1; 2], codes: vec![[0; 3]], radiance: vec![[0.0; 4]], relative_rms: None };
-    let keep = || PreviewMessage::Keepsake(subject.clone(), picture());
-    curator.answer([keep(), keep()]);
-    for (line, number) in told(&news).iter().zip([1, 2]) {
+    let save = || PreviewMessage::SavePicture(subject.clone(), picture());
+    controller.handle_all([save(), save()]);
+    for (line, number) in received(&updates).iter().zip([1, 2]) {
         let file = project.path(&format!(".specula/screenshots/gold-sky-sphere-{number}.png"));
-        assert_eq!(*line, format!("toast: kept the picture: {}", file.display()));
+        assert_eq!(*line, format!("toast: saved the picture: {}", file.display()));
         assert!(file.exists());
     }
     fs::remove_dir_all(project.path(".specula")).unwrap();
     fs::write(project.path(".specula"), "").unwrap();
-    curator.answer([keep()]);
-    assert!(told(&news)[0].starts_with("toast: the picture was not kept: "));
+    controller.handle_all([save()]);
+    assert!(received(&updates)[0].starts_with("toast: the picture was not saved: "));
 }
 
 #[test]
-fn what_is_gone_is_no_failure_and_no_shelf_of_before_stands_in_for_what_cannot_be_read() {
+fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unreadable_ones() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = PreviewController::new(&opening, &cancel);
-    let (opened, news) = window();
-    curator.answer([opened, watching()]);
-    curator.answer([wanted("gold")]);
-    assert_eq!(told(&news), ["catalogue: gold, tin", "scene: gold"]);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened, watching()]);
+    controller.handle_all([show("gold")]);
+    assert_eq!(received(&updates), ["catalog: gold, tin", "scene: gold"]);
 
     fs::remove_file(project.path("paint/gold.toml")).unwrap();
-    curator.answer([planned()]);
-    assert_eq!(told(&news), ["catalogue: tin"], "the window is to ask for another");
-    curator.answer([wanted("tin")]);
-    assert_eq!(told(&news), ["scene: tin"]);
+    controller.handle_all([planned()]);
+    assert_eq!(received(&updates), ["catalog: tin"], "the window asks for another");
+    controller.handle_all([show("tin")]);
+    assert_eq!(received(&updates), ["scene: tin"]);
 
     fs::rename(project.path(".specula"), project.path("away")).unwrap();
     fs::write(project.path(".specula"), "").unwrap();
     fs::write(project.path("paint/gold.toml"), GOLD).unwrap();
-    curator.answer([planned(), wanted("gold")]);
-    let lines = told(&news);
-    assert_eq!(lines[0], "catalogue: gold, tin");
+    controller.handle_all([planned(), show("gold")]);
+    let lines = received(&updates);
+    assert_eq!(lines[0], "catalog: gold, tin");
     assert!(
-        lines[1].starts_with("failure: This cannot be shown; the picture is the one before; "),
+        lines[1].starts_with("failure: This cannot be shown; the picture is an earlier one; "),
         "{lines:?}"
     );
     assert!(
@@ -280,24 +284,24 @@ fn what_is_gone_is_no_failure_and_no_shelf_of_before_stands_in_for_what_cannot_b
 
     fs::remove_file(project.path(".specula")).unwrap();
     fs::rename(project.path("away"), project.path(".specula")).unwrap();
-    curator.answer([ended()]);
-    assert_eq!(told(&news), ["scene: gold", "no failure"]);
+    controller.handle_all([ended()]);
+    assert_eq!(received(&updates), ["scene: gold", "no failure"]);
 }
 
 #[test]
-fn a_failure_says_whether_it_is_the_pictures() {
+fn a_failure_says_whether_the_picture_depends_on_it() {
     let project = Project::new(PIPELINE);
     project.build();
-    let (opening, cancel) = (project.opening(true), Cancel::default());
-    let mut curator = PreviewController::new(&opening, &cancel);
-    let (opened, news) = window();
-    curator.answer([opened, wanted("gold")]);
-    told(&news);
-    let headline = |letter: PreviewMessage, curator: &mut PreviewController<'_>| {
-        curator.answer([letter]);
-        told(&news).pop().unwrap().split(';').next().unwrap().to_owned()
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened, show("gold")]);
+    received(&updates);
+    let headline = |message: PreviewMessage, controller: &mut PreviewController<'_>| {
+        controller.handle_all([message]);
+        received(&updates).pop().unwrap().split(';').next().unwrap().to_owned()
     };
-    let other = "failure: Something did not work that this picture is not made of";
-    assert_eq!(headline(failed("report"), &mut curator), other);
-    assert_eq!(headline(failed("environment"), &mut curator), "failure: This did not work");
+    let other = "failure: A stage failed";
+    assert_eq!(headline(failed("report"), &mut controller), other);
+    assert_eq!(headline(failed("environment"), &mut controller), "failure: The build failed");
 }

@@ -8,9 +8,9 @@ use expect_test::{Expect, expect};
 
 use super::*;
 
-/// A session whose time is told to it, and its lines.
+/// A reporter with a clock that the test sets, and its lines.
 struct Watched {
-    session: Session,
+    reporter: WatchReporter,
     clock: Arc<AtomicU64>,
     lines: Arc<Mutex<String>>,
 }
@@ -19,29 +19,30 @@ impl Watched {
     fn new(verbose: bool) -> Self {
         let (clock, lines) = (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(String::new())));
         let (read, write) = (Arc::clone(&clock), Arc::clone(&lines));
-        let screen = Screen::plain(move |line| *write.lock() += &format!("{line}\n"));
-        let session = Session::new(verbose, screen, move || {
+        let screen = Screen::plain(move |line| *write.lock().unwrap() += &format!("{line}\n"));
+        let reporter = WatchReporter::new(verbose, screen, move || {
             let now = read.load(Ordering::Relaxed);
             Moment { milliseconds: now as f64, time: format!("14:00:{:02}", now / 1000) }
         });
-        Self { session, clock, lines }
+        Self { reporter, clock, lines }
     }
 
-    /// Some milliseconds later these events come.
+    /// Sends these events some milliseconds later.
     fn after(&self, milliseconds: u64, events: &[Event]) -> &Self {
         self.clock.fetch_add(milliseconds, Ordering::Relaxed);
-        events.iter().for_each(|event| self.session.tell(event));
+        events.iter().for_each(|event| self.reporter.show(event));
         self
     }
 
-    /// The lines since the last time.
-    fn told(&self) -> String {
-        std::mem::take(&mut *self.lines.lock())
+    /// The lines since the last call.
+    fn lines(&self) -> String {
+        std::mem::take(&mut *self.lines.lock().unwrap())
     }
 
-    /// Compares them. What all lines of an expectation are indented by is not compared: one of them begins a paragraph.
+    /// Compares the lines since the last call. The common indentation of an expectation is not compared: one
+    /// of its lines begins a paragraph.
     fn shows(&self, expected: Expect) -> &Self {
-        expected.assert_eq(&self.told());
+        expected.assert_eq(&self.lines());
         self
     }
 }
@@ -103,7 +104,7 @@ fn listening() -> Event {
 }
 
 #[test]
-fn of_many_failures_the_first_are_told_and_the_others_counted() {
+fn of_many_failures_the_first_are_shown_and_the_others_counted() {
     let items = (0..60).map(|n| item("material", &[("material", &format!("m{n:02}"))])).collect::<Vec<_>>();
     let change = || noticed(&[("assets/materials", Changed::Changed)]);
     let ends =
@@ -112,21 +113,21 @@ fn of_many_failures_the_first_are_told_and_the_others_counted() {
         let watched = Watched::new(verbose);
         let broken = items.iter().map(|item| failed(item, &["no such model"]));
         watched.after(1, &[vec![change(), planned(60)], broken.collect(), vec![ends(60)]].concat());
-        let told = watched.told();
-        assert_eq!(told.matches("  FAILED  material").count(), shown, "{told}");
+        let lines = watched.lines();
+        assert_eq!(lines.matches("  FAILED  material").count(), shown, "{lines}");
         assert_eq!(
-            told.contains("          ... and 10 more failed items; --verbose shows all\n"),
+            lines.contains("          ... and 10 more failed items; --verbose shows all\n"),
             !verbose,
-            "{told}"
+            "{lines}"
         );
-        let mended = items.iter().map(finished);
-        watched.after(1, &[vec![change(), planned(60)], mended.collect(), vec![ends(0)]].concat());
-        let told = watched.told();
-        assert_eq!(told.matches("  mended  material").count(), shown, "{told}");
+        let fixed = items.iter().map(finished);
+        watched.after(1, &[vec![change(), planned(60)], fixed.collect(), vec![ends(0)]].concat());
+        let lines = watched.lines();
+        assert_eq!(lines.matches("   fixed  material").count(), shown, "{lines}");
         assert_eq!(
-            told.contains("          ... and 10 more mended items; --verbose shows all\n"),
+            lines.contains("          ... and 10 more fixed items; --verbose shows all\n"),
             !verbose,
-            "{told}"
+            "{lines}"
         );
     }
 }
@@ -170,7 +171,7 @@ fn an_edit_takes_a_line_for_each_stage() {
            66 ms  reflection, 2 items (coefficients changed)
            74 ms  map, 2 items (reflection changed): studio/gold/map.ktx2, sunset/gold/map.ktx2
            82 ms  shrm, 2 items (reflection changed): studio/gold/shrm.ktx2 and 1 more
-           83 ms  4 files are fresh, 8 items ran, 32 up to date
+           83 ms  4 files updated, 8 items ran, 32 up to date
     "#]]);
 }
 
@@ -183,21 +184,21 @@ fn verbose_names_every_item_and_file() {
            26 ms  material [gold] ran: assets/materials/gold.toml changed (010101010101 to 020202020202)
            36 ms  coefficients [gold] ran: brdf = material [gold] changed (010101010101 to 020202020202)
            43 ms  reflection [studio, gold] ran: brdf = coefficients [gold] changed (010101010101 to 020202020202)
-           51 ms  studio/gold/map.ktx2 is fresh
+           51 ms  studio/gold/map.ktx2 updated
            51 ms  map [studio, gold] ran: brdf = reflection [studio, gold] changed (010101010101 to 020202020202)
-           59 ms  studio/gold/shrm.ktx2 is fresh
+           59 ms  studio/gold/shrm.ktx2 updated
            59 ms  shrm [studio, gold] ran: brdf = reflection [studio, gold] changed (010101010101 to 020202020202)
            66 ms  reflection [sunset, gold] ran: brdf = coefficients [gold] changed (010101010101 to 020202020202)
-           74 ms  sunset/gold/map.ktx2 is fresh
+           74 ms  sunset/gold/map.ktx2 updated
            74 ms  map [sunset, gold] ran: brdf = reflection [sunset, gold] changed (010101010101 to 020202020202)
-           82 ms  sunset/gold/shrm.ktx2 is fresh
+           82 ms  sunset/gold/shrm.ktx2 updated
            82 ms  shrm [sunset, gold] ran: brdf = reflection [sunset, gold] changed (010101010101 to 020202020202)
-           83 ms  4 files are fresh, 8 items ran, 32 up to date
+           83 ms  4 files updated, 8 items ran, 32 up to date
     "#]]);
 }
 
 #[test]
-fn an_error_stands_until_its_item_succeeds() {
+fn an_error_stays_until_its_item_succeeds() {
     let watched = Watched::new(false);
     let gold = "assets/materials/gold.toml";
     let (material, coefficients) = (of_gold("material"), of_gold("coefficients"));
@@ -236,7 +237,7 @@ fn an_error_stands_until_its_item_succeeds() {
     watched.after(900, &change).after(20, &[started(&material, Reason::FailedBefore), finished(&material)]);
     watched.after(1, &[ended(1, 2)]).shows(expect![[r#"
         14:00:02  assets/materials/gold.toml changed
-          mended  material [gold]
+           fixed  material [gold]
            41 ms  material [gold] (its last run failed)
            42 ms  1 item ran, 2 up to date
     "#]]);
@@ -266,7 +267,7 @@ fn an_error_ends_with_its_item_but_not_with_a_build_that_was_stopped() {
 }
 
 #[test]
-fn an_invalid_manifest_is_drawn_and_kept_in_view_until_it_is_valid() {
+fn an_invalid_manifest_is_drawn_and_kept_in_view_until_it_is_fixed() {
     let watched = Watched::new(false);
     let text = "schema = 1\nout = 7\n";
     let errors = vec![Diagnostic::at(17..18, "out is a number").expected("a folder")];
@@ -275,7 +276,7 @@ fn an_invalid_manifest_is_drawn_and_kept_in_view_until_it_is_valid() {
     watched.after(0, &[manifest.clone(), rejected]);
     let lines = std::mem::take(&mut *watched.lines.lock());
     assert!(lines.contains("out is a number") && lines.contains("pipeline.toml:2:7"), "{lines}");
-    // The last valid manifest is still in use, and each build says so.
+    // Builds continue with the last valid manifest, and say so.
     watched.after(500, &[noticed(&[("a.toml", Changed::Changed)]), planned(2), ended(1, 1)]);
     watched.shows(expect![[r#"
         14:00:00  a.toml changed
@@ -284,7 +285,7 @@ fn an_invalid_manifest_is_drawn_and_kept_in_view_until_it_is_valid() {
     "#]]);
     watched.after(500, &[manifest, Event::Accepted, planned(2), ended(0, 2)]).shows(expect![[r#"
         14:00:01  pipeline.toml changed
-          mended  the manifest is valid again
+           fixed  the manifest is valid again
            21 ms  2 up to date
     "#]]);
 }
@@ -298,18 +299,18 @@ fn many_changes_are_counted_by_folder() {
     watched.after(0, &[noticed(&changes)]).shows(expect![[r#"
         14:00:00  assets/0: 1 new, 250 changed
                   assets/1: 250 changed
-                  here: 1 changed
+                  .: 1 changed
     "#]]);
     let few = [("assets", Changed::Unknown), ("b.toml", Changed::Gone), ("c.toml", Changed::Appeared)];
     watched.after(0, &[noticed(&few)]).shows(expect![[r#"
-        14:00:00  assets: events were lost, so that all below is looked at
+        14:00:00  assets: events were lost, so everything in it is checked
                   b.toml is gone
                   c.toml is new
     "#]]);
 }
 
 #[test]
-fn a_build_that_only_makes_sure_says_nothing() {
+fn a_build_without_a_change_reports_nothing_unless_something_ran() {
     let watched = Watched::new(false);
     watched.after(0, &[noticed(&[("a.toml", Changed::Changed)]), planned(2), ended(1, 1)]);
     watched.lines.lock().clear();
@@ -324,7 +325,7 @@ fn a_build_that_only_makes_sure_says_nothing() {
 }
 
 #[test]
-fn a_long_build_speaks_while_it_works() {
+fn a_long_build_reports_while_it_runs() {
     let watched = Watched::new(false);
     watched.after(0, &[noticed(&[("sky.exr", Changed::Changed)]), planned(9)]);
     let lighting = item("lighting", &[("environment", "sky")]);
@@ -333,24 +334,24 @@ fn a_long_build_speaks_while_it_works() {
     "#]]);
     let reflection = lit("reflection", "sky");
     let event = started(&reflection, input(&lighting));
-    assert_eq!(watched.after(700, &[event]).told(), "  1.52 s  lighting [sky] (sky.exr changed)\n");
+    assert_eq!(watched.after(700, &[event]).lines(), "  1.52 s  lighting [sky] (sky.exr changed)\n");
     assert_eq!(
-        watched.after(900, &[finished(&reflection), ended(2, 7)]).told(),
+        watched.after(900, &[finished(&reflection), ended(2, 7)]).lines(),
         "  3.12 s  reflection [sky, gold] (lighting changed)\n  3.12 s  2 items ran, 7 up to date\n"
     );
 }
 
 #[test]
-fn the_way_it_learns_of_changes_is_said_with_its_reason() {
+fn how_the_watcher_gets_changes_is_shown_with_the_reason() {
     let because = "no event arrived from /mnt/assets: a file was written there and nothing was heard for 2 s";
     let polling =
         Event::Watching { folders: 3, poll_milliseconds: Some(500.0), because: Some(because.into()) };
-    let hindered = Event::BuildError {
+    let build_error = Event::BuildError {
         error: vec!["cannot lock .specula".into(), "another build is at work (process 7)".into()],
         help: Some("wait for it, or stop that process".into()),
     };
-    Watched::new(false).after(0, &[polling, hindered]).shows(expect![[r#"
-        14:00:00  looking every 500 ms: no event arrived from /mnt/assets: a file was written there and nothing was heard for 2 s
+    Watched::new(false).after(0, &[polling, build_error]).shows(expect![[r#"
+        14:00:00  polling every 500 ms: no event arrived from /mnt/assets: a file was written there and nothing was heard for 2 s
           FAILED  the build
                     cannot lock .specula
                     another build is at work (process 7)

@@ -1,5 +1,5 @@
-//! The build as a person sees it: a bar while it works, a line for what happened, a summary at the end. If thousands of items
-//! fail, the first are told and the others counted, unless all are asked for.
+//! The build as a person sees it: a progress bar, a line for each event, a summary at the end. If thousands
+//! of items fail, the first are shown and the others counted, unless `--verbose` asks for all of them.
 
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -8,17 +8,16 @@ use std::path::Path;
 use engine::{Event, ItemName, Summary};
 use parking_lot::{Mutex, MutexGuard};
 
-use crate::outstanding::few;
+use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
-use crate::quantity::{SHOWN, count, duration, more};
+use crate::quantity::{count, duration};
 use crate::reasons;
 use crate::screen::Screen;
 
 /// Turns events into lines on standard error.
-pub(crate) struct Progress {
+pub(crate) struct BuildReporter {
     verbose: bool,
-    /// Whether this is a dry run.
-    rehearsal: bool,
+    dry_run: bool,
     screen: Screen,
     state: Mutex<State>,
 }
@@ -29,13 +28,13 @@ struct State {
     skipped: Vec<(ItemName, Option<ItemName>)>,
 }
 
-impl Progress {
-    pub(crate) fn new(verbose: bool, rehearsal: bool, bar: bool) -> Self {
-        Self { verbose, rehearsal, screen: Screen::new(bar), state: Mutex::default() }
+impl BuildReporter {
+    pub(crate) fn new(verbose: bool, dry_run: bool, with_bar: bool) -> Self {
+        Self { verbose, dry_run, screen: Screen::new(with_bar), state: Mutex::default() }
     }
 
     /// Shows one event.
-    pub(crate) fn tell(&self, event: &Event) {
+    pub(crate) fn show(&self, event: &Event) {
         match event {
             Event::Planned { items, .. } => self.screen.begin(*items),
             Event::Waiting { holder, limit_milliseconds } => {
@@ -44,13 +43,13 @@ impl Progress {
             }
             Event::UpToDate { item } => {
                 if self.verbose {
-                    self.line("current", item);
+                    self.line("up to date", item);
                 }
                 self.screen.settled();
             }
             Event::Started { item, reasons } => {
                 let why = || reasons::lines(reasons).join("; ");
-                if self.rehearsal {
+                if self.dry_run {
                     return self.line("would run", format_args!("{item}: {}", why()));
                 }
                 if self.verbose {
@@ -82,39 +81,39 @@ impl Progress {
                 self.state().skipped.push((item.clone(), because.clone()));
             }
             Event::Published { file, restored: true, .. } => {
-                self.line(if self.rehearsal { "would restore" } else { "restored" }, file);
+                self.line(if self.dry_run { "would restore" } else { "restored" }, file);
             }
-            Event::Published { file, .. } if self.rehearsal => self.line("would publish", file),
+            Event::Published { file, .. } if self.dry_run => self.line("would publish", file),
             Event::Published { file, .. } => {
                 if self.verbose {
                     self.line("published", file);
                 }
             }
             Event::Removed { file } => {
-                self.line(if self.rehearsal { "would remove" } else { "removed" }, file);
+                self.line(if self.dry_run { "would remove" } else { "removed" }, file);
             }
             Event::Ended(_) => self.screen.clear(),
-            // A build alone does not watch.
+            // Only a watcher sends these.
             Event::Watching { .. }
             | Event::Noticed { .. }
             | Event::Rejected { .. }
             | Event::Accepted
             | Event::BuildError { .. } => {}
-            // A timeline's business.
+            // Only a timeline needs it.
             Event::TaskTimed { .. } => {}
         }
     }
 
-    /// What is worth saying at the end: failures in full, then one paragraph of counts.
+    /// The end of a build: the failures in full, then one paragraph of counts.
     pub(crate) fn summarise(&self, summary: &Summary, out: &Path) {
-        self.tell_failures();
-        for line in conclusion(summary, out, self.rehearsal) {
+        self.show_failures();
+        for line in conclusion(summary, out, self.dry_run) {
             message(&line);
         }
     }
 
-    /// The failures so far in full, below the lines and without a bar.
-    pub(crate) fn tell_failures(&self) {
+    /// Removes the bar, and shows the failures so far in full.
+    pub(crate) fn show_failures(&self) {
         self.screen.close();
         let state = self.state();
         let mut skipped = HashMap::<_, Vec<_>>::new();
@@ -129,9 +128,9 @@ impl Progress {
             if let Some(help) = help {
                 say!("  hint: {help}");
             }
-            if let Some(lost) = skipped.get(&Some(item)) {
-                let lost = if self.verbose { lost.join("; ") } else { few(lost, "; ") };
-                say!("  not run because of it: {lost}");
+            if let Some(dependants) = skipped.get(&Some(item)) {
+                let most = if self.verbose { usize::MAX } else { NAMED };
+                say!("  not run because of it: {}", list(dependants, "; ", most));
             }
         }
         if let Some(more) = more(state.failures.len().saturating_sub(self.shown()), "more failed item") {
@@ -139,7 +138,7 @@ impl Progress {
         }
     }
 
-    /// How many failures are told.
+    /// How many failures are shown.
     fn shown(&self) -> usize {
         if self.verbose { usize::MAX } else { SHOWN }
     }
@@ -164,29 +163,26 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
             0 => format!("Nothing would run: {} up to date.", count(up_to_date, "item")),
             _ => format!("{} would run, {up_to_date} up to date.", count(ran, "item")),
         };
-        let moves = match (published, removed) {
+        let changes = match (published, removed) {
             (0, 0) => String::new(),
-            _ => format!(
-                " From the cache, {} would be published; {removed} removed.",
-                count(published, "file")
-            ),
+            _ => {
+                format!(" {} would be published from the cache, {removed} removed.", count(published, "file"))
+            }
         };
-        return vec![format!("{runs}{moves} Nothing was written.")];
+        return vec![format!("{runs}{changes} Nothing was written.")];
     }
     if ran + failed + skipped == 0 && !cancelled {
-        let mut lines = vec![format!(
-            "Nothing to run: for {} the parameters, the kinds' revisions and the contents of inputs and files \
-             are those of a build before ({time}).",
-            if up_to_date == 1 { "the 1 item".into() } else { format!("all {up_to_date} items") }
-        )];
-        lines.push(match (published, removed) {
-            (0, 0) => format!("The files in {out} are as they were published."),
-            _ => format!(
-                "{} published from the cache and {removed} removed in {out}.",
-                count(published, "file")
-            ),
-        });
-        return lines;
+        let items = format!(
+            "Up to date: {} an earlier build ({time}).",
+            if up_to_date == 1 { "1 item matches".into() } else { format!("all {up_to_date} items match") }
+        );
+        let files = match (published, removed) {
+            (0, 0) => format!("The files in {out} are unchanged."),
+            _ => {
+                format!("{} published from the cache, {removed} removed in {out}.", count(published, "file"))
+            }
+        };
+        return vec![items, files];
     }
     let mut counts = vec![format!("{} ran", count(ran, "item")), format!("{up_to_date} up to date")];
     if failed > 0 {
@@ -196,12 +192,12 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         counts.push(format!("{skipped} not run"));
     }
     let mut lines = vec![format!("{} in {time}.", counts.join(", "))];
-    lines.push(format!("{} published and {removed} removed in {out}.", count(published, "file")));
+    lines.push(format!("{} published, {removed} removed in {out}.", count(published, "file")));
     if failed + skipped > 0 || cancelled {
-        lines.push("The last good outputs of what did not run are still there.".into());
+        lines.push("The last good outputs of the items that did not run are kept.".into());
     }
     if cancelled {
-        lines.push("Stopped before the end; the next build goes on from here.".into());
+        lines.push("Stopped before the end; the next build continues from here.".into());
     }
     lines
 }

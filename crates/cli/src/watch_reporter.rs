@@ -1,38 +1,39 @@
-//! Watching as a person sees it: which file changed, what ran because of it and why, how long it took until each output
-//! was fresh, and what still fails.
+//! Watching as a person sees it: which files changed, what ran because of that and why, how long it took
+//! until each output was updated, and what still fails.
 //!
-//! An edit takes a few lines: the items of a stage share one, with the files that they published. A build of seconds
-//! speaks every now and then, one of milliseconds at its end.
+//! An edit takes a few lines: the items of a stage share one line, with the files that they published. A
+//! build of milliseconds is reported at its end, a build of seconds every now and then.
 
 use std::collections::BTreeMap;
 
 use engine::{Change, Changed, Event, ItemName, Reason, Summary};
 use parking_lot::{Mutex, MutexGuard};
 
-use crate::outstanding::{OutstandingErrors, Turn, few};
-use crate::quantity::{SHOWN, count, duration, more};
+use crate::lists::{NAMED, SHOWN, fitting, list, more};
+use crate::outstanding::{OutstandingErrors, Transition};
+use crate::quantity::{count, duration};
 use crate::screen::Screen;
-use crate::{manifest, reasons, terminal};
+use crate::{manifest, reasons};
 
-/// A build that takes longer tells what it has, in milliseconds.
-const SILENCE: f64 = 2000.0;
+/// A build that takes longer reports what it has done so far, in milliseconds.
+const REPORT_INTERVAL: f64 = 2000.0;
 
-/// So many changes are named; more are counted by folder.
+/// Up to this many changes are named; more are counted by folder.
 const CHANGES: usize = 4;
 
-/// Where the text of a line begins, below the times.
+/// The column where the text of a line begins, after the times.
 const INDENT: usize = 10;
 
-/// The time, twice: to measure and to show.
+/// A moment, to measure with and to show.
 pub(crate) struct Moment {
-    /// Since some moment before all others, in milliseconds.
+    /// The time since the program started, in milliseconds.
     pub(crate) milliseconds: f64,
     /// The time of day.
     pub(crate) time: String,
 }
 
 /// Turns a watcher's events into lines on standard error.
-pub(crate) struct Session {
+pub(crate) struct WatchReporter {
     verbose: bool,
     screen: Screen,
     clock: Box<dyn Fn() -> Moment + Send + Sync>,
@@ -41,44 +42,44 @@ pub(crate) struct Session {
 
 #[derive(Default)]
 struct State {
-    standing: OutstandingErrors,
-    /// How it learns of changes.
-    way: String,
-    /// When the first of the changes that are worked off was heard of.
+    errors: OutstandingErrors,
+    /// How the watcher gets changes.
+    watching: String,
+    /// When the first of the current changes was noticed.
     noticed: f64,
     /// The files that changed.
     changed: Vec<String>,
-    /// Whether a graph was ever built.
+    /// Whether there was a build before.
     built: bool,
-    /// The time of a build that no change is known for, until it has something to say: it only makes sure.
+    /// The time of day of a build without a known change, until it has something to report.
     unannounced: Option<String>,
-    /// When something was last said.
-    spoken: f64,
-    /// What was done since, by stage.
-    groups: Vec<Group>,
+    /// The time of the last report.
+    reported: f64,
+    /// What was done since the last report, by stage.
+    groups: Vec<StageReport>,
     /// What runs, and why.
     running: Vec<(ItemName, Vec<Reason>)>,
-    /// The files that were removed since something was last said.
+    /// The files that were removed since the last report.
     removed: Vec<String>,
-    /// The files that this build published.
+    /// How many files this build published.
     published: usize,
-    /// How many items this build broke, and how many it mended.
-    turned: [usize; 2],
+    /// How many items failed in this build, and how many failures it fixed.
+    transitions: [usize; 2],
 }
 
-/// What the items of one stage did.
-struct Group {
+/// What the items of one stage did since the last report.
+struct StageReport {
     stage: String,
     items: Vec<ItemName>,
     why: Vec<String>,
-    /// How many made what they had made before.
+    /// How many have the same result as before.
     same: usize,
     files: Vec<String>,
-    /// When the last of it happened.
+    /// The time of the last of these events.
     at: f64,
 }
 
-impl Session {
+impl WatchReporter {
     pub(crate) fn new(
         verbose: bool,
         screen: Screen,
@@ -88,11 +89,11 @@ impl Session {
     }
 
     /// Shows one event.
-    pub(crate) fn tell(&self, event: &Event) {
+    pub(crate) fn show(&self, event: &Event) {
         let now = (self.clock)();
         let mut state = self.state();
-        let turn = state.standing.take(event);
-        if news(event, &turn)
+        let transition = state.errors.update(event);
+        if is_news(event, &transition)
             && let Some(time) = state.unannounced.take()
         {
             self.head(&time, "building again");
@@ -100,13 +101,13 @@ impl Session {
         let since = duration(now.milliseconds - state.noticed);
         match event {
             Event::Watching { folders, poll_milliseconds, because } => {
-                state.way = way(*folders, *poll_milliseconds, because.as_deref());
-                self.head(&now.time, &state.way);
+                state.watching = watching(*folders, *poll_milliseconds, because.as_deref());
+                self.head(&now.time, &state.watching);
             }
             Event::Noticed { changes, milliseconds } => {
                 state.noticed = now.milliseconds - milliseconds;
                 state.changed = changes.iter().map(|change| change.path.clone()).collect();
-                self.tell_changes(&now.time, changes);
+                self.show_changes(&now.time, changes);
             }
             Event::Planned { items, .. } => {
                 if state.changed.is_empty() {
@@ -117,8 +118,8 @@ impl Session {
                         self.head(&now.time, &format!("building, {}", count(*items, "item")));
                     }
                 }
-                (state.published, state.spoken, state.built) = (0, now.milliseconds, true);
-                state.turned = [0; 2];
+                (state.published, state.reported, state.built) = (0, now.milliseconds, true);
+                state.transitions = [0; 2];
                 self.screen.begin(*items);
             }
             Event::Waiting { holder, .. } => self.line("waiting", &format!("for {holder}")),
@@ -127,7 +128,7 @@ impl Session {
                 if self.verbose {
                     self.line("", &format!("{item} is up to date"));
                 }
-                self.tell_turn(&mut state, &turn, item);
+                self.show_fixed(&mut state, &transition, item);
             }
             Event::Started { item, reasons } => {
                 state.running.push((item.clone(), reasons.clone()));
@@ -135,7 +136,7 @@ impl Session {
             }
             Event::Finished { item, changed, .. } => {
                 self.screen.ended(item);
-                self.tell_turn(&mut state, &turn, item);
+                self.show_fixed(&mut state, &transition, item);
                 let why = state.ended(item);
                 if self.verbose {
                     let same = if *changed { "" } else { "; the same result as before" };
@@ -147,7 +148,7 @@ impl Session {
             Event::Published { item, file, restored, .. } => {
                 state.published += 1;
                 if self.verbose {
-                    let how = if *restored { "is back" } else { "is fresh" };
+                    let how = if *restored { "restored" } else { "updated" };
                     self.line(&since, &format!("{file} {how}"));
                 } else {
                     state.group(&item.stage, now.milliseconds).files.push(file.clone());
@@ -161,56 +162,54 @@ impl Session {
             Event::Failed { item, error, help } => {
                 state.ended(item);
                 self.screen.ended(item);
-                if turn == Turn::Broke {
-                    state.turned[0] += 1;
-                    if state.turned[0] <= self.shown() {
-                        self.tell_error(&item.to_string(), error, help.as_deref());
+                if transition == Transition::Failed {
+                    state.transitions[0] += 1;
+                    if state.transitions[0] <= self.shown() {
+                        self.show_error(&item.to_string(), error, help.as_deref());
                     }
                 }
             }
             Event::Skipped { .. } => self.screen.settled(),
             Event::Ended(summary) => {
                 self.screen.clear();
-                self.speak(&mut state, now.milliseconds);
-                for (turned, what) in state.turned.into_iter().zip(["more failed item", "more mended item"]) {
-                    let more = more(turned.saturating_sub(self.shown()), what);
+                self.report(&mut state, now.milliseconds);
+                let counts = state.transitions.into_iter().zip(["more failed item", "more fixed item"]);
+                for (number, what) in counts {
+                    let more = more(number.saturating_sub(self.shown()), what);
                     more.iter().for_each(|more| self.line("", &format!("{more}; --verbose shows all")));
                 }
                 if state.unannounced.take().is_none() {
-                    self.conclude(&mut state, summary, &since);
+                    self.summarise(&mut state, summary, &since);
                 }
             }
-            Event::Rejected { diagnostics } => {
-                self.screen.painted(&manifest::drawn(diagnostics));
-                let next = match state.built {
-                    true => "still using the last valid manifest",
-                    false => "nothing runs until it is valid",
-                };
-                self.line("", &format!("{}; {next}", manifest::counted(diagnostics)));
+            Event::Rejected { faults } => {
+                self.screen.painted(&manifest::drawn(faults, self.screen.width()));
+                let next = if state.built { "still using the last valid manifest" } else { "nothing runs" };
+                self.line("", &format!("{}; {next}", manifest::counted(faults)));
                 state.changed.clear();
             }
-            Event::Accepted => self.line("mended", "the manifest is valid again"),
+            Event::Accepted => self.line("fixed", "the manifest is valid again"),
             Event::BuildError { error, help } => {
                 self.screen.clear();
-                self.speak(&mut state, now.milliseconds);
-                self.tell_error("the build", error, help.as_deref());
+                self.report(&mut state, now.milliseconds);
+                self.show_error("the build", error, help.as_deref());
                 state.running.clear();
                 state.changed.clear();
             }
         }
-        if now.milliseconds - state.spoken > SILENCE {
-            self.speak(&mut state, now.milliseconds);
+        if now.milliseconds - state.reported > REPORT_INTERVAL {
+            self.report(&mut state, now.milliseconds);
         }
         self.pin(&state, &now.time);
     }
 
-    /// Takes what moves off the terminal.
+    /// Removes everything but the lines that stay.
     pub(crate) fn close(&self) {
         self.screen.close();
     }
 
-    /// What changed, beside the time of day.
-    fn tell_changes(&self, time: &str, changes: &[Change]) {
+    /// The changes, after the time of day.
+    fn show_changes(&self, time: &str, changes: &[Change]) {
         let lines = if changes.len() <= CHANGES || self.verbose {
             changes.iter().map(in_words).collect()
         } else {
@@ -221,27 +220,26 @@ impl Session {
         }
     }
 
-    /// Tells what was done since the last time, a line for each stage.
-    fn speak(&self, state: &mut State, now: f64) {
+    /// What was done since the last report, a line for each stage.
+    fn report(&self, state: &mut State, now: f64) {
         state.groups.sort_by(|one, other| one.at.total_cmp(&other.at));
         for group in std::mem::take(&mut state.groups) {
-            self.line(&duration(group.at - state.noticed), &group.line());
+            self.line(&duration(group.at - state.noticed), &group.line(self.screen.width()));
         }
         let removed = std::mem::take(&mut state.removed);
         if !removed.is_empty() {
-            let names = fitting(&removed, terminal::width() - INDENT - "removed ".len());
+            let names = fitting(&removed, self.screen.width() - INDENT - "removed ".len());
             self.line("", &format!("removed {names}"));
         }
-        state.spoken = now;
+        state.reported = now;
     }
 
-    /// The end of a build: what there is now, and what still fails.
-    fn conclude(&self, state: &mut State, summary: &Summary, since: &str) {
+    /// The end of a build: its counts, and what still fails.
+    fn summarise(&self, state: &mut State, summary: &Summary, since: &str) {
         let Summary { ran, up_to_date, failed, skipped, cancelled, .. } = *summary;
         let mut parts = Vec::new();
         if state.published > 0 {
-            let fresh = if state.published == 1 { "file is fresh" } else { "files are fresh" };
-            parts.push(format!("{} {fresh}", state.published));
+            parts.push(format!("{} updated", count(state.published, "file")));
         }
         if ran > 0 {
             parts.push(format!("{} ran", count(ran, "item")));
@@ -257,8 +255,8 @@ impl Session {
             parts.push("stopped before the end".into());
         }
         self.line(since, &parts.join(", "));
-        if !self.screen.moves()
-            && let Some(reminder) = state.standing.reminder()
+        if !self.screen.can_pin()
+            && let Some(reminder) = state.errors.reminder()
         {
             self.line("", &reminder);
         }
@@ -268,21 +266,22 @@ impl Session {
         }
     }
 
-    fn tell_turn(&self, state: &mut State, turn: &Turn, item: &ItemName) {
-        if *turn == Turn::Mended {
-            state.turned[1] += 1;
-            if state.turned[1] <= self.shown() {
-                self.line("mended", &item.to_string());
+    /// A line for an item that does not fail any more.
+    fn show_fixed(&self, state: &mut State, transition: &Transition, item: &ItemName) {
+        if *transition == Transition::Fixed {
+            state.transitions[1] += 1;
+            if state.transitions[1] <= self.shown() {
+                self.line("fixed", &item.to_string());
             }
         }
     }
 
-    /// How many items that broke, or were mended, a build names.
+    /// How many failed items, and how many fixed ones, a build names.
     fn shown(&self) -> usize {
         if self.verbose { usize::MAX } else { SHOWN }
     }
 
-    fn tell_error(&self, what: &str, error: &[String], help: Option<&str>) {
+    fn show_error(&self, what: &str, error: &[String], help: Option<&str>) {
         self.line("FAILED", what);
         for cause in error {
             cause.lines().for_each(|line| self.line("", &format!("  {line}")));
@@ -292,22 +291,25 @@ impl Session {
         }
     }
 
-    /// The errors that stand and how it learns of changes, at the bottom of a terminal.
+    /// The outstanding errors and how the watcher gets changes, at the bottom of a terminal.
     fn pin(&self, state: &State, time: &str) {
-        if !self.screen.moves() {
+        if !self.screen.can_pin() {
             return;
         }
-        let mut lines = state.standing.pinned();
-        lines.push(format!("{time}  {}", if state.way.is_empty() { "building" } else { &state.way }));
+        let mut lines = state.errors.lines();
+        lines.push(format!(
+            "{time}  {}",
+            if state.watching.is_empty() { "building" } else { &state.watching }
+        ));
         self.screen.pin(lines.join("\n"));
     }
 
-    /// A line that begins a paragraph.
+    /// The first line of a paragraph.
     fn head(&self, time: &str, text: &str) {
         self.screen.line(format!("{time:<INDENT$}{text}").trim_end());
     }
 
-    /// A line of what was done: when, and what.
+    /// A line: when, and what.
     fn line(&self, when: &str, text: &str) {
         self.screen.line(format!("{when:>width$}  {text}", width = INDENT - 2).trim_end());
     }
@@ -317,22 +319,22 @@ impl Session {
     }
 }
 
-/// Whether an event of a build is worth a line: that an item is as it was, or fails as it did, is not.
-fn news(event: &Event, turn: &Turn) -> bool {
+/// Whether an event of a build is worth a line. It is not if an item is up to date, or fails as before.
+fn is_news(event: &Event, transition: &Transition) -> bool {
     match event {
         Event::Finished { .. } | Event::Published { .. } | Event::Removed { .. } | Event::Warning { .. } => {
             true
         }
-        _ => *turn != Turn::Same,
+        _ => *transition != Transition::None,
     }
 }
 
 impl State {
-    /// What is said of a stage next.
-    fn group(&mut self, stage: &str, now: f64) -> &mut Group {
+    /// What the next report says of a stage.
+    fn group(&mut self, stage: &str, now: f64) -> &mut StageReport {
         let index = self.groups.iter().position(|group| group.stage == stage).unwrap_or_else(|| {
             let (items, why, files) = (Vec::new(), Vec::new(), Vec::new());
-            self.groups.push(Group { stage: stage.into(), items, why, same: 0, files, at: now });
+            self.groups.push(StageReport { stage: stage.into(), items, why, same: 0, files, at: now });
             self.groups.len() - 1
         });
         let group = &mut self.groups[index];
@@ -340,7 +342,7 @@ impl State {
         group
     }
 
-    /// An item no longer runs: why it did.
+    /// An item no longer runs; returns why it ran.
     fn ended(&mut self, item: &ItemName) -> Vec<Reason> {
         let found = self.running.iter().position(|(running, _)| running == item);
         found.map(|index| self.running.swap_remove(index).1).unwrap_or_default()
@@ -359,16 +361,16 @@ impl State {
     }
 }
 
-impl Group {
+impl StageReport {
     /// `map, 2 items (reflection changed): maps/gold.exr, maps/red.exr`
-    fn line(&self) -> String {
+    fn line(&self, width: usize) -> String {
         let mut line = match self.items.as_slice() {
             [] => self.stage.clone(),
             [item] => item.to_string(),
             items => format!("{}, {} items", self.stage, items.len()),
         };
         if !self.why.is_empty() {
-            line += &format!(" ({})", few(&self.why, "; "));
+            line += &format!(" ({})", list(&self.why, "; ", NAMED));
         }
         if self.same > 0 {
             line += match self.items.len() {
@@ -379,29 +381,17 @@ impl Group {
         }
         if !self.files.is_empty() {
             line += ": ";
-            line += &fitting(&self.files, terminal::width().saturating_sub(INDENT + line.chars().count()));
+            line += &fitting(&self.files, width.saturating_sub(INDENT + line.chars().count()));
         }
         line
     }
 }
 
-/// As many names as fit, and how many more there are.
-pub(crate) fn fitting(names: &[String], columns: usize) -> String {
-    let mut text = names.first().cloned().unwrap_or_default();
-    for (index, name) in names.iter().enumerate().skip(1) {
-        if text.chars().count() + name.chars().count() + " and 100 more".len() > columns {
-            return format!("{text} and {} more", names.len() - index);
-        }
-        text += &format!(", {name}");
-    }
-    text
-}
-
-/// Changes of many files, a line for each folder: `assets/materials: 498 changed, 2 new`
+/// The changes of many files, a line for each folder: `assets/materials: 498 changed, 2 new`
 fn by_folder(changes: &[Change]) -> Vec<String> {
     let mut folders = BTreeMap::<&str, BTreeMap<Changed, usize>>::new();
     for change in changes {
-        let folder = change.path.rsplit_once('/').map_or("here", |(folder, _)| folder);
+        let folder = change.path.rsplit_once('/').map_or(".", |(folder, _)| folder);
         *folders.entry(folder).or_default().entry(change.what).or_default() += 1;
     }
     let lines = folders.iter().take(CHANGES).map(|(folder, counts)| {
@@ -409,14 +399,12 @@ fn by_folder(changes: &[Change]) -> Vec<String> {
             Changed::Appeared => format!("{count} new"),
             Changed::Changed => format!("{count} changed"),
             Changed::Gone => format!("{count} gone"),
-            Changed::Unknown => "events were lost, so that all below is looked at".into(),
+            Changed::Unknown => LOST.into(),
         });
         format!("{folder}: {}", counts.collect::<Vec<_>>().join(", "))
     });
     let mut lines = lines.collect::<Vec<_>>();
-    if let Some(more) = folders.len().checked_sub(CHANGES).filter(|more| *more > 0) {
-        lines.push(format!("and {}", count(more, "more folder")));
-    }
+    lines.extend(more(folders.len().saturating_sub(CHANGES), "more folder"));
     lines
 }
 
@@ -426,16 +414,19 @@ fn in_words(change: &Change) -> String {
         Changed::Appeared => format!("{path} is new"),
         Changed::Changed => format!("{path} changed"),
         Changed::Gone => format!("{path} is gone"),
-        Changed::Unknown => format!("{path}: events were lost, so that all below is looked at"),
+        Changed::Unknown => format!("{path}: {LOST}"),
     }
 }
 
-/// How the watcher learns of changes.
-pub(crate) fn way(folders: usize, poll_milliseconds: Option<f64>, because: Option<&str>) -> String {
+/// If the system dropped events, every file of the folder is examined.
+const LOST: &str = "events were lost, so everything in it is checked";
+
+/// How the watcher gets changes.
+pub(crate) fn watching(folders: usize, poll_milliseconds: Option<f64>, because: Option<&str>) -> String {
     let because = because.map(|because| format!(": {because}")).unwrap_or_default();
     match poll_milliseconds {
         None => format!("listening to {}{because}", count(folders, "folder")),
-        Some(pause) => format!("looking every {}{because}", duration(pause)),
+        Some(pause) => format!("polling every {}{because}", duration(pause)),
     }
 }
 
