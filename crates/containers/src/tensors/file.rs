@@ -143,7 +143,7 @@ impl<'a> File<'a> {
             return Err(wrong_shape(NAME, SHAPE, tensor.shape()));
         }
         let degree = degree(NAME, side - 1)?;
-        Expansion::from_rows(degree, coefficients(NAME, &tensor)?)
+        Expansion::from_coefficients(degree, coefficients(NAME, &tensor)?)
             .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))
     }
 
