@@ -155,7 +155,7 @@ fn all_faults_are_told_each_with_its_place() {
     assert_eq!(
         failure.chain,
         [
-            "gold.toml: 3 faults",
+            "gold.toml: 3 errors",
             "gold.toml:1:1: \"exponent\" is missing; expected exponent = a number from 0 to 1e9",
             "gold.toml:2:1: unknown key \"exponant\"; expected one of: exponent, specular; did you mean \"exponent\"?",
             "gold.toml:3:12: specular: 2 numbers are not a colour; expected a colour: [red, green, blue] or one \
@@ -168,7 +168,7 @@ fn all_faults_are_told_each_with_its_place() {
     assert_eq!(
         failure.chain,
         [
-            "gold.toml: 8 faults".to_owned(),
+            "gold.toml: 8 errors".to_owned(),
             "gold.toml:2:33: exponent: -4 is not a number from 0 to 1e9".into(),
             "gold.toml:2:52: specular: -2 is not a number from 0 to 1e6".into(),
             "gold.toml:2:56: specular: \"x\" is not a number from 0 to 1e6".into(),
