@@ -1,12 +1,11 @@
-//! The JSON Schema of a manifest, derived from the kinds: what editors complete, describe and underline.
+//! The JSON Schema of a manifest, made of the kinds: what editors complete, describe and underline.
 //!
-//! It describes what can be checked in one table; only the parser checks what needs the graph or the disk
-//! (names of stages, types of connections, ranges that depend on another parameter). It is never stricter
-//! than the parser.
+//! It holds what one table says by itself; what needs the graph or the disk (names of stages, types on connections,
+//! ranges that depend on another parameter) is for the parser alone. It is never stricter than the parser.
 //!
-//! Its keywords mean the same in draft 7 and draft 2020-12, because editors support different drafts. A stage
-//! is a `oneOf` over the kinds, distinguished by `kind`: Tombi completes the branch that fits, Taplo (Even
-//! Better TOML) offers the keys of all branches; neither completes through `if` and `then`.
+//! Its keywords mean the same in draft 7 and draft 2020-12, because editors differ in what they know. A stage is a
+//! `oneOf` over the kinds, told apart by `kind`: Tombi completes by the branch that fits, Taplo (Even Better TOML) offers
+//! the keys of all branches; neither completes through `if` and `then`.
 
 use serde_json::{Map, Value, json};
 
@@ -148,7 +147,7 @@ fn connections(
 fn of_port(port: &Port) -> Value {
     let takes = port.types.join(" or ");
     let many = if port.many { ", every item that agrees" } else { "" };
-    let optional = if port.optional { "; optional" } else { "" };
+    let optional = if port.optional { "; may be left out" } else { "" };
     let description =
         format!("The stage that makes what arrives at `{}`: {takes}{many}{optional}.", port.name);
     json!({ "type": "string", "description": description })
