@@ -1,5 +1,5 @@
-//! Builds that find nothing to do, or one changed file: the manifest is read, every file looked at, every
-//! result looked up. `again` is the same on a session that has built before and knows the journal.
+//! Builds that find nothing to do, or one changed file: the manifest is read, every file checked, every
+//! result looked up. `again` is the same with a session that has built before and knows the journal.
 
 use std::fs;
 use std::hint::black_box;
@@ -53,19 +53,19 @@ kind = "write"
 input = "text"
 "#;
 
-/// Reads the manifest and builds; returns the number of items that ran.
+/// Reads the manifest and builds; returns how many items ran.
 fn run(folder: &Path, kinds: &Kinds) -> usize {
     run_on(&BuildSession::new(None, 0).expect("threads"), folder, kinds)
 }
 
 fn run_on(session: &BuildSession, folder: &Path, kinds: &Kinds) -> usize {
-    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest is valid");
+    let plan = Plan::load(&folder.join("pipeline.toml"), kinds).expect("the manifest has no errors");
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let ran = session.build(&plan, &options, &Cancel::default(), &|event| _ = black_box(event));
-    ran.expect("the build goes on").ran
+    ran.expect("the build runs").ran
 }
 
-/// A project of so many sources, which is up to date.
+/// An up-to-date project of so many sources.
 fn project(manifest: &str, sources: usize, items: usize) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::create_dir(folder.path().join("texts")).expect("a folder");
@@ -74,7 +74,7 @@ fn project(manifest: &str, sources: usize, items: usize) -> TempDir {
         write_source(folder.path(), n, &format!("text {n}"));
     }
     assert_eq!(run(folder.path(), &kinds()), items);
-    // Stamps of files are trusted when the files are two seconds old.
+    // The stamps of files that are two seconds old are trusted.
     std::thread::sleep(Duration::from_millis(2100));
     assert_eq!(run(folder.path(), &kinds()), 0);
     folder
@@ -100,7 +100,7 @@ fn noop(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// One of 10,000 sources changes: the build finds it and runs its two items.
+/// One source of 10,000 changes: it is found, and its two items run.
 fn one_changed(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine");
     let folder = project(SHORT, 10_000, 20_000);
@@ -122,8 +122,7 @@ fn one_changed(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// 40,000 exports: first nothing to do, then, as in a watcher, an edit of one of 400 texts, after which 402
-/// items run.
+/// 40,000 exports: nothing to do, or one text of 400 edited, so that 402 items run, as a watcher builds them.
 fn large_graph(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine");
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -135,11 +134,12 @@ fn large_graph(criterion: &mut Criterion) {
         bencher.iter(|| assert_eq!(run(folder.path(), &kinds()), 0));
     });
     let session = BuildSession::new(None, 0).expect("threads");
-    let plan = Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest is valid");
+    let plan =
+        Plan::load(&folder.path().join("pipeline.toml"), &kinds()).expect("the manifest has no errors");
     let text = plan.manifest.with_file_name("left").join("007.txt");
     let build = |changed: Option<Vec<PathBuf>>| {
         let options = BuildOptions { keep_going: true, changed, ..BuildOptions::default() };
-        session.build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on").ran
+        session.build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build runs").ran
     };
     assert_eq!(build(None), 0);
     let mut edits = 0;

@@ -1,10 +1,10 @@
-//! What a build costs for a large graph: 200 texts by 200 others, joined and exported, 80,800 items and
+//! The cost of a build of a large graph: 200 texts joined with 200 others and exported, 80,800 items and
 //! 40,000 files.
 //!
 //! ```sh
 //! cargo run --release -p engine --example large-graph -- make FOLDER
 //! cargo run --release -p engine --example large-graph -- build FOLDER         # again: nothing to do
-//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # 20 edits of texts
+//! cargo run --release -p engine --example large-graph -- watch FOLDER 20      # so many edits of one text
 //! ```
 //!
 //! It prints milliseconds and the process's peak memory.
@@ -41,7 +41,7 @@ fn number(text: &str) -> usize {
 
 fn build(manifest: &Path) {
     let clock = Instant::now();
-    let plan = Plan::load(manifest, &testkit::kinds()).expect("the manifest is valid");
+    let plan = Plan::load(manifest, &testkit::kinds()).expect("the manifest has no errors");
     let loaded = milliseconds(clock.elapsed());
     let options = BuildOptions { keep_going: true, ..BuildOptions::default() };
     let summary = engine::build(&plan, &options, &Cancel::default(), &|_| {}).expect("the build goes on");
@@ -85,7 +85,7 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
         for edit in 0..edits {
             std::thread::sleep(Duration::from_millis(pause));
             while receiver.try_recv().is_ok() {}
-            let start = Instant::now();
+            let began = Instant::now();
             let name = format!("left/{:03}.txt", (edit * 7) % 200);
             fs::write(folder.join(name), format!("edit {edit} of {}", std::process::id())).expect("an edit");
             let ended = loop {
@@ -97,7 +97,7 @@ fn watch(folder: &Path, edits: usize, pause: u64) {
                     _ => {}
                 }
             };
-            times.push(milliseconds(ended - start));
+            times.push(milliseconds(ended - began));
         }
         cancel.cancel();
         watcher.join().expect("it ends");
@@ -115,7 +115,7 @@ fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The most resident memory so far, in KiB; 0 if the system does not report it.
+/// The peak resident memory so far, in KiB; 0 if the system does not report it.
 fn peak_memory() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
