@@ -10,8 +10,10 @@ use crate::{Artifact, Context, Diagnostic, Digest, Failure, Field, Parameters, T
 pub struct Port {
     /// The name in `inputs = { name = "stage" }`.
     pub name: String,
-    /// The artifact types that it takes; `None` for all types.
-    types: Option<Vec<PortType>>,
+    /// Whether it takes artifacts of every type.
+    any: bool,
+    /// The artifact types that it takes; of a port that takes all types, those that it decodes.
+    types: Vec<PortType>,
     /// Whether it receives every item that agrees (a gather) rather than one.
     pub many: bool,
     /// Whether it may stay unconnected.
@@ -33,12 +35,12 @@ impl Port {
     /// A port that takes one artifact of any type, including types that only other kinds know.
     /// [`Context::type_at`] returns its type, and [`Context::bytes`] its bytes.
     pub fn any(name: impl Into<String>) -> Self {
-        Self { name: name.into(), types: None, many: false, optional: false }
+        Self { name: name.into(), any: true, types: Vec::new(), many: false, optional: false }
     }
 
     /// A port that takes one artifact of type `T`.
     pub fn one<T: Artifact>(name: impl Into<String>) -> Self {
-        Self { types: Some(vec![port_type::<T>()]), ..Self::any(name) }
+        Self { any: false, ..Self::any(name).or::<T>() }
     }
 
     /// A port that receives every item that agrees, sorted by key.
@@ -46,10 +48,11 @@ impl Port {
         Self { many: true, ..Self::one::<T>(name) }
     }
 
-    /// The same port, also taking artifacts of type `T`.
+    /// The same port, also taking artifacts of type `T`. If it takes all types, this says that the kind decodes artifacts
+    /// of type `T`, rather than taking their bytes.
     #[must_use]
     pub fn or<T: Artifact>(mut self) -> Self {
-        self.types.iter_mut().for_each(|types| types.push(port_type::<T>()));
+        self.types.push(port_type::<T>());
         self
     }
 
@@ -60,27 +63,27 @@ impl Port {
         self
     }
 
-    /// The names of the types that it takes; none if it takes every type.
+    /// The names of the types that it takes; of a port that takes all types, those that it decodes.
     pub fn types(&self) -> impl Iterator<Item = &'static str> {
-        self.types.iter().flatten().map(|(name, _)| *name)
+        self.types.iter().map(|(name, _)| *name)
     }
 
     /// Whether it takes artifacts of this type.
     pub fn takes(&self, type_name: &str) -> bool {
-        self.types.is_none() || self.types().any(|name| name == type_name)
+        self.any || self.types().any(|name| name == type_name)
     }
 
     /// The types that it takes, for messages and manual pages: `reflection or shrm`.
     pub fn takes_text(&self) -> String {
-        match &self.types {
-            None => "any artifact".into(),
-            Some(_) => self.types().collect::<Vec<_>>().join(" or "),
+        match self.any {
+            true => "any artifact".into(),
+            false => self.types().collect::<Vec<_>>().join(" or "),
         }
     }
 
-    /// How artifacts of this type are decoded; `None` if only the kind knows.
+    /// How artifacts of this type are decoded; `None` if the kind takes their bytes.
     pub(crate) fn decoder(&self, type_name: &str) -> Option<Decoder> {
-        self.types.iter().flatten().find(|(name, _)| *name == type_name).map(|(_, decoder)| *decoder)
+        self.types.iter().find(|(name, _)| *name == type_name).map(|(_, decoder)| *decoder)
     }
 }
 

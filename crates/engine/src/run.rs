@@ -225,7 +225,8 @@ impl RunContext<'_> {
         let Some((name, decoder)) = self.check.stages[self.check.plan.items[item].stage].artifact else {
             return Ok(None);
         };
-        let Some(decoder) = decoder else { return Ok(None) };
+        // Its consumers take the bytes.
+        let Some(decoder) = decoder else { return Ok(Some(Arc::new(self.handle(name, digest)))) };
         // An artifact that another version encoded differently is made again.
         match catch_unwind(AssertUnwindSafe(|| decoder(&bytes))) {
             Ok(Ok(value)) => {

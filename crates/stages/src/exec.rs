@@ -104,6 +104,7 @@ use self::command::{Command, Piece};
 use self::exchange::{Formats, ProgramOutput};
 use self::process::Process;
 use self::tools::Variables;
+use crate::artifacts::{Environment, Lighting};
 
 parameters! {
     /// Parameters of `exec`.
@@ -139,11 +140,11 @@ impl Kind for Exec {
     const TEXT: &'static str = include_str!("exec.rs");
 
     fn ports() -> Vec<Port> {
-        vec![Port::any("input").optional()]
+        vec![port("input").optional()]
     }
 
     fn ports_named(names: &[&str]) -> Vec<Port> {
-        names.iter().filter(|name| command::is_word(name)).map(|name| Port::any(*name)).collect()
+        names.iter().filter(|name| command::is_word(name)).map(|name| port(name)).collect()
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -201,6 +202,11 @@ impl Kind for Exec {
         tools::read(&parameters.command, &parameters.tools, context)?;
         parameters.output.read(&work, &process.name, context)
     }
+}
+
+/// A port for any artifact; those that have formats other than their own bytes are decoded.
+fn port(name: &str) -> Port {
+    Port::any(name).or::<Environment>().or::<Lighting>()
 }
 
 /// An argument with its placeholders filled in.

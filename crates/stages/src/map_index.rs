@@ -447,20 +447,25 @@ mod tests {
         let view = |entry: Entry| entry.view().unwrap_err().to_string();
         assert_eq!(view(entry.clone()), "the map in a.exr: neither `view` nor `view_file` is given");
         let nowhere = Entry { view_file: Some([0.0; 3]), ..entry.clone() };
-        assert_eq!(view(nowhere), "the map in a.exr: `view_file` is [0.0, 0.0, 0.0], which is no direction");
+        assert_eq!(
+            view(nowhere),
+            "the map in a.exr: `view_file` is [0.0, 0.0, 0.0], which is not a direction"
+        );
         let up = Entry { view: Some([0.0, 0.0, 2.0]), ..entry.clone() };
         let two = Entry { view_file: Some([0.0, 0.0, 1.0]), ..up.clone() };
-        assert!(view(two).ends_with("`view` and `view_file` are not one direction; give one of them"));
+        assert!(
+            view(two).ends_with("`view` and `view_file` are different directions; give only one of them")
+        );
         let same = Entry { view_file: Some([0.0, 1.0, 0.0]), ..up.clone() };
         assert_eq!(same.view().unwrap(), Direction::Z);
         let angle = |entry: Entry| entry.angle().unwrap_err().to_string();
         assert!(view(up.clone().at_angle(1.0)).contains("`theta_o` is for `views` \"angles\""));
         assert!(angle(up.clone().at_angle(1.0)).ends_with("expected a `theta_o` and no view"));
         assert!(angle(entry.clone().at_angle(4.0)).ends_with("`theta_o` is 4; expected 0 to pi, in radians"));
-        assert!(angle(entry).contains("no `theta_o` is given"));
+        assert!(angle(entry).contains("`theta_o` is missing"));
         let axes = |entry: Entry| entry.axes().unwrap_err().to_string();
         let along = Entry { up: Some([0.0, 0.0, 1.0]), ..up.clone() };
-        assert!(axes(along).contains("lies along the view"));
+        assert!(axes(along).contains("is parallel to the view"));
         // Up x view: +X x +Z is -Y.
         let ball = Entry { up: Some([1.0, 0.0, 0.0]), right: Some([0.0, -1.0, 0.0]), ..up.clone() };
         assert_eq!(ball.axes().unwrap()[0].vector().to_array(), [0.0, -1.0, 0.0]);

@@ -73,9 +73,15 @@ fn a_program_receives_the_bytes_of_a_type_that_only_the_studio_knows() {
         output = { type = "file", format = "lut" }
         path = "warm"
     "#;
-    fs::write(&manifest, stages).unwrap();
     let kinds = stages::kinds().with(ImportColourTable);
-    let plan = Plan::load(&manifest, &kinds).unwrap();
-    engine::build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {}).unwrap();
-    assert_eq!(fs::read_to_string(folder.path().join("out/warm.lut")).unwrap(), "WARM COLOURS");
+    let build = |stages: &str| {
+        fs::write(&manifest, stages).unwrap();
+        let plan = Plan::load(&manifest, &kinds).unwrap();
+        let built = engine::build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {}).unwrap();
+        (built.ran, fs::read_to_string(folder.path().join("out/warm.lut")).unwrap())
+    };
+    assert_eq!(build(stages), (2, "WARM COLOURS".into()));
+    // Only the program runs again, with the stored artifact.
+    let copied = stages.replace("tr a-z A-Z < $0 > $1", "cp $0 $1");
+    assert_eq!(build(&copied), (1, "warm colours".into()));
 }

@@ -162,7 +162,7 @@ fn a_scratch_folder_that_cannot_be_made_is_an_error_of_the_system_and_a_program_
     };
     let refused = failure("cp", "missing");
     assert!(
-        refused.system_error && refused.to_string().contains("cannot make a scratch folder"),
+        refused.system_error && refused.to_string().contains("cannot create a scratch folder"),
         "{refused}"
     );
     let failed = failure("false", "");

@@ -114,7 +114,7 @@ fn ringing(parameters: &str) -> Case {
 #[test]
 fn negative_ringing_is_counted_and_kept_if_the_format_can() {
     let ran = ringing("resolution = 16").run().unwrap();
-    assert!(ran.notes[0].contains("values are negative, the least -"), "{:?}", ran.notes);
+    assert!(ran.notes[0].contains("values are negative, the least is -"), "{:?}", ran.notes);
     assert!(ran.warnings.is_empty());
     assert!(pixels(&ringing("resolution = 16").files()[0]).2.iter().flatten().any(|value| *value < 0.0));
     for format in ["rgbe", "png"] {
@@ -203,7 +203,7 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
             "{found:?}, not {expected:?}"
         );
     }
-    assert!(notes[0].starts_with("P = 2: the map holds the surface looked at straight; "), "{notes:?}");
+    assert!(notes[0].starts_with("P = 2: the map holds the surface viewed straight on; "), "{notes:?}");
     // The mean is that over the views at the corners of an octahedron, exact to degree 3, and P is 2.
     let (found, notes) = map("");
     let axes = [(0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.5, 1.0), (0.5, 1.5)];

@@ -131,7 +131,7 @@ fn errors_of_measured_files_say_what_and_where() {
         (
             "model = \"measured\"\nfile = \"paint.txt\"",
             "gold.toml:2:8: file: \"paint.txt\" does not have the extension of a measured BRDF; expected one of: .binary (merl), .brdf \
-             (cornell), .curet (curet), .csv (table); or give its format, as in format = \"merl\"",
+             (cornell), .curet (curet), .csv (table); or name the format, such as format = \"merl\"",
         ),
         (
             "model = \"measured\"\nfile = \"nowhere.csv\"",

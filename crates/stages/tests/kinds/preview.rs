@@ -189,7 +189,7 @@ fn light_is_turned_as_rotate_turns_it() {
     assert_eq!(
         mixed.warnings,
         [
-            "the reflection is not of this environment: connect the one that was projected, turned as the lighting was"
+            "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was"
         ]
     );
 }

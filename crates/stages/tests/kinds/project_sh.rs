@@ -90,8 +90,8 @@ fn parameters_that_would_have_no_effect_are_errors() {
         ("tolerance = 1.0", "tolerance: 1.0 is not a number above 0 and below 1"),
         ("lambda = 0.1", "lambda: only window = \"laplacian\" uses it"),
         ("window = \"laplacian\"", "window: \"laplacian\" needs lambda, the weight of its penalty"),
-        ("window = \"laplacian\"\nlambda = -1", "lambda: penalty -1 is not a finite number of 0 or more"),
-        ("degree = \"all\"", "degree: \"all\" is not a degree from 0 to 2048 or \"auto\""),
+        ("window = \"laplacian\"\nlambda = -1", "lambda: -1 is not a number, 0 or more"),
+        ("degree = \"all\"", "degree: \"all\" is not a whole number from 0 to 2048 or \"auto\""),
     ] {
         assert_eq!(project(parameters).errors(), [expected]);
     }
