@@ -180,10 +180,10 @@ fn a_watcher_prints_nothing_raw() {
     let mut command = project.command(&["watch", "--once", "--verbose"]);
     command.stdout(fs::File::create(project.path("data")).unwrap());
     let mut child = command.stderr(fs::File::create(&log).unwrap()).spawn().unwrap();
-    let told = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
+    let printed = || String::from_utf8(fs::read(&log).unwrap()).unwrap();
     let deadline = Instant::now() + TIMEOUT;
-    while !["listening to", "polling every"].iter().any(|way| told().contains(way)) {
-        assert!(Instant::now() < deadline, "{}", told());
+    while !["listening to", "polling every"].iter().any(|way| printed().contains(way)) {
+        assert!(Instant::now() < deadline, "{}", printed());
         std::thread::sleep(Duration::from_millis(10));
     }
     project.write(&format!("hostile/{}.toml", HOSTILE[2]), "model = \"fo\u{9b}ng\"\n");

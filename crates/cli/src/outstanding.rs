@@ -75,8 +75,8 @@ impl OutstandingErrors {
             Event::Ended(summary) if !summary.cancelled => {
                 self.failures.retain(|item, _| self.seen.contains(item));
             }
-            Event::Rejected { faults } => {
-                self.manifest = Some(in_one_line(faults));
+            Event::Rejected { diagnostics } => {
+                self.manifest = Some(in_one_line(diagnostics));
                 return Transition::Failed;
             }
             Event::Accepted => {

@@ -182,10 +182,10 @@ impl WatchReporter {
                     self.summarise(&mut state, summary, &since);
                 }
             }
-            Event::Rejected { faults } => {
-                self.screen.painted(&manifest::drawn(faults, self.screen.width()));
+            Event::Rejected { diagnostics } => {
+                self.screen.painted(&manifest::drawn(diagnostics, self.screen.width()));
                 let next = if state.built { "still using the last valid manifest" } else { "nothing runs" };
-                self.line("", &format!("{}; {next}", manifest::counted(faults)));
+                self.line("", &format!("{}; {next}", manifest::counted(diagnostics)));
                 state.changed.clear();
             }
             Event::Accepted => self.line("fixed", "the manifest is valid again"),

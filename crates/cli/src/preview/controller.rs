@@ -230,7 +230,7 @@ impl<'a> PreviewController<'a> {
     fn load_plan(&mut self) {
         let Ok(plan) = Plan::load(self.request.manifest, self.request.kinds) else { return };
         let plan_catalog = PreviewCatalog::among(plan, self.request.stages);
-        let catalog = plan_catalog.catalogue();
+        let catalog = plan_catalog.catalog();
         if self.sent.catalog != catalog {
             // If the wanted subject is gone, the window asks for another one.
             self.wanted.take_if(|wanted| subject::check(&plan_catalog, &subject::request(wanted)).is_err());
@@ -251,7 +251,7 @@ impl<'a> PreviewController<'a> {
             return Err(subject::nothing_to_preview(self.request.manifest, self.request.stages).lines());
         }
         if let CommandOutput::Still(view) = &self.output {
-            self.wanted = Some(view.subject(&catalog.catalogue()));
+            self.wanted = Some(view.subject(&catalog.catalog()));
         }
         let (Some(subject), Some(results)) = (self.wanted.clone(), &self.results) else { return Ok(()) };
         let results = results.as_ref().map_err(|error| error.chain().to_vec())?;

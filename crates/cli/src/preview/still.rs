@@ -28,7 +28,7 @@ pub(crate) fn run(
     catalog: PreviewCatalog,
     view: &InitialView,
 ) -> Result<Exit, Exit> {
-    let subject = view.subject(&catalog.catalogue());
+    let subject = view.subject(&catalog.catalog());
     let entry =
         subject::entry(&catalog, &subject.environment, &subject.material).map_err(SubjectError::print)?;
     let cancel = Cancel::default();

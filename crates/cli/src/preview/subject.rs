@@ -62,9 +62,9 @@ pub(crate) fn entry<'c>(
     environment: &str,
     material: &str,
 ) -> Result<&'c CatalogEntry, SubjectError> {
-    catalog.exhibit(environment, material)?.ok_or_else(|| {
+    catalog.entry(environment, material)?.ok_or_else(|| {
         let others = catalog.materials().iter();
-        let others = others.filter(|other| matches!(catalog.exhibit(environment, other), Ok(Some(_))));
+        let others = others.filter(|other| matches!(catalog.entry(environment, other), Ok(Some(_))));
         let others = others.cloned().collect::<Vec<_>>();
         SubjectError {
             message: format!("no stage reflects {environment} off {material}"),
