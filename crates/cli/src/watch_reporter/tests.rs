@@ -36,7 +36,7 @@ impl Watched {
 
     /// The lines since the last call.
     fn lines(&self) -> String {
-        std::mem::take(&mut *self.lines.lock().unwrap())
+        std::mem::take(&mut *self.lines.lock())
     }
 
     /// Compares the lines since the last call. The common indentation of an expectation is not compared: one
