@@ -109,7 +109,7 @@ impl BuildSession {
                 lock => lock?,
             };
         let (journal, last_build) = {
-            let mut saved = self.saved();
+            let mut saved = self.saved.lock();
             (saved.journal.take(), saved.last_build.take())
         };
         let state = self.pool.install(|| State::open(lock, journal))?;
@@ -164,7 +164,7 @@ impl BuildSession {
         let handled = scheduler.handled_items().map(|item| (item, check.subject(item))).collect::<Vec<_>>();
         let summary = report_end(scheduler.summary, clock, events);
         // The rest is written for the next build after the end is reported, so that nobody waits for it.
-        let mut saved = self.saved();
+        let mut saved = self.saved.lock();
         saved.stored += state.store.stored();
         saved.journal = state.close();
         if let Some(journal) = &saved.journal {

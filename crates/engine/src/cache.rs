@@ -195,7 +195,7 @@ impl BuildSession {
     /// # Errors
     /// If the state folder cannot be written.
     pub fn trim(&self, folder: &Path, limit: u64) -> Result<Freed, Error> {
-        let mut saved = self.saved();
+        let mut saved = self.saved.lock();
         let is_large = saved.journal.as_ref().is_some_and(Journal::is_large);
         if (saved.stored < saved.room && !is_large) || !folder.join(FOLDER).is_dir() {
             return Ok(Freed::default());

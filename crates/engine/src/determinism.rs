@@ -137,7 +137,7 @@ struct Trial {
 
 /// The results of a trial.
 struct Results {
-    records: Vec<Option<Arc<Record>>>,
+    records: Vec<Option<Record>>,
     state: State,
 }
 
@@ -169,7 +169,7 @@ impl Trial {
         let state = State::read(&self.plan.state)?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let check = UpToDateCheck::new(&self.plan, &state, &disk, selected);
-        let records = (0..self.plan.items.len()).map(|item| check.record(item).map(Arc::new)).collect();
+        let records = (0..self.plan.items.len()).map(|item| check.record(item)).collect();
         Ok(Results { records, state })
     }
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 
 use crate::files::list;
 use crate::platform::Stamp;
@@ -36,16 +36,12 @@ impl Reader {
 
     /// The stamp of a file that was read.
     pub(crate) fn stamp(&self, path: &Path) -> Option<Stamp> {
-        self.stamps().get(path).copied()
+        self.stamps.lock().get(path).copied()
     }
 
     /// When a file that was read had been modified.
     pub(crate) fn modified(&self, path: &Path) -> Option<Timestamp> {
         self.stamp(path).as_ref().and_then(Stamp::modified)
-    }
-
-    fn stamps(&self) -> MutexGuard<'_, HashMap<PathBuf, Stamp>> {
-        self.stamps.lock()
     }
 }
 
@@ -53,7 +49,7 @@ impl Files for Reader {
     fn read(&self, path: &Path) -> io::Result<Arc<Vec<u8>>> {
         let read = |path: &Path| read_until(path, &|| self.cancel.is_cancelled());
         let (bytes, stamp) = read_stable(path, self.now, read, std::thread::sleep)?;
-        self.stamps().insert(path.to_path_buf(), stamp);
+        self.stamps.lock().insert(path.to_path_buf(), stamp);
         Ok(Arc::new(bytes))
     }
 

@@ -50,6 +50,11 @@ pub(crate) struct Record {
 }
 
 impl Record {
+    /// The files and listings that it read: the path, whether it is a listing, and the digest.
+    pub(crate) fn reads(&self) -> impl Iterator<Item = (&str, bool, Option<Digest>)> {
+        self.reads.iter().map(|read| (read.path.as_str(), read.listing, read.digest))
+    }
+
     /// The item whose run made the result, and its manifest.
     pub(crate) fn maker(&self) -> (&ItemName, &str) {
         match &self.from_cache {

@@ -279,7 +279,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             Freshness::Current { outputs, restored } => {
                 if let Some(record) = restored {
                     let record = self.restore(item, *record);
-                    self.context.running.set_dependencies(item, self.check.dependencies(&record));
+                    self.context.running.set_dependencies(item, self.check.dependencies(record.reads()));
                 }
                 let is_published = self.context.is_published(item, &outputs);
                 self.items[item].outputs = Some(outputs);

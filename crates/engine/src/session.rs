@@ -26,7 +26,7 @@ pub struct BuildSession {
     /// The files that the items of the last build read, and those that the running build has read so far.
     reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
-    saved: Mutex<SavedState>,
+    pub(crate) saved: Mutex<SavedState>,
     /// The paths that a watcher has heard of and not handled yet, if there is a watcher: it will build again
     /// because of them.
     pub(crate) pending: Option<Arc<PathSet>>,
@@ -125,28 +125,20 @@ impl BuildSession {
     /// Starts the set of files that the items of a new build read.
     pub(crate) fn begin_reads(&self) -> Arc<ReadSet> {
         let reads = Arc::<ReadSet>::default();
-        self.lock_reads().1 = Arc::clone(&reads);
+        self.reads.lock().1 = Arc::clone(&reads);
         reads
     }
 
     /// The build has ended: its set becomes that of the last build.
     pub(crate) fn end_reads(&self) {
-        let mut latest = self.lock_reads();
+        let mut latest = self.reads.lock();
         latest.0 = std::mem::take(&mut latest.1);
     }
 
     /// The files that the items of the last build and of the running one read, as far as that is known: a
     /// watcher watches them.
     pub(crate) fn read_sets(&self) -> [Arc<ReadSet>; 2] {
-        let latest = self.lock_reads();
+        let latest = self.reads.lock();
         [Arc::clone(&latest.0), Arc::clone(&latest.1)]
-    }
-
-    fn lock_reads(&self) -> MutexGuard<'_, (Arc<ReadSet>, Arc<ReadSet>)> {
-        self.reads.lock()
-    }
-
-    pub(crate) fn saved(&self) -> MutexGuard<'_, SavedState> {
-        self.saved.lock()
     }
 }

@@ -17,9 +17,7 @@ use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::running::{ChangedPaths, Dependencies};
 use crate::state::State;
 use crate::store::{Blob, Presence};
-use crate::{
-    Digest, Error, FileRead, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel,
-};
+use crate::{Digest, Error, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel};
 
 /// What is computed once for a stage.
 pub(crate) struct StageInfo {
@@ -163,7 +161,7 @@ impl<'a> UpToDateCheck<'a> {
         let is_valid = |latest: LatestRecord<'_>| {
             !latest.is_gone()
                 && latest.key() == self.key(item, |input| self.latest_digest(input))
-                && self.is_latest_valid(item, latest)
+                && self.is_valid(item, latest.has_failed(), latest.outputs(), latest.reads())
                 && latest.outputs().iter().all(|blob| store.has(blob))
         };
         self.is_known_complete(item) || self.latest(item).is_some_and(is_valid)
@@ -290,27 +288,24 @@ impl<'a> UpToDateCheck<'a> {
 
     /// The files that the latest record of an item depends on.
     pub(crate) fn recorded_dependencies(&self, item: ItemIndex) -> Dependencies {
-        let reads = self.latest(item).into_iter().flat_map(|latest| latest.reads());
-        let reads =
-            reads.map(|(path, listing, digest)| Read { path: self.folder.join(path), listing, digest });
-        Dependencies::recorded(reads.collect())
+        self.dependencies(self.latest(item).iter().flat_map(LatestRecord::reads))
     }
 
-    /// The files that a record depends on.
-    pub(crate) fn dependencies(&self, record: &Record) -> Dependencies {
-        let read = |read: &FileRead| Read {
-            path: self.folder.join(&read.path),
-            listing: read.listing,
-            digest: read.digest,
-        };
-        Dependencies::recorded(record.reads.iter().map(read).collect())
+    /// The files that a record with these reads depends on.
+    pub(crate) fn dependencies<'r>(
+        &self,
+        reads: impl Iterator<Item = (&'r str, bool, Option<Digest>)>,
+    ) -> Dependencies {
+        let read = |(path, listing, digest)| Read { path: self.folder.join(path), listing, digest };
+        Dependencies::recorded(reads.map(read).collect())
     }
 
     /// Whether a result with this key is in the cache.
     pub(crate) fn freshness(&self, item: ItemIndex, key: Digest) -> Freshness {
         let is_stored = |outputs: &[Blob]| outputs.iter().all(|blob| self.state.store.has(blob));
         let latest = self.latest(item).filter(|latest| !latest.is_gone() && latest.key() == key);
-        let latest = latest.filter(|latest| self.is_latest_valid(item, *latest));
+        let latest = latest
+            .filter(|latest| self.is_valid(item, latest.has_failed(), latest.outputs(), latest.reads()));
         if let Some(latest) = latest.filter(|latest| is_stored(latest.outputs())) {
             return Freshness::Current { outputs: latest.outputs().to_vec(), restored: None };
         }
@@ -318,8 +313,11 @@ impl<'a> UpToDateCheck<'a> {
         let mut results = results.filter(|record| record.key == key).collect::<Vec<_>>();
         // Its own result is more specific than one of another item with the same inputs.
         results.sort_by_key(|record| !self.is_of(item, record));
-        let is_stored = |record: &Record| is_stored(&record.outputs);
-        match results.into_iter().find(|record| self.is_valid(item, record) && is_stored(record)) {
+        let is_good = |record: &Record| {
+            self.is_valid(item, record.failure.is_some(), &record.outputs, record.reads())
+                && is_stored(&record.outputs)
+        };
+        match results.into_iter().find(is_good) {
             Some(record) => {
                 Freshness::Current { outputs: record.outputs.clone(), restored: Some(Box::new(record)) }
             }
@@ -362,28 +360,24 @@ impl<'a> UpToDateCheck<'a> {
         reasons
     }
 
-    /// Whether a record, if its outputs are in the store, has the result that the item would make now.
-    fn is_valid(&self, item: ItemIndex, record: &Record) -> bool {
+    /// Whether a record of these outputs and reads, if its outputs are in the store, has the result that the item
+    /// would make now.
+    fn is_valid<'r>(
+        &self,
+        item: ItemIndex,
+        failed: bool,
+        outputs: &[Blob],
+        mut reads: impl Iterator<Item = (&'r str, bool, Option<Digest>)>,
+    ) -> bool {
         // An artifact is one output; an export has one for each of its files.
-        let expected = self.plan.items[item].files.len().max(1);
-        record.failure.is_none()
-            && record.outputs.len() == expected
-            && record.reads.iter().all(|read| self.current_digest(read) == read.digest)
-    }
-
-    /// The same of the latest record.
-    fn is_latest_valid(&self, item: ItemIndex, latest: LatestRecord<'_>) -> bool {
-        let expected = self.plan.items[item].files.len().max(1);
-        let now =
-            |path: &str, listing| self.disk.digest(&self.folder.join(path), listing, &self.state.journal);
-        !latest.has_failed()
-            && latest.outputs().len() == expected
-            && latest.reads().all(|(path, listing, digest)| now(path, listing) == digest)
+        !failed
+            && outputs.len() == self.plan.items[item].files.len().max(1)
+            && reads.all(|(path, listing, digest)| self.current_digest(path, listing) == digest)
     }
 
     /// The digest of the present content of a file or folder that was read.
-    pub(crate) fn current_digest(&self, read: &FileRead) -> Option<Digest> {
-        self.disk.digest(&self.folder.join(&read.path), read.listing, &self.state.journal)
+    pub(crate) fn current_digest(&self, path: &str, listing: bool) -> Option<Digest> {
+        self.disk.digest(&self.folder.join(path), listing, &self.state.journal)
     }
 
     fn input_items(&self, item: ItemIndex) -> impl Iterator<Item = (&str, ItemIndex)> {
@@ -435,7 +429,7 @@ impl<'a> UpToDateCheck<'a> {
 
     fn differing_files(&self, item: ItemIndex, record: &Record, reasons: &mut Vec<Reason>) {
         for read in &record.reads {
-            let new = self.current_digest(read);
+            let new = self.current_digest(&read.path, read.listing);
             if new != read.digest {
                 reasons.push(Reason::File {
                     path: read.path.clone(),
@@ -449,8 +443,7 @@ impl<'a> UpToDateCheck<'a> {
         let source = self.source(item);
         if let Some(path) = source.filter(|source| record.source.as_ref() != Some(source)) {
             let listing = self.folder.join(&path).is_dir();
-            let new =
-                self.current_digest(&FileRead { path: path.clone(), listing, digest: None, modified: None });
+            let new = self.current_digest(&path, listing);
             let new_time = modified(&self.folder.join(&path));
             reasons.push(Reason::File { path, old: None, new, old_time: None, new_time });
         }

@@ -413,7 +413,7 @@ impl Ancestry {
                     path: read.path.clone(),
                     listing: read.listing,
                     old: read.digest,
-                    new: check.current_digest(read),
+                    new: check.current_digest(&read.path, read.listing),
                     old_time: read.modified,
                     new_time: modified(&check.folder.join(&read.path)),
                 });
