@@ -4,7 +4,8 @@
 //! that of the opposite face's column at phi + pi, carries f as a Fourier series of degree F in theta in [0,
 //! 2 pi):
 //!
-//! > f(theta, phi) = sum over |k| <= F of g_k(phi) e^(i k theta), and f(2 pi - theta, phi) = f(theta, phi + pi).
+//! > f(theta, phi) = sum over |k| <= F of g_k(phi) e^(i k theta),
+//! > f(2 pi - theta, phi) = f(theta, phi + pi).
 //!
 //! Its coefficients come from F + 1 rows of a lat-long synthesis, whose rows' Fourier series are evaluated at
 //! phi and phi + pi. The top and bottom faces have no such columns; they become side faces when f is rotated

@@ -4,7 +4,8 @@
 //! shuffle within a vector: one pass for each factor r of n = r m writes
 //!
 //! ```text
-//! y[s (r p + k) + q] = e^(-2 pi i p k / n) sum over j of x[s (p + m j) + q] e^(-2 pi i j k / r),   p < m, k < r, q < s,
+//! y[s (r p + k) + q] = e^(-2 pi i p k / n) sum over j of x[s (p + m j) + q] e^(-2 pi i j k / r),
+//! p < m, k < r, q < s,
 //! ```
 //!
 //! and leaves r s sequences of length m, interleaved. A length with a prime factor past [`LARGEST_FACTOR`]
@@ -193,27 +194,59 @@ fn pass2<S: Simd>(simd: S, roots: &[[f64; 2]], (m, s): (usize, usize), x: &[Comp
 
 #[inline(always)]
 fn pass4<S: Simd>(simd: S, roots: &[[f64; 2]], (m, s): (usize, usize), x: &[Complex4], y: &mut [Complex4]) {
+    let (x0, x) = x.split_at(s * m);
+    let (x1, x) = x.split_at(s * m);
+    let (x2, x3) = x.split_at(s * m);
+    if s == 1 {
+        let (lower, upper) = (x0.iter().zip(x1), x2.iter().zip(x3));
+        let w = roots.iter().zip(roots.iter().step_by(2)).zip(roots.iter().step_by(3));
+        for ((((x0, x1), (x2, x3)), y), ((w1, w2), w3)) in lower.zip(upper).zip(y.chunks_exact_mut(4)).zip(w)
+        {
+            let x = [x0, x1, x2, x3].map(|x| read(simd, x));
+            let [y0, y1, y2, y3] = butterfly4(simd, x);
+            write(simd, y0, &mut y[0]);
+            write(simd, mul(simd, y1, splat(simd, *w1)), &mut y[1]);
+            write(simd, mul(simd, y2, splat(simd, *w2)), &mut y[2]);
+            write(simd, mul(simd, y3, splat(simd, *w3)), &mut y[3]);
+        }
+        return;
+    }
     for (p, y) in y.chunks_exact_mut(4 * s).enumerate() {
-        let [w1, w2, w3] = [1, 2, 3].map(|k| splat(simd, roots[p * k * s]));
-        let [x0, x1, x2, x3] = [0, 1, 2, 3].map(|j| &x[s * (p + m * j)..][..s]);
+        let [x0, x1, x2, x3] = [x0, x1, x2, x3].map(|x| &x[s * p..][..s]);
         let (y0, y) = y.split_at_mut(s);
         let (y1, y) = y.split_at_mut(s);
         let (y2, y3) = y.split_at_mut(s);
         let y3 = &mut y3[..s];
+        if p == 0 {
+            for q in 0..s {
+                let values = butterfly4(simd, [&x0[q], &x1[q], &x2[q], &x3[q]].map(|x| read(simd, x)));
+                write(simd, values[0], &mut y0[q]);
+                write(simd, values[1], &mut y1[q]);
+                write(simd, values[2], &mut y2[q]);
+                write(simd, values[3], &mut y3[q]);
+            }
+            continue;
+        }
+        let [w1, w2, w3] = [1, 2, 3].map(|k| splat(simd, roots[p * k * s]));
         for q in 0..s {
-            let (a, b) = (read(simd, &x0[q]), read(simd, &x1[q]));
-            let (c, d) = (read(simd, &x2[q]), read(simd, &x3[q]));
-            let (e, f) = (add(simd, a, c), sub(simd, a, c));
-            let (g, h) = (add(simd, b, d), sub(simd, b, d));
-            // f - i h and f + i h
-            let lower = [simd.add_f64s(f[0], h[1]), simd.sub_f64s(f[1], h[0])];
-            let upper = [simd.sub_f64s(f[0], h[1]), simd.add_f64s(f[1], h[0])];
-            write(simd, add(simd, e, g), &mut y0[q]);
-            write(simd, mul(simd, lower, w1), &mut y1[q]);
-            write(simd, mul(simd, sub(simd, e, g), w2), &mut y2[q]);
-            write(simd, mul(simd, upper, w3), &mut y3[q]);
+            let values = butterfly4(simd, [&x0[q], &x1[q], &x2[q], &x3[q]].map(|x| read(simd, x)));
+            write(simd, values[0], &mut y0[q]);
+            write(simd, mul(simd, values[1], w1), &mut y1[q]);
+            write(simd, mul(simd, values[2], w2), &mut y2[q]);
+            write(simd, mul(simd, values[3], w3), &mut y3[q]);
         }
     }
+}
+
+/// The transform of four numbers.
+#[inline(always)]
+fn butterfly4<S: Simd>(simd: S, [a, b, c, d]: [Vector<S>; 4]) -> [Vector<S>; 4] {
+    let (e, f) = (add(simd, a, c), sub(simd, a, c));
+    let (g, h) = (add(simd, b, d), sub(simd, b, d));
+    // f - i h and f + i h
+    let lower = [simd.add_f64s(f[0], h[1]), simd.sub_f64s(f[1], h[0])];
+    let upper = [simd.sub_f64s(f[0], h[1]), simd.add_f64s(f[1], h[0])];
+    [add(simd, e, g), lower, sub(simd, e, g), upper]
 }
 
 /// An odd radix r: x_j and x_(r-j) have the same cosine and opposite sines, and so have the sums k and r - k.

@@ -64,7 +64,7 @@ impl RotationAboutY {
     /// Rotates coefficients; the result is for the orders m from 4 `block` on.
     ///
     /// `input` holds [`PARTS`] values for l = n ..= degree, n after n. The result is for l = m ..= degree
-    /// with m the block's first order; entries with m > l are zero.
+    /// with m the block's first order; entries with m > l mean nothing.
     pub(crate) fn apply(&self, block: usize, input: &[[f64; PARTS]]) -> Vec<Row> {
         let mut output = vec![[F64x4::ZERO; PARTS]; self.degree + 1 - block * LANES];
         self.level.run(Block { rotation: self, first: block * LANES, input, output: &mut output });
@@ -90,44 +90,47 @@ impl RotationAboutY {
     #[inline(always)]
     fn starts(&self, first: usize) -> Vec<[Scaled; 2]> {
         let sign = |odd: usize| if odd.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let last = first + LANES - 1;
         let mut starts = vec![[Scaled::ZERO; 2]; self.degree + LANES];
-        // n <= m: T_mk for k = m, m - 1, ..., -m, with T_m,k-1 / T_mk = sqrt((m+k) / (m-k+1)) s / c.
         let tangent = self.sine / self.cosine;
-        let mut edge = self.peaks[first / LANES];
-        for i in 0..=2 * (first + LANES - 1) {
-            if i > 0 {
-                edge = edge.times_plain(F64x4::from_fn(|lane| {
-                    self.roots[(2 * (first + lane) + 1).saturating_sub(i)][0] * self.roots[i][1] * tangent
-                }));
+        // T_m,k from T_m,k+1: the product with sqrt((m+k+1) / (m-k)) s / c.
+        let factor = |up: usize, down: usize| self.roots[up][0] * self.roots[down][1] * tangent;
+        // n <= m: from T_mm down to T_m0, and on to T_m,-m.
+        let mut value = Scaled::ZERO;
+        for n in (0..=last).rev() {
+            value = value.times_plain(F64x4::from_fn(|lane| match first + lane {
+                m if m > n => factor(m + n + 1, m - n),
+                _ => 0.0,
+            }));
+            if n >= first {
+                value.set_lane(n - first, self.peaks[first / LANES]);
             }
-            for lane in 0..LANES {
-                let m = first + lane;
-                if i <= m {
-                    starts[m - i][0].set_lane(lane, edge);
-                }
-                if (m..=2 * m).contains(&i) {
-                    starts[i - m][1].set_lane(lane, edge.with_sign(sign(i - m)));
-                }
-            }
+            starts[n][0] = value;
+        }
+        starts[0][1] = value;
+        for n in 1..=last {
+            value = value.times_plain(F64x4::from_fn(|lane| match first + lane {
+                m if m >= n => factor(m - n + 1, m + n),
+                _ => 0.0,
+            }));
+            starts[n][1] = value.with_sign(sign(n));
         }
         // n > m: T_n,m and T_n,-m.
         let mut corner = [Scaled::ZERO; 2];
-        for n in first..=self.degree {
+        for n in first + 1..=self.degree {
+            let signs = |m: usize, n: usize| [sign(n + m), sign(n)];
+            if n <= last + 1 {
+                let m = n - 1;
+                (0..2).for_each(|i| corner[i].set_lane(m - first, starts[m][i].with_sign(signs(m, m)[i])));
+            }
             let factors = F64x4::from_fn(|lane| match first + lane {
                 m if m < n => self.recurrence.ratio_of_starts(n, m) * (self.sine * self.cosine),
                 _ => 0.0,
             });
             corner = corner.map(|value| value.times_plain(factors));
-            for lane in 0..LANES {
-                let m = first + lane;
-                let signs = [sign(n + m), sign(n)];
-                for family in 0..2 {
-                    if m < n {
-                        starts[n][family].set_lane(lane, corner[family].with_sign(signs[family]));
-                    } else if m == n {
-                        corner[family].set_lane(lane, starts[n][family].with_sign(signs[family]));
-                    }
-                }
+            for lane in 0..LANES.min(n - first) {
+                let signs = signs(first + lane, n);
+                (0..2).for_each(|i| starts[n][i].set_lane(lane, corner[i].with_sign(signs[i])));
             }
         }
         starts
@@ -150,7 +153,8 @@ impl WithSimd for Block<'_> {
         let (recurrence, top) = (&rotation.recurrence, rotation.degree);
         let last = first + LANES - 1;
         let t = 2.0 * rotation.sine * rotation.sine;
-        // The factors of each l that n does not change; zero in the lanes that have not started.
+        // The factors of each l that n does not change. Lanes with m > l have not started: their values are
+        // held.
         let factors: Vec<([F64x4; 2], f64)> = (first..=top)
             .map(|l| {
                 let [a, b, product] = recurrence.degree(l);
@@ -165,38 +169,79 @@ impl WithSimd for Block<'_> {
             .collect();
         let orders = load(simd, &F64x4::from_fn(|lane| (first + lane) as f64));
         let starts = rotation.starts(first);
-        for n in 0..=top {
+        let skipped = |n: usize| {
             let apart = first.saturating_sub(n).max(n.saturating_sub(last));
             let out_of_range = |start: &Scaled| start.exponent.0.iter().all(|exponent| *exponent > 0.0);
-            if apart >= rotation.reach || starts[n].iter().all(out_of_range) && rotation.stay_small(first, n)
-            {
+            apart >= rotation.reach || starts[n].iter().all(out_of_range) && rotation.stay_small(first, n)
+        };
+        // Two n at a time, so that the sums are read and written half as often.
+        for n in (0..=top).step_by(2) {
+            let next = (n + 1).min(top);
+            if skipped(n) && skipped(next) {
                 continue;
             }
-            let mut pair = Pair::new(simd);
-            let product = simd.mul_f64s(orders, simd.splat_f64s(n as f64));
+            let mut functions = [n, next].map(|n| Functions {
+                pair: Pair::new(simd, starts[n]),
+                product: simd.mul_f64s(orders, simd.splat_f64s(n as f64)),
+                steps: recurrence.steps(n),
+                input: &input[column(top, n)..][..top + 1 - n],
+                n,
+            });
             let from = first.max(n);
-            let input = &input[column(top, n) + from - n..][..top + 1 - from];
-            let steps = &recurrence.steps(n)[from - n..];
-            let rows = output[from - first..].iter_mut().zip(&factors[from - first..]);
-            for ((l, (row, (lanes, centre))), (input, [inverse, ratio])) in
-                (from..).zip(rows).zip(input.iter().zip(steps))
+            let alone = if next == n { top + 1 } else { first.max(next) };
+            for (l, (row, factors)) in
+                (from..).zip(output[from - first..].iter_mut().zip(&factors[from - first..]))
             {
-                if l == from || l <= last {
-                    pair.start(simd, starts[n].map(|start| start.only(|lane| n.max(first + lane) == l)));
+                let mask =
+                    (l < last).then(|| simd.less_than_or_equal_f64s(orders, simd.splat_f64s(l as f64)));
+                let [this, other] = &mut functions;
+                let mut sums = row.map(|sum| load(simd, &sum));
+                this.add(simd, l, mask, factors, &mut sums);
+                if l >= alone {
+                    other.add(simd, l, mask, factors, &mut sums);
                 }
-                if let Some([g, h]) = pair.values(simd) {
-                    let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
-                    for part in 0..PARTS {
-                        let mixed = if part < PARTS / 2 { even } else { odd };
-                        let sum =
-                            simd.mul_add_f64s(mixed, simd.splat_f64s(input[part]), load(simd, &row[part]));
-                        store(simd, sum, &mut row[part]);
-                    }
-                }
-                let ahead = simd.mul_f64s(load(simd, &lanes[0]), simd.splat_f64s(*inverse));
-                let behind = simd.mul_f64s(load(simd, &lanes[1]), simd.splat_f64s(*ratio));
-                pair.climb(simd, [ahead, behind], simd.splat_f64s(*centre), product);
+                (0..PARTS).for_each(|part| store(simd, sums[part], &mut row[part]));
             }
+        }
+    }
+}
+
+/// The functions of a block and one n, and what they are multiplied by.
+struct Functions<'a, S: Simd> {
+    n: usize,
+    pair: Pair<S>,
+    /// m n.
+    product: S::f64s,
+    /// For l = n ..= degree, as `input`.
+    steps: &'a [[f64; 2]],
+    input: &'a [[f64; PARTS]],
+}
+
+impl<S: Simd> Functions<'_, S> {
+    /// Adds the terms of l to the sums, and climbs to l + 1; orders outside the mask have not started.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        simd: S,
+        l: usize,
+        mask: Option<S::m64s>,
+        ([ahead, behind], centre): &([F64x4; 2], f64),
+        sums: &mut [S::f64s; PARTS],
+    ) {
+        let (input, [inverse, ratio]) = (&self.input[l - self.n], self.steps[l - self.n]);
+        if let Some([g, h]) = self.pair.values(simd) {
+            let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
+            for part in 0..PARTS {
+                let mixed = if part < PARTS / 2 { even } else { odd };
+                sums[part] = simd.mul_add_f64s(mixed, simd.splat_f64s(input[part]), sums[part]);
+            }
+        }
+        let ahead = simd.mul_f64s(load(simd, ahead), simd.splat_f64s(inverse));
+        let behind = simd.mul_f64s(load(simd, behind), simd.splat_f64s(ratio));
+        let before = self.pair;
+        self.pair.climb(simd, [ahead, behind], simd.splat_f64s(*centre), self.product);
+        if let Some(mask) = mask {
+            self.pair.hold(simd, before, mask);
         }
     }
 }

@@ -46,7 +46,13 @@ impl Scaled {
             } else {
                 1.0
             };
-            product.exponent.0[i] += f64::from(u8::from(low)) - f64::from(u8::from(high));
+            product.exponent.0[i] += if low {
+                1.0
+            } else if high {
+                -1.0
+            } else {
+                0.0
+            };
         }
         product
     }
@@ -62,14 +68,6 @@ impl Scaled {
     pub fn with_sign(mut self, sign: f64) -> Self {
         self.value.0.iter_mut().for_each(|value| *value *= sign);
         self
-    }
-
-    /// Some of the lanes, and zero in the others.
-    #[inline(always)]
-    pub(crate) fn only(self, lane: impl Fn(usize) -> bool) -> Self {
-        let [value, exponent] =
-            [self.value, self.exponent].map(|part| F64x4::from_fn(|i| if lane(i) { part.0[i] } else { 0.0 }));
-        Self { value, exponent }
     }
 
     #[inline(always)]

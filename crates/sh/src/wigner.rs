@@ -27,8 +27,9 @@ pub struct Recurrence {
     degree: usize,
     /// 1 / w_l+1,n and w_ln / w_l+1,n for l = n ..= degree, n after n.
     steps: Vec<[f64; 2]>,
-    /// (2l+1) / l, -(l+1) / l and l (l+1) for each l. From l = 0 the step is d^1_00 = cos(beta): 1, 0 and 1.
-    degrees: Vec<[f64; 3]>,
+    /// (2l+1) / l, -(l+1) / l, l (l+1) and sqrt(2l (2l-1)) for each l. From l = 0 the step is d^1_00 =
+    /// cos(beta): 1, 0 and 1.
+    degrees: Vec<[f64; 4]>,
 }
 
 impl Recurrence {
@@ -40,8 +41,8 @@ impl Recurrence {
             [1.0 / above.sqrt(), (here / above).sqrt()]
         });
         let degrees = (0..=degree).map(|l| match l as f64 {
-            0.0 => [1.0, 0.0, 1.0],
-            l => [(2.0 * l + 1.0) / l, -(l + 1.0) / l, l * (l + 1.0)],
+            0.0 => [1.0, 0.0, 1.0, 0.0],
+            l => [(2.0 * l + 1.0) / l, -(l + 1.0) / l, l * (l + 1.0), (2.0 * l * (2.0 * l - 1.0)).sqrt()],
         });
         Self { degree, steps: steps.collect(), degrees: degrees.collect() }
     }
@@ -55,13 +56,14 @@ impl Recurrence {
     /// What f^l and f^(l-1) are multiplied by beside w, and what 1 - t is.
     #[inline]
     pub fn degree(&self, l: usize) -> [f64; 3] {
-        self.degrees[l]
+        let [ahead, behind, product, _] = self.degrees[l];
+        [ahead, behind, product]
     }
 
     /// T_ln / T_l-1,n = sqrt(2l (2l-1)) / w_ln times s c, for l > n: this without s c.
     #[inline]
     pub fn ratio_of_starts(&self, l: usize, n: usize) -> f64 {
-        ((2 * l * (2 * l - 1)) as f64).sqrt() * self.steps(n)[l - 1 - n][0]
+        self.degrees[l][3] * self.steps(n)[l - 1 - n][0]
     }
 }
 
@@ -71,84 +73,79 @@ pub(crate) const fn column(degree: usize, n: usize) -> usize {
 }
 
 /// g^l and h^l of four functions, by rising l.
+#[derive(Clone, Copy)]
 pub struct Pair<S: Simd> {
-    now: [S::f64s; 2],
-    below: [S::f64s; 2],
+    g: S::f64s,
+    h: S::f64s,
+    g_below: S::f64s,
+    h_below: S::f64s,
     exponent: [F64x4; 2],
-    /// 1 in the lanes whose values a double holds, 0 in the others.
-    in_range: [S::f64s; 2],
-    any_in_range: bool,
     all_in_range: bool,
 }
 
 impl<S: Simd> Pair<S> {
-    /// Four zeros.
+    /// The functions at the l at which they start.
     #[inline(always)]
-    pub fn new(simd: S) -> Self {
-        let (zero, one) = ([simd.splat_f64s(0.0); 2], [simd.splat_f64s(1.0); 2]);
-        let exponent = [F64x4::ZERO; 2];
-        Self { now: zero, below: zero, exponent, in_range: one, any_in_range: true, all_in_range: true }
-    }
-
-    /// Adds the values that functions start from; those that have started or start later get a zero.
-    #[inline(always)]
-    pub fn start(&mut self, simd: S, starts: [Scaled; 2]) {
-        for (family, start) in starts.into_iter().enumerate() {
-            self.now[family] = simd.add_f64s(self.now[family], load(simd, &start.value));
-            (0..LANES).for_each(|i| self.exponent[family].0[i] += start.exponent.0[i]);
+    pub fn new(simd: S, [g, h]: [Scaled; 2]) -> Self {
+        let (zero, exponent) = (simd.splat_f64s(0.0), [g.exponent, h.exponent]);
+        Self {
+            g: load(simd, &g.value),
+            h: load(simd, &h.value),
+            g_below: zero,
+            h_below: zero,
+            exponent,
+            all_in_range: exponent == [F64x4::ZERO; 2],
         }
-        self.find_range(simd);
-    }
-
-    #[inline(always)]
-    fn find_range(&mut self, simd: S) {
-        let lanes = self.exponent.map(|exponent| exponent.0.map(|e| f64::from(u8::from(e == 0.0))));
-        self.in_range = lanes.map(|lanes| load(simd, &F64x4(lanes)));
-        self.any_in_range = lanes != [[0.0; LANES]; 2];
-        self.all_in_range = lanes == [[1.0; LANES]; 2];
     }
 
     /// g^l and h^l, zero in the lanes that are out of range; nothing if all are.
     #[inline(always)]
     pub fn values(&self, simd: S) -> Option<[S::f64s; 2]> {
-        let value = |family: usize| simd.mul_f64s(self.now[family], self.in_range[family]);
-        self.any_in_range.then(|| [value(0), value(1)])
+        if self.all_in_range {
+            return Some([self.g, self.h]);
+        }
+        let in_range = self.exponent.map(|exponent| F64x4(exponent.0.map(|e| f64::from(u8::from(e == 0.0)))));
+        let [g, h] = in_range.map(|lanes| load(simd, &lanes));
+        (in_range != [F64x4::ZERO; 2]).then(|| [simd.mul_f64s(self.g, g), simd.mul_f64s(self.h, h)])
     }
 
     /// From l to l + 1: f^(l+1) = `ahead` (`centre` -+ `product`) f^l + `behind` f^(l-1), where `product` is
     /// m n.
     #[inline(always)]
     pub fn climb(&mut self, simd: S, [ahead, behind]: [S::f64s; 2], centre: S::f64s, product: S::f64s) {
-        let factors = [simd.sub_f64s(centre, product), simd.add_f64s(centre, product)];
-        for family in 0..2 {
-            let past = simd.mul_f64s(behind, self.below[family]);
-            let factor = simd.mul_f64s(ahead, factors[family]);
-            self.below[family] = self.now[family];
-            self.now[family] = simd.mul_add_f64s(factor, self.now[family], past);
-        }
+        let to_g = simd.mul_f64s(ahead, simd.sub_f64s(centre, product));
+        let to_h = simd.mul_f64s(ahead, simd.add_f64s(centre, product));
+        let g = simd.mul_add_f64s(to_g, self.g, simd.mul_f64s(behind, self.g_below));
+        let h = simd.mul_add_f64s(to_h, self.h, simd.mul_f64s(behind, self.h_below));
+        (self.g_below, self.h_below, self.g, self.h) = (self.g, self.h, g, h);
         if !self.all_in_range {
-            let size = simd.max_f64s(simd.abs_f64s(self.now[0]), simd.abs_f64s(self.now[1]));
+            let size = simd.max_f64s(simd.abs_f64s(g), simd.abs_f64s(h));
             if simd.reduce_max_f64s(size) > HIGH {
-                self.rescale(simd);
+                (self.g, self.g_below) = rescale(simd, [self.g, self.g_below], &mut self.exponent[0]);
+                (self.h, self.h_below) = rescale(simd, [self.h, self.h_below], &mut self.exponent[1]);
+                self.all_in_range = self.exponent == [F64x4::ZERO; 2];
             }
         }
     }
 
-    /// Takes a unit off the exponents of the values that have grown past 2^80.
+    /// Undoes a step, of which this is the result, in the lanes that are not in a mask.
     #[inline(always)]
-    fn rescale(&mut self, simd: S) {
-        for family in 0..2 {
-            let mut values = [F64x4::ZERO; 2];
-            store(simd, self.now[family], &mut values[0]);
-            store(simd, self.below[family], &mut values[1]);
-            for i in 0..LANES {
-                if values[0].0[i].abs() > HIGH && self.exponent[family].0[i] > 0.0 {
-                    values.iter_mut().for_each(|value| value.0[i] *= INVERSE_UNIT);
-                    self.exponent[family].0[i] -= 1.0;
-                }
-            }
-            [self.now[family], self.below[family]] = values.map(|value| load(simd, &value));
-        }
-        self.find_range(simd);
+    pub fn hold(&mut self, simd: S, before: Self, mask: S::m64s) {
+        self.g = simd.select_f64s(mask, self.g, before.g);
+        self.h = simd.select_f64s(mask, self.h, before.h);
     }
+}
+
+/// Takes a unit off the exponents of the values that have grown past 2^80.
+#[inline(always)]
+fn rescale<S: Simd>(simd: S, vectors: [S::f64s; 2], exponent: &mut F64x4) -> (S::f64s, S::f64s) {
+    let mut values = [F64x4::ZERO; 2];
+    (0..2).for_each(|i| store(simd, vectors[i], &mut values[i]));
+    for i in 0..LANES {
+        if values[0].0[i].abs() > HIGH && exponent.0[i] > 0.0 {
+            values.iter_mut().for_each(|value| value.0[i] *= INVERSE_UNIT);
+            exponent.0[i] -= 1.0;
+        }
+    }
+    (load(simd, &values[0]), load(simd, &values[1]))
 }

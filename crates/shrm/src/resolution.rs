@@ -16,7 +16,8 @@
 //! of k^4 = (lambda (lambda + 1))^2 over all C and V is that of the square of (L + P)^2 in the state |l q> |p
 //! -q>:
 //!
-//! > <k^4> = (a - 2 q^2)^2 + u(q) + u(-q), a = l (l+1) + p (p+1), u(q) = (l (l+1) - q (q+1)) (p (p+1) - q (q+1)),
+//! > <k^4> = (a - 2 q^2)^2 + u(q) + u(-q), a = l (l+1) + p (p+1),
+//! > u(q) = (l (l+1) - q (q+1)) (p (p+1) - q (q+1)),
 //!
 //! weighted by the energy Lambda_l^2 |L_lm|^2 |rho_lpq|^2 of the term.
 

@@ -19,7 +19,7 @@ impl Watched {
     fn new(verbose: bool) -> Self {
         let (clock, lines) = (Arc::new(AtomicU64::new(0)), Arc::new(Mutex::new(String::new())));
         let (read, write) = (Arc::clone(&clock), Arc::clone(&lines));
-        let screen = Screen::plain(move |line| *write.lock().unwrap() += &format!("{line}\n"));
+        let screen = Screen::plain(move |line| *write.lock() += &format!("{line}\n"));
         let reporter = WatchReporter::new(verbose, screen, move || {
             let now = read.load(Ordering::Relaxed);
             Moment { milliseconds: now as f64, time: format!("14:00:{:02}", now / 1000) }

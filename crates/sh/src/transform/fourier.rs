@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! sum over c of f_c (cos(m phi_c) + i sin(m phi_c)) = u_m N_m,   u_m = (-1)^m exp(-i pi m / W),
-//! sum over m of (A_m cos(m phi_c) + B_m sin(m phi_c)) = Re sum over m of (A_m - i B_m) u_m exp(-2 pi i m c / W).
+//! sum over m of (A_m cos(m phi_c) + B_m sin(m phi_c))
+//!     = Re sum over m of (A_m - i B_m) u_m exp(-2 pi i m c / W).
 //! ```
 
 use std::f64::consts::PI;
@@ -102,28 +103,29 @@ impl Fourier {
         output: &mut [Group],
     ) {
         let (width, height) = (self.width, self.height);
-        // Past the last pair, and for the mirror of an odd height's equator, the factor of a row is 0.
-        let pairs: [[(&[[T; 3]], f64); LANES]; 2] = [false, true].map(|south| {
-            std::array::from_fn(|lane| {
-                let north = group * LANES + lane;
-                let row = north.min(height - 1);
-                let row = if south { height - 1 - row } else { row };
-                let counts = if south { 2 * north + 1 < height } else { 2 * north < height };
-                (&pixels[row * width..][..width], f64::from(u8::from(counts)))
-            })
-        });
         let FourierScratch { rows, fft } = scratch;
-        for (channel, rows) in rows.iter_mut().enumerate() {
-            let value =
-                |(row, factor): (&[[T; 3]], f64), column: usize| factor * row[column][channel].to_f64();
-            rows.clear();
-            rows.extend(
-                (0..width).map(|column| {
-                    pairs.each_ref().map(|rows| F64x4::from_fn(|lane| value(rows[lane], column)))
-                }),
-            );
-            self.fft.run(rows, fft);
+        rows.iter_mut().for_each(|rows| rows.resize(width, fft::ZERO));
+        let [red, green, blue] = rows;
+        for start in (0..width).step_by(COLUMNS) {
+            let columns = start..(start + COLUMNS).min(width);
+            let (red, green) = (&mut red[columns.clone()], &mut green[columns.clone()]);
+            let blue = &mut blue[columns.clone()];
+            for (lane, part) in (0..2 * LANES).map(|i| (i / 2, i % 2)) {
+                let north = group * LANES + lane;
+                // Past the last pair, and for the mirror of an odd height's equator, a row counts as black.
+                let counts = 2 * north + part < height;
+                let row = if part == 0 || !counts { north.min(height - 1) } else { height - 1 - north };
+                let factor = f64::from(u8::from(counts));
+                let pixels = &pixels[row * width..][columns.clone()];
+                let rows = red.iter_mut().zip(&mut *green).zip(&mut *blue);
+                for (((red, green), blue), pixel) in rows.zip(pixels) {
+                    red[part].0[lane] = factor * pixel[0].to_f64();
+                    green[part].0[lane] = factor * pixel[1].to_f64();
+                    blue[part].0[lane] = factor * pixel[2].to_f64();
+                }
+            }
         }
+        rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
         self.level.run(Separate { turns: &self.turns, rows, output });
     }
 
@@ -152,21 +154,20 @@ impl Fourier {
             self.level.run(Join { first, turns, groups: &groups, rows });
         }
         rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
-        let pixel = |part: usize, lane: usize, column: usize| {
-            rows.each_ref().map(|rows| T::from_f64(rows[column][part].0[lane]))
+        let [red, green, blue] = rows;
+        let store = |part: usize, lane: usize, pixels: &mut [[T; 3]]| {
+            let rows = red.iter().zip(&*green).zip(&*blue);
+            for (rgb, ((red, green), blue)) in pixels.iter_mut().zip(rows) {
+                *rgb = [red, green, blue].map(|row| T::from_f64(row[part].0[lane]));
+            }
         };
-        for (lane, pixels) in north.chunks_exact_mut(width).enumerate() {
-            for (column, rgb) in pixels.iter_mut().enumerate() {
-                *rgb = pixel(0, lane, column);
-            }
-        }
-        for (lane, pixels) in south.chunks_exact_mut(width).rev().enumerate() {
-            for (column, rgb) in pixels.iter_mut().enumerate() {
-                *rgb = pixel(1, lane, column);
-            }
-        }
+        north.chunks_exact_mut(width).enumerate().for_each(|(lane, pixels)| store(0, lane, pixels));
+        south.chunks_exact_mut(width).rev().enumerate().for_each(|(lane, pixels)| store(1, lane, pixels));
     }
 }
+
+/// Columns of four pairs of rows that stay in the first-level cache while they are gathered.
+const COLUMNS: usize = 64;
 
 /// Groups that a synthesis reads at once.
 const GROUPS: usize = 32;

@@ -72,8 +72,7 @@ impl WithSimd for Rows<'_> {
                     start = start.map(|value| value.times_plain(F64x4(both.0.map(|both| ratio * both))));
                 }
                 let signs = [sign(m < q && (q + m) % 2 == 1), sign(q % 2 == 1)];
-                let mut pair = Pair::new(simd);
-                pair.start(simd, [0, 1].map(|family| start[family].with_sign(signs[family])));
+                let pair = Pair::new(simd, [0, 1].map(|i| start[i].with_sign(signs[i])));
                 self.climb(simd, t, [q, m], pair, &mut sums);
                 self.store(simd, [q, m], &sums);
             }
