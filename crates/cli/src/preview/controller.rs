@@ -285,7 +285,7 @@ impl<'a> PreviewController<'a> {
             CommandOutput::Window(window) => {
                 // The map that every window begins with is made here, where nobody waits for it.
                 scene.objects.iter().for_each(|object| _ = object.look.local());
-                window(PreviewUpdate::Scene { subject, scene, facts });
+                window(PreviewUpdate::Scene { subject, scene, details: facts });
             }
             CommandOutput::Still(settings) => self.draw(settings, &subject, &scene),
         }
