@@ -56,8 +56,7 @@ pub(crate) struct AdaptiveQuality {
     timings: HashMap<(Mode, Option<Mode>), Timing>,
 }
 
-/// How long pictures of some modes took: samples and seconds of one of the smallest and of one of the
-/// largest.
+/// Samples and seconds of one of the smallest and one of the largest pictures of some modes.
 #[derive(Clone, Copy, Debug)]
 struct Timing {
     small: [f64; 2],
@@ -84,8 +83,7 @@ impl AdaptiveQuality {
         }
     }
 
-    /// The quality while the view moves: the best that is fast enough. The first picture of its modes is
-    /// coarse.
+    /// The best quality that is fast enough while the view moves. The first picture of its modes is coarse.
     pub(crate) fn moving(&self, show: Show, size: [u32; 2]) -> Quality {
         let [.., coarsest] = Quality::LEVELS;
         let Some(timing) = self.timings.get(&modes(show)) else {
@@ -99,8 +97,7 @@ impl AdaptiveQuality {
 
     /// The qualities of the pictures at rest, in order, after one that was drawn in motion.
     ///
-    /// Light samples make brute force smoother, so it starts over with smoother outlines only if that is
-    /// fast.
+    /// Brute force starts over with smoother outlines only if that is fast: light samples smooth it as well.
     pub(crate) fn resting(&self, show: Show, size: [u32; 2], after: Quality) -> Vec<Quality> {
         let smooth = Quality { samples: 2, ..Quality::FULL };
         let most = if show.modes().any(|mode| mode == Mode::BruteForce) { MOVING } else { RESTING };

@@ -1,5 +1,4 @@
-//! Checks before each frame whether the window's device still works: egui's painter panics if the device is
-//! lost.
+//! Checks before each frame whether the window's device still works: egui's painter panics on a lost one.
 
 use preview::DeviceStatus;
 

@@ -61,13 +61,11 @@ pub(crate) struct ErrorMeter {
     last: Option<MeasureRequest>,
 }
 
-/// The shorter side of the compared pictures, in pixels, and the most pixels; a long picture is shrunk to
-/// that area.
+/// The shorter side of the compared pictures in pixels, and the most pixels, to which long ones shrink.
 const SIDE: f64 = 80.0;
 const AREA: f64 = 20_000.0;
 
-/// The light samples of a pixel in each round. The noise of brute force adds to the RMS, so rounds follow
-/// while the RMS falls.
+/// The light samples of a pixel in each round. Noise adds to the RMS, so rounds follow while it falls.
 const ROUNDS: [u32; 4] = [64, 256, 1024, 4096];
 
 /// The share by which the RMS must fall for another round.
@@ -290,8 +288,7 @@ mod tests {
     /// Longer than any test takes on a busy machine.
     const TIMEOUT: Duration = Duration::from_secs(60);
 
-    /// Reports the length of a mode's name as its error, plus noise below 256 light samples, and records the
-    /// shots.
+    /// Records shots; the error is the length of the mode's name, plus noise below 256 light samples.
     struct FakeRenderer(Arc<Mutex<Vec<Shot>>>);
 
     impl Renderer for FakeRenderer {

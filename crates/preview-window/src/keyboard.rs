@@ -19,8 +19,7 @@ pub(crate) struct Keyboard {
 impl Keyboard {
     /// The actions of the keys that were pressed, before a frame is drawn.
     ///
-    /// egui has already used Escape to leave a text field or close a drop-down list; it then has no other
-    /// action.
+    /// If egui uses Escape to leave a text field or close a drop-down list, it has no other action.
     pub(crate) fn pressed(&mut self, context: &Context) -> Vec<Action> {
         let elsewhere = self.typing || context.text_edit_focused() || Popup::is_any_open(context);
         let widget = context.egui_wants_keyboard_input();

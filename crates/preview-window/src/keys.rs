@@ -226,8 +226,7 @@ mod tests {
         assert_eq!(action(Key::Y, None, HELD), None);
     }
 
-    /// X11 and others send this for Shift+1 on an American keyboard, and for ? on an American and a German
-    /// one.
+    /// X11 and others send this for Shift+1 on American keyboards, and for ? on American and German ones.
     #[test]
     fn shifted_digits_are_found_by_their_place_and_letters_by_their_letter() {
         let shift = Modifiers { shift: true, ..HELD };

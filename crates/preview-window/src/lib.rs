@@ -65,8 +65,7 @@ pub enum WindowError {
     /// No graphics device can draw it.
     #[error("no graphics device for a window: {0}")]
     NoAdapter(String),
-    /// The graphics device stopped working. The host has the window's settings; the window may be opened
-    /// again.
+    /// The graphics device stopped working. The host has the settings; the window may be opened again.
     #[error("the graphics device is lost: {0}")]
     Lost(String),
 }

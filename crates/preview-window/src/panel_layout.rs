@@ -13,8 +13,7 @@ use crate::toolbar::toolbar;
 use crate::view::view;
 use preview::RenderError;
 
-/// The width that the inspector leaves to the picture, and its own smallest width. It is hidden if there is
-/// no room for both.
+/// The smallest widths of the picture and of the inspector, which is hidden if there is no room for both.
 const LEAST_PICTURE: f32 = 300.0;
 const LEAST_INSPECTOR: f32 = 240.0;
 

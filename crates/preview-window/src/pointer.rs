@@ -118,8 +118,7 @@ impl Pointer {
         actions.push(match target {
             // The scene follows the pointer, so the camera moves the other way.
             DragTarget::Camera => Action::Orbit(Aim { yaw: -turn.yaw, ..turn }),
-            // The near side of the light follows it too. Its pitch turns about its own axis, which may point
-            // the other way.
+            // The near side of the light follows it too. The axis of its pitch may point the other way.
             DragTarget::Light => Action::TurnLight(Aim { pitch: self.side * turn.pitch, ..turn }),
             DragTarget::Divider => {
                 Action::Divider((to.x - area.picture.left()) / area.picture.width().max(1.0))

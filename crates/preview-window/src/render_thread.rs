@@ -73,8 +73,7 @@ pub(crate) struct RenderThread {
 const REST: Duration = Duration::from_millis(150);
 
 impl RenderThread {
-    /// Starts the thread. `fallback` draws what `renderer` cannot. `wake` is called when there are new
-    /// results.
+    /// Starts the thread. `fallback` draws what `renderer` cannot. New results call `wake`.
     pub(crate) fn new(
         renderer: Box<dyn RendererAdapter>,
         fallback: Box<dyn RendererAdapter>,
@@ -90,8 +89,7 @@ impl RenderThread {
         Ok(Self { shared, thread: Some(thread), last: None })
     }
 
-    /// Requests a picture in place of the one requested before. Returns `false` if both requests are the
-    /// same.
+    /// Replaces the requested picture. Returns `false` if both requests are the same.
     pub(crate) fn request(&mut self, request: RenderRequest) -> bool {
         let same = self
             .last
@@ -137,7 +135,6 @@ impl RenderThread {
     }
 
     /// The results since the last call.
-
     pub(crate) fn take(&self) -> RenderResults {
         std::mem::take(&mut *self.shared.results.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -273,8 +270,7 @@ impl Worker {
         if shared.requests.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
     }
 
-    /// Draws the pending screenshots. Only cancelling them or closing the window stops it; new requests do
-    /// not.
+    /// Draws the pending screenshots until they are cancelled or the window closes; new requests wait.
     fn draw_screenshots(&mut self, shared: &Shared) -> Result<(), Stop> {
         loop {
             let next = shared.screenshots().pending.first().cloned();

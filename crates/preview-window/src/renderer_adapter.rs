@@ -63,8 +63,7 @@ pub(crate) trait RendererAdapter: Send {
     fn lost(&self) -> Option<String>;
 }
 
-/// Whether two shots of a scene have the same radiance: they differ only in exposure, tone curve and
-/// amplification.
+/// Whether two shots of a scene differ only in exposure, tone curve and amplification.
 pub(crate) fn has_same_radiance(one: &Shot, other: &Shot) -> bool {
     let amplify = |show| match show {
         Show::Difference { of, from, .. } => Show::Difference { of, from, amplify: 1.0 },

@@ -1,5 +1,4 @@
-//! The statistics of a scene in the inspector: degrees, energies and sizes. A thread computes them, as it may
-//! take a moment.
+//! The statistics of a scene in the inspector, computed on a thread: degrees, energies and sizes.
 
 use brdf::Centre;
 use sh::{energy_per_degree, image_energy};
@@ -21,12 +20,11 @@ pub(crate) struct SceneStatistics {
     pub(crate) environment: [usize; 2],
     /// The share of the environment's energy in each degree.
     pub(crate) lighting: Vec<f64>,
-    /// The share of the reflected area's energy in each degree; empty where no reflection is known.
+    /// The share of the reflected field's energy in each degree; empty for an imported map.
     pub(crate) reflected: Vec<f64>,
-    /// The share of the reflected area's energy that does not change with the view, all that a plain map
-    /// holds.
+    /// The share of the reflected field's energy that is the same in every view: what a plain map holds.
     pub(crate) plain: Option<f64>,
-    /// The bytes of each map as 32-bit numbers, RGB.
+    /// The name of each map and its bytes as 32-bit RGB.
     pub(crate) maps: Vec<(String, u64)>,
 }
 
@@ -116,8 +114,7 @@ mod tests {
         assert!((statistics.lighting[0] - 0.9).abs() < 1e-3, "{:?}", statistics.lighting);
         assert!((statistics.lighting[1] - 0.075).abs() < 2e-3, "{:?}", statistics.lighting);
         assert!((0.98..1.0).contains(&statistics.captured()), "{}", statistics.captured());
-        // A diffuse surface blurs most of the light's detail; all degrees together are its whole energy, in
-        // every view.
+        // A diffuse surface blurs most of the light's detail; all degrees together are the whole energy.
         assert!((statistics.reflected.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(statistics.reflected[0] > statistics.lighting[0], "{:?}", statistics.reflected);
         assert!((statistics.plain.unwrap() - 1.0).abs() < 1e-12);

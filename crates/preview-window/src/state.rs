@@ -44,8 +44,7 @@ pub(crate) enum Action {
     TogglePanels,
     ToggleHelp,
     ToggleFullscreen,
-    /// Closes the help; otherwise cancels screenshots; otherwise removes the toasts; otherwise hides the
-    /// failure.
+    /// Closes the help, else cancels screenshots, else removes the toasts, else hides the failure.
     Dismiss,
     HideFailure,
     ShowFailure,

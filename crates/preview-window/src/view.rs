@@ -103,8 +103,7 @@ fn pending(state: &State, frame: Option<&RenderedFrame>, failed: bool) -> Option
     (is_other && !failed).then(|| format!("drawing {}", shown.subject.material))
 }
 
-/// Captions of the picture on the screen, which may be older than the settings; `split` is the place of the
-/// divider.
+/// Captions of the picture on the screen, which may be older than the settings, divided at `split`.
 fn captions(painter: &Painter, rect: Rect, frame: Option<&RenderedFrame>, split: f32) {
     let Some(frame) = frame else { return };
     let inside = rect.shrink(MARGIN);

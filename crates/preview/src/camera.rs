@@ -21,8 +21,7 @@ pub struct Framing {
 pub struct Camera {
     /// The ball that it frames.
     pub framing: Framing,
-    /// Its angle around the ball: 0 on the +X side, looking toward -X (the front of glTF models), growing
-    /// toward +Y.
+    /// Its angle around the ball: 0 on the +X side (the front of glTF models), growing toward +Y.
     pub yaw: f64,
     /// Its elevation, -pi/2 to pi/2; with a positive one it looks down.
     pub pitch: f64,
@@ -69,8 +68,7 @@ impl Camera {
         [width * shorter, height * shorter]
     }
 
-    /// The ray through a point of the picture, of any length. The upper left corner is (0, 0), the lower
-    /// right one `size`.
+    /// The ray through a point of the picture, of any length. `size` is the lower right corner.
     pub fn ray(&self, size: [u32; 2], at: [f64; 2]) -> DVec3 {
         let [right, up, forward] = self.axes();
         let half = self.half_extent(size);
@@ -79,8 +77,7 @@ impl Camera {
         forward + right * (x * half[0]) + up * (y * half[1])
     }
 
-    /// The matrix from the world to wgpu's clip coordinates: x right, y up, z from 0 (near) to 1 (far) after
-    /// division by w.
+    /// The matrix from the world to wgpu's clip coordinates: x right, y up, z / w from 0 (near) to 1 (far).
     pub fn projection(&self, size: [u32; 2]) -> DMat4 {
         let [right, up, forward] = self.axes();
         let eye = self.eye();

@@ -46,8 +46,7 @@ pub struct Look {
 }
 
 impl Look {
-    /// The look of a reflection, which holds the light's coefficients times the material's. Brute force needs
-    /// the material itself.
+    /// The look of a reflection, the light's coefficients times the material's. Brute force needs `material`.
     pub fn new(
         light: Arc<Light>,
         reflection: Reflection,
@@ -191,8 +190,7 @@ impl Look {
                 reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
             }
             Field::Map(map) => {
-                // The zonal terms of a local map stay zonal. Everything else is blended with all terms, on
-                // the map's own grid.
+                // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {
                     (View::Local, Terms::Zonal) => (self.texels(), map.rows()),
                     _ => (self.texels().max(map.grid().len()), map.p().rows()),

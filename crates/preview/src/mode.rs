@@ -6,8 +6,7 @@
 pub enum Mode {
     /// The local SHRM at every pixel: four texels, each evaluated in its own frame, are blended.
     LocalShrm,
-    /// The global SHRM, evaluated once per frame into a reflection map for a distant viewer (paper 1,
-    /// equation 12).
+    /// The global SHRM, evaluated once per frame for a distant viewer (paper 1, equation 12).
     GlobalShrm,
     /// Cabral's twelve maps, blended by the view's weights on the icosahedron.
     Cabral,

@@ -32,8 +32,7 @@ pub struct Shot {
 const SCREENSHOT_SAMPLES: u32 = 2;
 
 impl Shot {
-    /// This shot for a screenshot: with smooth outlines, and with as many light samples per pixel as in the
-    /// window.
+    /// This shot for a screenshot, with smooth outlines and as many light samples per pixel as in the window.
     #[must_use]
     pub fn for_screenshot(self) -> Self {
         let light_samples = self.light_samples.div_ceil(SCREENSHOT_SAMPLES.pow(2));

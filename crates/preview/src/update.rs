@@ -26,8 +26,7 @@ pub enum PreviewUpdate {
     /// What can be shown. If it lacks the wanted subject, the window requests the nearest one instead, and
     /// returns when a later catalog has it.
     Catalog(Catalog),
-    /// The scene of a subject: the answer to a request, or the same subject rebuilt. Scenes of other subjects
-    /// are ignored.
+    /// The scene of the requested subject, new or rebuilt. Scenes of other subjects are ignored.
     Scene {
         /// The subject.
         subject: Subject,

@@ -200,8 +200,7 @@ impl ViewSettings {
 /// What a preview shows first.
 #[derive(Clone, Debug, Default)]
 pub struct InitialView {
-    /// The settings that the last window saved, as JSON. If they cannot be read, the default settings are
-    /// used.
+    /// The settings that the last window saved, as JSON. The default ones replace unreadable ones.
     pub state: Option<String>,
     /// What the user asked for; it takes precedence over the saved settings.
     pub request: SubjectRequest,

@@ -1,12 +1,10 @@
-//! The matrices and rays of a shot, which both renderers compute before the first pixel: in f64, rounded
-//! once.
+//! The matrices and rays of a shot for both renderers, computed in f64 and rounded once.
 
 use glam::{DMat3, DVec3, Mat3, Mat4, Vec3};
 
 use crate::{Object, Shot};
 
-/// A shot as the shaders read it. Directions are in the light's frame: the inverse of the light's rotation is
-/// applied.
+/// A shot as the shaders read it. Directions are in the light's frame: rotated by its inverse rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewTransform {
     /// The size of the picture in samples.
@@ -70,8 +68,7 @@ impl ViewTransform {
 
     /// The matrices of an object of the scene.
     ///
-    /// Normals are transformed with the cofactors of the object's matrix, so that a singular matrix causes no
-    /// NaN.
+    /// Normals are transformed with the cofactors of the object's matrix: a singular one causes no NaN.
     pub fn place(&self, object: &Object) -> Placed {
         let linear = object.place.matrix3;
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];

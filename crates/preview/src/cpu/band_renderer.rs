@@ -145,8 +145,7 @@ impl<'a> BandRenderer<'a> {
         Ok(Sample { radiance, amplify, gain: self.transform.gain })
     }
 
-    /// A sample that hits no surface. Both modes have the same background, so their difference is black
-    /// there.
+    /// A sample that hits no surface. Both modes have the same background: their difference is black.
     fn background(&self, column: u32, row: u32) -> Sample {
         let radiance = match self.shot.show {
             Show::Difference { .. } => Vec3::ZERO,

@@ -49,8 +49,7 @@ impl Planes {
         bits.map(|(plane, inside)| if inside >= 0.0 { 0 } else { 1 << plane }).sum()
     }
 
-    /// The clipped triangle, 0 or 3 to 9 corners in its order. `crossed` has a bit for each plane to clip
-    /// against.
+    /// The clipped triangle, 0 or 3 to 9 corners in its order. `crossed` has a bit for each clipping plane.
     pub(super) fn cut(&self, triangle: [Corner; 3], crossed: u8) -> Vec<Corner> {
         let mut polygon = triangle.to_vec();
         for plane in (0..6).filter(|plane| crossed >> plane & 1 == 1) {

@@ -1,5 +1,4 @@
-//! From meshes to triangles on the screen: transformed, clipped, and snapped to 1/256 of a sample as graphics
-//! devices do.
+//! From meshes to triangles on the screen: transformed, clipped, and snapped to 1/256 of a sample.
 
 use std::ops::RangeInclusive;
 

@@ -84,8 +84,7 @@ fn edges(at: [[i32; 2]; 3]) -> [Edge; 3] {
 }
 
 impl Band {
-    /// The visible triangles in some rows of samples. `triangles` are those that may cover them, in the order
-    /// of drawing.
+    /// The visible triangles in some rows of samples. `triangles` may cover them, in the order of drawing.
     pub(super) fn new(geometry: &Geometry, triangles: &[u32], size: [u32; 2], rows: Range<u32>) -> Self {
         let samples = size[0] as usize * rows.len();
         let mut band = Self { rows, width: size[0], seen: vec![(NONE, f32::INFINITY); samples] };

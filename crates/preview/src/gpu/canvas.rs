@@ -25,8 +25,7 @@ pub(super) struct Canvas {
     pub(super) codes: wgpu::Buffer,
     /// The codes, for the pass that presents them.
     pub(super) presented: wgpu::BindGroup,
-    /// For each side the radiance of its mode: one buffer, or one for each sample of pixels if light samples
-    /// accumulate.
+    /// The radiance of each side's mode: one buffer, or one for each sample if light samples accumulate.
     sides: [Vec<wgpu::Buffer>; 2],
 }
 

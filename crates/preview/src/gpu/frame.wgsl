@@ -1,8 +1,7 @@
 // The uniforms and inputs of all passes over the samples of a picture: one sample of each pixel.
 
 struct FrameUniforms {
-    // The ray through the upper left corner of the picture, and the steps from sample to sample:
-    // `ViewTransform`.
+    // The ray through the picture's upper left corner, and the steps between samples: `ViewTransform`.
     corner: vec3f,
     // Samples along each side of a pixel.
     samples: u32,

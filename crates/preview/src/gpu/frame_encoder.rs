@@ -1,5 +1,4 @@
-//! Encodes the commands of a picture: drawing meshes into the surface buffer, shading it, and developing the
-//! sums.
+//! Encodes the commands of a picture: drawing the surface buffer, shading it, and developing the sums.
 
 use glam::{Mat3, Mat4, Vec4};
 use wgpu::{BindGroupEntry, BindingResource, BufferUsages, CommandEncoder};

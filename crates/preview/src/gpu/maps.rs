@@ -1,5 +1,4 @@
-//! The maps of looks and lights on the device: cubes in layers, or one lat-long image, each with its
-//! uniforms.
+//! The maps of looks and lights on the device: cubes in layers, or a lat-long image, with uniforms.
 
 use std::collections::HashMap;
 

@@ -8,8 +8,7 @@ use crate::RenderError;
 /// The format of all colour textures. Devices need not filter it.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
 
-/// The most bytes of a texture: devices do not report their memory, and on some a failed allocation ends the
-/// program.
+/// The most bytes of a texture: on some devices a failed allocation ends the program.
 const MOST_BYTES: u64 = 2 << 30;
 
 /// Values of one type in a uniform buffer, each at a dynamic offset.

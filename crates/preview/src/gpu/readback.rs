@@ -50,8 +50,7 @@ impl Readback {
     }
 }
 
-/// The sums over all parts of a picture: squared differences, squares of the reference, samples that hit a
-/// surface.
+/// The sums over all parts of a picture: squared differences, squares of the reference, and samples.
 pub(super) fn squares(parts: &[[f32; 4]]) -> Squares {
     let mut sum = Squares::default();
     for &[difference, from, samples, _] in parts {

@@ -34,8 +34,7 @@ impl Default for SampleBudget {
 }
 
 impl SampleBudget {
-    /// Waits until at most [`IN_FLIGHT`] frames are in flight. Otherwise their number would grow without
-    /// bound.
+    /// Waits until at most [`IN_FLIGHT`] frames are in flight, so that their number is bounded.
     pub(super) fn wait(&mut self, device: &Device) -> Result<(), RenderError> {
         while let Some(oldest) = self.done.front() {
             device.check()?;

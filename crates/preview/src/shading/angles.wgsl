@@ -1,5 +1,4 @@
-// Sine, cosine and arc tangent as polynomials, because a device's own may be inaccurate. The twin of
-// angles.rs.
+// Sine, cosine and arc tangent as polynomials: a device's own may be inaccurate. The twin of angles.rs.
 
 const ANGLES_PI = 3.14159265;
 

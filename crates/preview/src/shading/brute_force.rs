@@ -40,8 +40,7 @@ impl Prepared {
     /// Prepares the material of a look. All looks of one light share its samples.
     ///
     /// # Errors
-    /// [`RenderError::Missing`] if the look has no material, [`RenderError::Maps`] if its model has no
-    /// shader.
+    /// [`RenderError::Missing`] without a material, [`RenderError::Maps`] if its model has no shader.
     pub fn new(look: &Look) -> Result<Self, RenderError> {
         let material = look
             .material()

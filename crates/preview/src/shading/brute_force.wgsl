@@ -5,8 +5,7 @@
 // buffers come from `Prepared`: light_samples from `Prepared::light`, material from `Prepared::material`,
 // lobes from `Prepared::lobes`.
 
-// The sum over `count` light samples from `first` on. Divided by the number of all samples it is the
-// reflected radiance.
+// The sum over `count` light samples from `first` on: the reflected radiance times the samples' number.
 fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> vec3f {
     let frame = mat3x3f(surface.tangent, cross(surface.normal, surface.tangent), surface.normal);
     let to_surface = transpose(frame);

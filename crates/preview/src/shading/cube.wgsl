@@ -90,8 +90,7 @@ fn cube_taps(edge: u32, direction: vec3f) -> Taps {
     taps.texel[1] = cube_continued(edge, on.face, left + 1, top);
     taps.texel[2] = cube_continued(edge, on.face, left, top + 1);
     taps.texel[3] = cube_continued(edge, on.face, left + 1, top + 1);
-    // Three faces meet at a corner: the fourth texel is the mean of the other three, and the texel found for
-    // it has weight 0.
+    // Three faces meet at a corner: the mean of their texels replaces the fourth, which has weight 0.
     let before = !inside.xy;
     let past = !inside.zw;
     let missing = vec4<bool>(

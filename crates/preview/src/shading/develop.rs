@@ -4,8 +4,7 @@
 use envmap::{ToneMap, to_srgb8};
 use glam::Vec3;
 
-/// The linear display value of a sample, each channel 0 to 1; NaN is black. `gain` is 2^exposure, 1 for a
-/// flat background.
+/// The linear display value of a sample, 0 to 1; NaN is black. `gain` is 2^exposure, or 1 (flat background).
 pub fn develop(radiance: Vec3, gain: f32, tone: ToneMap) -> Vec3 {
     Vec3::from(tone.apply((radiance * gain).to_array()))
 }

@@ -57,8 +57,7 @@ impl Harmonics {
         self.degree
     }
 
-    /// The constants in the shaders' order: [a_pq, b_pq] at p (p + 1) / 2 + q for q < p, and [k_p, 0] at q =
-    /// p.
+    /// The constants for shaders: [a_pq, b_pq] at p (p + 1) / 2 + q for q < p, and [k_p, 0] at q = p.
     pub fn constants(&self) -> Vec<[f32; 2]> {
         let pair = |p: usize, q: usize| match p.checked_sub(q + 1) {
             None => [self.columns[q].start, 0.0],

@@ -16,7 +16,7 @@
 //! | elements | contents |
 //! | --- | --- |
 //! | 1 | columns W, rows H, the lengths G and G' of the guides of rows and columns |
-//! | H + 1 | per row: cos(theta) at its top, the fall to its bottom, 1 / solid angle, distribution; 0, 0, 0, 1 |
+//! | H + 1 | per row: cos(theta) at its top, the fall to its bottom, 1 / sr, distribution; 0, 0, 0, 1 |
 //! | ceil((G + 1) / 4) | the guide of the rows, four entries in each |
 //! | H (W + 1) | per row: per texel radiance RGB and the row's distribution at its left edge; 0, 0, 0, 1 |
 //! | H ceil((G' + 1) / 4) | per row: the guide of its texels |

@@ -53,8 +53,7 @@ fn every_mode_under_every_environment_with_every_material() {
     compared.finish();
 }
 
-/// Four objects with all materials: one is a mirror image, one is behind another, and one is cut by the
-/// picture's edge.
+/// Four objects with all materials: one is mirrored, one is occluded, one is cut by the picture's edge.
 fn group() -> Scene {
     let looks = scenes::looks();
     let knot = Arc::new(mesh::shape("torus-knot").unwrap());

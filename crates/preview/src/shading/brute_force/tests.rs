@@ -71,8 +71,7 @@ fn estimates(prepared: &Prepared, surface: &Surface, samples: u32, pixels: u32) 
     (mean, DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt()))
 }
 
-/// The sum over texels, each divided into 16, because light samples treat texels as patches of constant
-/// radiance.
+/// The sum over texels, each divided into 16: light samples treat texels as patches of one radiance.
 fn expected(environment: &Environment, material: &Material, surface: &Surface) -> DVec3 {
     let grid = environment.grid();
     let finer = LatLong { width: 4 * grid.width, height: 4 * grid.height };
