@@ -102,17 +102,17 @@ pub(crate) fn render_error(ui: &Ui, picture: Rect, reason: &str) {
 
 /// Messages in the upper right corner.
 pub(crate) fn toasts(ui: &Ui, state: &State, picture: Rect) {
-    if state.toasts.is_empty() && !state.keeping {
+    if state.toasts.is_empty() && !state.taking_screenshot {
         return;
     }
     over(ui, "toasts", picture, Align2::RIGHT_TOP, Stroke::NONE, |ui| {
         ui.set_max_width((picture.width() - AROUND).clamp(120.0, 360.0));
-        if state.keeping {
+        if state.taking_screenshot {
             ui.label(RichText::new("drawing a screenshot").color(theme::STRONG));
             ui.label(RichText::new("Escape cancels it").small());
         }
         for (at, toast) in state.toasts.iter().enumerate() {
-            if at > 0 || state.keeping {
+            if at > 0 || state.taking_screenshot {
                 ui.add_space(6.0);
             }
             ui.label(RichText::new(&toast.title).color(theme::STRONG));

@@ -98,7 +98,7 @@ pub(crate) struct State {
     pub(crate) failure_hidden: bool,
     pub(crate) help: bool,
     /// Whether a screenshot is being drawn.
-    pub(crate) keeping: bool,
+    pub(crate) taking_screenshot: bool,
     pub(crate) fullscreen: bool,
     scene_count: u64,
     /// The subject chosen last. If the catalog lacks it, the settings name the nearest subject instead.
@@ -187,7 +187,7 @@ impl State {
             Action::Dismiss => {
                 if self.help {
                     self.help = false;
-                } else if self.keeping {
+                } else if self.taking_screenshot {
                     return Some(Effect::CancelScreenshots);
                 } else if !self.toasts.is_empty() {
                     self.toasts.clear();

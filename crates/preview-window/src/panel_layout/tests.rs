@@ -226,8 +226,8 @@ fn a_click_in_a_list_requests_its_subject() {
 fn every_key_of_the_table_does_its_action_and_each_does_something() {
     /// Everything that a key may change.
     fn changeable(state: &State) -> (ViewSettings, [bool; 4], usize) {
-        let State { help, failure_hidden, fullscreen, keeping, toasts, .. } = state;
-        (state.settings.clone(), [*help, *failure_hidden, *fullscreen, *keeping], toasts.len())
+        let State { help, failure_hidden, fullscreen, taking_screenshot, toasts, .. } = state;
+        (state.settings.clone(), [*help, *failure_hidden, *fullscreen, *taking_screenshot], toasts.len())
     }
     let mut session = Session::new([1280.0, 800.0]);
     let mut first = session.state.clone();
@@ -425,7 +425,7 @@ fn panels_over_the_picture_are_not_cut_off() {
     for size in SIZES {
         let mut session = Session::with_picture(size);
         session.state.apply(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
-        session.state.keeping = true;
+        session.state.taking_screenshot = true;
         let (drawn, picture) = (session.settle(), session.picture());
         for text in ["hide", "drawing a screenshot", "Escape cancels it"] {
             let (_, at) = drawn.texts.iter().find(|(drawn, _)| drawn == text).unwrap();

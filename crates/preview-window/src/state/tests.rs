@@ -223,13 +223,13 @@ fn toasts_expire_after_they_were_drawn_longer_ones_later() {
 fn escape_closes_the_help_then_screenshots_then_toasts_then_the_failure() {
     let mut state = state();
     state.update(Action::ToggleHelp);
-    state.keeping = true;
+    state.taking_screenshot = true;
     state.toast("rebuilt".into(), Vec::new());
     state.apply(PreviewUpdate::Failure(Some(vec!["no".into()])));
     state.update(Action::Dismiss);
     assert!(!state.help && !state.toasts.is_empty() && !state.failure_hidden);
     assert_eq!(state.update(Action::Dismiss), Some(Effect::CancelScreenshots));
-    state.keeping = false;
+    state.taking_screenshot = false;
     assert!(!state.toasts.is_empty());
     state.update(Action::Dismiss);
     assert!(state.toasts.is_empty() && !state.failure_hidden);

@@ -133,8 +133,8 @@ impl<'a> FrameEncoder<'a> {
         let samples = samples.collect::<Result<_, _>>()?;
         let light = resources.lights.get(&scene.light);
         let map = match shot.background {
-            Background::Environment => light.and_then(|light| light.environment()),
-            Background::Harmonics => light.and_then(|light| light.reconstruction()),
+            Background::Environment => light.and_then(|light| light.environment.as_ref()),
+            Background::Harmonics => light.and_then(|light| light.reconstruction.as_ref()),
             Background::Flat(_) => None,
         };
         let background = &map.unwrap_or(&resources.empty_map).bound;
@@ -151,7 +151,7 @@ impl<'a> FrameEncoder<'a> {
         pass.set_pipeline(&self.resources.pipelines.update);
         for seen in &self.visible {
             let look = &self.scene.objects[seen.object].look;
-            let Some(update) = self.resources.looks.get(look).and_then(|maps| maps.update()) else {
+            let Some(update) = self.resources.looks.get(look).and_then(|maps| maps.update.as_ref()) else {
                 continue;
             };
             if done.insert(address(look)) {
@@ -280,16 +280,17 @@ impl<'a> FrameEncoder<'a> {
             let maps = self.resources.lights.get(look.light());
             match mode {
                 Mode::BruteForce => {
-                    let Some(samples) = self.resources.looks.get(look).and_then(|maps| maps.samples()) else {
+                    let Some(samples) = self.resources.looks.get(look).and_then(|maps| maps.samples.as_ref())
+                    else {
                         continue;
                     };
                     pass.set_bind_group(3, samples, &[]);
                 }
                 _ => {
                     let map = match mode {
-                        Mode::Mirror => maps.and_then(|maps| maps.environment()),
-                        Mode::Irradiance => maps.and_then(|maps| maps.irradiance()),
-                        _ => self.resources.looks.get(look).and_then(|maps| maps.mode(mode)),
+                        Mode::Mirror => maps.and_then(|maps| maps.environment.as_ref()),
+                        Mode::Irradiance => maps.and_then(|maps| maps.irradiance.as_ref()),
+                        _ => self.resources.looks.get(look).and_then(|maps| maps.modes.get(&mode)),
                     };
                     let Some(map) = map else { continue };
                     pass.set_bind_group(1, &map.bound, &[]);

@@ -35,21 +35,26 @@ pub(super) struct Map {
 /// The maps of a light, each made when a mode first needs it.
 #[derive(Debug, Default)]
 pub(super) struct LightMaps {
-    environment: Option<Map>,
-    reconstruction: Option<Map>,
-    irradiance: Option<Map>,
+    /// The lat-long environment.
+    pub(super) environment: Option<Map>,
+    /// [`Light::reconstruction`], a cube.
+    pub(super) reconstruction: Option<Map>,
+    /// Nine coefficients of irradiance over pi, side by side.
+    pub(super) irradiance: Option<Map>,
     samples: Option<wgpu::Buffer>,
 }
 
 /// The maps of a look.
 #[derive(Debug, Default)]
 pub(super) struct LookMaps {
-    modes: HashMap<Mode, Map>,
-    degree: usize,
+    /// The maps of the modes that have one.
+    pub(super) modes: HashMap<Mode, Map>,
+    /// The highest degree of their harmonics.
+    pub(super) degree: usize,
     /// Light, material and lobes of [`Mode::BruteForce`], which has no map.
-    samples: Option<wgpu::BindGroup>,
+    pub(super) samples: Option<wgpu::BindGroup>,
     /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
-    update: Option<Update>,
+    pub(super) update: Option<Update>,
 }
 
 /// The update of a reflection map from global coefficients.
@@ -63,21 +68,6 @@ pub(super) struct Update {
 }
 
 impl LightMaps {
-    /// The lat-long environment.
-    pub(super) fn environment(&self) -> Option<&Map> {
-        self.environment.as_ref()
-    }
-
-    /// [`Light::reconstruction`], a cube.
-    pub(super) fn reconstruction(&self) -> Option<&Map> {
-        self.reconstruction.as_ref()
-    }
-
-    /// Nine coefficients of irradiance over pi, side by side.
-    pub(super) fn irradiance(&self) -> Option<&Map> {
-        self.irradiance.as_ref()
-    }
-
     /// The buffer of light samples.
     fn samples(&mut self, device: &Device, prepared: &Prepared) -> Result<&wgpu::Buffer, RenderError> {
         Ok(match self.samples.take() {
@@ -141,21 +131,6 @@ impl LightMaps {
 }
 
 impl LookMaps {
-    /// The look's map for a mode, if the mode has one.
-    pub(super) fn mode(&self, mode: Mode) -> Option<&Map> {
-        self.modes.get(&mode)
-    }
-
-    /// The highest degree of a map's harmonics.
-    pub(super) fn degree(&self) -> usize {
-        self.degree
-    }
-
-    /// Light, material and lobes of [`Mode::BruteForce`].
-    pub(super) fn samples(&self) -> Option<&wgpu::BindGroup> {
-        self.samples.as_ref()
-    }
-
     /// Makes [`LookMaps::samples`] unless they exist.
     pub(super) fn prepare_samples(
         &mut self,
@@ -182,11 +157,6 @@ impl LookMaps {
             }));
         }
         Ok(())
-    }
-
-    /// The update of the map of [`Mode::GlobalShrm`].
-    pub(super) fn update(&self) -> Option<&Update> {
-        self.update.as_ref()
     }
 
     /// Makes the look's map for a mode, unless it exists or the mode has none.

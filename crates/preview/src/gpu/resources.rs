@@ -80,8 +80,8 @@ impl Resources {
                     _ => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare(device, layouts, &object.look, mode)?;
-                        if maps.degree() > self.degree {
-                            let degree = maps.degree().next_power_of_two();
+                        if maps.degree > self.degree {
+                            let degree = maps.degree.next_power_of_two();
                             self.harmonics = constants(device, degree)?;
                             self.degree = degree;
                         }
