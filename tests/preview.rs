@@ -1,5 +1,5 @@
-//! `specula preview` without a window: stills, what is said where something is not there, and what stands in for a window
-//! where there is no display.
+//! `specula preview` without a window: stills, errors, and the still that replaces the window without a
+//! display.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -64,7 +64,7 @@ fn run(project: &Project, arguments: &[&str]) -> Run {
     Run { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
 }
 
-/// A PNG's width and rows.
+/// A PNG's width and pixels.
 fn pixels(file: &Path) -> (usize, Vec<[f32; 3]>) {
     let bytes = fs::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
@@ -83,10 +83,10 @@ fn still(project: &Project, name: &str, arguments: &[&str]) -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn a_still_is_built_from_nothing_and_is_of_what_was_asked_for() {
+fn a_still_is_built_from_nothing_and_shows_the_requested_item() {
     let project = Project::new(LITTLE);
     let gold = still(&project, "gold.png", &["--item", "material=gold,mesh=sphere"]);
-    // Gold in the middle, and another picture for each thing that is asked for.
+    // The middle is gold, and every option changes the picture.
     let [red, _, blue] = gold[16 * 48 + 24];
     assert!(red > 1.2 * blue, "{red} {blue}");
     let others: [&[&str]; 5] = [
@@ -98,17 +98,17 @@ fn a_still_is_built_from_nothing_and_is_of_what_was_asked_for() {
     ];
     for (number, arguments) in others.iter().enumerate() {
         let other = still(&project, &format!("{number}.png"), arguments);
-        assert!(other != gold, "{arguments:?} is another picture");
+        assert!(other != gold, "{arguments:?} changes the picture");
     }
     still(&project, "again.png", &["--item", "material=gold,environment=studio"]);
     let bytes = |name: &str| fs::read(project.path(name)).unwrap();
-    assert!(bytes("again.png") == bytes("gold.png"), "the same to the bit");
+    assert!(bytes("again.png") == bytes("gold.png"), "the stills are bit-identical");
     assert!(!project.path("out").exists(), "only what the picture needs was built");
     assert!(!project.path(".specula/preview.json").exists(), "no window, no state");
 }
 
 #[test]
-fn a_still_shows_the_last_good_result_of_what_fails_and_says_so() {
+fn a_still_shows_the_last_valid_result_of_a_failed_item_and_says_so() {
     let project = Project::new(LITTLE);
     let gold = still(&project, "gold.png", &["--item", "material=gold"]);
     project.write(GOLD, "model = \"phong\"\nexponent = -1\n");
@@ -116,7 +116,7 @@ fn a_still_shows_the_last_good_result_of_what_fails_and_says_so() {
     let broken = run(&project, &arguments);
     assert_eq!(broken.code, Some(1), "{}", broken.stderr);
     assert!(broken.stderr.contains("error: material [gold] failed"), "{}", broken.stderr);
-    assert!(pixels(&project.path("again.png")).1 == gold, "the last good picture");
+    assert!(pixels(&project.path("again.png")).1 == gold, "the last valid picture");
 
     let fresh = Project::new(LITTLE);
     fresh.write(GOLD, "model = \"phong\"\nexponent = -1\n");
@@ -144,18 +144,21 @@ fn without_a_graphics_device_the_cpu_draws_a_still_with_a_warning() {
     let project = Project::new(LITTLE);
     let still = ["preview", "--still", "none.png", "--size", "48x32", "--backend", "gpu"];
     let mut command = headless(&project, &still);
-    // No driver at all; without the feature `gpu` none is looked for.
+    // There is no driver. Without the feature `gpu` the program does not look for one.
     command.env("VK_DRIVER_FILES", "/dev/null").env("WGPU_BACKEND", "vulkan");
     let output = command.output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    assert!(told.contains("warning: the graphics device cannot draw this, so the CPU does: "), "{told}");
-    assert!(told.contains("drawn by CPU"), "{told}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(
+        stderr.contains("warning: the graphics device cannot draw this, so the CPU does: "),
+        "{stderr}"
+    );
+    assert!(stderr.contains("drawn by CPU"), "{stderr}");
     assert_eq!(pixels(&project.path("none.png")).0, 48);
 }
 
 #[test]
-fn what_is_not_there_is_told_with_the_nearest_name() {
+fn a_name_that_does_not_exist_is_an_error_with_the_nearest_name() {
     let project = Project::new(LITTLE);
     let cases: [(&[&str], i32, &str, &str); 9] = [
         (&["--item", "material=gould"], 2, "there is no material \"gould\"", "did you mean \"gold\"?"),
@@ -169,14 +172,14 @@ fn what_is_not_there_is_told_with_the_nearest_name() {
         (&["pipelin.toml"], 3, "cannot read the manifest", "did you mean \"pipeline.toml\"?"),
     ];
     for (arguments, code, message, help) in cases {
-        let told = run(&project, &[&["preview"], arguments].concat());
-        assert_eq!(told.code, Some(code), "{arguments:?}: {}", told.stderr);
+        let ended = run(&project, &[&["preview"], arguments].concat());
+        assert_eq!(ended.code, Some(code), "{arguments:?}: {}", ended.stderr);
         assert!(
-            told.stderr.contains(message) && told.stderr.contains(help),
+            ended.stderr.contains(message) && ended.stderr.contains(help),
             "{arguments:?}: {}",
-            told.stderr
+            ended.stderr
         );
-        assert!(told.stdout.is_empty());
+        assert!(ended.stdout.is_empty());
     }
     assert!(!project.path(".specula").exists(), "nothing was built");
 }
@@ -184,52 +187,52 @@ fn what_is_not_there_is_told_with_the_nearest_name() {
 #[test]
 fn a_manifest_without_a_reflection_has_nothing_to_show() {
     let project = Project::new(&LITTLE[..LITTLE.find("[stage.reflection]").unwrap()]);
-    let told = run(&project, &["preview"]);
-    assert_eq!(told.code, Some(3), "{}", told.stderr);
-    assert!(told.stderr.contains("pipeline.toml has nothing to preview"), "{}", told.stderr);
-    assert!(told.stderr.contains("convolve"), "{}", told.stderr);
+    let ended = run(&project, &["preview"]);
+    assert_eq!(ended.code, Some(3), "{}", ended.stderr);
+    assert!(ended.stderr.contains("pipeline.toml has nothing to preview"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("convolve"), "{}", ended.stderr);
     let broken = Project::new("schema = 1\n[stage.a]\nkind = \"convolv\"\n");
     assert_eq!(run(&broken, &["preview"]).code, Some(3));
 }
 
 #[test]
-fn a_still_that_cannot_be_written_is_the_machines_fault() {
+fn a_still_that_cannot_be_written_is_a_system_error() {
     let project = Project::new(LITTLE);
     project.write("taken", "a file");
-    let told = run(&project, &["preview", "--still", "taken/gold.png", "--size", "8x8"]);
-    assert_eq!(told.code, Some(4), "{}", told.stderr);
-    assert!(told.stderr.contains("cannot write taken/gold.png"), "{}", told.stderr);
+    let ended = run(&project, &["preview", "--still", "taken/gold.png", "--size", "8x8"]);
+    assert_eq!(ended.code, Some(4), "{}", ended.stderr);
+    assert!(ended.stderr.contains("cannot write taken/gold.png"), "{}", ended.stderr);
 }
 
 #[cfg(not(feature = "window"))]
 #[test]
 fn a_build_without_the_window_draws_a_still_and_says_how_to_get_a_window() {
     let project = Project::new(LITTLE);
-    let told = run(&project, &["preview", "--item", "material=satin"]);
-    assert_eq!(told.code, Some(0), "{}", told.stderr);
-    assert!(told.stderr.contains("preview.png: satin under studio on sphere"), "{}", told.stderr);
+    let ended = run(&project, &["preview", "--item", "material=satin"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    assert!(ended.stderr.contains("preview.png: satin under studio on sphere"), "{}", ended.stderr);
     let hint = "`cargo install --path crates/cli --features window` opens a window";
-    assert_eq!(told.stderr.lines().last(), Some(hint), "{}", told.stderr);
+    assert_eq!(ended.stderr.lines().last(), Some(hint), "{}", ended.stderr);
     let (width, pixels) = pixels(&project.path(".specula/preview.png"));
     assert_eq!((width, pixels.len()), (1280, 1280 * 720));
 }
 
 #[cfg(all(target_os = "linux", feature = "window"))]
 #[test]
-fn without_a_display_a_still_stands_in_for_the_window() {
+fn without_a_display_a_still_replaces_the_window() {
     let project = Project::new(LITTLE);
-    let told = run(&project, &["preview", "--item", "material=satin"]);
-    assert_eq!(told.code, Some(4), "{}", told.stderr);
+    let ended = run(&project, &["preview", "--item", "material=satin"]);
+    assert_eq!(ended.code, Some(4), "{}", ended.stderr);
     assert!(
-        told.stderr.contains("error: cannot open a window: no display: neither WAYLAND_DISPLAY"),
+        ended.stderr.contains("error: cannot open a window: no display: neither WAYLAND_DISPLAY"),
         "{}",
-        told.stderr
+        ended.stderr
     );
-    assert!(told.stderr.contains("a picture is drawn to .specula/preview.png instead"), "{}", told.stderr);
-    assert!(told.stderr.contains("preview.png: satin under studio on sphere"), "{}", told.stderr);
+    assert!(ended.stderr.contains("a picture is drawn to .specula/preview.png instead"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("preview.png: satin under studio on sphere"), "{}", ended.stderr);
     let (width, pixels) = pixels(&project.path(".specula/preview.png"));
     assert_eq!((width, pixels.len()), (1280, 1280 * 720));
-    assert!(project.path("out").exists(), "it built as a watcher does");
+    assert!(project.path("out").exists(), "it built everything, as a watcher does");
 }
 
 #[cfg(target_os = "linux")]
@@ -239,15 +242,15 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
     let mut command = headless(&project, &["watch", "--preview"]);
     let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(watcher.stderr.take().unwrap()).lines().map_while(Result::ok);
-    let (sender, told) = std::sync::mpsc::channel();
+    let (sender, received) = std::sync::mpsc::channel();
     thread::spawn(move || lines.for_each(|line| _ = sender.send(line)));
-    let mut heard = String::new();
+    let mut output = String::new();
     let mut wait = |word: &str, times: usize| {
         let deadline = Instant::now() + TIMEOUT;
-        while heard.matches(word).count() < times {
+        while output.matches(word).count() < times {
             let left = deadline.saturating_duration_since(Instant::now());
-            let Ok(line) = told.recv_timeout(left) else { panic!("no {word:?} but\n{heard}") };
-            heard += &(line + "\n");
+            let Ok(line) = received.recv_timeout(left) else { panic!("no {word:?} but\n{output}") };
+            output += &(line + "\n");
         }
     };
     let drawn = "preview.png: gold under studio on sphere";
@@ -259,9 +262,9 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
     let before = fs::read(project.path(".specula/preview.png")).unwrap();
     project.write(GOLD, "model = \"phong\"\nexponent = 4\nspecular = [0.1, 0.1, 1.0]\n");
     wait(drawn, 2);
-    assert!(fs::read(project.path(".specula/preview.png")).unwrap() != before, "it is another picture");
-    let ended = Command::new("kill").args(["-INT", &watcher.id().to_string()]).status().unwrap();
-    assert!(ended.success());
+    assert!(fs::read(project.path(".specula/preview.png")).unwrap() != before, "the picture has changed");
+    let killed = Command::new("kill").args(["-INT", &watcher.id().to_string()]).status().unwrap();
+    assert!(killed.success());
     let deadline = Instant::now() + TIMEOUT;
     let code = loop {
         if let Some(status) = watcher.try_wait().unwrap() {

@@ -1,10 +1,10 @@
-//! The preview's window over scenes that are made here, without a pipeline: for work on the window itself.
+//! The preview's window with scenes made here, without a pipeline: for work on the window itself.
 //!
 //! `cargo run --release -p preview-window --example window`
 //!
-//! Two skies, three materials and the shapes that Specula has. The state of the window and pictures that are kept go to
-//! the folder of temporary files, as `specula-window.json` and `specula-window-N.ppm`. What is given on the command line
-//! happens a moment after the window has opened: `toast`, `failure`, `rebuild` or `close`. `cpu` lets the CPU draw,
+//! It has two skies, three materials and Specula's own shapes. The window's settings and screenshots go to
+//! the folder of temporary files, as `specula-window.json` and `specula-window-N.ppm`. Arguments cause events
+//! a moment after the window has opened: `toast`, `failure`, `rebuild` or `close`. With `cpu` the CPU draws,
 //! and `lose` destroys the graphics device after the first picture.
 
 #![allow(clippy::unwrap_used, reason = "an example may panic")]
@@ -26,15 +26,15 @@ use sh::{Degree, Tolerance, Transform};
 use shrm::Reflection;
 use sphere::{Direction, LatLong};
 
-/// Makes scenes on a thread of its own, as a real host does.
-struct Workshop {
-    wishes: Sender<Subject>,
+/// Makes scenes on its own thread, as a real host does.
+struct ExampleHost {
+    requests: Sender<Subject>,
     pictures: usize,
 }
 
-impl Host for Workshop {
+impl Host for ExampleHost {
     fn show(&mut self, subject: &Subject) {
-        let _ = self.wishes.send(subject.clone());
+        let _ = self.requests.send(subject.clone());
     }
 
     fn keep_state(&mut self, json: &str) {
@@ -47,7 +47,7 @@ impl Host for Workshop {
         let header = format!("P6 {} {} 255\n", picture.size[0], picture.size[1]);
         let bytes = [header.as_bytes(), picture.codes.as_flattened()].concat();
         say(&match std::fs::write(&path, bytes) {
-            Ok(()) => format!("kept {}", path.display()),
+            Ok(()) => format!("saved {}", path.display()),
             Err(error) => format!("{}: {error}", path.display()),
         });
     }
@@ -62,59 +62,58 @@ fn main() {
     let lose = events.iter().any(|event| event == "lose");
     events.retain(|event| event != "cpu" && event != "lose");
     for attempt in 0..2 {
-        let (wishes, wished) = channel();
+        let (requests, requested) = channel();
         let settings = WindowSettings {
             view: InitialView { state: state.clone(), ..InitialView::default() },
             cpu,
-            rehearse_loss: lose && attempt == 0,
-            ..WindowSettings::default()
+            simulate_device_loss: lose && attempt == 0,
         };
         let events = events.clone();
-        let begin = move |news: UpdateSender| {
-            std::thread::spawn(move || work(&news, &wished, &events));
+        let start = move |updates: UpdateSender| {
+            std::thread::spawn(move || work(&updates, &requested, &events));
         };
-        match open(settings, Box::new(Workshop { wishes, pictures: 0 }), begin) {
-            Err(WindowError::Lost(reason)) if attempt == 0 => say(&format!("opened again: {reason}")),
+        match open(settings, Box::new(ExampleHost { requests, pictures: 0 }), start) {
+            Err(WindowError::Lost(reason)) if attempt == 0 => say(&format!("opening again: {reason}")),
             Err(error) => return say(&error.to_string()),
             Ok(()) => return,
         }
     }
 }
 
-fn work(news: &UpdateSender, wished: &Receiver<Subject>, events: &[String]) {
+fn work(updates: &UpdateSender, requested: &Receiver<Subject>, events: &[String]) {
     let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
-    news.send(PreviewUpdate::Catalog(Catalog {
+    updates.send(PreviewUpdate::Catalog(Catalog {
         environments: names(&["evening", "studio"]),
         materials: names(&["chalk", "gold", "lacquer"]),
         meshes: names(&mesh::SHAPES),
         pairs: (0..6).map(|pair| (pair / 3, pair % 3)).collect(),
     }));
-    news.send(PreviewUpdate::Status("watching assets/".into()));
+    updates.send(PreviewUpdate::Status("watching assets/".into()));
     let last: Arc<Mutex<Option<Subject>>> = Arc::default();
-    let (sender, events, again) = (news.clone(), events.to_vec(), Arc::clone(&last));
+    let (sender, events, shown) = (updates.clone(), events.to_vec(), Arc::clone(&last));
     std::thread::spawn(move || {
         for event in events {
             std::thread::sleep(Duration::from_secs(2));
-            happen(&sender, &event, &again);
+            trigger(&sender, &event, &shown);
         }
     });
-    for subject in wished {
-        let begin = Instant::now();
+    for subject in requested {
+        let start = Instant::now();
         let scene = scene(&subject, 1.0);
-        news.send(PreviewUpdate::Status(format!("made in {:.2} s", begin.elapsed().as_secs_f64())));
+        updates.send(PreviewUpdate::Status(format!("made in {:.2} s", start.elapsed().as_secs_f64())));
         *last.lock().unwrap() = Some(subject.clone());
-        news.send(PreviewUpdate::Scene { subject, scene, facts: facts() });
+        updates.send(PreviewUpdate::Scene { subject, scene, details: details() });
     }
 }
 
-fn happen(news: &UpdateSender, event: &str, last: &Mutex<Option<Subject>>) {
+fn trigger(updates: &UpdateSender, event: &str, last: &Mutex<Option<Subject>>) {
     match event {
-        "toast" => news.send(PreviewUpdate::Toast {
+        "toast" => updates.send(PreviewUpdate::Toast {
             title: "rebuilt in 0.84 s".into(),
             lines: vec!["coefficients: gold".into(), "reflection: evening, gold".into()],
         }),
-        "failure" => news.send(PreviewUpdate::Failure(Some(vec![
-            "This did not work; the picture is the last good one".into(),
+        "failure" => updates.send(PreviewUpdate::Failure(Some(vec![
+            "the build failed; the picture shows the last good results".into(),
             "assets/materials/gold.toml:3:1: unknown key `roughnes`".into(),
             "  expected one of: model, roughness, reflectance".into(),
             "  did you mean `roughness`?".into(),
@@ -123,16 +122,16 @@ fn happen(news: &UpdateSender, event: &str, last: &Mutex<Option<Subject>>) {
             let subject = last.lock().unwrap().clone();
             if let Some(subject) = subject {
                 let scene = scene(&subject, 2.0);
-                news.send(PreviewUpdate::Scene { subject, scene, facts: facts() });
-                happen(news, "toast", last);
+                updates.send(PreviewUpdate::Scene { subject, scene, details: details() });
+                trigger(updates, "toast", last);
             }
         }
-        "close" => news.send(PreviewUpdate::Close),
+        "close" => updates.send(PreviewUpdate::Close),
         other => say(&format!("{other}: expected toast, failure, rebuild or close")),
     }
 }
 
-fn facts() -> SubjectDetails {
+fn details() -> SubjectDetails {
     let export = |name: &str, bytes| Export { name: name.into(), bytes };
     SubjectDetails {
         exports: vec![export("shrm.ktx2", 3_539_000), export("cabral.dds", 2_360_000)],

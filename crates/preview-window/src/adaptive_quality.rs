@@ -1,110 +1,116 @@
-//! How well a picture is drawn, by how long it takes: coarse while things move, so that the hand is followed, fine at rest.
+//! Chooses a picture's quality by how long pictures take: coarse while the view moves, so that it follows the
+//! pointer, and fine at rest.
 
 use std::collections::HashMap;
 
 use preview::{Mode, Show};
 
-/// How well a picture is drawn.
+/// The resolution of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Fineness {
-    /// By what the sides of the picture are divided.
-    pub(crate) coarse: u32,
+pub(crate) struct Quality {
+    /// The divisor of the picture's width and height.
+    pub(crate) downscale: u32,
     /// Samples along each side of a pixel.
     pub(crate) samples: u32,
 }
 
-impl Fineness {
-    /// Every pixel once.
-    pub(crate) const FULL: Self = Self { coarse: 1, samples: 1 };
+impl Quality {
+    /// One sample for every pixel.
+    pub(crate) const FULL: Self = Self { downscale: 1, samples: 1 };
 
     /// From fine to coarse.
-    const LADDER: [Self; 7] = [
-        Self { coarse: 1, samples: 2 },
+    const LEVELS: [Self; 7] = [
+        Self { downscale: 1, samples: 2 },
         Self::FULL,
-        Self { coarse: 2, samples: 1 },
-        Self { coarse: 3, samples: 1 },
-        Self { coarse: 4, samples: 1 },
-        Self { coarse: 6, samples: 1 },
-        Self { coarse: 8, samples: 1 },
+        Self { downscale: 2, samples: 1 },
+        Self { downscale: 3, samples: 1 },
+        Self { downscale: 4, samples: 1 },
+        Self { downscale: 6, samples: 1 },
+        Self { downscale: 8, samples: 1 },
     ];
 
     /// The size of a picture that fills `size`.
     pub(crate) fn size(self, size: [u32; 2]) -> [u32; 2] {
-        size.map(|side| side.div_ceil(self.coarse).max(1))
+        size.map(|side| side.div_ceil(self.downscale).max(1))
     }
 
-    fn of(self, size: [u32; 2]) -> f64 {
+    /// How many samples such a picture has.
+    fn sample_count(self, size: [u32; 2]) -> f64 {
         let [width, height] = self.size(size).map(f64::from);
         width * height * f64::from(self.samples).powi(2)
     }
 }
 
-/// A picture is to follow the hand within this many seconds.
+/// The most seconds for a picture while the view moves.
 const MOVING: f64 = 0.04;
 
-/// A picture at rest that takes longer than this many seconds comes after one of half its sides.
+/// If a picture at rest takes longer than this many seconds, one of half its width and height is drawn first.
 const LONG: f64 = 0.5;
 
-/// A picture at rest may take this many seconds for smoother outlines.
+/// The most seconds for a picture at rest with smoother outlines.
 const RESTING: f64 = 1.5;
 
-/// What is known of how long pictures take.
+/// Chooses the quality by the times of earlier pictures.
 #[derive(Debug, Default)]
 pub(crate) struct AdaptiveQuality {
-    known: HashMap<(Mode, Option<Mode>), Known>,
+    timings: HashMap<(Mode, Option<Mode>), Timing>,
 }
 
-/// How long pictures of a kind took: samples and seconds of one of the smallest and of one of the largest.
+/// Samples and seconds of one of the smallest and one of the largest pictures of some modes.
 #[derive(Clone, Copy, Debug)]
-struct Known {
+struct Timing {
     small: [f64; 2],
     large: [f64; 2],
 }
 
 impl AdaptiveQuality {
-    /// Learns from a picture.
-    pub(crate) fn learn(&mut self, show: Show, size: [u32; 2], fineness: Fineness, seconds: f64) {
-        let samples = fineness.of(size);
+    /// Records the time of a picture.
+    pub(crate) fn record(&mut self, show: Show, size: [u32; 2], quality: Quality, seconds: f64) {
+        let samples = quality.sample_count(size);
         let now = [samples, seconds];
-        let known = self.known.entry(modes(show)).or_insert(Known { small: now, large: now });
-        // A slow picture, as the first one with new maps, is soon forgotten; a slower one is believed at once.
-        let eased = |[of, before]: [f64; 2]| {
+        let timing = self.timings.entry(modes(show)).or_insert(Timing { small: now, large: now });
+        // A slower time counts at once; a faster one moves halfway, so that the slow first picture with new
+        // maps is forgotten after a few.
+        let smoothed = |[of, before]: [f64; 2]| {
             let same = (of - samples).abs() < 0.1 * samples;
             [samples, if same && before > seconds { 0.5 * (before + seconds) } else { seconds }]
         };
-        if samples <= 1.1 * known.small[0] {
-            known.small = eased(known.small);
+        if samples <= 1.1 * timing.small[0] {
+            timing.small = smoothed(timing.small);
         }
-        if samples >= 0.9 * known.large[0] {
-            known.large = eased(known.large);
+        if samples >= 0.9 * timing.large[0] {
+            timing.large = smoothed(timing.large);
         }
     }
 
-    /// How fine a picture is while things move: the finest that follows the hand. The first one of its kind is coarse.
-    pub(crate) fn moving(&self, show: Show, size: [u32; 2]) -> Fineness {
-        let [.., coarsest] = Fineness::LADDER;
-        let Some(known) = self.known.get(&modes(show)) else { return Fineness { coarse: 4, samples: 1 } };
-        // Where even an empty picture is late, one that takes twice as long is a good one.
-        let most = MOVING.max(2.0 * known.seconds(0.0));
-        let fits = |fineness: &Fineness| known.seconds(fineness.of(size)) <= most;
-        Fineness::LADDER.into_iter().find(fits).unwrap_or(coarsest)
+    /// The best quality that is fast enough while the view moves. The first picture of its modes is coarse.
+    pub(crate) fn moving(&self, show: Show, size: [u32; 2]) -> Quality {
+        let [.., coarsest] = Quality::LEVELS;
+        let Some(timing) = self.timings.get(&modes(show)) else {
+            return Quality { downscale: 4, samples: 1 };
+        };
+        // If even an empty picture is too slow, allow twice its time.
+        let most = MOVING.max(2.0 * timing.seconds(0.0));
+        let fits = |quality: &Quality| timing.seconds(quality.sample_count(size)) <= most;
+        Quality::LEVELS.into_iter().find(fits).unwrap_or(coarsest)
     }
 
-    /// How fine the pictures at rest are, one after the other, after one that was drawn in motion.
+    /// The qualities of the pictures at rest, in order, after one that was drawn in motion.
     ///
-    /// Brute force smooths by its light samples: it begins anew with smoother outlines only where that costs nothing.
-    pub(crate) fn resting(&self, show: Show, size: [u32; 2], after: Fineness) -> Vec<Fineness> {
-        let smooth = Fineness { samples: 2, ..Fineness::FULL };
+    /// Brute force starts over with smoother outlines only if that is fast: light samples smooth it as well.
+    pub(crate) fn resting(&self, show: Show, size: [u32; 2], after: Quality) -> Vec<Quality> {
+        let smooth = Quality { samples: 2, ..Quality::FULL };
         let most = if show.modes().any(|mode| mode == Mode::BruteForce) { MOVING } else { RESTING };
-        let known = self.known.get(&modes(show));
-        let smooth_fits = known.is_some_and(|known| known.seconds(smooth.of(size)) <= most);
+        let timing = self.timings.get(&modes(show));
+        let smooth_fits = timing.is_some_and(|timing| timing.seconds(smooth.sample_count(size)) <= most);
         let mut rest = Vec::new();
-        if after.coarse > 1 {
-            let long = known.is_some_and(|known| known.seconds(Fineness::FULL.of(size)) > LONG);
-            if long && after.coarse > 2 {
-                rest.push(Fineness { coarse: 2, samples: 1 });
+        if after.downscale > 1 {
+            let full = Quality::FULL.sample_count(size);
+            let long = timing.is_some_and(|timing| timing.seconds(full) > LONG);
+            if long && after.downscale > 2 {
+                rest.push(Quality { downscale: 2, samples: 1 });
             }
-            rest.push(Fineness::FULL);
+            rest.push(Quality::FULL);
         }
         if after != smooth && smooth_fits {
             rest.push(smooth);
@@ -113,8 +119,8 @@ impl AdaptiveQuality {
     }
 }
 
-impl Known {
-    /// How long a picture will take: so much for any, and so much for a sample.
+impl Timing {
+    /// How long a picture takes: a constant, plus a time for each sample.
     fn seconds(self, samples: f64) -> f64 {
         let [[few, quick], [many, slow]] = [self.small, self.large];
         if many < 1.5 * few {
@@ -137,62 +143,67 @@ mod tests {
     const SIZE: [u32; 2] = [1280, 800];
     const SHOW: Show = Show::One(Mode::LocalShrm);
 
-    fn pace(seconds_of_a_full_picture: f64) -> AdaptiveQuality {
-        let mut pace = AdaptiveQuality::default();
-        pace.learn(SHOW, SIZE, Fineness::FULL, seconds_of_a_full_picture);
-        pace
+    fn adaptive(seconds_of_a_full_picture: f64) -> AdaptiveQuality {
+        let mut adaptive = AdaptiveQuality::default();
+        adaptive.record(SHOW, SIZE, Quality::FULL, seconds_of_a_full_picture);
+        adaptive
     }
 
     #[test]
-    fn a_fast_device_draws_the_finest_at_once_and_rests() {
-        let fast = pace(0.002);
+    fn a_fast_device_draws_the_best_quality_at_once() {
+        let fast = adaptive(0.002);
         let moving = fast.moving(SHOW, SIZE);
-        assert_eq!(moving, Fineness { coarse: 1, samples: 2 });
+        assert_eq!(moving, Quality { downscale: 1, samples: 2 });
         assert_eq!(fast.resting(SHOW, SIZE, moving), []);
     }
 
     #[test]
-    fn a_slow_one_is_coarse_in_motion_and_fine_at_rest() {
+    fn a_slow_device_is_coarse_in_motion_and_fine_at_rest() {
         for seconds in [0.05, 0.2, 1.0, 10.0] {
-            let slow = pace(seconds);
+            let slow = adaptive(seconds);
             let moving = slow.moving(SHOW, SIZE);
-            assert!(moving.coarse > 1 && moving.samples == 1, "{moving:?}");
-            assert!(moving.of(SIZE) * seconds / Fineness::FULL.of(SIZE) <= MOVING || moving.coarse == 8);
+            assert!(moving.downscale > 1 && moving.samples == 1, "{moving:?}");
+            let share = moving.sample_count(SIZE) / Quality::FULL.sample_count(SIZE);
+            assert!(share * seconds <= MOVING || moving.downscale == 8);
             let rest = slow.resting(SHOW, SIZE, moving);
-            assert!(rest.contains(&Fineness::FULL), "{rest:?}");
-            assert_eq!(rest[0].coarse, if seconds > LONG { 2 } else { 1 }, "a long wait is cut in two");
+            assert!(rest.contains(&Quality::FULL), "{rest:?}");
+            assert_eq!(rest[0].downscale, if seconds > LONG { 2 } else { 1 }, "a long wait is cut in two");
         }
-        assert_eq!(pace(0.2).resting(SHOW, SIZE, Fineness::FULL).len(), 1, "0.8 s are worth it");
-        assert_eq!(pace(1.0).resting(SHOW, SIZE, Fineness::FULL), [], "4 s are not");
+        assert_eq!(adaptive(0.2).resting(SHOW, SIZE, Quality::FULL).len(), 1, "0.8 s are allowed");
+        assert_eq!(adaptive(1.0).resting(SHOW, SIZE, Quality::FULL), [], "4 s are not");
     }
 
     /// A mesh of many triangles takes as long in a small picture as in a large one.
     #[test]
-    fn what_every_picture_costs_is_known_after_two() {
-        let mut pace = pace(0.5);
-        let coarse = Fineness { coarse: 8, samples: 1 };
-        pace.learn(SHOW, SIZE, coarse, 0.08);
-        let moving = pace.moving(SHOW, SIZE);
-        assert_eq!(moving, Fineness { coarse: 3, samples: 1 }, "0.073 s for any and 0.427 s for all pixels");
-        assert_eq!(pace.resting(SHOW, SIZE, moving).len(), 1, "1.8 s are too long for smooth outlines");
+    fn two_pictures_show_the_constant_part_of_the_time() {
+        let mut adaptive = adaptive(0.5);
+        let coarse = Quality { downscale: 8, samples: 1 };
+        adaptive.record(SHOW, SIZE, coarse, 0.08);
+        let moving = adaptive.moving(SHOW, SIZE);
+        assert_eq!(
+            moving,
+            Quality { downscale: 3, samples: 1 },
+            "0.073 s for any and 0.427 s for all pixels"
+        );
+        assert_eq!(adaptive.resting(SHOW, SIZE, moving).len(), 1, "1.8 s are too long for smooth outlines");
     }
 
     #[test]
-    fn every_kind_of_picture_has_its_own_pace_and_a_slow_one_is_soon_forgotten() {
-        let mut pace = pace(0.002);
+    fn modes_are_timed_separately_and_a_slow_picture_is_soon_forgotten() {
+        let mut adaptive = adaptive(0.002);
         let other = Show::One(Mode::BruteForce);
-        assert_eq!(pace.moving(other, SIZE), Fineness { coarse: 4, samples: 1 }, "nothing is known of it");
-        pace.learn(SHOW, SIZE, Fineness::FULL, 1.0);
-        assert!(pace.moving(SHOW, SIZE).coarse > 1);
+        assert_eq!(adaptive.moving(other, SIZE), Quality { downscale: 4, samples: 1 }, "it was never timed");
+        adaptive.record(SHOW, SIZE, Quality::FULL, 1.0);
+        assert!(adaptive.moving(SHOW, SIZE).downscale > 1);
         for _ in 0..16 {
-            pace.learn(SHOW, SIZE, Fineness::FULL, 0.002);
+            adaptive.record(SHOW, SIZE, Quality::FULL, 0.002);
         }
-        assert_eq!(pace.moving(SHOW, SIZE), Fineness { coarse: 1, samples: 2 });
+        assert_eq!(adaptive.moving(SHOW, SIZE), Quality { downscale: 1, samples: 2 });
     }
 
     #[test]
     fn no_picture_is_empty() {
-        let coarse = Fineness { coarse: 8, samples: 1 };
+        let coarse = Quality { downscale: 8, samples: 1 };
         assert_eq!(coarse.size([1281, 3]), [161, 1]);
         assert_eq!(coarse.size([0, 0]), [1, 1]);
     }

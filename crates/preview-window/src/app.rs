@@ -1,4 +1,4 @@
-//! The window itself: it takes in input and news, lets [`State`] decide, and orders pictures.
+//! The window itself: passes input and updates to [`State`], carries out its effects, and requests pictures.
 
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,149 +8,148 @@ use eframe::egui::{Context, Ui, ViewportCommand};
 use eframe::{CreationContext, egui_wgpu};
 
 use crate::device_health::DeviceHealth;
-use crate::error_meter::{ErrorMeter, Question};
+use crate::error_meter::{ErrorMeter, MeasureRequest};
 use crate::gpu_adapter::GpuAdapter;
 use crate::host::Host;
 use crate::keyboard::Keyboard;
 use crate::panel_layout::PanelLayout;
+use crate::picture_texture::PictureTexture;
 use crate::pointer::Pointer;
 use crate::render_thread::RenderThread;
 use crate::renderer_adapter::{CpuAdapter, RenderRequest, RendererAdapter};
-use crate::screen::Screen;
 use crate::state::{Effect, State};
 use crate::theme;
-use preview::Arrangement;
-use preview::PreviewUpdate;
-use preview::{Cpu, RenderError, Shot};
+use preview::{Arrangement, Cpu, PreviewUpdate, RenderError, Shot};
 
-/// ViewSettings are kept when they have not changed for so many seconds.
-const KEEP_AFTER: f64 = 1.0;
+/// The settings are saved when they have not changed for this many seconds.
+const SAVE_AFTER: f64 = 1.0;
 
-/// Where the reason of a loss is left for who opened the window.
-pub(crate) type Loss = Arc<Mutex<Option<String>>>;
+/// The reason for the loss of the device, for [`crate::open`].
+pub(crate) type DeviceLoss = Arc<Mutex<Option<String>>>;
 
 /// The window.
 pub(crate) struct App {
     state: State,
     host: Box<dyn Host>,
-    news: Receiver<PreviewUpdate>,
-    pulse: DeviceHealth,
-    adapter: String,
-    studio: RenderThread,
-    judge: ErrorMeter,
-    screen: Screen,
+    updates: Receiver<PreviewUpdate>,
+    device_health: DeviceHealth,
+    adapter_name: String,
+    render_thread: RenderThread,
+    error_meter: ErrorMeter,
+    picture_texture: PictureTexture,
     pointer: Pointer,
     keyboard: Keyboard,
-    /// Why there is no picture of what is ordered.
-    refused: Option<RenderError>,
-    loss: Loss,
+    /// Why the requested picture cannot be drawn.
+    render_error: Option<RenderError>,
+    loss: DeviceLoss,
     title: String,
-    kept: String,
-    /// What is set and not kept, and since when.
-    unkept: Option<(String, f64)>,
+    saved: String,
+    /// Settings that are not saved yet, and since when.
+    unsaved: Option<(String, f64)>,
     closing: bool,
-    /// Whether the device is destroyed after the first picture.
-    pub(crate) rehearse_loss: bool,
+    /// Whether to destroy the device after the first picture.
+    pub(crate) simulate_device_loss: bool,
 }
 
 impl App {
-    /// A window that shows nothing yet. With `cpu` the graphics device draws the panels only.
+    /// A window without a picture. With `cpu` the graphics device draws only the panels.
     pub(crate) fn new(
         creation: &CreationContext<'_>,
         gpu: &egui_wgpu::RenderState,
         mut state: State,
         host: Box<dyn Host>,
-        news: Receiver<PreviewUpdate>,
-        loss: Loss,
+        updates: Receiver<PreviewUpdate>,
+        loss: DeviceLoss,
         cpu: bool,
     ) -> std::io::Result<Self> {
         let context = &creation.egui_ctx;
         theme::set(context);
         let info = gpu.adapter.get_info();
-        let adapter = format!("{}, {}", info.backend, info.name);
-        let memory = || Box::new(CpuAdapter::new(Box::new(Cpu::new()))) as Box<dyn RendererAdapter>;
-        let (mut easel, mut health) = (memory(), None);
+        let adapter_name = format!("{}, {}", info.backend, info.name);
+        let on_cpu = || Box::new(CpuAdapter::new(Box::new(Cpu::new()))) as Box<dyn RendererAdapter>;
+        let (mut renderer, mut status) = (on_cpu(), None);
         if !cpu {
             match GpuAdapter::new(info, gpu.device.clone(), gpu.queue.clone()) {
-                Ok(able) => {
-                    health = Some(able.health());
-                    easel = Box::new(able);
+                Ok(adapter) => {
+                    status = Some(adapter.status());
+                    renderer = Box::new(adapter);
                 }
                 Err(error) => {
-                    state.toast("pictures are drawn by the CPU".into(), vec![error.to_string()]);
+                    state.toast("pictures are drawn on the CPU".into(), vec![error.to_string()]);
                 }
             }
         }
         let wake = |context: Context| move || context.request_repaint();
-        let studio = RenderThread::new(easel, memory(), wake(context.clone()))?;
-        let judge = ErrorMeter::new(Box::new(Cpu::new()), wake(context.clone()))?;
-        let kept = state.kept();
+        let render_thread = RenderThread::new(renderer, on_cpu(), wake(context.clone()))?;
+        let error_meter = ErrorMeter::new(Box::new(Cpu::new()), wake(context.clone()))?;
+        let saved = state.to_json();
         Ok(Self {
             title: state.title(),
             state,
             host,
-            news,
-            pulse: DeviceHealth::new(&gpu.device, &gpu.queue, health),
-            adapter,
-            studio,
-            judge,
-            screen: Screen::new(gpu),
+            updates,
+            device_health: DeviceHealth::new(&gpu.device, &gpu.queue, status),
+            adapter_name,
+            render_thread,
+            error_meter,
+            picture_texture: PictureTexture::new(gpu),
             pointer: Pointer::default(),
             keyboard: Keyboard::default(),
-            refused: None,
+            render_error: None,
             loss,
-            kept,
-            unkept: None,
+            saved,
+            unsaved: None,
             closing: false,
-            rehearse_loss: false,
+            simulate_device_loss: false,
         })
     }
 
-    fn hear(&mut self, context: &Context) {
-        while let Ok(news) = self.news.try_recv() {
-            let effect = self.state.hear(news);
-            self.follow(context, effect);
+    /// Takes the program's updates and the results of the render thread.
+    fn receive(&mut self, context: &Context) {
+        while let Ok(update) = self.updates.try_recv() {
+            let effect = self.state.apply(update);
+            self.carry_out(context, effect);
         }
-        let delivery = self.studio.take();
-        if let Some(frame) = delivery.frame {
-            self.screen.put(context, frame);
-            self.refused = None;
-            if std::mem::take(&mut self.rehearse_loss) {
-                self.pulse.stop();
+        let results = self.render_thread.take();
+        if let Some(frame) = results.frame {
+            self.picture_texture.put(context, frame);
+            self.render_error = None;
+            if std::mem::take(&mut self.simulate_device_loss) {
+                self.device_health.destroy();
             }
         }
-        if let Some(error) = delivery.refused {
-            self.refused = Some(error);
+        if let Some(error) = results.error {
+            self.render_error = Some(error);
         }
-        for picture in delivery.pictures {
-            match picture {
+        for screenshot in results.screenshots {
+            match screenshot {
                 (subject, Ok(picture)) => self.host.screenshot(&subject, picture),
                 (_, Err(error)) => {
-                    self.state.toast("the picture was not kept".into(), vec![error.to_string()]);
+                    self.state.toast("the screenshot failed".into(), vec![error.to_string()]);
                 }
             }
         }
-        if let Some(reason) = delivery.lost.or_else(|| self.pulse.lost()) {
+        if let Some(reason) = results.lost.or_else(|| self.device_health.lost()) {
             *self.loss.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason);
             self.close(context);
         }
     }
 
-    fn follow(&mut self, context: &Context, effect: Option<Effect>) {
+    fn carry_out(&mut self, context: &Context, effect: Option<Effect>) {
         match effect {
             None => {}
             Some(Effect::Show(subject)) => self.host.show(&subject),
             Some(Effect::Screenshot) => {
-                let size = self.screen.seen().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
-                let size = self.studio.ordered().unwrap_or(size);
-                if let (Some(order), Some(shown)) = (self.order(size), &self.state.shown) {
-                    let order = RenderRequest { shot: order.shot.to_keep(), ..order };
-                    self.studio.keep(shown.subject.clone(), order);
+                let size = self.picture_texture.frame().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
+                let size = self.render_thread.requested_size().unwrap_or(size);
+                if let (Some(request), Some(shown)) = (self.request(size), &self.state.shown) {
+                    let request = RenderRequest { shot: request.shot.for_screenshot(), ..request };
+                    self.render_thread.screenshot(shown.subject.clone(), request);
                 }
             }
-            Some(Effect::GiveUp) => {
-                self.studio.give_up();
-                self.state.toast("the picture is not kept".into(), Vec::new());
+            Some(Effect::CancelScreenshots) => {
+                self.render_thread.cancel_screenshots();
+                self.state.toast("the screenshot was cancelled".into(), Vec::new());
             }
             Some(Effect::Fullscreen(on)) => context.send_viewport_cmd(ViewportCommand::Fullscreen(on)),
             Some(Effect::Close) => self.close(context),
@@ -162,57 +161,57 @@ impl App {
         context.send_viewport_cmd(ViewportCommand::Close);
     }
 
-    /// The picture that is to be seen, of this size.
-    fn order(&self, size: [u32; 2]) -> Option<RenderRequest> {
+    /// The picture to show, in this size.
+    fn request(&self, size: [u32; 2]) -> Option<RenderRequest> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
         let shot = settings.shot(shown.framing, size);
-        Some(RenderRequest { edition: shown.edition, scene: Arc::clone(&shown.scene), shot })
+        Some(RenderRequest { scene_id: shown.scene_id, scene: Arc::clone(&shown.scene), shot })
     }
 
-    /// Whether the picture is what was ordered last.
-    fn is_reached(&self) -> bool {
-        self.screen.seen().is_some_and(|(_, frame)| self.studio.is_reached(frame))
+    /// Whether the picture on the screen is the one requested last.
+    fn is_current(&self) -> bool {
+        self.picture_texture.frame().is_some_and(|(_, frame)| self.render_thread.is_current(frame))
     }
 
-    /// Asks the judge. A picture that is drawn needs the machine before it; one that cannot be drawn does not.
-    fn ask(&mut self, order: &RenderRequest) {
+    /// Asks for errors and statistics, once the picture itself is drawn or has failed.
+    fn measure(&mut self, request: &RenderRequest) {
         let settings = &self.state.settings;
-        let is_there = self.refused.is_some() || self.is_reached();
+        let ready = self.render_error.is_some() || self.is_current();
         let mut modes = vec![settings.mode];
         if settings.arrangement != Arrangement::One {
             modes.push(settings.second);
         }
-        let RenderRequest { edition, scene, shot: Shot { camera, turn, size, .. } } = order;
+        let RenderRequest { scene_id, scene, shot: Shot { camera, turn, size, .. } } = request;
         let scene = Arc::clone(scene);
-        let question =
-            Question { edition: *edition, scene, camera: *camera, turn: *turn, size: *size, modes };
-        self.judge.ask(question, is_there);
+        let request =
+            MeasureRequest { scene_id: *scene_id, scene, camera: *camera, turn: *turn, size: *size, modes };
+        self.error_meter.request(request, ready);
     }
 
-    /// Tells the host what is set, a moment after the last change.
-    fn keep(&mut self, context: &Context) {
-        let settings = self.state.kept();
-        if settings == self.kept {
+    /// Passes the settings to the host, a moment after the last change.
+    fn save_settings(&mut self, context: &Context) {
+        let settings = self.state.to_json();
+        if settings == self.saved {
             return;
         }
         let now = context.input(|input| input.time);
-        let since = match &self.unkept {
-            Some((unkept, since)) if *unkept == settings => *since,
+        let since = match &self.unsaved {
+            Some((unsaved, since)) if *unsaved == settings => *since,
             _ => now,
         };
-        let left = since + KEEP_AFTER - now;
+        let left = since + SAVE_AFTER - now;
         if left > 0.0 && !self.closing {
-            self.unkept = Some((settings, since));
+            self.unsaved = Some((settings, since));
             context.request_repaint_after(Duration::from_secs_f64(left));
         } else {
             self.host.keep_state(&settings);
-            self.kept = settings;
+            self.saved = settings;
         }
     }
 
-    /// Notes the size of the window, to be kept, and gives the window its title.
-    fn window(&mut self, context: &Context) {
-        // Wayland tells no place on the screen, but everyone tells the size that is drawn on.
+    /// Records the window's size in the settings and updates its title.
+    fn update_window(&mut self, context: &Context) {
+        // Wayland reports no position, but every platform reports the size.
         let size = context.viewport_rect().size() * context.zoom_factor();
         let (maximized, special) = context.input(|input| {
             let viewport = input.viewport();
@@ -234,51 +233,51 @@ impl App {
 
 impl eframe::App for App {
     fn logic(&mut self, context: &Context, _frame: &mut eframe::Frame) {
-        self.hear(context);
+        self.receive(context);
     }
 
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         if self.closing {
-            // What is painted on a lost device panics; where there is nothing to paint, nothing does.
+            // Painting on a lost device would panic.
             return;
         }
         let context = ui.ctx().clone();
         let now = context.input(|input| input.time);
-        if let Some(seconds) = self.state.pass(now) {
+        if let Some(seconds) = self.state.expire_toasts(now) {
             context.request_repaint_after(Duration::from_secs_f64(seconds.max(0.0)));
         }
-        self.state.keeping = self.studio.is_keeping();
+        self.state.taking_screenshot = self.render_thread.is_keeping();
         let mut actions = self.keyboard.pressed(&context);
-        let desk = PanelLayout {
+        let layout = PanelLayout {
             state: &self.state,
-            judge: &self.judge,
-            seen: self.screen.seen(),
-            reached: self.is_reached(),
-            refused: self.refused.as_ref(),
-            adapter: &self.adapter,
+            error_meter: &self.error_meter,
+            frame: self.picture_texture.frame(),
+            is_current: self.is_current(),
+            render_error: self.render_error.as_ref(),
+            adapter_name: &self.adapter_name,
         };
-        let size = desk.draw(ui, &mut self.pointer, &mut actions);
-        self.keyboard.drawn(&context);
+        let size = layout.draw(ui, &mut self.pointer, &mut actions);
+        self.keyboard.end_frame(&context);
         if !actions.is_empty() {
-            // What was drawn above is what was before them.
+            // This frame was drawn before its actions take effect.
             context.request_repaint();
         }
         for action in actions {
             let effect = self.state.update(action);
-            self.follow(&context, effect);
+            self.carry_out(&context, effect);
         }
-        if let Some(order) = self.order(size) {
-            if self.studio.order(order.clone()) {
-                self.refused = None;
+        if let Some(request) = self.request(size) {
+            if self.render_thread.request(request.clone()) {
+                self.render_error = None;
             }
-            self.ask(&order);
+            self.measure(&request);
         }
-        self.window(&context);
-        self.keep(&context);
+        self.update_window(&context);
+        self.save_settings(&context);
     }
 
     fn on_exit(&mut self) {
-        self.host.keep_state(&self.state.kept());
+        self.host.keep_state(&self.state.to_json());
         self.host.closed();
     }
 }

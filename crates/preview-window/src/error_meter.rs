@@ -1,5 +1,5 @@
-//! The thread that judges what is seen: figures of the scene, and how far each mode is from brute force in this view. It
-//! works at a small size on the CPU, when things are at rest.
+//! The thread that measures the errors of the modes against brute force in the current view, and the scene's
+//! statistics. It draws small pictures on the CPU while the view is at rest.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -8,77 +8,76 @@ use std::time::Duration;
 use envmap::ToneMap;
 use sphere::Rotation;
 
-use crate::figures::Figures;
-use crate::guarded;
 use crate::latest_value::LatestValue;
+use crate::panics::guarded;
+use crate::scene_statistics::SceneStatistics;
 use preview::{Background, Camera, Mode, RenderError, Renderer, Scene, Shot, Show};
 
-/// What is to be judged.
+/// A view and the modes to measure.
 #[derive(Clone, Debug)]
-pub(crate) struct Question {
-    /// Another for every scene.
-    pub(crate) edition: u64,
+pub(crate) struct MeasureRequest {
+    /// A number of its own for every scene.
+    pub(crate) scene_id: u64,
     pub(crate) scene: Arc<Scene>,
     pub(crate) camera: Camera,
     pub(crate) turn: Rotation,
-    /// Of the picture that is seen.
+    /// The size of the picture in the window.
     pub(crate) size: [u32; 2],
     pub(crate) modes: Vec<Mode>,
 }
 
-/// How far a mode is from brute force.
+/// The error of a mode against brute force.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Verdict {
-    /// [`preview::Picture::relative_rms`], by so many samples of light a pixel.
+pub(crate) enum ModeError {
+    /// [`preview::Picture::relative_rms`].
     Rms {
         /// The RMS.
         relative: f64,
-        /// The samples.
-        by: u32,
+        /// The light samples of a pixel by brute force.
+        light_samples: u32,
     },
-    /// There is nothing to compare, and why.
+    /// Why there is no error.
     None(String),
 }
 
-/// What is known.
+/// The results so far.
 #[derive(Debug, Default)]
-pub(crate) struct Findings {
-    figures: Option<(u64, Arc<Figures>)>,
-    /// Of one question, without its modes.
-    verdicts: Option<(Question, Vec<(Mode, Verdict)>)>,
+pub(crate) struct Measurements {
+    statistics: Option<(u64, Arc<SceneStatistics>)>,
+    /// The errors in one view.
+    errors: Option<(MeasureRequest, Vec<(Mode, ModeError)>)>,
 }
 
 struct Shared {
-    questions: LatestValue<Question>,
-    findings: Mutex<Findings>,
+    requests: LatestValue<MeasureRequest>,
+    measurements: Mutex<Measurements>,
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
-/// The thread and its questions.
+/// The thread and its requests.
 pub(crate) struct ErrorMeter {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-    last: Option<Question>,
+    last: Option<MeasureRequest>,
 }
 
-/// The shorter side of the pictures that are compared, and the most pixels: of a long one both sides are shorter.
+/// The shorter side of the compared pictures in pixels, and the most pixels, to which long ones shrink.
 const SIDE: f64 = 80.0;
 const AREA: f64 = 20_000.0;
 
-/// Their samples of light, of each pixel, one round after the other. The noise of brute force adds to the RMS: another
-/// round is worth it while that makes the RMS another.
+/// The light samples of a pixel in each round. Noise adds to the RMS, so rounds follow while it falls.
 const ROUNDS: [u32; 4] = [64, 256, 1024, 4096];
 
-/// By what share an RMS must fall for another round.
-const ANOTHER: f64 = 0.02;
+/// The share by which the RMS must fall for another round.
+const LEAST_FALL: f64 = 0.02;
 
-/// A question that has stood for so long is worth an answer.
+/// Measuring starts when the view has been at rest for this long.
 const REST: Duration = Duration::from_millis(500);
 
-impl Question {
-    /// Whether the same scene is seen in the same way.
-    fn is_of_the_view(&self, other: &Self) -> bool {
-        self.edition == other.edition
+impl MeasureRequest {
+    /// Whether both requests have the same scene, camera, light and size.
+    fn has_same_view(&self, other: &Self) -> bool {
+        self.scene_id == other.scene_id
             && self.camera == other.camera
             && self.turn == other.turn
             && self.small() == other.small()
@@ -93,54 +92,59 @@ impl Question {
 }
 
 impl ErrorMeter {
-    /// Begins, with what draws. `wake` is called when something is found.
+    /// Starts the thread. `wake` is called when there are new results.
     pub(crate) fn new(
         renderer: Box<dyn Renderer + Send>,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
-        let (questions, findings) = (LatestValue::new(), Mutex::default());
-        let shared = Arc::new(Shared { questions, findings, wake: Box::new(wake) });
-        let keep = Arc::clone(&shared);
-        let thread = std::thread::Builder::new().name("judge".into()).spawn(move || shared.work(renderer))?;
-        Ok(Self { shared: keep, thread: Some(thread), last: None })
+        let (requests, measurements) = (LatestValue::new(), Mutex::default());
+        let shared = Arc::new(Shared { requests, measurements, wake: Box::new(wake) });
+        let of_thread = Arc::clone(&shared);
+        let thread = std::thread::Builder::new().name("error meter".into());
+        let thread = thread.spawn(move || of_thread.run(renderer))?;
+        Ok(Self { shared, thread: Some(thread), last: None })
     }
 
-    /// Asks; an earlier question is no longer asked. The same again changes nothing.
+    /// Requests measurements in place of those requested before. The same request again changes nothing.
     ///
-    /// Of another view only figures are asked for, until `ready`: the picture itself needs the machine first.
-    pub(crate) fn ask(&mut self, mut question: Question, ready: bool) {
-        let begun = |last: &Question| last.is_of_the_view(&question) && !last.modes.is_empty();
-        if !ready && !self.last.as_ref().is_some_and(begun) {
-            question.modes.clear();
+    /// A new view gets only statistics until `ready`, so that its picture has the processor to itself.
+    pub(crate) fn request(&mut self, mut request: MeasureRequest, ready: bool) {
+        let started = |last: &MeasureRequest| last.has_same_view(&request) && !last.modes.is_empty();
+        if !ready && !self.last.as_ref().is_some_and(started) {
+            request.modes.clear();
         }
-        let same = |last: &Question| last.is_of_the_view(&question) && last.modes == question.modes;
+        let same = |last: &MeasureRequest| last.has_same_view(&request) && last.modes == request.modes;
         if !self.last.as_ref().is_some_and(same) {
-            self.last = Some(question.clone());
-            self.shared.questions.put(question);
+            self.last = Some(request.clone());
+            self.shared.requests.put(request);
         }
     }
 
-    /// The figures of a scene, once they are known.
-    pub(crate) fn figures(&self, edition: u64) -> Option<Arc<Figures>> {
-        let findings = self.shared.findings();
-        findings.figures.as_ref().filter(|(of, _)| *of == edition).map(|(_, figures)| Arc::clone(figures))
+    /// The statistics of a scene, once they are known.
+    pub(crate) fn statistics(&self, scene_id: u64) -> Option<Arc<SceneStatistics>> {
+        let measurements = self.shared.measurements();
+        measurements
+            .statistics
+            .as_ref()
+            .filter(|(of, _)| *of == scene_id)
+            .map(|(_, statistics)| Arc::clone(statistics))
     }
 
-    /// How far a mode is from brute force in what was asked last, once that is known.
-    pub(crate) fn verdict(&self, mode: Mode) -> Option<Verdict> {
+    /// The error of a mode in the view requested last, once it is known.
+    pub(crate) fn mode_error(&self, mode: Mode) -> Option<ModeError> {
         if let Some(why) = no_comparison(mode) {
-            return Some(Verdict::None(why.into()));
+            return Some(ModeError::None(why.into()));
         }
-        let asked = self.last.as_ref()?;
-        let findings = self.shared.findings();
-        let (_, verdicts) = findings.verdicts.as_ref().filter(|(of, _)| of.is_of_the_view(asked))?;
-        verdicts.iter().find(|(of, _)| *of == mode).map(|(_, verdict)| verdict.clone())
+        let last = self.last.as_ref()?;
+        let measurements = self.shared.measurements();
+        let (_, errors) = measurements.errors.as_ref().filter(|(of, _)| of.has_same_view(last))?;
+        errors.iter().find(|(of, _)| *of == mode).map(|(_, mode_error)| mode_error.clone())
     }
 }
 
 impl Drop for ErrorMeter {
     fn drop(&mut self) {
-        self.shared.questions.end();
+        self.shared.requests.end();
         if let Some(thread) = self.thread.take() {
             // A panic of the thread has been reported where it happened.
             let _ = thread.join();
@@ -149,123 +153,126 @@ impl Drop for ErrorMeter {
 }
 
 impl Shared {
-    fn findings(&self) -> std::sync::MutexGuard<'_, Findings> {
-        self.findings.lock().unwrap_or_else(PoisonError::into_inner)
+    fn measurements(&self) -> std::sync::MutexGuard<'_, Measurements> {
+        self.measurements.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn work(&self, mut renderer: Box<dyn Renderer + Send>) {
-        while let Some((number, question)) = self.questions.take() {
-            let edition = question.edition;
-            let known = self.findings().figures.as_ref().is_some_and(|(of, _)| *of == edition);
+    fn run(&self, mut renderer: Box<dyn Renderer + Send>) {
+        while let Some((number, request)) = self.requests.take() {
+            let scene_id = request.scene_id;
+            let known = self.measurements().statistics.as_ref().is_some_and(|(of, _)| *of == scene_id);
             if !known {
-                // Of a scene that makes it panic no figures are known.
-                if let Ok(figures) = guarded(|| Ok(Figures::of(&question.scene))) {
-                    self.findings().figures = Some((edition, Arc::new(figures)));
+                // If they panic, the scene has no statistics.
+                if let Ok(statistics) = guarded(|| Ok(SceneStatistics::of(&request.scene))) {
+                    self.measurements().statistics = Some((scene_id, Arc::new(statistics)));
                     (self.wake)();
                 }
             }
-            if self.questions.becomes_stale(number, REST) {
+            if self.requests.becomes_stale(number, REST) {
                 continue;
             }
-            for &mode in &question.modes {
-                if no_comparison(mode).is_some() || self.knows(&question, mode) {
+            for &mode in &request.modes {
+                if no_comparison(mode).is_some() || self.knows(&request, mode) {
                     continue;
                 }
-                let stop = || self.questions.is_stale(number);
-                if let Err(RenderError::Cancelled) = self.judge(renderer.as_mut(), &question, mode, &stop) {
+                let stop = || self.requests.is_stale(number);
+                let measured = self.measure_in_rounds(renderer.as_mut(), &request, mode, &stop);
+                if let Err(RenderError::Cancelled) = measured {
                     break;
                 }
             }
         }
     }
 
-    /// Judges a mode, round by round.
-    fn judge(
+    /// Measures a mode with more and more light samples.
+    fn measure_in_rounds(
         &self,
         renderer: &mut dyn Renderer,
-        question: &Question,
+        request: &MeasureRequest,
         mode: Mode,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), RenderError> {
         let mut before = f64::INFINITY;
-        for by in ROUNDS {
-            let verdict = match guarded(|| judge(renderer, question, mode, by, stop)) {
+        for light_samples in ROUNDS {
+            let mode_error = match guarded(|| measure(renderer, request, mode, light_samples, stop)) {
                 Err(RenderError::Cancelled) => {
-                    self.forget(question, mode);
+                    self.forget(request, mode);
                     return Err(RenderError::Cancelled);
                 }
-                Err(error) => Verdict::None(error.to_string()),
-                Ok(verdict) => verdict,
+                Err(error) => ModeError::None(error.to_string()),
+                Ok(mode_error) => mode_error,
             };
-            let another =
-                matches!(verdict, Verdict::Rms { relative, .. } if relative < (1.0 - ANOTHER) * before);
-            if let Verdict::Rms { relative, .. } = verdict {
+            let falls = matches!(
+                mode_error,
+                ModeError::Rms { relative, .. } if relative < (1.0 - LEAST_FALL) * before
+            );
+            if let ModeError::Rms { relative, .. } = mode_error {
                 before = relative;
             }
-            self.note(question, mode, verdict);
+            self.store(request, mode, mode_error);
             (self.wake)();
-            if !another {
+            if !falls {
                 break;
             }
         }
         Ok(())
     }
 
-    fn knows(&self, question: &Question, mode: Mode) -> bool {
-        let findings = self.findings();
-        let known = findings.verdicts.as_ref().filter(|(of, _)| of.is_of_the_view(question));
-        known.is_some_and(|(_, verdicts)| verdicts.iter().any(|(of, _)| *of == mode))
+    fn knows(&self, request: &MeasureRequest, mode: Mode) -> bool {
+        let measurements = self.measurements();
+        let known = measurements.errors.as_ref().filter(|(of, _)| of.has_same_view(request));
+        known.is_some_and(|(_, errors)| errors.iter().any(|(of, _)| *of == mode))
     }
 
-    fn note(&self, question: &Question, mode: Mode, verdict: Verdict) {
-        let mut findings = self.findings();
-        match &mut findings.verdicts {
-            Some((of, verdicts)) if of.is_of_the_view(question) => {
-                verdicts.retain(|(of, _)| *of != mode);
-                verdicts.push((mode, verdict));
+    fn store(&self, request: &MeasureRequest, mode: Mode, mode_error: ModeError) {
+        let mut measurements = self.measurements();
+        match &mut measurements.errors {
+            Some((of, errors)) if of.has_same_view(request) => {
+                errors.retain(|(of, _)| *of != mode);
+                errors.push((mode, mode_error));
             }
-            other => *other = Some((question.clone(), vec![(mode, verdict)])),
+            other => *other = Some((request.clone(), vec![(mode, mode_error)])),
         }
     }
 
-    /// Forgets what was found in rounds that were not the last.
-    fn forget(&self, question: &Question, mode: Mode) {
-        if let Some((of, verdicts)) = &mut self.findings().verdicts
-            && of.is_of_the_view(question)
+    /// Drops the error of a mode whose rounds were cancelled.
+    fn forget(&self, request: &MeasureRequest, mode: Mode) {
+        if let Some((of, errors)) = &mut self.measurements().errors
+            && of.has_same_view(request)
         {
-            verdicts.retain(|(of, _)| *of != mode);
+            errors.retain(|(of, _)| *of != mode);
         }
     }
 }
 
-fn judge(
+fn measure(
     renderer: &mut dyn Renderer,
-    question: &Question,
+    request: &MeasureRequest,
     mode: Mode,
-    by: u32,
+    light_samples: u32,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Verdict, RenderError> {
+) -> Result<ModeError, RenderError> {
     let shot = Shot {
-        size: question.small(),
+        size: request.small(),
         samples: 1,
-        camera: question.camera,
-        turn: question.turn,
+        camera: request.camera,
+        turn: request.turn,
         show: Show::Difference { of: mode, from: Mode::BruteForce, amplify: 1.0 },
         background: Background::Flat([0.0; 3]),
         exposure: 0.0,
         tone: ToneMap::Plain,
-        light_samples: by,
+        light_samples,
     };
-    let picture = renderer.render(&question.scene, &shot, stop)?;
-    let nothing = || Verdict::None("nothing is seen".into());
-    Ok(picture.relative_rms.map_or_else(nothing, |relative| Verdict::Rms { relative, by }))
+    let picture = renderer.render(&request.scene, &shot, stop)?;
+    let nothing = || ModeError::None("no surface is visible".into());
+    Ok(picture.relative_rms.map_or_else(nothing, |relative| ModeError::Rms { relative, light_samples }))
 }
 
 /// Why a mode is not compared with brute force.
 fn no_comparison(mode: Mode) -> Option<&'static str> {
     match mode {
         Mode::BruteForce => Some("it is the reference"),
-        Mode::Mirror | Mode::Irradiance => Some("it shows another material"),
+        Mode::Mirror | Mode::Irradiance => Some("it replaces the material"),
         _ => None,
     }
 }
@@ -278,16 +285,15 @@ mod tests {
     use crate::testkit;
     use preview::Picture;
 
-    /// Longer than any of it takes on a busy machine.
-    const PATIENCE: Duration = Duration::from_secs(60);
+    /// Longer than any test takes on a busy machine.
+    const TIMEOUT: Duration = Duration::from_secs(60);
 
-    /// Says that a mode is as far from brute force as its name is long, with noise by the first 256 samples of light; notes
-    /// what it was asked for.
-    struct Pretence(Arc<Mutex<Vec<Shot>>>);
+    /// Records shots; the error is the length of the mode's name, plus noise below 256 light samples.
+    struct FakeRenderer(Arc<Mutex<Vec<Shot>>>);
 
-    impl Renderer for Pretence {
+    impl Renderer for FakeRenderer {
         fn name(&self) -> String {
-            "pretence".into()
+            "fake".into()
         }
 
         fn render(
@@ -309,10 +315,10 @@ mod tests {
         }
     }
 
-    fn question(edition: u64, modes: &[Mode]) -> Question {
+    fn request(scene_id: u64, modes: &[Mode]) -> MeasureRequest {
         let scene = Arc::new(testkit::scene());
-        Question {
-            edition,
+        MeasureRequest {
+            scene_id,
             camera: Camera::new(scene.framing()),
             scene,
             turn: Rotation::from_yaw_pitch_roll(0.0, 0.0, 0.0),
@@ -322,71 +328,73 @@ mod tests {
     }
 
     fn wait<T>(mut look: impl FnMut() -> Option<T>) -> T {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + TIMEOUT;
         loop {
             if let Some(found) = look() {
                 return found;
             }
-            assert!(Instant::now() < until, "nothing was found");
+            assert!(Instant::now() < until, "no result in time");
             std::thread::sleep(Duration::from_millis(1));
         }
     }
 
     #[test]
-    fn modes_are_judged_at_a_small_size_and_known_until_the_view_changes() {
-        let asked = Arc::new(Mutex::new(Vec::new()));
-        let mut judge = ErrorMeter::new(Box::new(Pretence(Arc::clone(&asked))), || ()).unwrap();
-        let first = question(1, &[Mode::LocalShrm, Mode::BruteForce, Mode::Cabral]);
-        judge.ask(first.clone(), true);
-        let known = judge.verdict(Mode::BruteForce);
-        assert_eq!(known, Some(Verdict::None("it is the reference".into())), "nobody has to work for that");
-        assert_eq!(wait(|| judge.figures(1)).f, Some(7));
-        let local = Verdict::Rms { relative: 10.0, by: 1024 };
-        wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| *verdict == local));
-        let Verdict::None(why) = wait(|| judge.verdict(Mode::Cabral)) else {
+    fn modes_are_measured_at_a_small_size_and_known_until_the_view_changes() {
+        let drawn = Arc::new(Mutex::new(Vec::new()));
+        let mut error_meter = ErrorMeter::new(Box::new(FakeRenderer(Arc::clone(&drawn))), || ()).unwrap();
+        let first = request(1, &[Mode::LocalShrm, Mode::BruteForce, Mode::Cabral]);
+        error_meter.request(first.clone(), true);
+        let known = error_meter.mode_error(Mode::BruteForce);
+        assert_eq!(known, Some(ModeError::None("it is the reference".into())), "nothing is drawn for that");
+        assert_eq!(wait(|| error_meter.statistics(1)).f, Some(7));
+        let local = ModeError::Rms { relative: 10.0, light_samples: 1024 };
+        wait(|| error_meter.mode_error(Mode::LocalShrm).filter(|mode_error| *mode_error == local));
+        let ModeError::None(why) = wait(|| error_meter.mode_error(Mode::Cabral)) else {
             panic!("Cabral has no material")
         };
-        assert_eq!(why, "brute force: the material is not there");
-        assert_eq!(asked.lock().unwrap()[0].size, [128, 80]);
+        assert_eq!(why, "brute force needs the material");
+        assert_eq!(drawn.lock().unwrap()[0].size, [128, 80]);
 
-        judge.ask(Question { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() }, true);
-        assert_eq!(judge.verdict(Mode::LocalShrm), Some(local.clone()), "it is known already");
-        let plain = Verdict::Rms { relative: 11.0, by: 1024 };
-        wait(|| judge.verdict(Mode::Prefiltered).filter(|verdict| *verdict == plain));
-        assert_eq!(asked.lock().unwrap().len(), 7, "what is known is not judged again");
+        error_meter.request(
+            MeasureRequest { modes: vec![Mode::LocalShrm, Mode::Prefiltered], ..first.clone() },
+            true,
+        );
+        assert_eq!(error_meter.mode_error(Mode::LocalShrm), Some(local.clone()), "it is known already");
+        let plain = ModeError::Rms { relative: 11.0, light_samples: 1024 };
+        wait(|| error_meter.mode_error(Mode::Prefiltered).filter(|mode_error| *mode_error == plain));
+        assert_eq!(drawn.lock().unwrap().len(), 7, "a known error is not measured again");
 
         let mut turned = first.clone();
         turned.camera.yaw += 0.1;
-        judge.ask(turned, true);
-        assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another view");
-        assert!(judge.figures(1).is_some() && judge.figures(2).is_none());
-        wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| *verdict == local));
-        judge.ask(question(2, &[Mode::LocalShrm]), true);
-        assert_eq!(judge.verdict(Mode::LocalShrm), None, "it is another scene");
-        wait(|| judge.figures(2));
+        error_meter.request(turned, true);
+        assert_eq!(error_meter.mode_error(Mode::LocalShrm), None, "it is another view");
+        assert!(error_meter.statistics(1).is_some() && error_meter.statistics(2).is_none());
+        wait(|| error_meter.mode_error(Mode::LocalShrm).filter(|mode_error| *mode_error == local));
+        error_meter.request(request(2, &[Mode::LocalShrm]), true);
+        assert_eq!(error_meter.mode_error(Mode::LocalShrm), None, "it is another scene");
+        wait(|| error_meter.statistics(2));
     }
 
     #[test]
-    fn another_view_is_not_judged_before_its_picture_is_there() {
-        let asked = Arc::new(Mutex::new(Vec::new()));
-        let mut judge = ErrorMeter::new(Box::new(Pretence(Arc::clone(&asked))), || ()).unwrap();
-        let first = question(1, &[Mode::LocalShrm]);
-        judge.ask(first.clone(), false);
-        wait(|| judge.figures(1));
-        assert!(judge.last.as_ref().unwrap().modes.is_empty());
-        judge.ask(first.clone(), true);
-        wait(|| judge.verdict(Mode::LocalShrm));
-        judge.ask(first.clone(), false);
-        assert_eq!(judge.last.as_ref().unwrap().modes, [Mode::LocalShrm], "it has begun");
+    fn a_new_view_is_not_measured_before_its_picture_is_drawn() {
+        let mut error_meter = ErrorMeter::new(Box::new(FakeRenderer(Arc::default())), || ()).unwrap();
+        let first = request(1, &[Mode::LocalShrm]);
+        error_meter.request(first.clone(), false);
+        wait(|| error_meter.statistics(1));
+        assert!(error_meter.last.as_ref().unwrap().modes.is_empty());
+        error_meter.request(first.clone(), true);
+        wait(|| error_meter.mode_error(Mode::LocalShrm));
+        error_meter.request(first.clone(), false);
+        assert_eq!(error_meter.last.as_ref().unwrap().modes, [Mode::LocalShrm], "it has started");
         let mut turned = first;
         turned.camera.yaw += 0.1;
-        judge.ask(turned, false);
-        assert!(judge.last.as_ref().unwrap().modes.is_empty());
+        error_meter.request(turned, false);
+        assert!(error_meter.last.as_ref().unwrap().modes.is_empty());
     }
 
     #[test]
-    fn pictures_that_are_compared_are_small_whatever_the_window_is() {
-        let small = |size| Question { size, ..question(1, &[]) }.small();
+    fn compared_pictures_are_small_for_any_size_of_the_window() {
+        let small = |size| MeasureRequest { size, ..request(1, &[]) }.small();
         assert_eq!([small([1280, 800]), small([600, 600])], [[128, 80], [80, 80]]);
         for size in [[1, 1], [1, 4000], [16384, 10], [0, 7], [16384, 16384]] {
             let [width, height] = small(size);
@@ -397,10 +405,10 @@ mod tests {
         }
     }
 
-    /// Panics by one mode.
-    struct Broken;
+    /// Panics when it draws one of the modes.
+    struct PanickingRenderer;
 
-    impl Renderer for Broken {
+    impl Renderer for PanickingRenderer {
         fn name(&self) -> String {
             "broken".into()
         }
@@ -417,11 +425,15 @@ mod tests {
     }
 
     #[test]
-    fn what_panics_is_told_and_the_rest_is_judged() {
-        let mut judge = ErrorMeter::new(Box::new(Broken), || ()).unwrap();
-        judge.ask(question(1, &[Mode::Cabral, Mode::LocalShrm]), true);
-        let told = wait(|| judge.verdict(Mode::Cabral));
-        assert_eq!(told, Verdict::None("it panicked: no Cabral".into()));
-        wait(|| judge.verdict(Mode::LocalShrm).filter(|verdict| matches!(verdict, Verdict::Rms { .. })));
+    fn a_panic_is_reported_and_the_other_modes_are_measured() {
+        let mut error_meter = ErrorMeter::new(Box::new(PanickingRenderer), || ()).unwrap();
+        error_meter.request(request(1, &[Mode::Cabral, Mode::LocalShrm]), true);
+        let reported = wait(|| error_meter.mode_error(Mode::Cabral));
+        assert_eq!(reported, ModeError::None("the renderer panicked: no Cabral".into()));
+        wait(|| {
+            error_meter
+                .mode_error(Mode::LocalShrm)
+                .filter(|mode_error| matches!(mode_error, ModeError::Rms { .. }))
+        });
     }
 }

@@ -1,25 +1,26 @@
-//! Draws on the graphics device that draws the window, into textures that egui shows.
+//! Draws pictures on the window's graphics device, into textures that egui shows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use crate::renderer_adapter::{Canvas, PartialFrame, RenderRequest, RendererAdapter};
-use preview::{Gpu, Health, Picture, RenderError, Renderer, Shot};
+use crate::renderer_adapter::{FrameImage, PartialFrame, RenderRequest, RendererAdapter};
+use preview::{DeviceStatus, Gpu, Picture, RenderError, Renderer, Shot};
 
-/// Draws by wgpu.
+/// Draws through wgpu.
 pub(crate) struct GpuAdapter {
     gpu: Gpu,
-    health: Health,
+    status: DeviceStatus,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    /// Two of them: egui shows the one while the other is drawn.
+    /// egui shows one while the other is drawn.
     textures: [Option<wgpu::Texture>; 2],
-    turn: usize,
+    /// Which of them is drawn.
+    next: usize,
 }
 
-/// How long to sleep between looks at the device. It must not be waited for: while one thread does, no other may submit.
-const LOOK: Duration = Duration::from_micros(500);
+/// How long to sleep between polls. A blocking wait would keep the window's thread from submitting.
+const POLL_INTERVAL: Duration = Duration::from_micros(500);
 
 impl GpuAdapter {
     pub(crate) fn new(
@@ -28,18 +29,18 @@ impl GpuAdapter {
         queue: wgpu::Queue,
     ) -> Result<Self, RenderError> {
         let gpu = Gpu::with_device(info, device.clone(), queue.clone())?;
-        Ok(Self { health: gpu.health(), gpu, device, queue, textures: [None, None], turn: 0 })
+        Ok(Self { status: gpu.status(), gpu, device, queue, textures: [None, None], next: 0 })
     }
 
-    /// What tells of the loss of the device.
-    pub(crate) fn health(&self) -> Health {
-        self.health.clone()
+    /// Reports the loss of the device.
+    pub(crate) fn status(&self) -> DeviceStatus {
+        self.status.clone()
     }
 
-    /// A view of the texture that is not seen now, of this size.
+    /// A view of the texture that is not on the screen, in this size.
     fn target(&mut self, size: [u32; 2]) -> wgpu::TextureView {
-        self.turn = 1 - self.turn;
-        let texture = &mut self.textures[self.turn];
+        self.next = 1 - self.next;
+        let texture = &mut self.textures[self.next];
         let [width, height] = size;
         if texture.as_ref().is_none_or(|texture| (texture.width(), texture.height()) != (width, height)) {
             *texture = None;
@@ -59,16 +60,16 @@ impl GpuAdapter {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Returns when the device has done what it was given, or is lost.
+    /// Returns when the submitted work is done or the device is lost.
     fn finish(&self) {
         let done = Arc::new(AtomicBool::new(false));
-        let tell = Arc::clone(&done);
-        self.queue.on_submitted_work_done(move || tell.store(true, Ordering::Release));
-        while !done.load(Ordering::Acquire) && self.health.lost().is_none() {
+        let set = Arc::clone(&done);
+        self.queue.on_submitted_work_done(move || set.store(true, Ordering::Release));
+        while !done.load(Ordering::Acquire) && self.status.lost().is_none() {
             if self.device.poll(wgpu::PollType::Poll).is_err() {
                 return;
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 }
@@ -80,15 +81,15 @@ impl RendererAdapter for GpuAdapter {
 
     fn draw(
         &mut self,
-        order: &RenderRequest,
+        request: &RenderRequest,
         shot: &Shot,
         _stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<PartialFrame, RenderError> {
         let target = self.target(shot.size);
-        let drawn = self.gpu.draw(&order.scene, shot, &target)?;
+        let drawn = self.gpu.draw(&request.scene, shot, &target)?;
         self.finish();
         Ok(PartialFrame {
-            canvas: Canvas::Texture(target),
+            image: FrameImage::Texture(target),
             light_samples: drawn.light_samples,
             unfinished: drawn.unfinished,
             relative_rms: drawn.relative_rms,
@@ -97,13 +98,13 @@ impl RendererAdapter for GpuAdapter {
 
     fn picture(
         &mut self,
-        order: &RenderRequest,
+        request: &RenderRequest,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError> {
-        self.gpu.render(&order.scene, &order.shot, stop)
+        self.gpu.render(&request.scene, &request.shot, stop)
     }
 
     fn lost(&self) -> Option<String> {
-        self.health.lost()
+        self.status.lost()
     }
 }

@@ -1,41 +1,40 @@
-//! The two directions between the window and the program around it.
+//! The interface between the window and the program around it.
 
 use std::sync::mpsc::Sender;
 
 use preview::{Picture, PreviewUpdate, Subject};
 
-/// Sends news to a window and wakes it, from any thread.
+/// Sends updates to a window and repaints it, from any thread.
 #[derive(Clone, Debug)]
 pub struct UpdateSender {
-    news: Sender<PreviewUpdate>,
+    updates: Sender<PreviewUpdate>,
     window: eframe::egui::Context,
 }
 
 impl UpdateSender {
-    pub(crate) fn new(news: Sender<PreviewUpdate>, window: eframe::egui::Context) -> Self {
-        Self { news, window }
+    pub(crate) fn new(updates: Sender<PreviewUpdate>, window: eframe::egui::Context) -> Self {
+        Self { updates, window }
     }
 
-    /// Sends. After the window has closed this does nothing.
-    pub fn send(&self, news: PreviewUpdate) {
-        if self.news.send(news).is_ok() {
+    /// Sends an update. After the window has closed this does nothing.
+    pub fn send(&self, update: PreviewUpdate) {
+        if self.updates.send(update).is_ok() {
             self.window.request_repaint();
         }
     }
 }
 
-/// The program around the window. It is called on the window's thread, so that no method may wait for anything.
+/// The program around the window. It is called on the window's thread, so no method may block.
 pub trait Host: Send {
-    /// The window wants a subject; [`PreviewUpdate::Scene`] is to follow, or [`PreviewUpdate::Failure`]. An earlier wish is no longer wanted.
+    /// Requests a subject in place of the one requested before. The host answers with
+    /// [`PreviewUpdate::Scene`] or [`PreviewUpdate::Failure`].
     fn show(&mut self, subject: &Subject);
 
-    /// What to give to the next window as [`WindowSettings::state`]: JSON. Called a moment after the last change, and
-    /// when the window closes.
-    ///
-    /// [`WindowSettings::state`]: super::WindowSettings::state
+    /// Saves the window's settings, JSON, for [`preview::InitialView::state`] of the next window. Called a
+    /// moment after the last change, and when the window closes.
     fn keep_state(&mut self, json: &str);
 
-    /// Keeps a picture of a subject. A [`PreviewUpdate::Toast`] is to say where, or why not.
+    /// Saves a picture of a subject. The host reports the file or the error as a [`PreviewUpdate::Toast`].
     fn screenshot(&mut self, subject: &Subject, picture: Picture);
 
     /// The window has closed.

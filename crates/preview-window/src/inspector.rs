@@ -1,37 +1,36 @@
-//! The panel on the right: figures of what is seen.
+//! The panel on the right: statistics of the scene and the view.
 
 use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
 use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
 
-use crate::error_meter::{ErrorMeter, Verdict};
-use crate::figures::Figures;
-use crate::keys::label;
+use crate::error_meter::{ErrorMeter, ModeError};
 use crate::numbers;
-use crate::state::{Shown, State};
+use crate::scene_statistics::SceneStatistics;
+use crate::state::{ShownScene, State};
 use crate::theme;
-use preview::{Arrangement, Backdrop};
+use preview::{Arrangement, Background, Named};
 
-/// What is not known yet.
-const SOON: &str = "...";
+/// A value that is not known yet.
+const UNKNOWN: &str = "...";
 
-pub(crate) fn inspector(ui: &mut Ui, state: &State, judge: &ErrorMeter) {
+pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let Some(shown) = &state.shown else {
-            ui.label(RichText::new("nothing is shown yet").color(theme::WEAK));
+            ui.label(RichText::new("no scene yet").color(theme::WEAK));
             return;
         };
-        let figures = judge.figures(shown.edition);
-        subject(ui, shown, figures.as_deref());
-        errors(ui, state, judge);
-        energies(ui, figures.as_deref());
-        sizes(ui, shown, figures.as_deref());
+        let statistics = error_meter.statistics(shown.scene_id);
+        subject(ui, shown, statistics.as_deref());
+        errors(ui, state, error_meter);
+        energies(ui, statistics.as_deref());
+        sizes(ui, shown, statistics.as_deref());
         view(ui, state);
         notes(ui, shown);
     });
 }
 
-fn subject(ui: &mut Ui, shown: &Shown, figures: Option<&Figures>) {
-    let known = |of: &dyn Fn(&Figures) -> String| figures.map_or_else(|| SOON.to_owned(), of);
+fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>) {
+    let known = |of: &dyn Fn(&SceneStatistics) -> String| statistics.map_or_else(|| UNKNOWN.to_owned(), of);
     section(
         ui,
         "Subject",
@@ -41,24 +40,24 @@ fn subject(ui: &mut Ui, shown: &Shown, figures: Option<&Figures>) {
             ("mesh", shown.subject.mesh.clone()),
             (
                 "triangles",
-                known(&|figures| match figures.objects {
-                    1 => figures.triangles.to_string(),
-                    objects => format!("{} in {objects} objects", figures.triangles),
+                known(&|statistics| match statistics.objects {
+                    1 => statistics.triangles.to_string(),
+                    objects => format!("{} in {objects} objects", statistics.triangles),
                 }),
             ),
             (
                 "degree F",
-                known(&|figures| {
-                    figures.f.map_or_else(|| "not known of a map".to_owned(), |f| f.to_string())
+                known(&|statistics| {
+                    statistics.f.map_or_else(|| "unknown for a map".to_owned(), |f| f.to_string())
                 }),
             ),
-            ("degree P", known(&|figures| figures.p.to_string())),
-            ("maps are about the", known(&|figures| figures.centre.to_owned())),
+            ("degree P", known(&|statistics| statistics.p.to_string())),
+            ("maps centre on the", known(&|statistics| statistics.centre.to_owned())),
         ],
     );
 }
 
-fn errors(ui: &mut Ui, state: &State, judge: &ErrorMeter) {
+fn errors(ui: &mut Ui, state: &State, error_meter: &ErrorMeter) {
     let settings = &state.settings;
     let mut modes = vec![settings.mode];
     if settings.arrangement != Arrangement::One && settings.second != settings.mode {
@@ -68,46 +67,46 @@ fn errors(ui: &mut Ui, state: &State, judge: &ErrorMeter) {
     let rows: Vec<(&str, String)> = modes
         .into_iter()
         .map(|mode| {
-            let verdict = match judge.verdict(mode) {
-                None => SOON.to_owned(),
-                Some(Verdict::Rms { relative, by }) => {
-                    samples = samples.max(by);
+            let mode_error = match error_meter.mode_error(mode) {
+                None => UNKNOWN.to_owned(),
+                Some(ModeError::Rms { relative, light_samples }) => {
+                    samples = samples.max(light_samples);
                     numbers::error(relative)
                 }
-                Some(Verdict::None(why)) => why,
+                Some(ModeError::None(why)) => why,
             };
-            (label(mode), verdict)
+            (mode.label(), mode_error)
         })
         .collect();
     section(ui, "RMS against brute force", &rows);
     if samples > 0 {
-        explain(ui, &format!("of this view, small, by {samples} samples of light a pixel"));
+        explain(ui, &format!("in this view at a small size, {samples} light samples per pixel"));
     }
 }
 
-fn energies(ui: &mut Ui, figures: Option<&Figures>) {
-    let known = |of: &dyn Fn(&Figures) -> String| figures.map_or_else(|| SOON.to_owned(), of);
+fn energies(ui: &mut Ui, statistics: Option<&SceneStatistics>) {
+    let known = |of: &dyn Fn(&SceneStatistics) -> String| statistics.map_or_else(|| UNKNOWN.to_owned(), of);
     section(
         ui,
         "Energy",
         &[
-            ("captured of the light, to F", known(&|figures| numbers::percent(figures.captured()))),
+            ("of the light up to F", known(&|statistics| numbers::percent(statistics.captured()))),
             (
                 "the same from every view",
-                known(&|figures| {
-                    figures.plain.map_or_else(|| "not known of a map".to_owned(), numbers::percent)
+                known(&|statistics| {
+                    statistics.plain.map_or_else(|| "unknown for a map".to_owned(), numbers::percent)
                 }),
             ),
         ],
     );
-    let Some(figures) = figures else { return };
+    let Some(statistics) = statistics else { return };
     let points = |shares: &[f64]| -> PlotPoints<'static> {
-        // Powers of ten; what is nothing has no point.
+        // Powers of ten; zero has no point.
         let shares = shares.iter().enumerate().filter(|(_, share)| **share > 1e-12);
         shares.map(|(l, share)| [l as f64, share.log10()]).collect()
     };
-    let (lighting, reflected) = (points(&figures.lighting), points(&figures.reflected));
-    let most = figures.lighting.len().max(2) as f64 - 1.0;
+    let (lighting, reflected) = (points(&statistics.lighting), points(&statistics.reflected));
+    let most = statistics.lighting.len().max(2) as f64 - 1.0;
     Plot::new("energy per degree")
         .height(120.0)
         .show_axes(Vec2b::TRUE)
@@ -142,12 +141,12 @@ fn energies(ui: &mut Ui, figures: Option<&Figures>) {
     });
 }
 
-fn sizes(ui: &mut Ui, shown: &Shown, figures: Option<&Figures>) {
-    let maps = figures.map(|figures| figures.maps.as_slice()).unwrap_or_default();
+fn sizes(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>) {
+    let maps = statistics.map(|statistics| statistics.maps.as_slice()).unwrap_or_default();
     let maps: Vec<(&str, String)> =
         maps.iter().map(|(name, size)| (name.as_str(), numbers::bytes(*size))).collect();
     section(ui, "Maps in memory, 32-bit RGB", &maps);
-    let exports = &shown.facts.exports;
+    let exports = &shown.details.exports;
     if !exports.is_empty() {
         let exports: Vec<(&str, String)> =
             exports.iter().map(|export| (export.name.as_str(), numbers::bytes(export.bytes))).collect();
@@ -157,8 +156,10 @@ fn sizes(ui: &mut Ui, shown: &Shown, figures: Option<&Figures>) {
 
 fn view(ui: &mut Ui, state: &State) {
     let settings = &state.settings;
-    let grey =
-        if settings.backdrop == Backdrop::Flat { "flat grey, 0.18" } else { settings.backdrop.label() };
+    let background = match settings.background {
+        Background::Flat(_) => "flat grey, 0.18",
+        background => background.name(),
+    };
     section(
         ui,
         "View",
@@ -167,20 +168,20 @@ fn view(ui: &mut Ui, state: &State) {
             ("camera yaw, pitch", pair(settings.camera.yaw, settings.camera.pitch)),
             ("zoom", format!("{:.2}", settings.zoom)),
             ("exposure", numbers::stops(settings.exposure)),
-            ("tone curve", settings.tone.label().to_owned()),
-            ("background", grey.to_owned()),
+            ("tone curve", settings.tone.name().to_owned()),
+            ("background", background.to_owned()),
             ("output", "sRGB, 8 bits".to_owned()),
         ],
     );
-    explain(ui, "light is linear Rec. 709; yaw and pitch of the light are those of the kind rotate");
+    explain(ui, "radiance is linear Rec. 709; yaw and pitch of the light are as in the kind rotate");
 }
 
-fn notes(ui: &mut Ui, shown: &Shown) {
-    if shown.facts.notes.is_empty() {
+fn notes(ui: &mut Ui, shown: &ShownScene) {
+    if shown.details.notes.is_empty() {
         return;
     }
     heading(ui, "Notes");
-    for note in &shown.facts.notes {
+    for note in &shown.details.notes {
         ui.label(note);
     }
 }
@@ -197,12 +198,12 @@ fn power(exponent: f64) -> String {
     }
 }
 
-/// A line for each power of ten, or for each second or third where there are many.
+/// A line for each power of ten, or for every second or third one if there are many.
 fn decades(input: GridInput) -> Vec<GridMark> {
     marks(input, |range| (range / 5.0).ceil().max(1.0))
 }
 
-/// A line for each degree, or for each tenth, hundredth, ... where there are many.
+/// A line for each degree, or for every tenth, hundredth, ... if there are many.
 fn tens(input: GridInput) -> Vec<GridMark> {
     marks(input, |range| 10_f64.powf((range / 15.0).log10().ceil()).max(1.0))
 }
@@ -210,7 +211,7 @@ fn tens(input: GridInput) -> Vec<GridMark> {
 fn marks(input: GridInput, step: impl Fn(f64) -> f64) -> Vec<GridMark> {
     let (least, most) = input.bounds;
     let step = step(most - least);
-    // Marks far apart are drawn at full strength.
+    // egui draws marks that are far apart at full strength.
     let mark = |count: i32| GridMark { value: step * f64::from(count), step_size: 1e6 };
     ((least / step).ceil() as i32..=(most / step).floor() as i32).map(mark).collect()
 }

@@ -1,4 +1,4 @@
-//! What the keyboard does.
+//! The state of the keyboard, which turns key presses into actions.
 
 use std::collections::BTreeSet;
 
@@ -7,20 +7,19 @@ use eframe::egui::{Context, Event, Key, Popup};
 use crate::keys;
 use crate::state::Action;
 
-/// What is known of the keyboard from frame to frame.
+/// The state of the keyboard between frames.
 #[derive(Debug, Default)]
 pub(crate) struct Keyboard {
-    /// The keys that are held down, by their places: `?` goes up as `/` where Shift was let go before it.
+    /// The keys that are down, by their places: if Shift is released first, `?` is released as `/`.
     down: BTreeSet<Key>,
-    /// Whether the last frame left it to a text field.
+    /// Whether a text field had the keyboard in the last frame.
     typing: bool,
 }
 
 impl Keyboard {
-    /// What the keys ask for that were pressed, before a frame is drawn.
+    /// The actions of the keys that were pressed, before a frame is drawn.
     ///
-    /// Escape has taken the keyboard away from a text field before anyone is asked, as it closes a list that has dropped down,
-    /// and does no more.
+    /// If egui uses Escape to leave a text field or close a drop-down list, it has no other action.
     pub(crate) fn pressed(&mut self, context: &Context) -> Vec<Action> {
         let elsewhere = self.typing || context.text_edit_focused() || Popup::is_any_open(context);
         let widget = context.egui_wants_keyboard_input();
@@ -46,8 +45,8 @@ impl Keyboard {
         pressed.collect()
     }
 
-    /// To be told after a frame was drawn.
-    pub(crate) fn drawn(&mut self, context: &Context) {
+    /// Must be called after a frame was drawn.
+    pub(crate) fn end_frame(&mut self, context: &Context) {
         self.typing = context.text_edit_focused();
     }
 }

@@ -1,4 +1,4 @@
-//! What each key does. The table is the one place: the help is drawn from it, and input is looked up in it.
+//! The table of key bindings, from which the help is drawn and in which input is looked up.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,7 @@ use preview::List;
 use preview::Mode;
 use preview::{Aim, Arrangement};
 
-/// A key, with what is held down beside it.
+/// A key with its modifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Chord {
     pub(crate) key: Key,
@@ -17,25 +17,25 @@ pub(crate) struct Chord {
     pub(crate) command: bool,
 }
 
-/// What a key does.
+/// A key and its action.
 #[derive(Clone, Debug)]
 pub(crate) struct Binding {
     pub(crate) chord: Chord,
-    /// Under which heading the help lists it.
+    /// Its heading in the help.
     pub(crate) group: &'static str,
-    /// What it does, for people.
+    /// Its description in the help.
     pub(crate) name: String,
     pub(crate) action: Action,
 }
 
-/// What the pointer does, for the help.
+/// The pointer's actions, for the help.
 pub(crate) const POINTER: [(&str, &str); 6] = [
     ("left drag", "turn the camera"),
     ("right drag, or with Shift", "turn the light"),
     ("wheel", "zoom"),
     ("drag the divider", "move the split"),
-    ("double click", "camera as at first"),
-    ("Tab", "to the next control"),
+    ("double click", "reset the camera"),
+    ("Tab", "next control"),
 ];
 
 impl Chord {
@@ -51,7 +51,7 @@ impl Chord {
         Self { command: true, ..Self::plain(key) }
     }
 
-    /// How people write it.
+    /// Its name in the help.
     pub(crate) fn name(self) -> String {
         let key = match self.key {
             Key::ArrowLeft => "left",
@@ -68,8 +68,9 @@ impl Chord {
         held.into_iter().filter(|(held, _)| *held).map(|(_, name)| name).collect::<String>() + key
     }
 
-    /// Whether a press is this chord. Keys are known by what is written on them, `?` with or without shift. Digits are
-    /// known by their place too, since with shift, and on French keyboards without it, they give another sign.
+    /// Whether a press is this chord. Keys are found by their letter, `?` with or without Shift. Digits are
+    /// found by their place as well, because with Shift, and on French keyboards without it, they type
+    /// another character.
     fn is(self, key: Key, place: Option<Key>, held: Modifiers) -> bool {
         let by_place = DIGITS.contains(&self.key) || self.key == Key::Num0;
         (self.key == key || by_place && place == Some(self.key))
@@ -79,12 +80,12 @@ impl Chord {
     }
 }
 
-/// The action of a press: the key by its letter, by its place where that is known, and what is held down.
+/// The action of a key press: by the key's letter, its place if that is known, and the modifiers.
 pub(crate) fn action(key: Key, place: Option<Key>, held: Modifiers) -> Option<&'static Action> {
     bindings().iter().find(|binding| binding.chord.is(key, place, held)).map(|binding| &binding.action)
 }
 
-/// Whether an action goes on while its key is held down.
+/// Whether an action repeats while its key is held down.
 pub(crate) fn repeats(action: &Action) -> bool {
     matches!(
         action,
@@ -97,7 +98,7 @@ pub(crate) fn repeats(action: &Action) -> bool {
     )
 }
 
-/// Whether a key is for the widget that has the focus, where one has.
+/// Whether a key belongs to the focused widget, if there is one.
 pub(crate) fn is_of_widgets(key: Key) -> bool {
     matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown)
 }
@@ -108,15 +109,10 @@ pub(crate) fn bindings() -> &'static [Binding] {
     &TABLE
 }
 
-/// The mode's name in lists and over the picture.
-pub(crate) fn label(mode: Mode) -> &'static str {
-    mode.label()
-}
-
 const DIGITS: [Key; Mode::ALL.len()] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
-/// By how much a press turns: 5 degrees.
+/// The angle of one press: 5 degrees.
 const TURN: f64 = std::f64::consts::PI / 36.0;
 
 #[rustfmt::skip]
@@ -128,48 +124,48 @@ fn table() -> Vec<Binding> {
         table.push(Binding { chord, group, name: name.to_owned(), action });
     };
     for (key, mode) in DIGITS.into_iter().zip(Mode::ALL) {
-        add("Mode", C::plain(key), label(mode), Action::Mode(mode));
+        add("Mode", C::plain(key), mode.label(), Action::Mode(mode));
     }
     for (key, mode) in DIGITS.into_iter().zip(Mode::ALL) {
-        add("Second mode", C::shift(key), label(mode), Action::Second(mode));
+        add("Second mode", C::shift(key), mode.label(), Action::Second(mode));
     }
     let group = "Comparison";
     add(group, C::plain(Key::S), "split", Action::Toggle(Arrangement::Split));
     add(group, C::plain(Key::D), "difference", Action::Toggle(Arrangement::Difference));
-    add(group, C::plain(Key::X), "exchange both modes", Action::Swap);
-    add(group, C::plain(Key::Comma), "divider to the left", Action::MoveDivider(-0.05));
-    add(group, C::plain(Key::Period), "divider to the right", Action::MoveDivider(0.05));
+    add(group, C::plain(Key::X), "swap both modes", Action::Swap);
+    add(group, C::plain(Key::Comma), "move the divider left", Action::MoveDivider(-0.05));
+    add(group, C::plain(Key::Period), "move the divider right", Action::MoveDivider(0.05));
     add(group, C::plain(Key::A), "amplify twice as much", Action::AmplifyBy(1));
     add(group, C::shift(Key::A), "amplify half as much", Action::AmplifyBy(-1));
     let group = "Subject";
     add(group, C::plain(Key::N), "next environment", Action::Step(List::Environments, 1));
-    add(group, C::shift(Key::N), "environment before", Action::Step(List::Environments, -1));
+    add(group, C::shift(Key::N), "previous environment", Action::Step(List::Environments, -1));
     add(group, C::plain(Key::M), "next material", Action::Step(List::Materials, 1));
-    add(group, C::shift(Key::M), "material before", Action::Step(List::Materials, -1));
+    add(group, C::shift(Key::M), "previous material", Action::Step(List::Materials, -1));
     add(group, C::plain(Key::G), "next mesh", Action::Step(List::Meshes, 1));
-    add(group, C::shift(Key::G), "mesh before", Action::Step(List::Meshes, -1));
+    add(group, C::shift(Key::G), "previous mesh", Action::Step(List::Meshes, -1));
     let group = "Picture";
     add(group, C::plain(Key::E), "a third of a stop brighter", Action::ExposeBy(1.0 / 3.0));
     add(group, C::shift(Key::E), "a third of a stop darker", Action::ExposeBy(-1.0 / 3.0));
     add(group, C::plain(Key::Num0), "exposure 0", Action::Expose(0.0));
     add(group, C::plain(Key::T), "next tone curve", Action::NextTone);
     add(group, C::plain(Key::B), "next background", Action::StepBackground(1));
-    add(group, C::shift(Key::B), "background before", Action::StepBackground(-1));
-    add(group, C::plain(Key::P), "keep a picture", Action::Screenshot);
+    add(group, C::shift(Key::B), "previous background", Action::StepBackground(-1));
+    add(group, C::plain(Key::P), "save a screenshot", Action::Screenshot);
     let group = "Camera";
-    add(group, C::plain(Key::ArrowLeft), "turn", Action::Orbit(turn(-1.0, 0.0)));
-    add(group, C::plain(Key::ArrowRight), "turn", Action::Orbit(turn(1.0, 0.0)));
+    add(group, C::plain(Key::ArrowLeft), "turn left", Action::Orbit(turn(-1.0, 0.0)));
+    add(group, C::plain(Key::ArrowRight), "turn right", Action::Orbit(turn(1.0, 0.0)));
     add(group, C::plain(Key::ArrowUp), "higher", Action::Orbit(turn(0.0, 1.0)));
     add(group, C::plain(Key::ArrowDown), "lower", Action::Orbit(turn(0.0, -1.0)));
-    add(group, C::plain(Key::Z), "nearer", Action::ZoomBy(1.25));
-    add(group, C::shift(Key::Z), "farther", Action::ZoomBy(0.8));
-    add(group, C::plain(Key::Home), "as at first", Action::ResetCamera);
+    add(group, C::plain(Key::Z), "zoom in", Action::ZoomBy(1.25));
+    add(group, C::shift(Key::Z), "zoom out", Action::ZoomBy(0.8));
+    add(group, C::plain(Key::Home), "reset the camera", Action::ResetCamera);
     let group = "Light";
     add(group, C::shift(Key::ArrowLeft), "yaw", Action::TurnLight(turn(-1.0, 0.0)));
     add(group, C::shift(Key::ArrowRight), "yaw", Action::TurnLight(turn(1.0, 0.0)));
     add(group, C::shift(Key::ArrowUp), "pitch", Action::TurnLight(turn(0.0, -1.0)));
     add(group, C::shift(Key::ArrowDown), "pitch", Action::TurnLight(turn(0.0, 1.0)));
-    add(group, C::shift(Key::Home), "as it was made", Action::ResetLight);
+    add(group, C::shift(Key::Home), "reset the light", Action::ResetLight);
     let group = "Window";
     add(group, C::plain(Key::L), "lists", Action::ToggleLists);
     add(group, C::plain(Key::I), "inspector", Action::ToggleInspector);
@@ -177,8 +173,8 @@ fn table() -> Vec<Binding> {
     add(group, C::plain(Key::F), "full screen", Action::ToggleFullscreen);
     add(group, C::plain(Key::Questionmark), "this help", Action::ToggleHelp);
     add(group, C::plain(Key::F1), "this help", Action::ToggleHelp);
-    add(group, C::plain(Key::Escape), "away with what is over the picture", Action::Dismiss);
-    add(group, C::plain(Key::W), "the failure again", Action::ShowFailure);
+    add(group, C::plain(Key::Escape), "close what is over the picture", Action::Dismiss);
+    add(group, C::plain(Key::W), "show the failure again", Action::ShowFailure);
     add(group, C::command(Key::Q), "close", Action::Close);
     table
 }
@@ -188,7 +184,8 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use preview::{Backdrop, Tone};
+    use envmap::ToneMap;
+    use preview::Background;
 
     const HELD: Modifiers = Modifiers::NONE;
 
@@ -211,14 +208,14 @@ mod tests {
     #[test]
     fn no_chord_does_two_things() {
         for (at, binding) in bindings().iter().enumerate() {
-            let twice = bindings()[..at].iter().find(|before| before.chord == binding.chord);
-            assert!(twice.is_none(), "{}: {} and {twice:?}", binding.chord.name(), binding.name);
+            let other = bindings()[..at].iter().find(|before| before.chord == binding.chord);
+            assert!(other.is_none(), "{}: {} and {other:?}", binding.chord.name(), binding.name);
             assert!(!binding.name.is_empty() && !binding.chord.name().is_empty());
         }
     }
 
     #[test]
-    fn every_chord_is_found_by_its_own_press_and_no_other() {
+    fn every_chord_is_found_by_its_own_press_only() {
         for binding in bindings() {
             let Chord { key, shift, command } = binding.chord;
             let held = Modifiers { shift, command, ctrl: command, ..HELD };
@@ -229,9 +226,9 @@ mod tests {
         assert_eq!(action(Key::Y, None, HELD), None);
     }
 
-    /// What X11 and others send for Shift+2 on an American keyboard, and for ? on it and on a German one.
+    /// X11 and others send this for Shift+1 on American keyboards, and for ? on American and German ones.
     #[test]
-    fn shifted_digits_are_known_by_their_place_and_signs_by_their_letter() {
+    fn shifted_digits_are_found_by_their_place_and_letters_by_their_letter() {
         let shift = Modifiers { shift: true, ..HELD };
         assert_eq!(action(Key::Exclamationmark, Some(Key::Num1), shift), Some(&Action::Second(Mode::ALL[0])));
         assert_eq!(action(Key::Questionmark, Some(Key::Slash), shift), Some(&Action::ToggleHelp));
@@ -239,10 +236,10 @@ mod tests {
         assert_eq!(action(Key::Q, Some(Key::A), HELD), None, "a French keyboard has Q where others have A");
     }
 
-    /// One of each kind of action, and the kinds that only the pointer makes with the kind that a key makes instead. The
-    /// match has no rest, so that a new kind cannot be forgotten.
+    /// One action of each kind. The kinds that only the pointer causes share a name with that of a key. The
+    /// match is exhaustive, so that a new kind cannot be forgotten.
     #[test]
-    fn whatever_the_pointer_does_a_key_does() {
+    fn every_action_of_the_pointer_has_a_key() {
         let name = |action: &Action| match action {
             Action::Choose(..) | Action::Step(..) => "step",
             Action::Mode(_) => "mode",
@@ -265,7 +262,7 @@ mod tests {
             Action::TogglePanels => "panels",
             Action::ToggleHelp => "help",
             Action::ToggleFullscreen => "full screen",
-            Action::Dismiss | Action::PutAside => "dismiss",
+            Action::Dismiss | Action::HideFailure => "dismiss",
             Action::ShowFailure => "failure",
             Action::Screenshot => "screenshot",
             Action::Close => "close",
@@ -280,10 +277,10 @@ mod tests {
             Action::Arrange(Arrangement::One),
             Action::Divider(0.5),
             Action::Amplify(1.0),
-            Action::Background(Backdrop::Flat),
+            Action::Background(Background::Harmonics),
             Action::Expose(0.0),
             Action::ExposeBy(1.0),
-            Action::Tone(Tone::Plain),
+            Action::Tone(ToneMap::Plain),
             Action::TurnLight(aim),
             Action::ResetLight,
             Action::Orbit(aim),

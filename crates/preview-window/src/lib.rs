@@ -1,8 +1,9 @@
 //! The window of the preview.
 //!
-//! [`open`] shows it and returns when it is closed. What it shows comes from outside, as [`PreviewUpdate`] through a [`UpdateSender`]:
-//! which subjects there are, the scene of the one that is wanted, what went wrong. What it wants goes to its [`Host`]. So the
-//! window knows no manifest, no watcher and no file.
+//! [`open`] shows it and returns when it is closed. The program around it sends what to show through an
+//! [`UpdateSender`], each message a [`preview::PreviewUpdate`]: the subjects that exist, the scene of the
+//! selected one, errors. The window sends its own requests to its [`Host`]. So it knows no manifest, no
+//! watcher and no file.
 
 #![cfg(feature = "window")]
 
@@ -10,7 +11,6 @@ mod adaptive_quality;
 mod app;
 mod device_health;
 mod error_meter;
-mod figures;
 mod gpu_adapter;
 mod host;
 mod inspector;
@@ -21,10 +21,12 @@ mod lists;
 mod notices;
 mod numbers;
 mod panel_layout;
+mod panics;
+mod picture_texture;
 mod pointer;
 mod render_thread;
 mod renderer_adapter;
-mod screen;
+mod scene_statistics;
 mod state;
 #[cfg(test)]
 mod testkit;
@@ -32,16 +34,15 @@ mod theme;
 mod toolbar;
 mod view;
 
-use std::any::Any;
-use std::panic::AssertUnwindSafe;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, PoisonError, mpsc};
 
 use eframe::egui::{IconData, ViewportBuilder};
 use eframe::egui_wgpu::{SurfaceConfig, WgpuConfiguration, WgpuSetupCreateNew};
 use eframe::{AppCreator, NativeOptions};
 
-use app::{App, Loss};
-use preview::{Gpu, InitialView, RenderError};
+use app::{App, DeviceLoss};
+use preview::{Gpu, InitialView};
 use state::State;
 
 pub use host::{Host, UpdateSender};
@@ -49,76 +50,63 @@ pub use host::{Host, UpdateSender};
 /// How a window begins.
 #[derive(Clone, Debug, Default)]
 pub struct WindowSettings {
-    /// What it shows first. If the kept state cannot be read, a message says so.
+    /// What it shows first. If the saved settings cannot be read, a message says so.
     pub view: InitialView,
     /// Whether the CPU draws the pictures even if a graphics device could.
     pub cpu: bool,
-    /// Whether the device is destroyed after the first picture, to test the loss of a device.
-    pub rehearse_loss: bool,
+    /// Whether to destroy the device after the first picture, to test what follows.
+    pub simulate_device_loss: bool,
 }
 
-/// Why there is no window, or no longer.
+/// Why the window cannot be opened, or why it closed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WindowError {
-    /// There is nowhere to open it.
+    /// There is no display.
     #[error("no display: {0}")]
     NoDisplay(String),
     /// No graphics device can draw it.
     #[error("no graphics device for a window: {0}")]
     NoAdapter(String),
-    /// The graphics device stopped working. The state was kept; the window may be opened once more.
+    /// The graphics device stopped working. The host has the settings; the window may be opened again.
     #[error("the graphics device is lost: {0}")]
     Lost(String),
 }
 
 /// Shows the window until it is closed. The calling thread must be the main one of the process.
 ///
-/// `start` is called once the window is there, with what sends it news. PreviewUpdate that is sent after the window has closed
-/// goes nowhere.
+/// `start` is called once the window is open, with the sender of its updates. Updates that are sent after the
+/// window has closed are dropped.
 ///
 /// # Errors
-/// Where no window can be opened (then `start` was not called), and where its device is lost.
+/// If the window cannot be opened (then `start` was not called), or if its device is lost.
 pub fn open(
     settings: WindowSettings,
     host: Box<dyn Host>,
     start: impl FnOnce(UpdateSender),
 ) -> Result<(), WindowError> {
     let state = State::new(settings.view);
-    let loss = Loss::default();
-    let left = Loss::clone(&loss);
+    let loss = DeviceLoss::default();
+    let reported = DeviceLoss::clone(&loss);
     let options = options(&state);
     let create: AppCreator<'_> = Box::new(move |creation| {
         let gpu = creation.wgpu_render_state.as_ref().ok_or("the window has no graphics device")?;
-        let (sender, news) = mpsc::channel();
-        let mut app = App::new(creation, gpu, state, host, news, left, settings.cpu)?;
-        app.rehearse_loss = settings.rehearse_loss;
+        let (sender, updates) = mpsc::channel();
+        let mut app = App::new(creation, gpu, state, host, updates, reported, settings.cpu)?;
+        app.simulate_device_loss = settings.simulate_device_loss;
         start(UpdateSender::new(sender, creation.egui_ctx.clone()));
         Ok(Box::new(app))
     });
-    // What opens windows panics where a display or a device goes away under it.
-    let run = AssertUnwindSafe(|| eframe::run_native("specula-preview", options, create));
-    let ended = std::panic::catch_unwind(run);
+    // eframe and winit panic if the display or the device disappears.
+    let ended = catch_unwind(AssertUnwindSafe(|| eframe::run_native("specula-preview", options, create)));
     let lost = loss.lock().unwrap_or_else(PoisonError::into_inner).take();
     match (lost, ended) {
         (Some(reason), _) => Err(WindowError::Lost(reason)),
         (None, Ok(Ok(()))) => Ok(()),
         (None, Ok(Err(error))) => Err(error.into()),
-        (None, Err(panic)) => Err(WindowError::Lost(format!("the window stopped: {}", said(panic.as_ref())))),
+        (None, Err(panic)) => {
+            Err(WindowError::Lost(format!("the window panicked: {}", panics::message(panic.as_ref()))))
+        }
     }
-}
-
-/// What a panic said.
-fn said(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied();
-    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    text.unwrap_or("it did not say why").to_owned()
-}
-
-/// Works for a thread of the window, and makes an error of a panic: with its thread gone the window would stand still and
-/// never say why.
-fn guarded<T>(work: impl FnOnce() -> Result<T, RenderError>) -> Result<T, RenderError> {
-    let ended = std::panic::catch_unwind(AssertUnwindSafe(work));
-    ended.unwrap_or_else(|panic| Err(RenderError::Device(format!("it panicked: {}", said(panic.as_ref())))))
 }
 
 fn options(state: &State) -> NativeOptions {
@@ -137,7 +125,7 @@ fn options(state: &State) -> NativeOptions {
             wgpu_setup: create.into(),
             ..WgpuConfiguration::default().with_surface_config(SurfaceConfig::LOW_LATENCY)
         },
-        // The codes of a picture arrive on the screen as they are.
+        // The screen shows the picture's codes unchanged.
         dithering: false,
         persist_window: false,
         ..NativeOptions::default()
@@ -149,17 +137,17 @@ impl From<eframe::Error> for WindowError {
         match error {
             eframe::Error::Wgpu(error) => Self::NoAdapter(error.to_string()),
             eframe::Error::AppCreation(error) => Self::NoAdapter(error.to_string()),
-            eframe::Error::Winit(error) => Self::NoDisplay(without_place(&error.to_string())),
-            eframe::Error::WinitEventLoop(error) => Self::NoDisplay(without_place(&error.to_string())),
+            eframe::Error::Winit(error) => Self::NoDisplay(without_location(&error.to_string())),
+            eframe::Error::WinitEventLoop(error) => Self::NoDisplay(without_location(&error.to_string())),
         }
     }
 }
 
-/// A message of winit without the line of its source that it begins with.
-fn without_place(message: &str) -> String {
-    let place = message.strip_prefix("os error at ").and_then(|rest| rest.split_once(".rs:"));
-    let said = place.and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, said)| said);
-    said.trim_end_matches('.').to_owned()
+/// A message of winit without the source location that it begins with.
+fn without_location(message: &str) -> String {
+    let location = message.strip_prefix("os error at ").and_then(|rest| rest.split_once(".rs:"));
+    let text = location.and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, text)| text);
+    text.trim_end_matches('.').to_owned()
 }
 
 #[cfg(test)]
@@ -167,10 +155,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn messages_of_winit_lose_the_place_in_its_source() {
+    fn messages_of_winit_lose_their_source_location() {
         let long =
             "os error at /home/x/winit-0.30.13/src/platform_impl/linux/mod.rs:788: Failed to open: display";
-        assert_eq!(without_place(long), "Failed to open: display");
-        assert_eq!(without_place("no place here."), "no place here");
+        assert_eq!(without_location(long), "Failed to open: display");
+        assert_eq!(without_location("no location here."), "no location here");
     }
 }

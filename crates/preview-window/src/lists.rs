@@ -1,4 +1,4 @@
-//! The panel on the left: what can be shown.
+//! The panel on the left: lists of environments, materials and meshes.
 
 use eframe::egui::{Atom, Button, Id, RichText, ScrollArea, Ui, vec2};
 
@@ -13,7 +13,7 @@ pub(crate) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
         {
             ui.add_space(6.0);
             ui.label(RichText::new(heading).small().color(theme::WEAK));
-            let (names, chosen) = list.of(&state.catalogue, &state.settings.subject);
+            let (names, chosen) = list.of(&state.catalog, &state.settings.subject);
             if names.is_empty() {
                 ui.label(RichText::new("none yet").color(theme::WEAK));
             }
@@ -22,8 +22,8 @@ pub(crate) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
                 let width = ui.available_width();
                 let row = Button::selectable(name == chosen, (name.as_str(), Atom::grow()));
                 let row = ui.add(row.truncate().min_size(vec2(width, 20.0)));
-                let last = Id::unique(("chosen last", heading));
-                if name == chosen && ui.data_mut(|data| is_another(data.get_temp_mut_or_default(last), name))
+                let last = Id::unique(("last choice", heading));
+                if name == chosen && ui.data_mut(|data| has_changed(data.get_temp_mut_or_default(last), name))
                 {
                     row.scroll_to_me(None);
                 }
@@ -35,9 +35,9 @@ pub(crate) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     });
 }
 
-/// Whether a name is another than the one before, which it then is; what is seen first is not another.
-fn is_another(before: &mut String, name: &str) -> bool {
-    let another = !before.is_empty() && before != name;
+/// Stores a name and says whether it differs from the one before. The first name is not a change.
+fn has_changed(before: &mut String, name: &str) -> bool {
+    let changed = !before.is_empty() && before != name;
     name.clone_into(before);
-    another
+    changed
 }

@@ -1,25 +1,33 @@
-//! What lies over the picture: the failure, toasts, the help; and the line below it.
+//! Panels over the picture: the failure, toasts and the help; and the status line below it.
 
 use eframe::egui::{
     Align, Align2, Area, Button, Frame, Grid, Id, Label, Layout, Margin, Order, Rect, RichText, ScrollArea,
     Sense, Stroke, Ui,
 };
 
-use crate::keys::{POINTER, bindings, label};
-use crate::panel_layout::PanelLayout;
-use crate::render_thread::Frame as Seen;
+use crate::keys::{POINTER, bindings};
+use crate::render_thread::RenderedFrame;
 use crate::state::{Action, State};
 use crate::{numbers, theme};
-use preview::Subject;
+use preview::{Mode, Subject};
 
-/// The line below the picture: what goes on, and how the picture was made.
-pub(crate) fn status(ui: &mut Ui, desk: &PanelLayout<'_>, actions: &mut Vec<Action>) {
-    let (state, seen) = (desk.state, desk.seen.map(|(_, frame)| frame));
+/// The line below the picture: the program's status on the left, how the picture was drawn on the right.
+///
+/// `drawing` says whether the requested picture is still being drawn.
+pub(crate) fn status(
+    ui: &mut Ui,
+    state: &State,
+    frame: Option<&RenderedFrame>,
+    drawing: bool,
+    adapter_name: &str,
+    actions: &mut Vec<Action>,
+) {
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.label(RichText::new(made(seen, desk.adapter)).color(theme::WEAK));
+            let drawn = frame.map_or_else(|| adapter_name.to_owned(), drawn);
+            ui.label(RichText::new(drawn).color(theme::WEAK));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| match &state.failure {
-                Some(lines) if state.failure_aside => {
+                Some(lines) if state.failure_hidden => {
                     let first = lines.get(1).or(lines.first()).map_or("failed", String::as_str);
                     let line = RichText::new(format!("failed: {first} (W)")).color(theme::FAILED);
                     if ui.add(Label::new(line).truncate().sense(Sense::click())).clicked() {
@@ -27,43 +35,38 @@ pub(crate) fn status(ui: &mut Ui, desk: &PanelLayout<'_>, actions: &mut Vec<Acti
                     }
                 }
                 _ => {
-                    ui.add(Label::new(said(desk)).truncate());
+                    ui.add(Label::new(progress(state, drawing)).truncate());
                 }
             });
         });
     });
 }
 
-fn said(desk: &PanelLayout<'_>) -> String {
-    let state = desk.state;
+fn progress(state: &State, drawing: bool) -> String {
     let Subject { environment, material, mesh } = &state.settings.subject;
     if state.waits() {
         return format!("loading {environment}, {material}, {mesh}");
     }
-    if state.shown.is_none() {
-        return state.status.clone();
-    }
-    if desk.refused.is_none() && !desk.reached {
-        let modes: Vec<&str> = state.settings.show().modes().map(label).collect();
+    if state.shown.is_some() && drawing {
+        let modes: Vec<&str> = state.settings.show().modes().map(Mode::label).collect();
         return format!("drawing {environment}, {material}, {mesh}: {}", modes.join(", "));
     }
     state.status.clone()
 }
 
-/// By what the picture was made, how large it is and how long it took.
-fn made(seen: Option<&Seen>, adapter: &str) -> String {
-    let Some(seen) = seen else { return adapter.to_owned() };
-    let [width, height] = seen.size;
-    let samples = match seen.light_samples {
+/// How many light samples the picture has, how long it took, its size and its renderer.
+fn drawn(frame: &RenderedFrame) -> String {
+    let [width, height] = frame.size;
+    let samples = match frame.light_samples {
         0 => String::new(),
-        1 => "1 sample of light so far  ·  ".to_owned(),
-        count if seen.unfinished => format!("{count} samples of light so far  ·  "),
-        count => format!("{count} samples of light  ·  "),
+        1 => "1 light sample so far  ·  ".to_owned(),
+        count if frame.unfinished => format!("{count} light samples so far  ·  "),
+        count => format!("{count} light samples  ·  "),
     };
-    format!("{samples}{}  ·  {width} x {height}  ·  {}", numbers::seconds(seen.seconds), seen.by)
+    format!("{samples}{}  ·  {width} x {height}  ·  {}", numbers::seconds(frame.seconds), frame.renderer)
 }
 
-/// The failure, at the lower edge of the picture, which stays in sight: a headline and the rest.
+/// The failure, a headline and its details, at the lower edge of the picture.
 pub(crate) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Vec<Action>) {
     let Some((headline, lines)) = lines.split_first() else { return };
     let width = (picture.width() - AROUND).clamp(120.0, 860.0);
@@ -71,8 +74,9 @@ pub(crate) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Ve
         ui.set_width(width);
         ui.horizontal(|ui| {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if ui.add(Button::new("aside").small()).on_hover_text("Escape; W brings it back").clicked() {
-                    actions.push(Action::PutAside);
+                let hide = Button::new("hide").small();
+                if ui.add(hide).on_hover_text("Escape; W shows it again").clicked() {
+                    actions.push(Action::HideFailure);
                 }
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                     ui.add(Label::new(RichText::new(headline).color(theme::FAILED)).truncate());
@@ -88,27 +92,27 @@ pub(crate) fn failure(ui: &Ui, picture: Rect, lines: &[String], actions: &mut Ve
     });
 }
 
-/// What cannot be drawn, and why.
-pub(crate) fn refusal(ui: &Ui, picture: Rect, reason: &str) {
-    over(ui, "refusal", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
+/// Why the picture cannot be drawn.
+pub(crate) fn render_error(ui: &Ui, picture: Rect, reason: &str) {
+    over(ui, "render error", picture, Align2::CENTER_CENTER, Stroke::NONE, |ui| {
         ui.set_max_width((picture.width() - AROUND).clamp(120.0, 560.0));
         ui.label(RichText::new(reason).color(theme::STRONG));
     });
 }
 
-/// What happened lately, in the upper right corner.
+/// Messages in the upper right corner.
 pub(crate) fn toasts(ui: &Ui, state: &State, picture: Rect) {
-    if state.toasts.is_empty() && !state.keeping {
+    if state.toasts.is_empty() && !state.taking_screenshot {
         return;
     }
     over(ui, "toasts", picture, Align2::RIGHT_TOP, Stroke::NONE, |ui| {
         ui.set_max_width((picture.width() - AROUND).clamp(120.0, 360.0));
-        if state.keeping {
-            ui.label(RichText::new("drawing a picture to keep").color(theme::STRONG));
-            ui.label(RichText::new("Escape gives it up").small());
+        if state.taking_screenshot {
+            ui.label(RichText::new("drawing a screenshot").color(theme::STRONG));
+            ui.label(RichText::new("Escape cancels it").small());
         }
         for (at, toast) in state.toasts.iter().enumerate() {
-            if at > 0 || state.keeping {
+            if at > 0 || state.taking_screenshot {
                 ui.add_space(6.0);
             }
             ui.label(RichText::new(&toast.title).color(theme::STRONG));
@@ -141,7 +145,7 @@ pub(crate) fn help(ui: &Ui, picture: Rect) {
 
 type Group = (&'static str, Vec<(String, String)>);
 
-/// The groups of the table of keys and what the pointer does, in so many columns.
+/// The groups of key bindings and the pointer's actions, in `count` columns.
 fn columns(count: usize) -> Vec<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for binding in bindings() {
@@ -175,17 +179,17 @@ fn keys(ui: &mut Ui, group: &str, rows: &[(String, String)]) {
     ui.add_space(8.0);
 }
 
-/// What a panel over the picture has around its content, of the picture's width or height: gaps, margins and lines.
+/// The gaps, margins and lines around the content of a panel over the picture, in points.
 const AROUND: f32 = 50.0;
 
 /// The width of a column of keys.
 const COLUMN: f32 = 240.0;
 
 /// A panel over the picture.
-fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, stroke: Stroke, show: impl FnOnce(&mut Ui)) {
+fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, partial: Stroke, show: impl FnOnce(&mut Ui)) {
     let inside = picture.shrink(12.0);
     let frame =
-        Frame::new().fill(theme::VEIL).stroke(stroke).corner_radius(4.0).inner_margin(Margin::same(12));
+        Frame::new().fill(theme::VEIL).partial(partial).corner_radius(4.0).inner_margin(Margin::same(12));
     Area::new(Id::unique(name))
         .order(Order::Foreground)
         .default_size(inside.size())

@@ -1,4 +1,4 @@
-//! How the window writes numbers.
+//! The window's formats of numbers.
 
 /// A size in bytes, with three digits.
 pub(crate) fn bytes(bytes: u64) -> String {
@@ -12,7 +12,7 @@ pub(crate) fn bytes(bytes: u64) -> String {
     format!("{} GB", three_digits(size))
 }
 
-/// A share of a whole. What is not all of it is never written as all of it.
+/// A share of a whole. Only exactly 1 is written as 100 %.
 pub(crate) fn percent(share: f64) -> String {
     if (0.9995..1.0).contains(&share) {
         let missing = 100.0 * (1.0 - share);
@@ -21,7 +21,7 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-/// A time.
+/// A duration.
 pub(crate) fn seconds(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", three_digits(1000.0 * seconds))
@@ -30,14 +30,14 @@ pub(crate) fn seconds(seconds: f64) -> String {
     }
 }
 
-/// An error relative to what it is compared with.
+/// A relative error.
 pub(crate) fn error(relative: f64) -> String {
     format!("{} %", three_digits(100.0 * relative))
 }
 
 /// An angle in degrees.
 pub(crate) fn degrees(radians: f64) -> String {
-    // 0 has no sign.
+    // Adding 0 removes the sign of -0.
     format!("{:.1}°", (radians.to_degrees() * 10.0).round() / 10.0 + 0.0)
 }
 

@@ -1,6 +1,6 @@
-//! What the pointer does on the picture.
+//! The pointer's actions on the picture.
 //!
-//! Its events are followed one by one: a drag that begins and ends while a slow picture is drawn is a drag.
+//! Events are handled one by one, so that a drag that starts and ends within one slow frame still counts.
 
 use eframe::egui::{Event, MouseWheelUnit, PointerButton, Pos2, Rect};
 
@@ -10,18 +10,18 @@ use preview::Aim;
 /// Radians for every point of a drag: the width of a window is about two turns.
 const TURN: f64 = 0.01;
 
-/// How many times nearer for every line of the wheel.
+/// The magnification for every line of the wheel.
 const ZOOM: f64 = 1.1;
 
-/// The points of a line, of touch pads that tell points.
+/// The points of a line, for touch pads that report points.
 const LINE: f32 = 40.0;
 
-/// Half the width in which the divider is taken hold of, in points.
-const GRIP: f32 = 6.0;
+/// The distance from which the divider can be dragged, in points.
+const DIVIDER_REACH: f32 = 6.0;
 
-/// What the pointer has taken hold of.
+/// What the pointer drags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Grip {
+pub(crate) enum DragTarget {
     Camera,
     Light,
     Divider,
@@ -30,76 +30,76 @@ pub(crate) enum Grip {
 /// The pointer, from one frame of the window to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Pointer {
-    held: Option<(PointerButton, Grip)>,
-    /// [`Field::side`] when it took hold, so that a drag never turns over.
+    drag: Option<(PointerButton, DragTarget)>,
+    /// [`PictureArea::side`] when the drag started, so that its direction never flips.
     side: f64,
     at: Option<Pos2>,
 }
 
-/// Where the pointer may take hold.
-pub(crate) struct Field<'a> {
+/// Where a drag may start.
+pub(crate) struct PictureArea<'a> {
     pub(crate) picture: Rect,
-    /// Where the divider is, as a share of the width, where there is one.
+    /// The place of the divider as a share of the width, if there is one.
     pub(crate) divider: Option<f32>,
-    /// On which side of the light the viewer is: 1 in front of the axis that its pitch turns about, -1 behind it.
+    /// 1 if the viewer is in front of the axis that the light's pitch turns about, -1 if behind it.
     pub(crate) side: f64,
-    /// Whether nothing lies over the picture there.
-    pub(crate) free: &'a dyn Fn(Pos2) -> bool,
+    /// Whether no panel covers the picture at a point.
+    pub(crate) is_uncovered: &'a dyn Fn(Pos2) -> bool,
 }
 
-impl Field<'_> {
-    fn is_free(&self, at: Pos2) -> bool {
-        self.picture.contains(at) && (self.free)(at)
+impl PictureArea<'_> {
+    fn contains(&self, at: Pos2) -> bool {
+        self.picture.contains(at) && (self.is_uncovered)(at)
     }
 
-    /// Whether the divider is there.
+    /// Whether the divider can be dragged at a point.
     pub(crate) fn is_divider(&self, at: Pos2) -> bool {
-        let on = |share: f32| (self.picture.left() + share * self.picture.width() - at.x).abs() <= GRIP;
-        self.divider.is_some_and(on) && self.is_free(at)
+        let distance = |share: f32| (self.picture.left() + share * self.picture.width() - at.x).abs();
+        self.divider.is_some_and(|share| distance(share) <= DIVIDER_REACH) && self.contains(at)
     }
 }
 
 impl Pointer {
-    /// What is held now.
-    pub(crate) fn held(&self) -> Option<Grip> {
-        self.held.map(|(_, grip)| grip)
+    /// What is being dragged.
+    pub(crate) fn dragged(&self) -> Option<DragTarget> {
+        self.drag.map(|(_, target)| target)
     }
 
-    /// Follows the events of a frame. `down` says whether any button is held at its end: a release outside the window may
-    /// be no event.
+    /// Handles the events of a frame. `down` says whether any button is down at its end, because a release
+    /// outside the window may cause no event.
     pub(crate) fn follow(
         &mut self,
         events: &[Event],
         down: bool,
-        field: &Field<'_>,
+        area: &PictureArea<'_>,
         actions: &mut Vec<Action>,
     ) {
         for event in events {
             match event {
-                Event::PointerButton { pos, button, pressed: true, modifiers } if self.held.is_none() => {
+                Event::PointerButton { pos, button, pressed: true, modifiers } if self.drag.is_none() => {
                     self.at = Some(*pos);
-                    let grip = match button {
-                        PointerButton::Primary if field.is_divider(*pos) => Grip::Divider,
-                        PointerButton::Primary if !modifiers.shift => Grip::Camera,
-                        PointerButton::Primary | PointerButton::Secondary => Grip::Light,
+                    let target = match button {
+                        PointerButton::Primary if area.is_divider(*pos) => DragTarget::Divider,
+                        PointerButton::Primary if !modifiers.shift => DragTarget::Camera,
+                        PointerButton::Primary | PointerButton::Secondary => DragTarget::Light,
                         _ => continue,
                     };
-                    (self.held, self.side) = (field.is_free(*pos).then_some((*button, grip)), field.side);
+                    (self.drag, self.side) = (area.contains(*pos).then_some((*button, target)), area.side);
                 }
                 Event::PointerButton { pos, button, pressed: false, .. } => {
-                    self.moved(*pos, field, actions);
-                    self.held = self.held.filter(|(held, _)| held != button);
+                    self.moved(*pos, area, actions);
+                    self.drag = self.drag.filter(|(with, _)| with != button);
                 }
-                Event::PointerMoved(pos) => self.moved(*pos, field, actions),
-                // What is held goes on beyond the edge of the window.
-                Event::PointerGone if self.held.is_none() => self.at = None,
-                Event::WindowFocused(false) => self.held = None,
+                Event::PointerMoved(pos) => self.moved(*pos, area, actions),
+                // A drag goes on beyond the edge of the window.
+                Event::PointerGone if self.drag.is_none() => self.at = None,
+                Event::WindowFocused(false) => self.drag = None,
                 Event::MouseWheel { unit, delta, modifiers, .. } if !modifiers.command => {
                     let lines = match unit {
                         MouseWheelUnit::Line | MouseWheelUnit::Page => delta.y,
                         MouseWheelUnit::Point => delta.y / LINE,
                     };
-                    if self.at.is_some_and(|at| field.is_free(at)) {
+                    if self.at.is_some_and(|at| area.contains(at)) {
                         actions.push(Action::ZoomBy(ZOOM.powf(lines.into())));
                     }
                 }
@@ -107,20 +107,22 @@ impl Pointer {
             }
         }
         if !down {
-            self.held = None;
+            self.drag = None;
         }
     }
 
-    fn moved(&mut self, to: Pos2, field: &Field<'_>, actions: &mut Vec<Action>) {
+    fn moved(&mut self, to: Pos2, area: &PictureArea<'_>, actions: &mut Vec<Action>) {
         let by = to - self.at.replace(to).unwrap_or(to);
-        let Some((_, grip)) = self.held.filter(|_| by != Default::default()) else { return };
+        let Some((_, target)) = self.drag.filter(|_| by != Default::default()) else { return };
         let turn = Aim { yaw: TURN * f64::from(by.x), pitch: TURN * f64::from(by.y) };
-        actions.push(match grip {
-            // The scene follows the hand, so that the camera goes the other way around it.
-            Grip::Camera => Action::Orbit(Aim { yaw: -turn.yaw, ..turn }),
-            // So does what is nearest of the light. Its pitch turns about an axis of its own, which may point the other way.
-            Grip::Light => Action::TurnLight(Aim { pitch: self.side * turn.pitch, ..turn }),
-            Grip::Divider => Action::Divider((to.x - field.picture.left()) / field.picture.width().max(1.0)),
+        actions.push(match target {
+            // The scene follows the pointer, so the camera moves the other way.
+            DragTarget::Camera => Action::Orbit(Aim { yaw: -turn.yaw, ..turn }),
+            // The near side of the light follows it too. The axis of its pitch may point the other way.
+            DragTarget::Light => Action::TurnLight(Aim { pitch: self.side * turn.pitch, ..turn }),
+            DragTarget::Divider => {
+                Action::Divider((to.x - area.picture.left()) / area.picture.width().max(1.0))
+            }
         });
     }
 }
@@ -142,25 +144,25 @@ mod tests {
         Event::PointerMoved(pos2(x, y))
     }
 
-    /// What comes of events on a picture of 100 x 100 points with its divider in the middle and something over its last
-    /// ten rows, all in one frame and one in each.
+    /// The actions of events on a picture of 100 x 100 points with its divider in the middle and a panel over
+    /// its last ten rows. They are the same for all events in one frame and for one event in each frame.
     fn follow(events: &[Event]) -> Vec<Action> {
         let (mut pointer, mut together) = (Pointer::default(), Vec::new());
-        pointer.follow(events, true, &field(1.0), &mut together);
+        pointer.follow(events, true, &area(1.0), &mut together);
         let (mut pointer, mut apart) = (Pointer::default(), Vec::new());
         for event in events {
-            pointer.follow(std::slice::from_ref(event), true, &field(1.0), &mut apart);
+            pointer.follow(std::slice::from_ref(event), true, &area(1.0), &mut apart);
         }
         assert_eq!(together, apart, "frames do not matter");
         together
     }
 
-    fn field(side: f64) -> Field<'static> {
-        Field {
+    fn area(side: f64) -> PictureArea<'static> {
+        PictureArea {
             picture: Rect::from_min_size(pos2(100.0, 0.0), vec2(100.0, 100.0)),
             divider: Some(0.5),
             side,
-            free: &|at| at.y < 90.0,
+            is_uncovered: &|at| at.y < 90.0,
         }
     }
 
@@ -176,13 +178,13 @@ mod tests {
     fn the_left_button_turns_the_camera_and_the_right_one_the_light() {
         let drag =
             |by| [moved(110.0, 10.0), button(110.0, 10.0, by, true), moved(115.0, 8.0), moved(300.0, 8.0)];
-        assert_eq!(follow(&drag(LEFT)), [orbit(5.0, -2.0), orbit(185.0, 0.0)], "also outside the picture");
+        assert_eq!(follow(&drag(LEFT)), [orbit(5.0, -2.0), orbit(185.0, 0.0)], "outside the picture as well");
         assert_eq!(follow(&drag(RIGHT)), [light(5.0, -2.0), light(185.0, 0.0)]);
         assert_eq!(follow(&drag(PointerButton::Middle)), []);
     }
 
     #[test]
-    fn what_is_held_is_let_go_by_its_own_button_alone() {
+    fn only_its_own_button_ends_a_drag() {
         let events = [
             button(110.0, 10.0, LEFT, true),
             button(110.0, 10.0, RIGHT, true),
@@ -196,29 +198,29 @@ mod tests {
     }
 
     #[test]
-    fn a_drag_goes_on_beyond_the_edge_of_the_window_until_nothing_is_held() {
+    fn a_drag_goes_on_beyond_the_edge_of_the_window_until_no_button_is_down() {
         let (mut pointer, mut actions) = (Pointer::default(), Vec::new());
-        let mut frame = |events: &[Event], down| pointer.follow(events, down, &field(1.0), &mut actions);
+        let mut frame = |events: &[Event], down| pointer.follow(events, down, &area(1.0), &mut actions);
         frame(&[button(110.0, 10.0, LEFT, true), moved(111.0, 10.0)], true);
         frame(&[Event::PointerGone], true);
         frame(&[moved(-20.0, 10.0)], true);
-        // It was let go where nobody saw it.
+        // The button was released without an event.
         frame(&[], false);
         frame(&[moved(150.0, 10.0)], false);
         assert_eq!(actions, [orbit(1.0, 0.0), orbit(-131.0, 0.0)]);
     }
 
     #[test]
-    fn from_behind_the_light_is_pitched_the_other_way_for_the_whole_drag() {
+    fn seen_from_behind_the_light_pitches_the_other_way_for_the_whole_drag() {
         let (mut pointer, mut actions) = (Pointer::default(), Vec::new());
         let press = [button(110.0, 10.0, RIGHT, true), moved(112.0, 13.0)];
-        pointer.follow(&press, true, &field(-1.0), &mut actions);
-        pointer.follow(&[moved(112.0, 14.0)], true, &field(1.0), &mut actions);
+        pointer.follow(&press, true, &area(-1.0), &mut actions);
+        pointer.follow(&[moved(112.0, 14.0)], true, &area(1.0), &mut actions);
         assert_eq!(actions, [light(2.0, -3.0), light(0.0, -1.0)]);
     }
 
     #[test]
-    fn a_drag_that_begins_on_a_panel_or_over_the_picture_does_nothing() {
+    fn a_drag_that_starts_on_a_panel_does_nothing() {
         for start in [(50.0, 50.0), (110.0, 95.0)] {
             let events = [button(start.0, start.1, LEFT, true), moved(150.0, 50.0), moved(160.0, 50.0)];
             assert_eq!(follow(&events), []);
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_divider_goes_where_the_pointer_is() {
+    fn the_divider_follows_the_pointer() {
         let events = [button(147.0, 50.0, LEFT, true), moved(120.0, 50.0), moved(500.0, 50.0)];
         assert_eq!(follow(&events), [Action::Divider(0.2), Action::Divider(4.0)]);
         let right = [button(147.0, 50.0, RIGHT, true), moved(148.0, 50.0)];
@@ -234,14 +236,14 @@ mod tests {
     }
 
     #[test]
-    fn shift_makes_the_left_button_the_right_one() {
+    fn shift_turns_the_left_button_into_the_right_one() {
         let modifiers = Modifiers { shift: true, ..Modifiers::NONE };
         let press = Event::PointerButton { pos: pos2(110.0, 10.0), button: LEFT, pressed: true, modifiers };
         assert_eq!(follow(&[press, moved(111.0, 10.0)]), [light(1.0, 0.0)]);
     }
 
     #[test]
-    fn the_wheel_zooms_where_the_picture_is() {
+    fn the_wheel_zooms_over_the_picture() {
         let wheel = |unit, y| Event::MouseWheel {
             unit,
             delta: vec2(0.0, y),
@@ -254,6 +256,6 @@ mod tests {
         let points = wheel(MouseWheelUnit::Point, -LINE);
         assert_eq!(follow(&[moved(110.0, 10.0), points]), [Action::ZoomBy(ZOOM.powi(-1))]);
         assert_eq!(follow(&[moved(50.0, 10.0), lines.clone()]), []);
-        assert_eq!(follow(&[lines]), [], "nobody knows where the pointer is");
+        assert_eq!(follow(&[lines]), [], "the pointer's place is unknown");
     }
 }

@@ -1,144 +1,148 @@
-//! The thread that makes the pictures of the window, so that the window itself never waits.
+//! The thread that draws the window's pictures, so that the window itself never waits.
 //!
-//! It draws the latest order: coarse as long as another comes at once, then full, then with smoother outlines, and brute
-//! force for as long as it gains. What the graphics device cannot do, the CPU does. Every picture is delivered; the window
-//! shows the last.
+//! It draws the latest request: coarse while new requests keep coming, then in full resolution, then with
+//! smoother outlines, and adds light samples to brute force until the shot's number is reached. The CPU draws
+//! what the graphics device cannot. The window gets every picture and shows the last.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::adaptive_quality::{AdaptiveQuality, Fineness};
-use crate::guarded;
+use crate::adaptive_quality::{AdaptiveQuality, Quality};
 use crate::latest_value::LatestValue;
-use crate::renderer_adapter::{Canvas, PartialFrame, RenderRequest, RendererAdapter, is_by_the_same_light};
-use preview::Subject;
-use preview::{Mode, Picture, RenderError, Shot};
+use crate::panics::guarded;
+use crate::renderer_adapter::{FrameImage, PartialFrame, RenderRequest, RendererAdapter, has_same_radiance};
+use preview::{Mode, Picture, RenderError, Shot, Subject};
 
 /// A picture for the window.
 #[derive(Clone, Debug)]
-pub(crate) struct Frame {
-    pub(crate) canvas: Canvas,
+pub(crate) struct RenderedFrame {
+    pub(crate) image: FrameImage,
     pub(crate) size: [u32; 2],
-    /// What was ordered, and of which scene.
+    /// The requested shot, and its scene.
     pub(crate) of: Shot,
-    pub(crate) edition: u64,
-    /// Whether each pixel of the window has its own.
+    pub(crate) scene_id: u64,
+    /// Whether it has a pixel for each pixel of the window.
     pub(crate) full: bool,
     /// How long it took.
     pub(crate) seconds: f64,
-    /// What drew it.
-    pub(crate) by: String,
-    /// Why not by the graphics device.
-    pub(crate) instead: Option<String>,
+    /// The name of the renderer that drew it.
+    pub(crate) renderer: String,
+    /// Why the graphics device did not draw it.
+    pub(crate) fallback_reason: Option<String>,
     pub(crate) light_samples: u32,
     pub(crate) unfinished: bool,
     pub(crate) relative_rms: Option<f64>,
 }
 
-/// What has come of orders since it was asked last.
+/// The results since the last call of [`RenderThread::take`].
 #[derive(Debug, Default)]
-pub(crate) struct Delivery {
+pub(crate) struct RenderResults {
     /// The latest picture.
-    pub(crate) frame: Option<Frame>,
-    /// Why there is no picture of the latest order.
-    pub(crate) refused: Option<RenderError>,
-    /// Pictures to keep, each with what it shows.
-    pub(crate) pictures: Vec<(Subject, Result<Picture, RenderError>)>,
-    /// Why there will be no more pictures.
+    pub(crate) frame: Option<RenderedFrame>,
+    /// Why the latest request cannot be drawn.
+    pub(crate) error: Option<RenderError>,
+    /// Finished screenshots, each with its subject.
+    pub(crate) screenshots: Vec<(Subject, Result<Picture, RenderError>)>,
+    /// Why no more pictures can be drawn.
     pub(crate) lost: Option<String>,
 }
 
 struct Shared {
-    orders: LatestValue<RenderRequest>,
-    keeps: Mutex<Keeps>,
-    delivery: Mutex<Delivery>,
+    requests: LatestValue<RenderRequest>,
+    screenshots: Mutex<Screenshots>,
+    results: Mutex<RenderResults>,
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
-/// Pictures to keep, which are made before the order: each until it is made or given up, with its number.
+/// Screenshots that are not drawn yet, each with its number. They are drawn before the request.
 #[derive(Default)]
-struct Keeps {
-    wanted: Vec<(u64, Subject, RenderRequest)>,
+struct Screenshots {
+    pending: Vec<(u64, Subject, RenderRequest)>,
     count: u64,
 }
 
-/// The thread and its orders.
+/// The thread and its requests.
 pub(crate) struct RenderThread {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     last: Option<RenderRequest>,
 }
 
-/// When no other order has come for so long, things are at rest.
+/// The view is at rest when no request has come for this long.
 const REST: Duration = Duration::from_millis(150);
 
 impl RenderThread {
-    /// Begins. `spare` draws what `easel` cannot. `wake` is called when there is something to [`RenderThread::take`].
+    /// Starts the thread. `fallback` draws what `renderer` cannot. New results call `wake`.
     pub(crate) fn new(
-        easel: Box<dyn RendererAdapter>,
-        spare: Box<dyn RendererAdapter>,
+        renderer: Box<dyn RendererAdapter>,
+        fallback: Box<dyn RendererAdapter>,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
-        let (orders, keeps, delivery) = (LatestValue::new(), Mutex::default(), Mutex::default());
-        let shared = Arc::new(Shared { orders, keeps, delivery, wake: Box::new(wake) });
-        let theirs = Arc::clone(&shared);
-        let hand = Hand { easel, spare, refused: None, reached: None, pace: AdaptiveQuality::default() };
-        let thread = std::thread::Builder::new().name("studio".into()).spawn(move || hand.work(&theirs))?;
+        let (requests, screenshots, results) = (LatestValue::new(), Mutex::default(), Mutex::default());
+        let shared = Arc::new(Shared { requests, screenshots, results, wake: Box::new(wake) });
+        let of_thread = Arc::clone(&shared);
+        let quality = AdaptiveQuality::default();
+        let worker = Worker { renderer, fallback, unsupported: None, last: None, quality };
+        let thread = std::thread::Builder::new().name("render thread".into());
+        let thread = thread.spawn(move || worker.run(&of_thread))?;
         Ok(Self { shared, thread: Some(thread), last: None })
     }
 
-    /// Orders a picture; an earlier order is no longer wanted. The same order again changes nothing, and says so.
-    pub(crate) fn order(&mut self, order: RenderRequest) -> bool {
-        let same =
-            self.last.as_ref().is_some_and(|last| last.edition == order.edition && last.shot == order.shot);
+    /// Replaces the requested picture. Returns `false` if both requests are the same.
+    pub(crate) fn request(&mut self, request: RenderRequest) -> bool {
+        let same = self
+            .last
+            .as_ref()
+            .is_some_and(|last| last.scene_id == request.scene_id && last.shot == request.shot);
         if !same {
-            self.last = Some(order.clone());
-            self.shared.orders.put(order);
+            self.last = Some(request.clone());
+            self.shared.requests.put(request);
         }
         !same
     }
 
-    /// Whether a picture is what was ordered last, with all its pixels.
-    pub(crate) fn is_reached(&self, frame: &Frame) -> bool {
-        let is_of = |last: &RenderRequest| last.edition == frame.edition && last.shot == frame.of;
+    /// Whether a picture is the one requested last, in full resolution.
+    pub(crate) fn is_current(&self, frame: &RenderedFrame) -> bool {
+        let is_of = |last: &RenderRequest| last.scene_id == frame.scene_id && last.shot == frame.of;
         frame.full && self.last.as_ref().is_some_and(is_of)
     }
 
-    /// The size of the picture that was ordered last.
-    pub(crate) fn ordered(&self) -> Option<[u32; 2]> {
-        self.last.as_ref().map(|order| order.shot.size)
+    /// The size of the picture that was requested last.
+    pub(crate) fn requested_size(&self) -> Option<[u32; 2]> {
+        self.last.as_ref().map(|request| request.shot.size)
     }
 
-    /// Orders a whole picture of a subject to keep.
-    pub(crate) fn keep(&mut self, subject: Subject, order: RenderRequest) {
-        let then = self.last.get_or_insert_with(|| order.clone()).clone();
-        let mut keeps = self.shared.keeps();
-        keeps.count += 1;
-        let number = keeps.count;
-        keeps.wanted.push((number, subject, order));
-        drop(keeps);
-        self.shared.orders.put(then);
+    /// Requests a screenshot of a subject.
+    pub(crate) fn screenshot(&mut self, subject: Subject, request: RenderRequest) {
+        let then = self.last.get_or_insert_with(|| request.clone()).clone();
+        let mut screenshots = self.shared.screenshots();
+        screenshots.count += 1;
+        let number = screenshots.count;
+        screenshots.pending.push((number, subject, request));
+        drop(screenshots);
+        self.shared.requests.put(then);
     }
 
-    /// Whether a picture to keep is being drawn.
-    pub(crate) fn is_keeping(&self) -> bool {
-        !self.shared.keeps().wanted.is_empty()
+    /// Whether a screenshot is being drawn.
+    pub(crate) fn has_screenshots(&self) -> bool {
+        !self.shared.screenshots().pending.is_empty()
     }
 
-    /// Gives up the pictures to keep that are not made yet.
-    pub(crate) fn give_up(&self) {
-        self.shared.keeps().wanted.clear();
+    /// Cancels the screenshots that are not finished.
+    pub(crate) fn cancel_screenshots(&self) {
+        self.shared.screenshots().pending.clear();
     }
 
-    pub(crate) fn take(&self) -> Delivery {
-        std::mem::take(&mut *self.shared.delivery.lock().unwrap_or_else(PoisonError::into_inner))
+    /// The results since the last call.
+    pub(crate) fn take(&self) -> RenderResults {
+        std::mem::take(&mut *self.shared.results.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
 impl Drop for RenderThread {
     fn drop(&mut self) {
-        self.shared.orders.end();
+        self.shared.requests.end();
         if let Some(thread) = self.thread.take() {
             // A panic of the thread has been reported where it happened.
             let _ = thread.join();
@@ -147,170 +151,170 @@ impl Drop for RenderThread {
 }
 
 impl Shared {
-    fn keeps(&self) -> MutexGuard<'_, Keeps> {
-        self.keeps.lock().unwrap_or_else(PoisonError::into_inner)
+    fn screenshots(&self) -> MutexGuard<'_, Screenshots> {
+        self.screenshots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn deliver(&self, fill: impl FnOnce(&mut Delivery)) {
-        fill(&mut self.delivery.lock().unwrap_or_else(PoisonError::into_inner));
+    fn report(&self, add: impl FnOnce(&mut RenderResults)) {
+        add(&mut self.results.lock().unwrap_or_else(PoisonError::into_inner));
         (self.wake)();
     }
 }
 
-/// What the thread works with.
-struct Hand {
-    easel: Box<dyn RendererAdapter>,
-    /// Draws what the easel cannot.
-    spare: Box<dyn RendererAdapter>,
-    /// What the easel could not draw, and why: it is not asked again for that.
-    refused: Option<(u64, Vec<Mode>, RenderError)>,
-    /// How far the last order has come: how fine it was drawn, and whether that is unfinished.
-    reached: Option<(u64, Shot, Fineness, bool)>,
-    pace: AdaptiveQuality,
+/// The state of the thread.
+struct Worker {
+    renderer: Box<dyn RendererAdapter>,
+    /// Draws what `renderer` cannot.
+    fallback: Box<dyn RendererAdapter>,
+    /// The scene and modes that `renderer` could not draw, so that it does not try again, and why.
+    unsupported: Option<(u64, Vec<Mode>, RenderError)>,
+    /// The scene and shot drawn last, the quality, and whether that is unfinished.
+    last: Option<(u64, Shot, Quality, bool)>,
+    quality: AdaptiveQuality,
 }
 
-/// Why nothing more is drawn of an order.
+/// Why drawing a request ended early.
 enum Stop {
     Stale,
-    Refused(RenderError),
+    Failed(RenderError),
     Lost(String),
 }
 
-impl Hand {
-    fn work(mut self, shared: &Shared) {
-        while let Some((number, order)) = shared.orders.take() {
-            let result = self.keep(shared).and_then(|()| self.show(shared, number, &order));
+impl Worker {
+    fn run(mut self, shared: &Shared) {
+        while let Some((number, request)) = shared.requests.take() {
+            let result =
+                self.draw_screenshots(shared).and_then(|()| self.draw_request(shared, number, &request));
             match result {
                 Ok(()) | Err(Stop::Stale) => {}
-                Err(Stop::Refused(error)) => {
-                    if !shared.orders.is_stale(number) {
-                        shared.deliver(|delivery| delivery.refused = Some(error));
+                Err(Stop::Failed(error)) => {
+                    if !shared.requests.is_stale(number) {
+                        shared.report(|results| results.error = Some(error));
                     }
                 }
                 Err(Stop::Lost(reason)) => {
-                    shared.deliver(|delivery| delivery.lost = Some(reason));
+                    shared.report(|results| results.lost = Some(reason));
                     return;
                 }
             }
         }
     }
 
-    /// Draws an order until it is stale or as good as it gets.
-    fn show(&mut self, shared: &Shared, number: u64, order: &RenderRequest) -> Result<(), Stop> {
-        let (show, size) = (order.shot.show, order.shot.size);
+    /// Draws a request until it is stale or finished.
+    fn draw_request(&mut self, shared: &Shared, number: u64, request: &RenderRequest) -> Result<(), Stop> {
+        let (show, size) = (request.shot.show, request.shot.size);
         let brute = show.modes().any(|mode| mode == Mode::BruteForce);
-        let reached = self.reached.clone().filter(|(edition, ..)| *edition == order.edition);
-        let (moving, unfinished) = match reached {
-            Some((_, shot, fineness, unfinished)) if shot == order.shot => (fineness, unfinished),
-            // What it took long to gather is not thrown away for another exposure.
-            Some((_, shot, fineness, _)) if brute && is_by_the_same_light(&shot, &order.shot) => {
-                (fineness, self.draw(shared, number, order, fineness)?)
+        let last = self.last.clone().filter(|(scene_id, ..)| *scene_id == request.scene_id);
+        let (moving, unfinished) = match last {
+            Some((_, shot, quality, unfinished)) if shot == request.shot => (quality, unfinished),
+            // Another exposure keeps the light samples.
+            Some((_, shot, quality, _)) if brute && has_same_radiance(&shot, &request.shot) => {
+                (quality, self.draw(shared, number, request, quality)?)
             }
             _ => {
-                let moving = self.pace.moving(show, size);
-                (moving, self.draw(shared, number, order, moving)?)
+                let moving = self.quality.moving(show, size);
+                (moving, self.draw(shared, number, request, moving)?)
             }
         };
-        if shared.orders.becomes_stale(number, REST) {
+        if shared.requests.becomes_stale(number, REST) {
             return Err(Stop::Stale);
         }
-        let mut rest = self.pace.resting(show, size, moving);
+        let mut rest = self.quality.resting(show, size, moving);
         if rest.is_empty() && unfinished {
             rest.push(moving);
         }
-        for (at, fineness) in rest.iter().enumerate() {
-            // The last one is drawn to its end, those before it only begin.
-            while self.draw(shared, number, order, *fineness)? && at + 1 == rest.len() {}
+        for (at, quality) in rest.iter().enumerate() {
+            // Only the last one is refined to its end.
+            while self.draw(shared, number, request, *quality)? && at + 1 == rest.len() {}
         }
         Ok(())
     }
 
-    /// Draws once and delivers; says whether the same again would show more.
+    /// Draws once and reports the picture; returns whether the same again would improve it.
     fn draw(
         &mut self,
         shared: &Shared,
         number: u64,
-        order: &RenderRequest,
-        fineness: Fineness,
+        request: &RenderRequest,
+        quality: Quality,
     ) -> Result<bool, Stop> {
-        let whole = order.shot.size;
-        let size = fineness.size(whole);
-        let shot = Shot { size, samples: fineness.samples, ..order.shot.clone() };
-        let stop = || shared.orders.is_stale(number);
-        let begin = Instant::now();
-        let drawn = self.with_easel(order, |easel| easel.draw(order, &shot, &stop));
-        let (by, instead, stroke) = match drawn {
+        let whole = request.shot.size;
+        let size = quality.size(whole);
+        let shot = Shot { size, samples: quality.samples, ..request.shot.clone() };
+        let stop = || shared.requests.is_stale(number);
+        let start = Instant::now();
+        let drawn = self.with_fallback(request, |renderer| renderer.draw(request, &shot, &stop));
+        let (renderer, fallback_reason, partial) = match drawn {
             Ok(drawn) => drawn,
             Err(RenderError::Cancelled) => return Err(Stop::Stale),
-            Err(error) => return Err(self.easel.lost().map_or(Stop::Refused(error), Stop::Lost)),
+            Err(error) => return Err(self.renderer.lost().map_or(Stop::Failed(error), Stop::Lost)),
         };
-        let PartialFrame { canvas, light_samples, unfinished, relative_rms } = stroke;
-        let seconds = begin.elapsed().as_secs_f64();
-        self.pace.learn(shot.show, whole, fineness, seconds);
-        let frame = Frame {
-            canvas,
+        let PartialFrame { image, light_samples, unfinished, relative_rms } = partial;
+        let seconds = start.elapsed().as_secs_f64();
+        self.quality.record(shot.show, whole, quality, seconds);
+        let frame = RenderedFrame {
+            image,
             size,
-            of: order.shot.clone(),
-            edition: order.edition,
-            full: fineness.coarse == 1,
+            of: request.shot.clone(),
+            scene_id: request.scene_id,
+            full: quality.downscale == 1,
             seconds,
-            by,
-            instead,
+            renderer,
+            fallback_reason,
             light_samples,
             unfinished,
             relative_rms,
         };
-        shared.deliver(|delivery| (delivery.frame, delivery.refused) = (Some(frame), None));
-        self.reached = Some((order.edition, order.shot.clone(), fineness, unfinished));
-        if shared.orders.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
+        shared.report(|results| (results.frame, results.error) = (Some(frame), None));
+        self.last = Some((request.scene_id, request.shot.clone(), quality, unfinished));
+        if shared.requests.is_stale(number) { Err(Stop::Stale) } else { Ok(unfinished) }
     }
 
-    /// Draws the pictures to keep, whatever else is asked for meanwhile: only who gives them up and the end stop them.
-    fn keep(&mut self, shared: &Shared) -> Result<(), Stop> {
+    /// Draws the pending screenshots until they are cancelled or the window closes; new requests wait.
+    fn draw_screenshots(&mut self, shared: &Shared) -> Result<(), Stop> {
         loop {
-            let next = shared.keeps().wanted.first().cloned();
-            let Some((number, subject, order)) = next else { return Ok(()) };
-            let is_wanted = || shared.keeps().wanted.iter().any(|(wanted, ..)| *wanted == number);
-            let stop = || shared.orders.has_ended() || !is_wanted();
-            let made = self.with_easel(&order, |easel| easel.picture(&order, &stop));
+            let next = shared.screenshots().pending.first().cloned();
+            let Some((number, subject, request)) = next else { return Ok(()) };
+            let is_pending = || shared.screenshots().pending.iter().any(|(pending, ..)| *pending == number);
+            let stop = || shared.requests.has_ended() || !is_pending();
+            let made = self.with_fallback(&request, |renderer| renderer.picture(&request, &stop));
             if made.is_err()
-                && let Some(reason) = self.easel.lost()
+                && let Some(reason) = self.renderer.lost()
             {
                 return Err(Stop::Lost(reason));
             }
-            if shared.orders.has_ended() {
+            if shared.requests.has_ended() {
                 return Err(Stop::Stale);
             }
-            if is_wanted() {
-                shared.keeps().wanted.retain(|(wanted, ..)| *wanted != number);
-                shared.deliver(|delivery| {
-                    delivery.pictures.push((subject, made.map(|(_, _, picture)| picture)));
+            if is_pending() {
+                shared.screenshots().pending.retain(|(pending, ..)| *pending != number);
+                shared.report(|results| {
+                    results.screenshots.push((subject, made.map(|(_, _, picture)| picture)));
                 });
             }
         }
     }
 
-    /// Does something with the easel, or with the spare one where the easel cannot. With the result come the name of
-    /// what did it, and why it was the spare one.
-    fn with_easel<T>(
+    /// Calls `work` with the renderer, or with the fallback if the renderer cannot do it. Returns the name of
+    /// the one used, why it was the fallback, and the result.
+    fn with_fallback<T>(
         &mut self,
-        order: &RenderRequest,
+        request: &RenderRequest,
         mut work: impl FnMut(&mut dyn RendererAdapter) -> Result<T, RenderError>,
     ) -> Result<(String, Option<String>, T), RenderError> {
-        let wanted: Vec<Mode> = order.shot.show.modes().collect();
-        let before =
-            self.refused.take().filter(|(edition, modes, _)| *edition == order.edition && *modes == wanted);
-        let error = match before {
+        let modes: Vec<Mode> = request.shot.show.modes().collect();
+        let known = self.unsupported.take();
+        let error = match known.filter(|(scene_id, of, _)| *scene_id == request.scene_id && *of == modes) {
             Some((_, _, error)) => error,
-            None => match guarded(|| work(self.easel.as_mut())) {
-                Err(error) if error.is_of_the_device() && self.easel.lost().is_none() => error,
-                result => return result.map(|made| (self.easel.name(), None, made)),
+            None => match guarded(|| work(self.renderer.as_mut())) {
+                Err(error) if error.is_of_the_device() && self.renderer.lost().is_none() => error,
+                result => return result.map(|made| (self.renderer.name(), None, made)),
             },
         };
         let reason = error.to_string();
-        self.refused = Some((order.edition, wanted, error));
-        let made = guarded(|| work(self.spare.as_mut()))?;
-        Ok((self.spare.name(), Some(reason), made))
+        self.unsupported = Some((request.scene_id, modes, error));
+        let made = guarded(|| work(self.fallback.as_mut()))?;
+        Ok((self.fallback.name(), Some(reason), made))
     }
 }
 

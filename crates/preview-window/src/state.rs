@@ -1,143 +1,142 @@
-//! What the window knows and what becomes of it: [`State::update`] for what the designer does, [`State::hear`] for what
-//! the program tells. Neither draws nor waits, so that all of it is tested without a window.
+//! The state of the window and its changes: [`State::update`] carries out the user's actions,
+//! [`State::apply`] the program's updates. Neither draws nor waits, so that tests need no window.
 
 use std::sync::Arc;
 
-use preview::{Aim, Arrangement, Backdrop, Tone, ViewSettings};
-use preview::{Catalog, PreviewUpdate, Subject, SubjectDetails, SubjectRequest};
-use preview::{Framing, InitialView, List, Mode, Scene};
+use envmap::ToneMap;
+use preview::{
+    Aim, Arrangement, Background, Catalog, Framing, InitialView, List, Mode, Named, PreviewUpdate, Scene,
+    Subject, SubjectDetails, SubjectRequest, ViewSettings,
+};
 
-/// What the designer does. Angles in radians, and by how much.
+/// An action of the user. Angles are changes in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Action {
     Choose(List, String),
-    /// To the next (+1) or the one before (-1), around the ends.
+    /// Chooses the next (+1) or the previous (-1) entry, around the ends.
     Step(List, isize),
     Mode(Mode),
     Second(Mode),
     Swap,
     Arrange(Arrangement),
-    /// To that arrangement, or from it to one mode.
+    /// Switches to that arrangement, or from it to one mode.
     Toggle(Arrangement),
     Divider(f32),
     MoveDivider(f32),
     Amplify(f32),
-    /// Twice as strong for every one.
+    /// Multiplies the amplification by this power of two.
     AmplifyBy(i32),
-    Background(Backdrop),
+    Background(Background),
     StepBackground(isize),
     Expose(f64),
     ExposeBy(f64),
-    Tone(Tone),
+    Tone(ToneMap),
     NextTone,
     TurnLight(Aim),
     ResetLight,
     Orbit(Aim),
-    /// This many times larger.
+    /// Multiplies the magnification.
     ZoomBy(f64),
     ResetCamera,
     ToggleLists,
     ToggleInspector,
-    /// Both panels away, or both back.
+    /// Hides both panels, or shows both.
     TogglePanels,
     ToggleHelp,
     ToggleFullscreen,
-    /// What is over the picture: the help first, then a picture that is being kept, then toasts, then the failure.
+    /// Closes the help, else cancels screenshots, else removes the toasts, else hides the failure.
     Dismiss,
-    /// The failure away.
-    PutAside,
-    /// The failure again, after it was put aside.
+    HideFailure,
     ShowFailure,
     Screenshot,
     Close,
 }
 
-/// What the window does after an action or news.
+/// What the window does after an action or an update.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Effect {
-    /// Asks the host for a subject.
+    /// Requests a subject from the host.
     Show(Subject),
     Screenshot,
-    /// Gives up the pictures that are to be kept.
-    GiveUp,
+    CancelScreenshots,
     Fullscreen(bool),
     Close,
 }
 
-/// A message that goes by itself.
+/// A message that disappears after a while.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Toast {
     pub(crate) title: String,
     pub(crate) lines: Vec<String>,
-    /// When it goes, in seconds of the window's clock; not known until it was drawn.
+    /// When it disappears, in seconds of the window's clock; `None` until it was drawn.
     pub(crate) until: Option<f64>,
 }
 
-/// The scene that is seen.
+/// The scene in the window.
 #[derive(Clone, Debug)]
-pub(crate) struct Shown {
+pub(crate) struct ShownScene {
     pub(crate) subject: Subject,
     pub(crate) scene: Arc<Scene>,
     pub(crate) framing: Framing,
-    pub(crate) facts: SubjectDetails,
-    /// Another for every scene that came.
-    pub(crate) edition: u64,
-    /// The first edition of this subject since it was chosen.
-    pub(crate) since: u64,
+    pub(crate) details: SubjectDetails,
+    /// A number of its own for every scene, in order.
+    pub(crate) scene_id: u64,
+    /// The number of the first scene of this subject since it was chosen.
+    pub(crate) first_scene_id: u64,
 }
 
-/// What the window knows.
+/// The state of the window.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct State {
     pub(crate) settings: ViewSettings,
-    pub(crate) catalogue: Catalog,
-    pub(crate) shown: Option<Shown>,
+    pub(crate) catalog: Catalog,
+    pub(crate) shown: Option<ShownScene>,
     pub(crate) status: String,
     pub(crate) toasts: Vec<Toast>,
     pub(crate) failure: Option<Vec<String>>,
-    /// Whether the failure was put aside; it stays in the status line.
-    pub(crate) failure_aside: bool,
+    /// Whether the failure is only in the status line.
+    pub(crate) failure_hidden: bool,
     pub(crate) help: bool,
-    /// Whether a picture to keep is being drawn.
-    pub(crate) keeping: bool,
+    /// Whether a screenshot is being drawn.
+    pub(crate) taking_screenshot: bool,
     pub(crate) fullscreen: bool,
-    editions: u64,
-    /// What was asked for last. The settings name what stands in for it where that is not there.
+    scene_count: u64,
+    /// The subject chosen last. If the catalog lacks it, the settings name the nearest subject instead.
     wanted: Subject,
-    /// What was asked for at first, until something is chosen.
-    wish: SubjectRequest,
+    /// The subject on the command line, until another is chosen.
+    request: SubjectRequest,
 }
 
-/// How long a toast stays, in seconds, and more for every line.
+/// How long a toast stays, in seconds, and the time added for each line.
 const TOAST: f64 = 5.0;
 const TOAST_LINE: f64 = 1.0;
-/// More toasts than this at once are no news.
+/// The most toasts at once.
 const TOASTS: usize = 4;
 
 impl State {
-    /// What a window begins with.
+    /// The state of a new window.
     pub(crate) fn new(view: InitialView) -> Self {
         let (settings, note) = view.settings();
         let wanted = settings.subject.clone();
-        let mut state = Self { settings, wanted, wish: view.request, ..Self::default() };
+        let mut state = Self { settings, wanted, request: view.request, ..Self::default() };
         if let Some(note) = note {
             state.toast(note, Vec::new());
         }
         state
     }
 
-    /// What the next window is to begin with.
-    pub(crate) fn kept(&self) -> String {
-        ViewSettings { subject: self.wanted.clone(), ..self.settings.clone() }.write()
+    /// The settings for the next window.
+    pub(crate) fn to_json(&self) -> String {
+        ViewSettings { subject: self.wanted.clone(), ..self.settings.clone() }.to_json()
     }
 
-    /// Does what the designer did.
+    /// Carries out an action of the user.
     pub(crate) fn update(&mut self, action: Action) -> Option<Effect> {
         let settings = &mut self.settings;
         match action {
             Action::Choose(list, name) => return self.choose(list, name),
             Action::Step(list, by) => {
-                let (names, chosen) = list.of(&self.catalogue, &settings.subject);
+                let (names, chosen) = list.of(&self.catalog, &settings.subject);
                 let name = stepped(names, &chosen.to_owned(), by)?.clone();
                 return self.choose(list, name);
             }
@@ -158,14 +157,14 @@ impl State {
             Action::MoveDivider(by) => settings.divider += by,
             Action::Amplify(amplify) => settings.amplify = amplify,
             Action::AmplifyBy(by) => settings.amplify *= (by as f32).exp2(),
-            Action::Background(backdrop) => settings.backdrop = backdrop,
+            Action::Background(background) => settings.background = background,
             Action::StepBackground(by) => {
-                settings.backdrop = *stepped(&Backdrop::ALL, &settings.backdrop, by)?;
+                settings.background = *stepped(Background::ALL, &settings.background, by)?;
             }
             Action::Expose(exposure) => settings.exposure = exposure,
             Action::ExposeBy(by) => settings.exposure = thirds(settings.exposure + by),
             Action::Tone(tone) => settings.tone = tone,
-            Action::NextTone => settings.tone = *stepped(&Tone::ALL, &settings.tone, 1)?,
+            Action::NextTone => settings.tone = *stepped(ToneMap::ALL, &settings.tone, 1)?,
             Action::TurnLight(by) => settings.light = turned(settings.light, by),
             Action::ResetLight => settings.light = ViewSettings::default().light,
             Action::Orbit(by) => settings.camera = turned(settings.camera, by),
@@ -188,16 +187,16 @@ impl State {
             Action::Dismiss => {
                 if self.help {
                     self.help = false;
-                } else if self.keeping {
-                    return Some(Effect::GiveUp);
+                } else if self.taking_screenshot {
+                    return Some(Effect::CancelScreenshots);
                 } else if !self.toasts.is_empty() {
                     self.toasts.clear();
                 } else {
-                    self.failure_aside = true;
+                    self.failure_hidden = true;
                 }
             }
-            Action::PutAside => self.failure_aside = true,
-            Action::ShowFailure => self.failure_aside = false,
+            Action::HideFailure => self.failure_hidden = true,
+            Action::ShowFailure => self.failure_hidden = false,
             Action::Screenshot => return self.shown.is_some().then_some(Effect::Screenshot),
             Action::Close => return Some(Effect::Close),
         }
@@ -205,25 +204,26 @@ impl State {
         None
     }
 
-    /// Takes in what the program tells.
-    pub(crate) fn hear(&mut self, news: PreviewUpdate) -> Option<Effect> {
-        match news {
-            PreviewUpdate::Catalog(catalogue) => return self.catalogued(catalogue),
-            PreviewUpdate::Scene { subject, scene, facts } => {
+    /// Applies an update from the program.
+    pub(crate) fn apply(&mut self, update: PreviewUpdate) -> Option<Effect> {
+        match update {
+            PreviewUpdate::Catalog(catalog) => return self.set_catalog(catalog),
+            PreviewUpdate::Scene { subject, scene, details } => {
                 if subject == self.settings.subject {
-                    self.editions += 1;
-                    let edition = self.editions;
+                    self.scene_count += 1;
+                    let scene_id = self.scene_count;
                     let same = self.shown.as_ref().filter(|shown| shown.subject == subject);
-                    let since = same.map_or(edition, |shown| shown.since);
+                    let first_scene_id = same.map_or(scene_id, |shown| shown.first_scene_id);
                     let (framing, scene) = (scene.framing(), Arc::new(scene));
-                    self.shown = Some(Shown { subject, scene, framing, facts, edition, since });
+                    self.shown =
+                        Some(ShownScene { subject, scene, framing, details, scene_id, first_scene_id });
                 }
             }
             PreviewUpdate::Status(line) => self.status = line,
             PreviewUpdate::Toast { title, lines } => self.toast(title, lines),
             PreviewUpdate::Failure(failure) => {
-                // The same failure again stays aside.
-                self.failure_aside &= failure == self.failure;
+                // The same failure stays hidden.
+                self.failure_hidden &= failure == self.failure;
                 self.failure = failure;
             }
             PreviewUpdate::Close => return Some(Effect::Close),
@@ -238,9 +238,9 @@ impl State {
         self.toasts.drain(..extra);
     }
 
-    /// Takes away what has been seen long enough; says in how many seconds the next goes. `now` is the time of a frame that
-    /// draws, in seconds of the window's clock: what is new is seen from then on.
-    pub(crate) fn pass(&mut self, now: f64) -> Option<f64> {
+    /// Removes expired toasts and returns the seconds until the next one expires. `now` is the time of the
+    /// frame in seconds of the window's clock; the time of a new toast starts with it.
+    pub(crate) fn expire_toasts(&mut self, now: f64) -> Option<f64> {
         for toast in &mut self.toasts {
             toast.until.get_or_insert(now + TOAST + TOAST_LINE * toast.lines.len() as f64);
         }
@@ -249,7 +249,7 @@ impl State {
         self.toasts.iter().filter_map(left).reduce(f64::min)
     }
 
-    /// What of the wanted subject is not there, by name: nothing where it is the one that is shown.
+    /// The names of the selected subject that the scene in the window lacks.
     pub(crate) fn missing(&self) -> Vec<&str> {
         let wanted = self.settings.subject.names();
         let shown = self.shown.as_ref().map(|shown| shown.subject.names());
@@ -258,7 +258,7 @@ impl State {
         missing.map(|at| wanted[at]).collect()
     }
 
-    /// Whether the wanted subject is on its way.
+    /// Whether the selected subject is being loaded.
     pub(crate) fn waits(&self) -> bool {
         self.failure.is_none() && !self.missing().is_empty()
     }
@@ -280,15 +280,15 @@ impl State {
             return None;
         }
         *chosen = name;
-        (self.wanted, self.wish) = (self.settings.subject.clone(), SubjectRequest::default());
+        (self.wanted, self.request) = (self.settings.subject.clone(), SubjectRequest::default());
         Some(Effect::Show(self.wanted.clone()))
     }
 
-    fn catalogued(&mut self, catalogue: Catalog) -> Option<Effect> {
-        let mut subject = catalogue.nearest(&self.wanted, &self.wish, &self.settings.subject);
-        let another = subject != self.settings.subject;
-        self.catalogue = catalogue;
-        if another && let Some(reason) = self.stands_in(&subject) {
+    fn set_catalog(&mut self, catalog: Catalog) -> Option<Effect> {
+        let mut subject = catalog.nearest(&self.wanted, &self.request, &self.settings.subject);
+        let changes = subject != self.settings.subject;
+        self.catalog = catalog;
+        if changes && let Some(reason) = self.why_replaced(&subject) {
             self.toast(reason, Vec::new());
         }
         for list in List::ALL {
@@ -297,16 +297,16 @@ impl State {
                 wanted.clone_from(list.chosen(&mut subject));
             }
         }
-        let there = !subject.environment.is_empty();
+        let exists = !subject.environment.is_empty();
         self.settings.subject = subject;
-        (there && (another || self.shown.is_none())).then(|| Effect::Show(self.settings.subject.clone()))
+        (exists && (changes || self.shown.is_none())).then(|| Effect::Show(self.settings.subject.clone()))
     }
 
-    /// Why something else is shown than what is wanted.
-    fn stands_in(&self, subject: &Subject) -> Option<String> {
+    /// Why this subject replaces the wanted one.
+    fn why_replaced(&self, subject: &Subject) -> Option<String> {
         let mut missing = Vec::new();
         for list in List::ALL {
-            let (names, wanted) = list.of(&self.catalogue, &self.wanted);
+            let (names, wanted) = list.of(&self.catalog, &self.wanted);
             if !wanted.is_empty() && !names.iter().any(|name| name == wanted) {
                 missing.push(wanted);
             }
@@ -315,13 +315,13 @@ impl State {
             return Some(format!("{} is not in this pipeline", missing.join(", ")));
         }
         let Subject { environment, material, .. } = &self.wanted;
-        let goes = |wanted: &String, there: &String| wanted.is_empty() || wanted == there;
-        let go_together = goes(environment, &subject.environment) && goes(material, &subject.material);
-        (!go_together).then(|| format!("no stage reflects {environment} off {material}"))
+        let agrees = |wanted: &String, found: &String| wanted.is_empty() || wanted == found;
+        let is_pair = agrees(environment, &subject.environment) && agrees(material, &subject.material);
+        (!is_pair).then(|| format!("no stage reflects {environment} off {material}"))
     }
 }
 
-/// The entry that many steps on, around the ends; the first where `from` is not in the list.
+/// The entry that many steps after `from`, around the ends; the first if `from` is not in the list.
 fn stepped<'a, T: PartialEq>(list: &'a [T], from: &T, by: isize) -> Option<&'a T> {
     let count = list.len().try_into().ok().filter(|count: &isize| *count > 0)?;
     match list.iter().position(|entry| entry == from) {
@@ -334,7 +334,7 @@ fn turned(aim: Aim, by: Aim) -> Aim {
     Aim { yaw: aim.yaw + by.yaw, pitch: aim.pitch + by.pitch }
 }
 
-/// The nearest third of a stop, so that as many steps back as forth lead to 0.
+/// The nearest third of a stop, so that equally many steps up and down return to 0.
 fn thirds(exposure: f64) -> f64 {
     (exposure * 3.0).round() / 3.0
 }

@@ -1,4 +1,4 @@
-//! A small scene for tests of the window.
+//! A small scene for the window's tests.
 
 use std::sync::Arc;
 

@@ -1,40 +1,40 @@
-//! The look of the window: greys without a hue, so that the eye judges the colours of the picture alone.
+//! The window's theme: neutral greys, so that they do not affect how the picture's colours appear.
 
 use eframe::egui::{
     Color32, Context, CornerRadius, FontId, Shadow, Stroke, TextStyle, Theme, Visuals, style,
 };
 
-/// Behind the picture, where it does not reach.
-pub(crate) const BEHIND: Color32 = Color32::from_gray(18);
+/// The area of the picture before there is one.
+pub(crate) const CANVAS: Color32 = Color32::from_gray(18);
 const PANEL: Color32 = Color32::from_gray(30);
 const LINE: Color32 = Color32::from_gray(52);
 const TEXT: Color32 = Color32::from_gray(190);
-/// What is worth the eye: values, what is chosen.
+/// Values and selected entries.
 pub(crate) const STRONG: Color32 = Color32::from_gray(236);
-/// What only explains.
+/// Headings and explanations.
 pub(crate) const WEAK: Color32 = Color32::from_gray(128);
 pub(crate) const GRID: Color32 = Color32::from_gray(58);
-/// The two curves of the plot, and what failed: the only hues, and muted ones.
+/// The two curves of the plot, and failures: the only colours with a hue, all muted.
 pub(crate) const LIGHTING: Color32 = Color32::from_gray(210);
 pub(crate) const REFLECTED: Color32 = Color32::from_rgb(206, 152, 92);
 pub(crate) const FAILED: Color32 = Color32::from_rgb(222, 108, 96);
-/// Under text over the picture.
+/// The background of text over the picture.
 pub(crate) const VEIL: Color32 = Color32::from_rgba_premultiplied(12, 12, 12, 208);
 
-/// Sets the look of all that is drawn.
+/// Sets the theme.
 pub(crate) fn set(context: &Context) {
     context.set_theme(Theme::Dark);
-    // A picture has its own pixels, and text that it can be read by.
+    // Zooming the text would change the picture's size.
     context.options_mut(|options| options.zoom_with_keyboard = false);
     context.all_styles_mut(|style| {
         style.visuals = visuals();
-        // Nothing moves by itself, so that nothing is drawn again when nothing has changed.
+        // Without animations nothing is repainted unless it changed.
         style.animation_time = 0.0;
         style.scroll_animation = style::ScrollAnimation::none();
         style.interaction.tooltip_delay = 0.4;
         style.interaction.selectable_labels = false;
         style.spacing.item_spacing = [8.0, 5.0].into();
-        // Scroll bars lie beside what is scrolled, not over its last letter.
+        // Scroll bars lie beside the text, not over it.
         style.spacing.scroll.floating_allocated_width = 8.0;
         style.spacing.slider_width = 110.0;
         for (text, size) in [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Heading, 15.0)] {
@@ -56,7 +56,7 @@ fn visuals() -> Visuals {
     visuals.error_fg_color = FAILED;
     visuals.weak_text_color = Some(WEAK);
     visuals.selection.bg_fill = Color32::from_gray(74);
-    visuals.selection.stroke = Stroke::new(1.0, STRONG);
+    visuals.selection.partial = Stroke::new(1.0, STRONG);
     let widgets = &mut visuals.widgets;
     widgets.noninteractive.bg_stroke = Stroke::new(1.0, LINE);
     widgets.noninteractive.fg_stroke = Stroke::new(1.0, TEXT);

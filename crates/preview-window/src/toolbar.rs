@@ -1,12 +1,10 @@
-//! The row above the picture: what it shows, and how.
+//! The toolbar above the picture: modes, background, exposure and tone curve.
 
 use eframe::egui::{Align, Button, ComboBox, Layout, Response, Slider, TextWrapMode, Ui, vec2};
 
-use crate::keys::label;
 use crate::numbers;
 use crate::state::{Action, State};
-use preview::Mode;
-use preview::{Arrangement, Backdrop, Tone, ViewSettings};
+use preview::{Arrangement, Mode, Named, ViewSettings};
 
 pub(crate) fn toolbar(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
@@ -25,18 +23,18 @@ pub(crate) fn toolbar(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     });
 }
 
-/// What a slider with its number takes, and all buttons on the right.
+/// The width of a slider with its number, and that of all buttons on the right.
 const SLIDER: f32 = 220.0;
 const BUTTONS: f32 = 300.0;
 
-/// Begins another row.
+/// Starts a new row.
 fn row(ui: &mut Ui) {
     ui.end_row();
     let height = ui.spacing().interact_size.y;
     ui.set_row_height(height);
 }
 
-/// A slider, which unlike other controls does not know by itself that it belongs into the next row.
+/// Adds a slider, in a new row if it does not fit: unlike other controls, sliders do not wrap by themselves.
 fn slide(ui: &mut Ui, slider: Slider<'_>) -> Response {
     if ui.available_size_before_wrap().x < SLIDER {
         row(ui);
@@ -45,7 +43,7 @@ fn slide(ui: &mut Ui, slider: Slider<'_>) -> Response {
 }
 
 fn modes(ui: &mut Ui, settings: &ViewSettings, actions: &mut Vec<Action>) {
-    actions.extend(choose(ui, "mode", &Mode::ALL, settings.mode, label).map(Action::Mode));
+    actions.extend(choose(ui, "mode", &Mode::ALL, settings.mode, Mode::label).map(Action::Mode));
     for (arrangement, name, explained) in [
         (Arrangement::One, "one", "One mode"),
         (Arrangement::Split, "split", "Two modes side by side (S)"),
@@ -59,20 +57,19 @@ fn modes(ui: &mut Ui, settings: &ViewSettings, actions: &mut Vec<Action>) {
     if settings.arrangement == Arrangement::One {
         return;
     }
-    actions.extend(choose(ui, "second mode", &Mode::ALL, settings.second, label).map(Action::Second));
+    actions.extend(choose(ui, "second mode", &Mode::ALL, settings.second, Mode::label).map(Action::Second));
     if settings.arrangement == Arrangement::Difference {
         let mut amplify = settings.amplify;
         let slider =
             Slider::new(&mut amplify, ViewSettings::AMPLIFICATIONS).logarithmic(true).max_decimals(0);
-        if slide(ui, slider.prefix("x ")).on_hover_text("How many times stronger (A)").changed() {
+        if slide(ui, slider.prefix("x ")).on_hover_text("Amplification of the difference (A)").changed() {
             actions.push(Action::Amplify(amplify));
         }
     }
 }
 
 fn picture(ui: &mut Ui, settings: &ViewSettings, actions: &mut Vec<Action>) {
-    let backdrop = choose(ui, "background", &Backdrop::ALL, settings.backdrop, Backdrop::label);
-    actions.extend(backdrop.map(Action::Background));
+    actions.extend(choose_named(ui, "background", settings.background).map(Action::Background));
     let mut exposure = settings.exposure;
     let slider = Slider::new(&mut exposure, ViewSettings::EXPOSURES)
         .custom_formatter(|value, _| numbers::stops(value))
@@ -81,19 +78,19 @@ fn picture(ui: &mut Ui, settings: &ViewSettings, actions: &mut Vec<Action>) {
     if slider.changed() {
         actions.push(Action::Expose(exposure));
     }
-    actions.extend(choose(ui, "tone curve", &Tone::ALL, settings.tone, Tone::label).map(Action::Tone));
+    actions.extend(choose_named(ui, "tone curve", settings.tone).map(Action::Tone));
 }
 
-/// The buttons on the right, the last first where they are laid out from there.
+/// The buttons on the right; the last comes first if they are laid out from the right.
 fn panels(ui: &mut Ui, state: &State, from_right: bool, actions: &mut Vec<Action>) {
     let settings = &state.settings;
     let mut buttons = [
-        (false, "screenshot", "Keep the picture as a file (P)", Action::Screenshot),
+        (false, "screenshot", "Save the picture as a file (P)", Action::Screenshot),
         (settings.lists, "lists", "Environments, materials, meshes (L)", Action::ToggleLists),
         (
             settings.inspector,
             "inspector",
-            "Figures of what is seen, where there is room (I)",
+            "Statistics of the scene, if there is room for them (I)",
             Action::ToggleInspector,
         ),
         (state.help, "?", "All keys (?)", Action::ToggleHelp),
@@ -108,7 +105,12 @@ fn panels(ui: &mut Ui, state: &State, from_right: bool, actions: &mut Vec<Action
     }
 }
 
-/// A list that drops down; what is chosen there, where it is another.
+/// A drop-down list of the values of a setting. Returns a new choice.
+fn choose_named<T: Named>(ui: &mut Ui, name: &str, now: T) -> Option<T> {
+    choose(ui, name, T::ALL, now, T::name)
+}
+
+/// A drop-down list. Returns a new choice.
 fn choose<T: Copy + PartialEq>(
     ui: &mut Ui,
     name: &str,

@@ -1,6 +1,7 @@
-//! The CPU's part of a frame, on the threads that there are: `preview/cpu/local_shrm_512/P`, a picture of a sphere that fills
-//! 512 x 512 pixels, shaded by a local SHRM on faces of 64 texels; `preview/cpu/global_update_64/P`, equation 12 at all texels
-//! of six faces of 64, a frame's work for a distant viewer. The paper has 33 ms for a frame.
+//! The CPU's work for a frame, on all threads. `preview/cpu/local_shrm_512/P` draws a sphere that fills 512 x
+//! 512 pixels, shaded by a local SHRM on faces of 64 texels. `preview/cpu/global_update_64/P` evaluates
+//! equation 12 at all texels of six such faces, a frame's work for a distant viewer. The paper's time for a
+//! frame is 33 ms.
 
 use std::hint::black_box;
 use std::sync::Arc;

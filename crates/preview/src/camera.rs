@@ -1,8 +1,8 @@
-//! A turn-around camera.
+//! A turntable camera.
 //!
-//! It circles a point, up is always +Z. It frames a ball: the ball's outline touches the shorter side of the picture,
-//! at a distance of r / sin(half the field), so that what it looks at neither grows nor shrinks when it is turned or when
-//! the window changes its shape. Pixels are square.
+//! It orbits a point; up is always +Z. It frames a ball: the ball's outline touches the shorter side of the
+//! picture, at a distance of r / sin(half the field of view), so that the ball's size does not change when
+//! the camera turns or when the window changes its shape. Pixels are square.
 
 use glam::{DMat4, DVec3};
 use sphere::Direction;
@@ -16,16 +16,16 @@ pub struct Framing {
     pub radius: f64,
 }
 
-/// A camera that circles what it looks at. Angles in radians.
+/// A camera that orbits what it looks at. Angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// What it frames.
+    /// The ball that it frames.
     pub framing: Framing,
-    /// Where it stands: 0 on the +X side, looking toward -X (the front of glTF models), growing toward +Y.
+    /// Its angle around the ball: 0 on the +X side (the front of glTF models), growing toward +Y.
     pub yaw: f64,
-    /// How high it stands, -pi/2 to pi/2; positive looks down from above.
+    /// Its elevation, -pi/2 to pi/2; with a positive one it looks down.
     pub pitch: f64,
-    /// How near it comes: 1 frames the ball; 2 shows it twice as large.
+    /// The magnification: 1 frames the ball; 2 shows it twice as large.
     pub zoom: f64,
     /// The field of view over the shorter side of the picture, above 0 and below pi.
     pub field: f64,
@@ -56,19 +56,19 @@ impl Camera {
         self.framing.centre - self.axes()[2] * self.distance()
     }
 
-    /// The direction from the centre of the ball to the eye: the one view of a distant viewer.
+    /// The direction from the centre of the ball to the eye: the view of a distant viewer.
     pub fn view(&self) -> Direction {
         Direction::normalised(-self.axes()[2])
     }
 
-    /// Half the width and half the height of the picture at distance 1; zoom narrows them.
+    /// Half the width and half the height of the picture at distance 1, divided by the zoom.
     pub fn half_extent(&self, size: [u32; 2]) -> [f64; 2] {
         let [width, height] = size.map(|side| f64::from(side.max(1)));
         let shorter = (self.field / 2.0).tan() / self.zoom / width.min(height);
         [width * shorter, height * shorter]
     }
 
-    /// The ray through a point of the picture, of any length, (0, 0) being its upper left corner and `size` its lower right.
+    /// The ray through a point of the picture, of any length. `size` is the lower right corner.
     pub fn ray(&self, size: [u32; 2], at: [f64; 2]) -> DVec3 {
         let [right, up, forward] = self.axes();
         let half = self.half_extent(size);
@@ -77,7 +77,7 @@ impl Camera {
         forward + right * (x * half[0]) + up * (y * half[1])
     }
 
-    /// From the world to clip coordinates as wgpu has them: x right, y up, z 0 (near) to 1 (far) after division by w.
+    /// The matrix from the world to wgpu's clip coordinates: x right, y up, z / w from 0 (near) to 1 (far).
     pub fn projection(&self, size: [u32; 2]) -> DMat4 {
         let [right, up, forward] = self.axes();
         let eye = self.eye();
@@ -113,7 +113,8 @@ mod tests {
         }
     }
 
-    /// Tangents from the eye to the ball leave at asin(r / d): at the middle of the shorter side that is half the field.
+    /// The rays from the eye that touch the ball have the angle asin(r / d), half the field of view at the
+    /// middle of the shorter side.
     #[test]
     fn the_ball_touches_the_shorter_side_from_everywhere() {
         for (size, middle) in [([640, 360], [320.0, 0.0]), ([300, 500], [0.0, 250.0])] {

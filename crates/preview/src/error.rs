@@ -1,33 +1,33 @@
-//! Why there is no picture.
+//! The errors of rendering.
 
-/// Why there is no picture.
+/// Why a picture cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
     /// A map cannot be made.
     #[error("{0}")]
     Maps(String),
-    /// The picture asks for something that its scene lacks.
-    #[error("{what}: {missing} is not there")]
+    /// The scene lacks something that the shot needs.
+    #[error("{what} needs {missing}")]
     Missing {
-        /// What was asked for.
+        /// What cannot be drawn.
         what: &'static str,
         /// What it needs.
         missing: &'static str,
     },
-    /// What is asked for passes a limit of the renderer or of its device: another renderer may do it.
-    #[error("{what} asks for {asked}, and this renderer allows {limit}")]
+    /// Something exceeds a limit of the renderer or of its device. Another renderer may draw the picture.
+    #[error("{what}: {asked} is more than this renderer's limit of {limit}")]
     Limit {
-        /// What was asked for.
+        /// The quantity: `the environment: the width of the texture`.
         what: String,
-        /// How much.
+        /// Its value.
         asked: u64,
-        /// How much there is.
+        /// The largest value.
         limit: u64,
     },
-    /// There is no usable graphics device, or it stopped working: another renderer may do it.
+    /// There is no usable graphics device, or it stopped working. Another renderer may draw the picture.
     #[error("{0}")]
     Device(String),
-    /// The caller no longer wants the picture.
+    /// The caller cancelled the picture.
     #[error("cancelled")]
     Cancelled,
 }
@@ -37,7 +37,7 @@ impl RenderError {
         Self::Maps(message.into())
     }
 
-    /// Whether the same picture may come out of another renderer.
+    /// Whether another renderer may be able to draw the same picture.
     pub fn is_of_the_device(&self) -> bool {
         matches!(self, Self::Limit { .. } | Self::Device(_))
     }

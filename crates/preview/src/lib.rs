@@ -1,9 +1,10 @@
 //! Pictures of meshes under distant light, shaded with the maps that Specula makes.
 //!
-//! A [`Scene`] holds meshes, each with a [`Look`]: a material under a light, and the maps made of the pair. A [`Shot`]
-//! says how it is seen: camera, size, which map shades it, exposure. A [`Renderer`] makes a [`Picture`] of both. There are
-//! two: one on the CPU, the same to the bit for any number of threads, and one through wgpu. Every shader `x.wgsl` in `shading/`
-//! has its twin `x.rs` beside it, which the CPU runs; both make the same picture within [`Tolerance::of`].
+//! A [`Scene`] holds meshes, each with a [`Look`]: a material under a light, and the maps made from the pair.
+//! A [`Shot`] holds the camera, the size, the map that shades the meshes, and the exposure. A [`Renderer`]
+//! draws a [`Picture`] of a scene and a shot. There are two: one on the CPU, whose pictures are bit-identical
+//! for any number of threads, and one through wgpu. Every shader `x.wgsl` in `shading/` has a twin `x.rs`
+//! that the CPU runs; both draw the same picture within [`Tolerance::of`].
 //!
 //! The frame is that of `sphere`: right-handed, +Z up. Radiance is linear Rec. 709; pictures are sRGB.
 
@@ -12,9 +13,11 @@ mod cpu;
 mod error;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod graphics_device;
 mod light;
 mod look;
 mod mode;
+mod named;
 mod picture;
 mod renderer;
 mod scene;
@@ -29,15 +32,17 @@ pub use camera::{Camera, Framing};
 pub use cpu::Cpu;
 pub use error::RenderError;
 #[cfg(feature = "gpu")]
-pub use gpu::{Drawn, Gpu, Health};
+pub use gpu::{DeviceStatus, DrawProgress, Gpu};
+pub use graphics_device::graphics_device;
 pub use light::Light;
 pub use look::{Look, MapSizes};
 pub use mode::{Background, Mode, Show};
+pub use named::Named;
 pub use picture::{Picture, SAME_LIGHT, SAME_PICTURE, Tolerance};
-pub use renderer::{Renderer, graphics_device};
+pub use renderer::Renderer;
 pub use scene::{Object, Scene};
 pub use shot::Shot;
 pub use subject::{Catalog, List, Subject, SubjectRequest};
 pub use update::{Export, PreviewUpdate, SubjectDetails};
-pub use view_settings::{Aim, Arrangement, Backdrop, InitialView, Tone, ViewSettings};
+pub use view_settings::{Aim, Arrangement, InitialView, ViewSettings};
 pub use view_transform::{Placed, ViewTransform};

@@ -8,7 +8,7 @@ use sphere::Cube;
 
 use crate::shading::light_samples::LightSamples;
 
-/// An environment, and its coefficients where they are wanted.
+/// An environment, and what is computed from it when first needed.
 #[derive(Debug)]
 pub struct Light {
     environment: Environment,
@@ -18,8 +18,8 @@ pub struct Light {
 }
 
 impl Light {
-    /// The light of an environment. `lighting` is what a graph projected of it; without, it is projected here when it is
-    /// first wanted.
+    /// The light of an environment. `lighting` holds its coefficients if they are known; otherwise they are
+    /// computed when first needed.
     pub fn new(environment: Environment, lighting: Option<Expansion>) -> Self {
         let known = OnceLock::new();
         if let Some(lighting) = lighting {
@@ -33,7 +33,7 @@ impl Light {
         &self.environment
     }
 
-    /// Its coefficients: what [`crate::Background::Harmonics`] and [`crate::Mode::Irradiance`] show.
+    /// Its coefficients, for [`crate::Background::Harmonics`] and [`crate::Mode::Irradiance`].
     pub fn lighting(&self) -> &Expansion {
         self.lighting.get_or_init(|| {
             let grid = self.environment.grid();
@@ -46,20 +46,20 @@ impl Light {
         })
     }
 
-    /// What its coefficients hold of it, on a cube of sixteen texels or more to each wave of the highest degree, but 512
-    /// along an edge at most; RGB, texels as [`Cube`] counts them.
+    /// The environment as its coefficients describe it, RGB on a cube, with texels in the order of [`Cube`].
+    /// Each wave of the highest degree has at least sixteen texels, but an edge has at most 512.
     pub fn reconstruction(&self) -> (Cube, &[[f32; 3]]) {
         let (cube, texels) = self.reconstruction.get_or_init(|| {
             let lighting = self.lighting();
             let cube = Cube { edge: (4 * (lighting.degree().get() + 1)).next_power_of_two().clamp(16, 512) };
-            // A cube that has texels always has a synthesis.
+            // The synthesis only fails for a cube without texels.
             let texels = synthesise_cube(lighting, cube).unwrap_or_else(|_| vec![[0.0; 3]; cube.len()]);
             (cube, texels)
         });
         (*cube, texels)
     }
 
-    /// The environment as brute force samples it.
+    /// The light samples of brute force.
     pub fn samples(&self) -> &Arc<LightSamples> {
         self.samples.get_or_init(|| Arc::new(LightSamples::new(&self.environment)))
     }

@@ -1,4 +1,4 @@
-//! A material under a light, and the maps that renderers shade it with.
+//! Looks: a material under a light, and the maps that renderers shade it with.
 
 use std::sync::{Arc, OnceLock};
 
@@ -8,30 +8,30 @@ use sphere::Cube;
 
 use crate::{Light, RenderError};
 
-/// How large the maps are.
+/// The sizes of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MapSizes {
-    /// Texels along the edge of a cube's face, of every map.
+    /// The texels along the edge of a cube's face, in every map.
     pub edge: usize,
-    /// Slices of Kautz and McCool's texture.
+    /// The slices of Kautz and McCool's texture.
     pub slices: usize,
 }
 
 impl Default for MapSizes {
-    /// Faces of 64 texels and 16 slices, as the exports have them.
+    /// Faces of 64 texels and 16 slices, the defaults of the exports.
     fn default() -> Self {
         Self { edge: 64, slices: 16 }
     }
 }
 
-/// Where a look's maps come from.
+/// The source of a look's maps.
 #[derive(Clone, Debug)]
 enum Field {
     Reflection(Reflection),
     Map(Shrm),
 }
 
-/// A material under a light. Each map is made when it is first wanted, and kept.
+/// A material under a light. Each map is computed when it is first needed.
 #[derive(Debug)]
 pub struct Look {
     light: Arc<Light>,
@@ -46,8 +46,7 @@ pub struct Look {
 }
 
 impl Look {
-    /// The look of a reflection, which holds the light's coefficients times the material's. Brute force needs the
-    /// material itself.
+    /// The look of a reflection, the light's coefficients times the material's. Brute force needs `material`.
     pub fn new(
         light: Arc<Light>,
         reflection: Reflection,
@@ -57,7 +56,7 @@ impl Look {
         Self::of(light, Field::Reflection(reflection), material, sizes)
     }
 
-    /// The look of a spherical harmonic reflection map that exists already; a lat-long map is resampled to a cube.
+    /// The look of an existing spherical harmonic reflection map; a lat-long map is resampled to a cube.
     pub fn from_map(light: Arc<Light>, map: Shrm, material: Option<Material>, sizes: MapSizes) -> Self {
         Self::of(light, Field::Map(map), material, sizes)
     }
@@ -81,12 +80,12 @@ impl Look {
         &self.light
     }
 
-    /// The material, where it is known.
+    /// The material, if it is known.
     pub fn material(&self) -> Option<&Material> {
         self.material.as_ref()
     }
 
-    /// The reflection, where the look was made of one.
+    /// The reflection, if the look was made from one.
     pub fn reflection(&self) -> Option<&Reflection> {
         match &self.field {
             Field::Reflection(reflection) => Some(reflection),
@@ -94,7 +93,7 @@ impl Look {
         }
     }
 
-    /// The direction that the maps are about: reflection vector, normal or tangent.
+    /// The central direction of the maps: reflection vector, normal or tangent.
     pub fn centre(&self) -> Centre {
         match &self.field {
             Field::Reflection(reflection) => reflection.brdf().centre(),
@@ -107,7 +106,7 @@ impl Look {
         Cube { edge: self.sizes.edge }
     }
 
-    /// How large the maps are.
+    /// The sizes of the maps.
     pub fn sizes(&self) -> MapSizes {
         self.sizes
     }
@@ -115,7 +114,7 @@ impl Look {
     /// The local SHRM on [`Look::cube`].
     ///
     /// # Errors
-    /// Where the map would be too large.
+    /// If the map would be too large.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
         self.local.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
     }
@@ -150,19 +149,21 @@ impl Look {
     /// Kautz and McCool's texture.
     ///
     /// # Errors
-    /// As [`Look::local`], and where there is no slice.
+    /// As [`Look::local`], and if there is no slice.
     pub fn kautz_mccool(&self) -> Result<&KautzMcCool, RenderError> {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
             let texture = KautzMcCool::from_shrm(self.local()?, angles);
-            texture.ok_or_else(|| RenderError::maps(format!("{} slices are no texture", self.sizes.slices)))
+            texture.ok_or_else(|| {
+                RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
+            })
         });
         made.as_ref().map_err(Clone::clone)
     }
 
-    /// The plain reflection map, the mean over all views as `export-reflection-map` makes it; texels as
-    /// [`sphere::Cube`] counts them.
+    /// The plain reflection map, the mean over all views as in `export-reflection-map`, with texels in the
+    /// order of [`sphere::Cube`].
     ///
     /// # Errors
     /// As [`Look::local`].
@@ -189,7 +190,7 @@ impl Look {
                 reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
             }
             Field::Map(map) => {
-                // Zonal terms of a local map stay as they are. All else is blended with all terms, on the map's own grid.
+                // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {
                     (View::Local, Terms::Zonal) => (self.texels(), map.rows()),
                     _ => (self.texels().max(map.grid().len()), map.p().rows()),
@@ -201,21 +202,21 @@ impl Look {
         }
     }
 
-    /// The texels of a map, as far as they can be counted.
+    /// The number of texels of a map, or the largest number if it overflows.
     fn texels(&self) -> usize {
         self.sizes.edge.saturating_mul(self.sizes.edge).saturating_mul(6)
     }
 }
 
-/// What a texel has several of, and what makes less of a map.
-type Several = (&'static str, &'static str);
+/// The values of each texel, and what to lower if there are too many.
+type TexelValues = (&'static str, &'static str);
 
-const COEFFICIENTS: Several = ("coefficients", "the resolution or the material's degree P");
-const MAPS: Several = ("maps", "the resolution");
-const SLICES: Several = ("slices", "the resolution or the number of slices");
+const COEFFICIENTS: TexelValues = ("coefficients", "the resolution or the material's degree P");
+const MAPS: TexelValues = ("maps", "the resolution");
+const SLICES: TexelValues = ("slices", "the resolution or the number of slices");
 
-/// Refuses a map of more than [`MOST_VALUES`], before anything of that size is allocated.
-fn within(what: &str, texels: usize, count: usize, (name, lower): Several) -> Result<(), RenderError> {
+/// Rejects a map of more than [`MOST_VALUES`] before it is allocated.
+fn within(what: &str, texels: usize, count: usize, (name, lower): TexelValues) -> Result<(), RenderError> {
     if texels.saturating_mul(count) <= MOST_VALUES {
         return Ok(());
     }
@@ -246,46 +247,48 @@ mod tests {
         Reflection::convolve(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0; 3]]).unwrap(), &brdf)
     }
 
-    fn refused<T>(map: Result<T, RenderError>) -> String {
+    fn rejected<T>(map: Result<T, RenderError>) -> String {
         map.err().expect("it is too large").to_string()
     }
 
-    /// What is refused was never allocated: none of these would fit into memory.
+    /// None of these would fit into memory.
     #[test]
-    fn a_map_that_is_too_large_is_refused_before_it_is_made() {
+    fn a_map_that_is_too_large_is_rejected_before_it_is_allocated() {
         let sizes = MapSizes { edge: 512, slices: 256 };
         let look = Look::new(light(), fibre(32), None, sizes);
         assert_eq!(
-            refused(look.global()),
+            rejected(look.global()),
             "the global SHRM: 1572864 texels times 1089 coefficients make more than 268435456 values: lower the \
              resolution or the material's degree P"
         );
         assert_eq!(
-            refused(look.kautz_mccool()),
+            rejected(look.kautz_mccool()),
             "Kautz and McCool's texture: 1572864 texels times 256 slices make more than 268435456 values: lower the \
              resolution or the number of slices"
         );
         for edge in [7000, 1 << 30, usize::MAX] {
             let look = Look::new(light(), fibre(0), None, MapSizes { edge, slices: 16 });
-            let refusals = [
-                refused(look.local()),
-                refused(look.global()),
-                refused(look.cabral()),
-                refused(look.kautz_mccool()),
+            let errors = [
+                rejected(look.local()),
+                rejected(look.global()),
+                rejected(look.cabral()),
+                rejected(look.kautz_mccool()),
             ];
-            assert!(refusals.iter().all(|message| message.contains("lower the resolution")), "{refusals:?}");
+            assert!(errors.iter().all(|message| message.contains("lower the resolution")), "{errors:?}");
         }
         let look = Look::new(light(), fibre(0), None, MapSizes { edge: 1 << 30, slices: 16 });
-        assert!(refused(look.prefiltered()).starts_with("the reflection map: "));
+        assert!(rejected(look.prefiltered()).starts_with("the reflection map: "));
     }
 
     #[test]
-    fn an_imported_map_is_refused_where_it_would_be_too_large_as_wanted() {
+    fn an_imported_map_is_rejected_if_its_resampled_size_is_too_large() {
         let zonal = fibre(32).synthesise(MapGrid::Cube(Cube { edge: 4 }), View::Local).unwrap();
         assert_eq!(zonal.terms(), Terms::Zonal);
         let look = |edge| Look::from_map(light(), zonal.clone(), None, MapSizes { edge, slices: 2 });
-        assert!(refused(look(512).global()).starts_with("the global SHRM: 1572864 texels times 1089 "));
-        assert!(refused(look(1 << 20).local()).starts_with("the local SHRM: 6597069766656 texels times 33 "));
+        assert!(rejected(look(512).global()).starts_with("the global SHRM: 1572864 texels times 1089 "));
+        assert!(
+            rejected(look(1 << 20).local()).starts_with("the local SHRM: 6597069766656 texels times 33 ")
+        );
         let small = look(8);
         assert_eq!((small.local().unwrap().rows(), small.global().unwrap().rows()), (33, 33 * 33));
     }

@@ -1,16 +1,16 @@
-//! What a picture shows: by which map the surface is shaded, and what lies behind it.
+//! What a picture shows: the map that shades the surfaces, and the background.
 
-/// By what the light that a surface reflects is known.
+/// The source of the radiance that a surface reflects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
-    /// The local SHRM at every pixel: each of four texels is evaluated in its own frame, then they are blended.
+    /// The local SHRM at every pixel: four texels, each evaluated in its own frame, are blended.
     LocalShrm,
-    /// The global SHRM, evaluated once a frame into a reflection map for a distant viewer (paper 1, equation 12).
+    /// The global SHRM, evaluated once per frame for a distant viewer (paper 1, equation 12).
     GlobalShrm,
-    /// Cabral's twelve maps, blended by the icosahedron's weights of the view.
+    /// Cabral's twelve maps, blended by the view's weights on the icosahedron.
     Cabral,
-    /// Kautz and McCool's 3D texture, over central direction and angle to the view.
+    /// Kautz and McCool's 3D texture over the central direction and its angle to the view.
     KautzMcCool,
     /// A white diffuse surface: irradiance over pi, from nine coefficients.
     Irradiance,
@@ -18,7 +18,7 @@ pub enum Mode {
     Prefiltered,
     /// A perfect mirror: the environment itself.
     Mirror,
-    /// The sum of all light, by many samples.
+    /// The integral over all light, estimated with many samples.
     BruteForce,
 }
 
@@ -49,7 +49,7 @@ impl Mode {
         }
     }
 
-    /// What people read in lists and beside pictures.
+    /// The name in the window and on pictures.
     pub fn label(self) -> &'static str {
         match self {
             Self::LocalShrm => "local SHRM",
@@ -63,50 +63,54 @@ impl Mode {
         }
     }
 
-    /// The mode of a name.
+    /// The mode with a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|mode| mode.name() == name)
     }
 }
 
-/// Which modes a picture shows, and how.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// The modes of a picture and their arrangement.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Show {
     /// One mode.
     One(Mode),
-    /// Two modes side by side: the divider is at this share of the width, 0 to 1.
+    /// Two modes side by side.
     Split {
         /// Left of the divider.
         left: Mode,
         /// Right of it.
         right: Mode,
-        /// The divider.
+        /// The place of the divider as a share of the width, 0 to 1.
         at: f32,
     },
-    /// The absolute difference of two modes, amplified; with the RMS of it in the picture's figures.
+    /// The absolute difference of two modes, amplified. The picture has its RMS.
     Difference {
-        /// What is judged.
+        /// The compared mode.
         of: Mode,
-        /// What it is judged by.
+        /// The reference.
         from: Mode,
-        /// How many times stronger the difference is shown.
+        /// The factor that the difference is multiplied with.
         amplify: f32,
     },
 }
 
 impl Show {
-    /// The modes that it needs, one or two.
-    pub fn modes(self) -> impl Iterator<Item = Mode> {
-        let (first, second) = match self {
-            Self::One(mode) => (mode, None),
-            Self::Split { left, right, .. } => (left, Some(right)),
-            Self::Difference { of, from, .. } => (of, Some(from)),
-        };
-        std::iter::once(first).chain(second.filter(move |second| *second != first))
+    /// The modes of the first and the second side. A difference of a mode from itself has it on both.
+    pub(crate) fn sides(self) -> [Option<Mode>; 2] {
+        match self {
+            Self::One(mode) => [Some(mode), None],
+            Self::Split { left, right, .. } => [Some(left), Some(right)],
+            Self::Difference { of, from, .. } => [Some(of), Some(from)],
+        }
     }
 
-    /// Of a split, the first column of the right mode in a picture of a width; the width where there is none.
+    /// The modes that it needs, one or two.
+    pub fn modes(self) -> impl Iterator<Item = Mode> {
+        let [first, second] = self.sides();
+        first.into_iter().chain(second.filter(|_| second != first))
+    }
+
+    /// The first column of the right mode of a split in a picture of this width; otherwise the width.
     pub fn divider(self, width: u32) -> u32 {
         match self {
             Self::Split { at, .. } => (at.clamp(0.0, 1.0) * width as f32).round() as u32,
@@ -115,14 +119,18 @@ impl Show {
     }
 }
 
-/// What is seen where no surface is.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// What a picture shows behind the surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Background {
     /// The environment.
     Environment,
-    /// What the lighting's coefficients hold of it.
+    /// The environment as its spherical harmonic coefficients describe it.
     Harmonics,
-    /// One linear radiance, which exposure leaves alone.
+    /// One linear radiance, which exposure does not change.
     Flat([f32; 3]),
+}
+
+impl Background {
+    /// A mid grey, on which highlights and shadows are equally visible.
+    pub const MIDDLE_GREY: Self = Self::Flat([0.18; 3]);
 }

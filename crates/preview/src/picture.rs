@@ -1,4 +1,4 @@
-//! What a renderer makes, and when two pictures are the same.
+//! Pictures, and the tolerances within which two of them count as the same.
 
 use envmap::to_srgb8;
 use glam::Vec3;
@@ -11,25 +11,25 @@ use crate::{Mode, Shot, Show};
 pub struct Picture {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// sRGB, 8 bits, developed: exposure and tone curve are in it.
+    /// sRGB, 8 bits, after exposure and tone curve.
     pub codes: Vec<[u8; 3]>,
-    /// The mean linear radiance of each pixel's samples before exposure, and the share of them that see a surface.
-    /// Of a difference: the mean absolute difference, not amplified.
+    /// The mean linear radiance of each pixel's samples before exposure, and the share of them that hit a
+    /// surface. For a difference it is the mean absolute difference, not amplified.
     pub radiance: Vec<[f32; 4]>,
-    /// Of a difference: the root of the mean squared difference over the samples that see a surface and over channels,
-    /// divided by the root of the mean square of what is compared with.
+    /// The RMS of a difference over channels and the samples that hit a surface, divided by the root mean
+    /// square of the reference.
     pub relative_rms: Option<f64>,
 }
 
 impl Picture {
-    /// The absolute difference from a picture of the same scene and shot but for the mode: for several differences from
-    /// one picture, which is then drawn once.
+    /// The absolute difference from a picture of the same scene and shot in another mode. One reference then
+    /// serves several differences.
     ///
-    /// It is that of the pixels' means, where [`Show::Difference`] has that of their samples: noise of brute force is
-    /// averaged before it is squared. The RMS is over pixels that see a surface with all of their samples.
+    /// It compares the means of pixels, while [`Show::Difference`] compares their samples: the noise of brute
+    /// force is averaged before it is squared. The RMS is over the pixels whose samples all hit a surface.
     ///
     /// # Panics
-    /// Where the sizes differ.
+    /// If the sizes differ.
     pub fn difference(&self, from: &Self, amplify: f32, shot: &Shot) -> Self {
         assert_eq!(self.size, from.size, "pictures of one shot");
         let mut squares = Squares::default();
@@ -51,38 +51,39 @@ impl Picture {
     }
 }
 
-/// How far two pictures of one scene by two renderers may be apart.
+/// How far pictures of one scene by two renderers may differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Pixels whose codes differ by more than this many steps of 255 are counted.
+    /// A pixel is an outlier if its codes differ by more than this many steps of 255.
     pub codes: u8,
-    /// The largest share of pixels that may be counted: outlines, and texels of the sun on their edge.
+    /// The largest share of outliers: pixels on outlines, and at the edges of the sun's texels.
     pub outliers: f64,
-    /// The largest root mean square of the difference of radiance, over pixels that are not counted and over channels,
-    /// divided by that of the first picture.
+    /// The largest RMS difference of radiance over channels and the pixels that are no outliers, divided by
+    /// the root mean square of the first picture.
     pub relative_rms: f64,
 }
 
-/// The tolerance between the CPU's pictures and those of any graphics device, of modes that read maps.
+/// The tolerance between pictures by the CPU and by any graphics device in the modes that read maps.
 ///
-/// Both compute in f32 by the same formulas, so that they differ by rounding and by where a pixel's middle lies on a triangle.
-/// Both snap corners to 1/256 of a sample; some devices interpolate normals between corners as they were before. Then
-/// these are those of a place up to sqrt(2) / 512 of a sample aside. Where the normal turns by k a sample, and a map's
-/// radiance changes by g a radian, a reflection is off by 2 k g / 362: with k = 0.1, as on a tube of ten pixels' radius, and
-/// g = 2, as maps of degree 12 have it on average, by 1e-3. lavapipe does so; the worst that was measured over the tests' scenes
-/// is an RMS of 1.7e-3 and outliers of 0.0012.
+/// Both compute in f32 with the same formulas, so they differ by rounding and by the place of a pixel's
+/// centre on its triangle. Both snap corners to 1/256 of a sample, but some devices, such as lavapipe,
+/// interpolate normals between the corners before snapping. Those normals belong to a point up to sqrt(2) /
+/// 512 of a sample away. If the normal turns by k per sample, and the map's radiance changes by g per radian,
+/// the reflected radiance is off by 2 k g / 362. That is 1e-3 for k = 0.1, as on a tube of ten pixels'
+/// radius, and g = 2, the average of maps of degree 12. The largest values measured over the tests' scenes
+/// are an RMS of 1.7e-3 and outliers of 0.0012.
 pub const SAME_PICTURE: Tolerance = Tolerance { codes: 2, outliers: 0.002, relative_rms: 2e-3 };
 
-/// The tolerance of modes that read light itself: mirror and brute force.
+/// The tolerance of the modes that read the environment: mirror and brute force.
 ///
-/// Light changes from texel to texel without bound: with texels of h radians, as in [`SAME_PICTURE`], a reflection is off by
-/// 2 k / (362 h) of the difference of neighbours, 1 percent at k = 0.1 and h = 0.05. Brute force takes each texel as
-/// a patch of one radiance, so that some of its samples fall on another one. The worst that was measured with lavapipe
-/// is an RMS of 1.3e-2 and outliers of 0.0065.
+/// Neighbouring texels of the environment may differ by any amount. With texels of h radians and k as in
+/// [`SAME_PICTURE`], a reflection is off by 2 k / (362 h) of their difference: 1 percent for k = 0.1 and h =
+/// 0.05. Brute force treats each texel as a patch of one radiance, so some of its samples fall on a different
+/// texel. The largest values measured with lavapipe are an RMS of 1.3e-2 and outliers of 0.0065.
 pub const SAME_LIGHT: Tolerance = Tolerance { codes: 2, outliers: 0.01, relative_rms: 2e-2 };
 
 impl Tolerance {
-    /// The tolerance of pictures that show these modes.
+    /// The tolerance for pictures of these modes.
     pub fn of(show: Show) -> Self {
         let light = show.modes().any(|mode| matches!(mode, Mode::Mirror | Mode::BruteForce));
         if light { SAME_LIGHT } else { SAME_PICTURE }
@@ -96,7 +97,7 @@ mod tests {
     use super::*;
     use crate::{Background, Camera, Framing};
 
-    /// Three pixels: of the surface, of its outline, of the background.
+    /// Three pixels: on the surface, on its outline, and in the background.
     fn picture(surface: f32) -> Picture {
         let outline = (surface + 4.0) / 2.0;
         let radiance = vec![[surface, 0.5, 0.0, 1.0], [outline, 2.25, 0.0, 0.5], [4.0; 4]];
@@ -106,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_of_pictures_is_that_of_their_surfaces() {
+    fn a_difference_of_pictures_compares_their_surfaces() {
         let shot = Shot {
             size: [3, 1],
             samples: 2,

@@ -1,4 +1,4 @@
-//! What is seen: meshes, each with its look, before one environment.
+//! Scenes: meshes with their looks in front of an environment.
 
 use std::sync::Arc;
 
@@ -7,37 +7,37 @@ use mesh::Mesh;
 
 use crate::{Framing, Light, Look};
 
-/// A mesh somewhere, with its look.
+/// A mesh with its place and its look.
 #[derive(Clone, Debug)]
 pub struct Object {
     /// Its shape, in its own coordinates.
     pub mesh: Arc<Mesh>,
-    /// Where it is: rotation, uniform scale and translation into the world.
+    /// Rotation, uniform scale and translation from the mesh's coordinates to the world.
     pub place: DAffine3,
-    /// The light that it reflects.
+    /// Its material under its light.
     pub look: Arc<Look>,
 }
 
-/// Meshes before an environment.
+/// Meshes in front of an environment.
 ///
-/// Light is distant: each object reflects the light of its own look, none shades another.
+/// Light is distant: each object reflects the light of its own look, and no object casts a shadow.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The light that is seen behind them.
+    /// The light in the background.
     pub light: Arc<Light>,
     /// The meshes.
     pub objects: Vec<Object>,
 }
 
 impl Scene {
-    /// One mesh with one look, where it is.
+    /// One mesh with one look, in its own coordinates.
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
         let object = Object { mesh, place: DAffine3::IDENTITY, look };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
     }
 
-    /// A ball around all that is in it, for a camera: that of a single mesh is [`Mesh::bounds`], placed. Where nothing has
-    /// any size, its radius is 1.
+    /// A ball around all objects, for a camera. For a single mesh it is [`Mesh::bounds`] at its place. If
+    /// nothing has a size, its radius is 1.
     pub fn framing(&self) -> Framing {
         let balls: Vec<(DVec3, f64)> = self.objects.iter().filter_map(Object::ball).collect();
         let least = balls.iter().map(|(centre, radius)| centre - DVec3::splat(*radius)).reduce(DVec3::min);
@@ -50,7 +50,7 @@ impl Scene {
 }
 
 impl Object {
-    /// The ball around its triangles, in the world; none around a mesh without any.
+    /// The ball around its triangles, in the world; `None` if it has none.
     fn ball(&self) -> Option<(DVec3, f64)> {
         if self.mesh.triangles().is_empty() {
             return None;

@@ -1,41 +1,41 @@
-//! How a scene is seen.
+//! Shots: how a scene is drawn.
 
 use envmap::ToneMap;
 use sphere::Rotation;
 
 use crate::{Background, Camera, Show};
 
-/// How a scene is seen: everything of a picture but what is in it.
+/// Everything that determines the picture of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Samples along each side of a pixel, 1 to 4: each is developed, then they are averaged.
+    /// Samples along each side of a pixel, 1 to 4. Each is developed, then they are averaged.
     pub samples: u32,
-    /// From where.
+    /// The camera.
     pub camera: Camera,
-    /// The turn of the light, active: a lamp in direction w shines from `turn` w.
+    /// The rotation of the light, active: a lamp in direction w shines from `turn` w.
     pub turn: Rotation,
-    /// Which modes.
+    /// The modes to show.
     pub show: Show,
-    /// What lies behind.
+    /// The background.
     pub background: Background,
     /// In stops: +1 doubles.
     pub exposure: f64,
-    /// From exposed radiance to display values.
+    /// The curve from exposed radiance to display values.
     pub tone: ToneMap,
     /// The light samples of each sample of a pixel in [`crate::Mode::BruteForce`].
     pub light_samples: u32,
 }
 
-/// The samples along each side of a pixel of a picture that is kept.
-const KEPT_SAMPLES: u32 = 2;
+/// The samples along each side of a pixel of a screenshot.
+const SCREENSHOT_SAMPLES: u32 = 2;
 
 impl Shot {
-    /// This shot as it is kept: with smooth outlines, and with as many light samples per pixel as the window shows.
+    /// This shot for a screenshot, with smooth outlines and as many light samples per pixel as in the window.
     #[must_use]
-    pub fn to_keep(self) -> Self {
-        let light_samples = self.light_samples.div_ceil(KEPT_SAMPLES.pow(2));
-        Self { samples: KEPT_SAMPLES, light_samples, ..self }
+    pub fn for_screenshot(self) -> Self {
+        let light_samples = self.light_samples.div_ceil(SCREENSHOT_SAMPLES.pow(2));
+        Self { samples: SCREENSHOT_SAMPLES, light_samples, ..self }
     }
 }

@@ -1,4 +1,4 @@
-//! What can be previewed, by name: environments, materials and meshes.
+//! The names of what can be previewed: environments, materials and meshes.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Mode;
 
-/// What can be shown, by name. Meshes are those of the manifest and those that Specula has by itself.
+/// The names of what can be shown. The meshes are those of the manifest and Specula's own shapes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Catalog {
     /// The environments.
@@ -15,15 +15,16 @@ pub struct Catalog {
     pub materials: Vec<String>,
     /// The meshes.
     pub meshes: Vec<String>,
-    /// The environments and materials that go together, by their places in the lists.
+    /// The combinations of environment and material that exist, as indices into the lists.
     pub pairs: BTreeSet<(usize, usize)>,
 }
 
 impl Catalog {
-    /// What there is that is nearest to what is `wanted`; what was wished for counts twice. Of two as near, it is the one that
-    /// is nearer to what is seen `now`, then the first. Where there is nothing, names are empty.
-    pub fn nearest(&self, wanted: &Subject, wish: &SubjectRequest, now: &Subject) -> Subject {
-        let weights = [&wish.environment, &wish.material].map(|name| 1 + u32::from(name.is_some()));
+    /// The subject that differs least from `wanted`. Names that `request` gives count twice. If several
+    /// subjects differ equally, it is the one that differs less from `now`, then the first. If there is none,
+    /// the names are empty.
+    pub fn nearest(&self, wanted: &Subject, request: &SubjectRequest, now: &Subject) -> Subject {
+        let weights = [&request.environment, &request.material].map(|name| 1 + u32::from(name.is_some()));
         let named = self.pairs.iter().filter_map(|&(environment, material)| {
             Some((self.environments.get(environment)?, self.materials.get(material)?))
         });
@@ -42,7 +43,7 @@ impl Catalog {
     }
 }
 
-/// A material on a mesh under an environment, each by its name in the [`Catalog`].
+/// A material on a mesh under an environment: their names in the [`Catalog`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Subject {
     /// The environment.
@@ -53,7 +54,7 @@ pub struct Subject {
     pub mesh: String,
 }
 
-/// What is asked for at first; the rest is as it was, or the first of its list.
+/// The parts of a subject that the user asked for. The others are as saved, or the first of their lists.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SubjectRequest {
     /// The environment.
@@ -62,7 +63,7 @@ pub struct SubjectRequest {
     pub material: Option<String>,
     /// The mesh.
     pub mesh: Option<String>,
-    /// The map that shades it, alone.
+    /// The one mode to show.
     pub mode: Option<Mode>,
 }
 
@@ -88,16 +89,16 @@ impl List {
     /// All three, in the order of a [`Subject`].
     pub const ALL: [Self; 3] = [Self::Environments, Self::Materials, Self::Meshes];
 
-    /// Its names, and which of them is chosen.
-    pub fn of<'a>(self, catalogue: &'a Catalog, subject: &'a Subject) -> (&'a [String], &'a str) {
+    /// Its names, and the chosen one.
+    pub fn of<'a>(self, catalog: &'a Catalog, subject: &'a Subject) -> (&'a [String], &'a str) {
         match self {
-            Self::Environments => (&catalogue.environments, &subject.environment),
-            Self::Materials => (&catalogue.materials, &subject.material),
-            Self::Meshes => (&catalogue.meshes, &subject.mesh),
+            Self::Environments => (&catalog.environments, &subject.environment),
+            Self::Materials => (&catalog.materials, &subject.material),
+            Self::Meshes => (&catalog.meshes, &subject.mesh),
         }
     }
 
-    /// The name that a subject has of it.
+    /// A subject's name from this list.
     pub fn chosen(self, subject: &mut Subject) -> &mut String {
         match self {
             Self::Environments => &mut subject.environment,

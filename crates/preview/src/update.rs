@@ -1,51 +1,51 @@
-//! What a preview is to show from now on: what the program around it sends.
+//! The messages of the program to the preview's window.
 
 use crate::{Catalog, Scene, Subject};
 
 /// An export of a subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Export {
-    /// What it is, for people: `export-shrm, ktx2`.
+    /// Its name in the inspector: `export-shrm, ktx2`.
     pub name: String,
-    /// How large its files are together.
+    /// The total size of its files.
     pub bytes: u64,
 }
 
-/// What the inspector tells of a subject and cannot see in its scene.
+/// What the inspector shows of a subject beside its scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SubjectDetails {
-    /// What was exported of it, in the manifest's order.
+    /// Its exports, in the manifest's order.
     pub exports: Vec<Export>,
-    /// What else is worth a line: warnings of stages, where a part of it was taken from.
+    /// Further lines: warnings of stages, the origin of a part.
     pub notes: Vec<String>,
 }
 
-/// What the window is told.
+/// A message to the window.
 #[derive(Debug)]
 pub enum PreviewUpdate {
-    /// What can be shown from now on. Where what is wanted is not in it, the window asks for what is nearest to that, and goes
-    /// back when it is there again.
+    /// What can be shown. If it lacks the wanted subject, the window requests the nearest one instead, and
+    /// returns when a later catalog has it.
     Catalog(Catalog),
-    /// The scene of a subject: an answer to a request, or the same subject made anew. Of any other subject it is left out.
+    /// The scene of the requested subject, new or rebuilt. Scenes of other subjects are ignored.
     Scene {
-        /// Whose.
+        /// The subject.
         subject: Subject,
-        /// What is seen.
+        /// Its scene.
         scene: Scene,
-        /// What the inspector tells of it.
-        facts: SubjectDetails,
+        /// Its details in the inspector.
+        details: SubjectDetails,
     },
-    /// A line about what goes on.
+    /// The status line.
     Status(String),
-    /// What happened, in a corner for a few seconds: `rebuilt in 0.8 s` and what reran.
+    /// A message in a corner for a few seconds: `rebuilt in 0.8 s` and what reran.
     Toast {
-        /// What happened.
+        /// The headline.
         title: String,
         /// The details.
         lines: Vec<String>,
     },
-    /// What went wrong: a headline, then the details, in a panel over the picture until `None` takes it away.
+    /// A headline and details of a failure, in a panel over the picture; `None` removes it.
     Failure(Option<Vec<String>>),
-    /// The program ends.
+    /// Closes the window.
     Close,
 }

@@ -1,4 +1,4 @@
-//! What the designer has set, and how it survives the window.
+//! The settings of the window, and their form in the file that saves them.
 
 use envmap::ToneMap;
 use serde::{Deserialize, Serialize};
@@ -6,56 +6,7 @@ use sphere::Rotation;
 
 use crate::{Background, Camera, Catalog, Framing, List, Mode, Shot, Show, Subject, SubjectRequest};
 
-/// What lies behind, without its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Backdrop {
-    /// The environment itself.
-    Environment,
-    /// Its spherical harmonics.
-    Harmonics,
-    /// A grey.
-    Flat,
-}
-
-impl Backdrop {
-    /// All, in the order of the list.
-    pub const ALL: [Self; 3] = [Self::Environment, Self::Harmonics, Self::Flat];
-
-    /// What the window calls it.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Environment => "environment",
-            Self::Harmonics => "harmonics",
-            Self::Flat => "flat",
-        }
-    }
-}
-
-/// The tone curve, by its name in files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Tone {
-    /// Rolls off highlights.
-    Filmic,
-    /// Clips highlights.
-    Plain,
-}
-
-impl Tone {
-    /// All, in the order of the list.
-    pub const ALL: [Self; 2] = [Self::Filmic, Self::Plain];
-
-    /// What the window calls it.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Filmic => "filmic",
-            Self::Plain => "plain",
-        }
-    }
-}
-
-/// How the two modes share the picture.
+/// The arrangement of the two modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Arrangement {
@@ -63,11 +14,11 @@ pub enum Arrangement {
     One,
     /// The first left of the divider, the second right of it.
     Split,
-    /// The first less the second.
+    /// The absolute difference of the two.
     Difference,
 }
 
-/// Two angles in radians, as [`Rotation::from_yaw_pitch_roll`] or [`Camera`] has them.
+/// Two angles in radians, as in [`Rotation::from_yaw_pitch_roll`] or [`Camera`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Aim {
     /// About the vertical axis.
@@ -76,39 +27,41 @@ pub struct Aim {
     pub pitch: f64,
 }
 
-/// All that the designer has set.
+/// The settings of the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", default)]
 pub struct ViewSettings {
-    /// The selection, by name; empty names are not chosen yet.
+    /// The selected subject; names that are not chosen yet are empty.
     pub subject: Subject,
-    /// The map that shades the picture.
+    /// The first mode.
     pub mode: Mode,
-    /// The map that it is compared with.
+    /// The mode that it is compared with.
     pub second: Mode,
-    /// How the two share the picture.
+    /// The arrangement of the two.
     pub arrangement: Arrangement,
-    /// The share of the width left of the divider, 0 to 1.
+    /// The place of the divider as a share of the width, 0 to 1.
     pub divider: f32,
-    /// How many times stronger a difference is shown.
+    /// The factor that a difference is multiplied with.
     pub amplify: f32,
-    /// What is seen behind the mesh.
-    pub backdrop: Backdrop,
-    /// In stops.
+    /// The background: one of [`crate::Named::ALL`].
+    #[serde(rename = "backdrop", with = "crate::named")]
+    pub background: Background,
+    /// The exposure in stops.
     pub exposure: f64,
     /// The tone curve.
-    pub tone: Tone,
-    /// The turn of the light.
+    #[serde(with = "crate::named")]
+    pub tone: ToneMap,
+    /// The rotation of the light.
     pub light: Aim,
-    /// Where the camera is.
+    /// The direction of the camera.
     pub camera: Aim,
     /// The magnification; 1 fits the mesh to the picture.
     pub zoom: f64,
-    /// The panel of lists on the left, and the inspector on the right.
+    /// Whether the lists on the left are open.
     pub lists: bool,
     /// Whether the inspector on the right is open.
     pub inspector: bool,
-    /// Of the window's inside, in points, where it is not maximised.
+    /// The size of the window's content in points while it is not maximised.
     pub size: [f32; 2],
     /// Whether the window fills the screen.
     pub maximized: bool,
@@ -123,9 +76,9 @@ impl Default for ViewSettings {
             arrangement: Arrangement::One,
             divider: 0.5,
             amplify: 8.0,
-            backdrop: Backdrop::Environment,
+            background: Background::Environment,
             exposure: 0.0,
-            tone: Tone::Filmic,
+            tone: ToneMap::Filmic,
             light: Aim::default(),
             camera: Aim { yaw: 0.0, pitch: 0.2 },
             zoom: 0.85,
@@ -137,13 +90,10 @@ impl Default for ViewSettings {
     }
 }
 
-/// The light samples of each sample of a pixel, by brute force.
+/// The light samples of each sample of a pixel in brute force.
 const LIGHT_SAMPLES: u32 = 1024;
 
-/// The radiance of a flat background: a mid grey, before which highlights and shadows are judged alike.
-const GREY: f32 = 0.18;
-
-/// The form of kept settings. Raised when old ones would be read wrongly.
+/// The version of the saved form. Raise it if older settings would be misread.
 const VERSION: u64 = 1;
 
 impl ViewSettings {
@@ -153,57 +103,63 @@ impl ViewSettings {
     pub const AMPLIFICATIONS: std::ops::RangeInclusive<f32> = 1.0..=256.0;
     /// The magnifications that can be set.
     pub const ZOOMS: std::ops::RangeInclusive<f64> = 0.25..=16.0;
-    /// Short of straight up, where a dragged camera would spin.
+    /// The largest pitch of the camera, a little below straight up, where dragging would make it spin.
     const STEEPEST: f64 = 1.55;
 
-    /// The settings that a window kept; of none, the default ones. Where they cannot be read, the default ones and why.
-    pub fn read(kept: Option<&str>) -> (Self, Option<String>) {
-        let Some(kept) = kept else { return (Self::default(), None) };
-        match Self::parse(kept) {
+    /// The settings in a saved file, or the default ones if there is no file. If the file cannot be read, the
+    /// default settings and the reason.
+    pub fn from_json(saved: Option<&str>) -> (Self, Option<String>) {
+        let Some(saved) = saved else { return (Self::default(), None) };
+        match Self::parse(saved) {
             Ok(settings) => (settings.within_bounds(), None),
-            Err(reason) => (Self::default(), Some(format!("the window's kept state is left out: {reason}"))),
+            Err(reason) => {
+                (Self::default(), Some(format!("the saved settings of the window are ignored: {reason}")))
+            }
         }
     }
 
-    fn parse(kept: &str) -> Result<Self, String> {
-        let value: serde_json::Value = serde_json::from_str(kept).map_err(|error| error.to_string())?;
+    fn parse(saved: &str) -> Result<Self, String> {
+        let value: serde_json::Value = serde_json::from_str(saved).map_err(|error| error.to_string())?;
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(VERSION) => {}
-            Some(version) => return Err(format!("its version is {version}, this program reads {VERSION}")),
-            None => return Err("it has no version".into()),
+            Some(version) => {
+                return Err(format!("their version is {version}, and this program reads version {VERSION}"));
+            }
+            None => return Err("they have no version".into()),
         }
-        let settings = value.get("settings").cloned().ok_or("it has no settings")?;
+        let settings = value.get("settings").cloned().ok_or("they have no settings")?;
         serde_json::from_value(settings).map_err(|error| error.to_string())
     }
 
-    /// What [`ViewSettings::read`] takes.
-    pub fn write(&self) -> String {
-        // Bounded numbers and names always have a form in JSON.
+    /// The form that [`ViewSettings::from_json`] reads.
+    pub fn to_json(&self) -> String {
+        // Bounded numbers and names always have a JSON form.
         serde_json::json!({ "version": VERSION, "settings": self }).to_string()
     }
 
-    /// The nearest settings that the window can show: what is no number becomes what it is at first.
+    /// The nearest settings within the bounds. A number that is NaN gets its default value.
     pub fn within_bounds(mut self) -> Self {
-        let first = Self::default();
-        let angle = |angle: f64, first: f64| if angle.is_finite() { wrapped(angle) } else { first };
-        self.divider = bounded(self.divider.into(), 0.0..=1.0, first.divider.into()) as f32;
+        let default = Self::default();
+        let angle = |angle: f64, default: f64| if angle.is_finite() { wrapped(angle) } else { default };
+        self.divider = bounded(self.divider.into(), 0.0..=1.0, default.divider.into()) as f32;
         let (least, most) = (*Self::AMPLIFICATIONS.start(), *Self::AMPLIFICATIONS.end());
-        self.amplify = bounded(self.amplify.into(), least.into()..=most.into(), first.amplify.into()) as f32;
-        self.exposure = bounded(self.exposure, Self::EXPOSURES, first.exposure);
-        self.zoom = bounded(self.zoom, Self::ZOOMS, first.zoom);
+        self.amplify =
+            bounded(self.amplify.into(), least.into()..=most.into(), default.amplify.into()) as f32;
+        self.exposure = bounded(self.exposure, Self::EXPOSURES, default.exposure);
+        self.zoom = bounded(self.zoom, Self::ZOOMS, default.zoom);
         self.light = Aim { yaw: angle(self.light.yaw, 0.0), pitch: angle(self.light.pitch, 0.0) };
         let steep = -Self::STEEPEST..=Self::STEEPEST;
         self.camera = Aim {
-            yaw: angle(self.camera.yaw, first.camera.yaw),
-            pitch: bounded(self.camera.pitch, steep, first.camera.pitch),
+            yaw: angle(self.camera.yaw, default.camera.yaw),
+            pitch: bounded(self.camera.pitch, steep, default.camera.pitch),
         };
         self.size = std::array::from_fn(|side| {
-            bounded(self.size[side].into(), 320.0..=16384.0, first.size[side].into()) as f32
+            bounded(self.size[side].into(), 320.0..=16384.0, default.size[side].into()) as f32
         });
         self
     }
 
-    /// Which modes a picture shows.
+    /// The modes of a picture.
     pub fn show(&self) -> Show {
         match self.arrangement {
             Arrangement::One => Show::One(self.mode),
@@ -214,24 +170,7 @@ impl ViewSettings {
         }
     }
 
-    /// What is drawn behind the mesh.
-    pub fn background(&self) -> Background {
-        match self.backdrop {
-            Backdrop::Environment => Background::Environment,
-            Backdrop::Harmonics => Background::Harmonics,
-            Backdrop::Flat => Background::Flat([GREY; 3]),
-        }
-    }
-
-    /// The tone curve that is applied.
-    pub fn tone_map(&self) -> ToneMap {
-        match self.tone {
-            Tone::Filmic => ToneMap::Filmic,
-            Tone::Plain => ToneMap::Plain,
-        }
-    }
-
-    /// The turn of the light, as the kind `rotate` takes its yaw and pitch.
+    /// The rotation of the light, with yaw and pitch as in the kind `rotate`.
     pub fn turn(&self) -> Rotation {
         Rotation::from_yaw_pitch_roll(self.light.yaw, self.light.pitch, 0.0)
     }
@@ -242,7 +181,7 @@ impl ViewSettings {
         Camera { yaw, pitch, zoom: self.zoom, ..Camera::new(framing) }
     }
 
-    /// How a scene with this framing is seen, with one sample a pixel.
+    /// The shot of a scene with this framing, with one sample per pixel.
     pub fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
         Shot {
             size,
@@ -250,9 +189,9 @@ impl ViewSettings {
             camera: self.camera(framing),
             turn: self.turn(),
             show: self.show(),
-            background: self.background(),
+            background: self.background,
             exposure: self.exposure,
-            tone: self.tone_map(),
+            tone: self.tone,
             light_samples: LIGHT_SAMPLES,
         }
     }
@@ -261,16 +200,16 @@ impl ViewSettings {
 /// What a preview shows first.
 #[derive(Clone, Debug, Default)]
 pub struct InitialView {
-    /// The settings that the last window kept, as JSON. If they cannot be read, the default settings are used.
+    /// The settings that the last window saved, as JSON. The default ones replace unreadable ones.
     pub state: Option<String>,
-    /// What is asked for; it takes precedence over the kept settings.
+    /// What the user asked for; it takes precedence over the saved settings.
     pub request: SubjectRequest,
 }
 
 impl InitialView {
-    /// The settings to begin with, and why those that were kept cannot be used.
+    /// The first settings, and why the saved ones cannot be used.
     pub fn settings(&self) -> (ViewSettings, Option<String>) {
-        let (mut settings, note) = ViewSettings::read(self.state.as_deref());
+        let (mut settings, note) = ViewSettings::from_json(self.state.as_deref());
         let SubjectRequest { environment, material, mesh, mode } = &self.request;
         for (list, requested) in List::ALL.into_iter().zip([environment, material, mesh]) {
             if let Some(requested) = requested {
@@ -283,26 +222,26 @@ impl InitialView {
         (settings, note)
     }
 
-    /// What is shown first of a catalog. A name that the catalog does not offer is empty, or the one that was asked for.
+    /// The first subject from a catalog. Its names are empty if the catalog has no subject.
     pub fn subject(&self, catalog: &Catalog) -> Subject {
         let wanted = self.settings().0.subject;
         catalog.nearest(&wanted, &self.request, &wanted)
     }
 
-    /// How it is shown in a picture that is kept.
+    /// Its shot for a still.
     pub fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
-        self.settings().0.shot(framing, size).to_keep()
+        self.settings().0.shot(framing, size).for_screenshot()
     }
 }
 
-/// The same angle, -pi to pi.
+/// The same angle between -pi and pi.
 fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
 }
 
-fn bounded(value: f64, bounds: std::ops::RangeInclusive<f64>, first: f64) -> f64 {
-    if value.is_nan() { first } else { value.clamp(*bounds.start(), *bounds.end()) }
+fn bounded(value: f64, bounds: std::ops::RangeInclusive<f64>, default: f64) -> f64 {
+    if value.is_nan() { default } else { value.clamp(*bounds.start(), *bounds.end()) }
 }
 
 #[cfg(test)]
@@ -310,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_kept_is_read_back() {
+    fn saved_settings_are_read_back() {
         let settings = ViewSettings {
             subject: Subject {
                 environment: "studio".into(),
@@ -321,22 +260,33 @@ mod tests {
             arrangement: Arrangement::Split,
             divider: 0.25,
             exposure: -1.0 / 3.0,
-            tone: Tone::Plain,
-            backdrop: Backdrop::Flat,
+            tone: ToneMap::Plain,
+            background: Background::MIDDLE_GREY,
             light: Aim { yaw: 1.0, pitch: -0.5 },
             zoom: 2.0,
             inspector: false,
             maximized: true,
             ..ViewSettings::default()
         };
-        assert_eq!(ViewSettings::read(Some(&settings.write())), (settings, None));
+        assert_eq!(ViewSettings::from_json(Some(&settings.to_json())), (settings, None));
+    }
+
+    /// Windows of older versions saved these names.
+    #[test]
+    fn background_and_tone_curve_are_saved_by_name() {
+        let saved = r#"{"version": 1, "settings": {"backdrop": "flat", "tone": "plain"}}"#;
+        let (background, tone) = (Background::MIDDLE_GREY, ToneMap::Plain);
+        let settings = ViewSettings { background, tone, ..ViewSettings::default() };
+        assert_eq!(ViewSettings::from_json(Some(saved)), (settings.clone(), None));
+        let json = settings.to_json();
+        assert!(json.contains(r#""backdrop":"flat""#) && json.contains(r#""tone":"plain""#), "{json}");
     }
 
     #[test]
-    fn what_cannot_be_read_is_left_out_and_told() {
-        let future = ViewSettings::default().write().replace("\"version\":1", "\"version\":99");
-        let wrong = ViewSettings::default().write().replace("\"local-shrm\"", "\"x-ray\"");
-        for (kept, word) in [
+    fn unreadable_settings_are_ignored_and_reported() {
+        let future = ViewSettings::default().to_json().replace("\"version\":1", "\"version\":99");
+        let wrong = ViewSettings::default().to_json().replace("\"local-shrm\"", "\"x-ray\"");
+        for (saved, word) in [
             ("", "EOF"),
             ("{", "EOF"),
             ("[1, 2]", "no version"),
@@ -344,41 +294,42 @@ mod tests {
             (future.as_str(), "version is 99"),
             (wrong.as_str(), "x-ray"),
         ] {
-            let (settings, note) = ViewSettings::read(Some(kept));
-            assert_eq!(settings, ViewSettings::default(), "{kept}");
-            assert!(note.as_ref().is_some_and(|note| note.contains(word)), "{kept}: {note:?}");
+            let (settings, note) = ViewSettings::from_json(Some(saved));
+            assert_eq!(settings, ViewSettings::default(), "{saved}");
+            assert!(note.as_ref().is_some_and(|note| note.contains(word)), "{saved}: {note:?}");
         }
-        assert_eq!(ViewSettings::read(None), (ViewSettings::default(), None));
+        assert_eq!(ViewSettings::from_json(None), (ViewSettings::default(), None));
     }
 
     #[test]
-    fn a_truncated_state_never_panics() {
-        let whole = ViewSettings::default().write();
+    fn truncated_settings_never_panic() {
+        let whole = ViewSettings::default().to_json();
         for length in 0..whole.len() {
-            let _ = ViewSettings::read(Some(&whole[..length]));
+            let _ = ViewSettings::from_json(Some(&whole[..length]));
         }
     }
 
     #[test]
-    fn what_is_missing_is_as_at_first_and_what_is_new_is_left_out() {
-        let (settings, note) =
-            ViewSettings::read(Some(r#"{"version": 1, "settings": {"exposure": 2.5, "telescope": true}}"#));
+    fn missing_settings_have_their_default_and_unknown_ones_are_ignored() {
+        let (settings, note) = ViewSettings::from_json(Some(
+            r#"{"version": 1, "settings": {"exposure": 2.5, "telescope": true}}"#,
+        ));
         assert_eq!(settings, ViewSettings { exposure: 2.5, ..ViewSettings::default() });
         assert_eq!(note, None);
     }
 
     #[test]
-    fn numbers_out_of_bounds_are_brought_back() {
-        let kept = r#"{"version": 1, "settings": {"exposure": 1e300, "zoom": 0, "divider": -3, "size": [1, 1e30],
+    fn numbers_are_clamped_to_their_bounds() {
+        let saved = r#"{"version": 1, "settings": {"exposure": 1e300, "zoom": 0, "divider": -3, "size": [1, 1e30],
             "camera": {"yaw": 7.0, "pitch": 100}, "light": {"yaw": -1e3, "pitch": 0}, "amplify": 0}}"#;
-        let (settings, note) = ViewSettings::read(Some(kept));
+        let (settings, note) = ViewSettings::from_json(Some(saved));
         assert_eq!(note, None);
         assert_eq!((settings.exposure, settings.zoom, settings.divider), (12.0, 0.25, 0.0));
         assert_eq!((settings.size, settings.amplify), ([320.0, 16384.0], 1.0));
         assert!((settings.camera.yaw - (7.0 - std::f64::consts::TAU)).abs() < 1e-12);
         assert_eq!(settings.camera.pitch, ViewSettings::STEEPEST);
         assert!(settings.light.yaw.abs() <= std::f64::consts::PI);
-        let nothing = ViewSettings { zoom: f64::NAN, size: [f32::NAN; 2], ..ViewSettings::default() };
-        assert_eq!(nothing.within_bounds(), ViewSettings::default());
+        let nan = ViewSettings { zoom: f64::NAN, size: [f32::NAN; 2], ..ViewSettings::default() };
+        assert_eq!(nan.within_bounds(), ViewSettings::default());
     }
 }

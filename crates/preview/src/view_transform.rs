@@ -1,21 +1,21 @@
-//! What both renderers work out of a shot before the first pixel: matrices and rays, in f64, rounded once.
+//! The matrices and rays of a shot for both renderers, computed in f64 and rounded once.
 
 use glam::{DMat3, DVec3, Mat3, Mat4, Vec3};
 
 use crate::{Object, Shot};
 
-/// A shot as the shaders read it. Directions are in the light's frame: turned back by the light's turn.
+/// A shot as the shaders read it. Directions are in the light's frame: rotated by its inverse rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewTransform {
-    /// The size of the picture in samples: pixels times samples along each side of one.
+    /// The size of the picture in samples.
     pub size: [u32; 2],
     /// Samples along each side of a pixel, 1 to 4.
     pub samples: u32,
     /// The ray through the upper left corner of the picture.
     pub corner: Vec3,
-    /// From one sample to the next on the right.
+    /// The step to the next sample on the right.
     pub across: Vec3,
-    /// From one sample to the next below.
+    /// The step to the next sample below.
     pub down: Vec3,
     /// The direction toward the one distant viewer of [`crate::Mode::GlobalShrm`].
     pub view: Vec3,
@@ -34,12 +34,12 @@ pub struct Placed {
     pub normal: Mat3,
     /// From the mesh's tangents to the light's frame, of any length.
     pub tangent: Mat3,
-    /// Whether the object is a mirror image: its counter-clockwise triangles are seen clockwise.
+    /// Whether the object is a mirror image, whose counter-clockwise triangles appear clockwise.
     pub mirrored: bool,
 }
 
 impl ViewTransform {
-    /// Of a shot.
+    /// The transform of a shot.
     pub fn new(shot: &Shot) -> Self {
         let samples = shot.samples.clamp(1, 4);
         let size = shot.size.map(|side| side.saturating_mul(samples));
@@ -66,16 +66,16 @@ impl ViewTransform {
         self.corner + self.across * (column as f32 + 0.5) + self.down * (row as f32 + 0.5)
     }
 
-    /// An object of the scene.
+    /// The matrices of an object of the scene.
     ///
-    /// Normals go by the cofactors of the object's matrix, so that a flat or empty one makes no NaN.
+    /// Normals are transformed with the cofactors of the object's matrix: a singular one causes no NaN.
     pub fn place(&self, object: &Object) -> Placed {
         let linear = object.place.matrix3;
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
         let mirrored = linear.determinant() < 0.0;
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let outward = if mirrored { -cofactors } else { cofactors };
-        // Lengths do not matter, but squares of small ones leave f32.
+        // The lengths are free, but the squares of small ones would leave f32's range.
         let unit = |matrix: DMat3| {
             let largest =
                 matrix.to_cols_array().into_iter().fold(0.0, |most: f64, value| most.max(value.abs()));

@@ -287,7 +287,7 @@ impl<'a> PreviewController<'a> {
             CommandOutput::Window(window) => {
                 // Every window begins with this map; made here, it does not make the window wait.
                 scene.objects.iter().for_each(|object| _ = object.look.local());
-                window(PreviewUpdate::Scene { subject, scene, facts: details });
+                window(PreviewUpdate::Scene { subject, scene, details });
             }
             CommandOutput::Still(view) => self.draw(view, &subject, &scene),
         }

@@ -1,4 +1,4 @@
-//! The desk without a window: what is drawn, and what input does to it.
+//! The panels without a window: what is drawn, and what input does.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,33 +10,33 @@ use eframe::egui::{
 use super::*;
 use crate::keyboard::Keyboard;
 use crate::keys::{POINTER, bindings};
-use crate::renderer_adapter::Canvas;
+use crate::renderer_adapter::FrameImage;
 use crate::state::Effect;
 use crate::{testkit, theme};
-use preview::List;
-use preview::{Aim, Arrangement, ViewSettings};
-use preview::{Catalog, Export, InitialView, PreviewUpdate, Subject, SubjectDetails};
-use preview::{Cpu, Mode, Picture};
+use preview::{
+    Aim, Arrangement, Catalog, Cpu, Export, InitialView, List, Mode, Picture, PreviewUpdate, Subject,
+    SubjectDetails, ViewSettings,
+};
 
-/// A window that is none.
+/// A window's panels without a window.
 struct Session {
     context: Context,
     state: State,
-    judge: ErrorMeter,
+    error_meter: ErrorMeter,
     pointer: Pointer,
     size: [f32; 2],
-    /// The picture that is there.
-    seen: Option<Frame>,
+    /// The picture on the screen.
+    shown: Option<RenderedFrame>,
     keyboard: Keyboard,
-    refused: Option<RenderError>,
+    render_error: Option<RenderError>,
     effects: Vec<Effect>,
 }
 
-/// What was drawn in a frame.
+/// The contents of a frame.
 struct Drawn {
     texts: Vec<(String, Rect)>,
-    /// When there is something to draw again.
-    again: Duration,
+    /// When the next frame is due.
+    repaint_after: Duration,
     picture: [u32; 2],
 }
 
@@ -57,60 +57,60 @@ impl Session {
         theme::set(&context);
         let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
         let mut state = State::new(InitialView::default());
-        state.hear(PreviewUpdate::Catalog(Catalog {
+        state.apply(PreviewUpdate::Catalog(Catalog {
             environments: names(&["beach", "studio"]),
             materials: names(&["chrome", "gold"]),
             meshes: names(&["sphere", "plane"]),
             pairs: [(0, 0), (0, 1), (1, 0), (1, 1)].into(),
         }));
         let subject = state.settings.subject.clone();
-        let facts = SubjectDetails {
+        let details = SubjectDetails {
             exports: vec![Export { name: "export-shrm, ktx2".into(), bytes: 1_230_000 }],
             notes: vec!["gold was cut".into()],
         };
-        state.hear(PreviewUpdate::Scene { subject, scene: testkit::scene(), facts });
-        let judge = ErrorMeter::new(Box::new(Cpu::new()), || ()).unwrap();
+        state.apply(PreviewUpdate::Scene { subject, scene: testkit::scene(), details });
+        let error_meter = ErrorMeter::new(Box::new(Cpu::new()), || ()).unwrap();
         Self {
             context,
             state,
-            judge,
+            error_meter,
             pointer: Pointer::default(),
             size,
-            seen: None,
+            shown: None,
             keyboard: Keyboard::default(),
-            refused: None,
+            render_error: None,
             effects: Vec::new(),
         }
     }
 
-    /// A window in which the picture of what is set now is there.
+    /// A window with the picture of its settings.
     fn with_picture(size: [f32; 2]) -> Self {
         let mut session = Self::new(size);
         session.show();
         session
     }
 
-    /// Lets the picture of what is set now be there.
+    /// Shows the picture of the current settings.
     fn show(&mut self) {
         let shown = self.state.shown.as_ref().unwrap();
         let of = self.state.settings.shot(shown.framing, [64, 40]);
         let picture = Picture { size: of.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: None };
-        self.seen = Some(Frame {
-            canvas: Canvas::Codes(Arc::new(picture)),
+        self.shown = Some(RenderedFrame {
+            image: FrameImage::Codes(Arc::new(picture)),
             size: of.size,
-            edition: shown.edition,
+            scene_id: shown.scene_id,
             of,
             full: true,
             seconds: 0.0123,
-            by: "a pencil".into(),
-            instead: None,
+            renderer: "a pencil".into(),
+            fallback_reason: None,
             light_samples: 0,
             unfinished: false,
             relative_rms: Some(0.5),
         });
     }
 
-    /// Draws a frame with these events, and does what they do.
+    /// Draws a frame with these events and carries out their actions.
     fn frame(&mut self, events: Vec<Event>) -> Drawn {
         let size = self.size.into();
         let input = RawInput {
@@ -119,31 +119,31 @@ impl Session {
             ..RawInput::default()
         };
         let (mut actions, mut picture) = (Vec::new(), [0; 2]);
-        let Self { context, state, judge, pointer, seen, keyboard, refused, .. } = self;
+        let Self { context, state, error_meter, pointer, shown, keyboard, render_error, .. } = self;
         let output: FullOutput = context.run_ui(input, |ui| {
             actions = keyboard.pressed(ui.ctx());
-            let desk = PanelLayout {
+            let layout = PanelLayout {
                 state,
-                judge,
-                seen: seen.as_ref().map(|frame| (TextureId::User(1), frame)),
-                reached: seen.is_some(),
-                refused: refused.as_ref(),
-                adapter: "adapter",
+                error_meter,
+                frame: shown.as_ref().map(|frame| (TextureId::User(1), frame)),
+                is_current: shown.is_some(),
+                render_error: render_error.as_ref(),
+                adapter_name: "adapter",
             };
-            picture = desk.draw(ui, pointer, &mut actions);
+            picture = layout.draw(ui, pointer, &mut actions);
         });
-        keyboard.drawn(context);
+        keyboard.end_frame(context);
         self.effects.extend(actions.into_iter().filter_map(|action| self.state.update(action)));
         let mut texts = Vec::new();
         for clipped in &output.shapes {
-            gather(&clipped.shape, &mut texts);
+            collect_texts(&clipped.shape, &mut texts);
         }
-        let again = output.viewport_output[&ViewportId::ROOT].repaint_delay;
+        let repaint_after = output.viewport_output[&ViewportId::ROOT].repaint_delay;
         output.drop_without_applying_deltas();
-        Drawn { texts, again, picture }
+        Drawn { texts, repaint_after, picture }
     }
 
-    /// Draws until it stays the same.
+    /// Draws until the layout is stable.
     fn settle(&mut self) -> Drawn {
         for _ in 0..4 {
             self.frame(Vec::new());
@@ -173,12 +173,12 @@ impl Session {
 }
 
 impl Session {
-    /// Where the picture is.
+    /// The place of the picture.
     fn picture(&self) -> Rect {
         self.context.viewport(|last| last.prev_pass.widgets.get(Id::unique("picture")).unwrap().rect)
     }
 
-    /// All that the pointer can take hold of above the picture.
+    /// The controls above the picture.
     fn controls(&self) -> Vec<Rect> {
         let below = self.picture().top();
         self.context.viewport(|last| {
@@ -189,17 +189,17 @@ impl Session {
     }
 }
 
-fn gather(shape: &Shape, texts: &mut Vec<(String, Rect)>) {
+fn collect_texts(shape: &Shape, texts: &mut Vec<(String, Rect)>) {
     match shape {
-        Shape::Vec(shapes) => shapes.iter().for_each(|shape| gather(shape, texts)),
+        Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect_texts(shape, texts)),
         Shape::Text(text) => texts.push((text.galley.text().to_owned(), shape.visual_bounding_rect())),
         _ => {}
     }
 }
 
-/// Shift goes up before the key does, which then has another sign: it is no longer held all the same.
+/// If Shift is released before the key, the key is released with another letter: it is no longer down.
 #[test]
-fn a_key_that_goes_up_by_another_sign_is_up() {
+fn a_key_released_with_another_letter_is_no_longer_down() {
     let mut session = Session::new([1280.0, 800.0]);
     let event = |key, pressed, modifiers| {
         vec![Event::Key { key, physical_key: Some(Key::Slash), pressed, repeat: false, modifiers }]
@@ -208,13 +208,13 @@ fn a_key_that_goes_up_by_another_sign_is_up() {
         session.frame(event(Key::Questionmark, true, Modifiers::SHIFT));
         assert_eq!(session.state.help, open);
         session.frame(event(Key::Questionmark, true, Modifiers::SHIFT));
-        assert_eq!(session.state.help, open, "it is held down");
+        assert_eq!(session.state.help, open, "the key is held down");
         session.frame(event(Key::Slash, false, Modifiers::NONE));
     }
 }
 
 #[test]
-fn a_click_in_a_list_asks_for_its_subject() {
+fn a_click_in_a_list_requests_its_subject() {
     let mut session = Session::new([1280.0, 800.0]);
     session.click("gold");
     let wanted = Subject { environment: "beach".into(), material: "gold".into(), mesh: "sphere".into() };
@@ -224,27 +224,27 @@ fn a_click_in_a_list_asks_for_its_subject() {
 
 #[test]
 fn every_key_of_the_table_does_its_action_and_each_does_something() {
-    /// All that a key may change.
-    fn seen(state: &State) -> (ViewSettings, [bool; 4], usize) {
-        let State { help, failure_aside, fullscreen, keeping, toasts, .. } = state;
-        (state.settings.clone(), [*help, *failure_aside, *fullscreen, *keeping], toasts.len())
+    /// Everything that a key may change.
+    fn changeable(state: &State) -> (ViewSettings, [bool; 4], usize) {
+        let State { help, failure_hidden, fullscreen, taking_screenshot, toasts, .. } = state;
+        (state.settings.clone(), [*help, *failure_hidden, *fullscreen, *taking_screenshot], toasts.len())
     }
     let mut session = Session::new([1280.0, 800.0]);
     let mut first = session.state.clone();
-    // Nothing is as at first, and there is something to take away.
+    // Nothing has its default value, and there is something to close.
     let aim = Aim { yaw: 1.0, pitch: 0.5 };
     let settings = ViewSettings { light: aim, camera: aim, zoom: 2.0, exposure: 1.0, ..first.settings };
     first.settings = settings;
-    first.hear(PreviewUpdate::Failure(Some(vec!["no".into()])));
-    first.failure_aside = true;
-    first.toast("kept".into(), Vec::new());
+    first.apply(PreviewUpdate::Failure(Some(vec!["no".into()])));
+    first.failure_hidden = true;
+    first.toast("saved".into(), Vec::new());
     for binding in bindings() {
         session.state = first.clone();
         match binding.action {
             Action::Mode(mode) if mode == first.settings.mode => session.state.settings.mode = Mode::Mirror,
             _ => {}
         }
-        let before = seen(&session.state);
+        let before = changeable(&session.state);
         session.effects.clear();
         let mut expected = session.state.clone();
         let effect = expected.update(binding.action.clone());
@@ -252,8 +252,8 @@ fn every_key_of_the_table_does_its_action_and_each_does_something() {
         let held =
             Modifiers { shift: chord.shift, command: chord.command, ctrl: chord.command, ..Modifiers::NONE };
         session.press(chord.key, held);
-        let after = seen(&session.state);
-        assert_eq!(after, seen(&expected), "{}", binding.name);
+        let after = changeable(&session.state);
+        assert_eq!(after, changeable(&expected), "{}", binding.name);
         assert_eq!(session.effects, Vec::from_iter(effect), "{}", binding.name);
         assert!(after != before || !session.effects.is_empty(), "{} does nothing", binding.name);
     }
@@ -275,23 +275,23 @@ fn the_help_lists_every_key_and_what_the_pointer_does() {
 }
 
 #[test]
-fn a_failure_lies_over_the_picture_and_leaves_it_its_place() {
+fn a_failure_covers_the_picture_and_does_not_move_it() {
     let mut session = Session::new([1280.0, 800.0]);
     let before = session.settle().picture;
-    let failure = ["This did not work", "gold.toml:3: unknown key"].map(str::to_owned);
-    session.state.hear(PreviewUpdate::Failure(Some(failure.into())));
+    let failure = ["the build failed", "gold.toml:3: unknown key"].map(str::to_owned);
+    session.state.apply(PreviewUpdate::Failure(Some(failure.into())));
     let drawn = session.settle();
     assert!(drawn.has("gold.toml:3: unknown key"));
     assert_eq!(drawn.picture, before);
-    session.click("aside");
-    let aside = session.settle();
-    assert!(aside.has("failed: gold.toml:3: unknown key (W)"));
+    session.click("hide");
+    let hidden = session.settle();
+    assert!(hidden.has("failed: gold.toml:3: unknown key (W)"));
     session.press(Key::W, Modifiers::NONE);
-    assert!(session.settle().has("This did not work"));
+    assert!(session.settle().has("the build failed"));
 }
 
 #[test]
-fn the_inspector_tells_what_is_known_and_dots_until_then() {
+fn the_inspector_shows_known_values_and_dots_for_others() {
     let mut session = Session::new([1280.0, 1400.0]);
     let drawn = session.settle();
     for text in ["export-shrm, ktx2", "1.23 MB", "gold was cut", "sRGB, 8 bits", "...", "local SHRM"] {
@@ -328,18 +328,18 @@ fn a_drag_on_the_picture_turns_the_camera_and_one_on_a_list_does_not() {
 }
 
 #[test]
-fn nothing_is_drawn_again_when_nothing_changes() {
+fn nothing_is_repainted_when_nothing_changes() {
     let mut session = Session::new([1280.0, 800.0]);
-    assert_eq!(session.settle().again, Duration::MAX);
-    session.state.hear(PreviewUpdate::Failure(Some(vec!["no".into()])));
-    session.state.toast("kept".into(), vec!["there".into()]);
+    assert_eq!(session.settle().repaint_after, Duration::MAX);
+    session.state.apply(PreviewUpdate::Failure(Some(vec!["no".into()])));
+    session.state.toast("saved".into(), vec!["there".into()]);
     session.state.update(Action::ToggleHelp);
     session.state.update(Action::Arrange(Arrangement::Difference));
-    assert_eq!(session.settle().again, Duration::MAX);
+    assert_eq!(session.settle().repaint_after, Duration::MAX);
 }
 
 #[test]
-fn no_window_is_too_small_to_be_drawn() {
+fn a_window_of_any_size_is_drawn() {
     for size in [[1.0, 1.0], [120.0, 90.0], [480.0, 320.0], [6000.0, 4000.0]] {
         let mut session = Session::with_picture(size);
         for action in [
@@ -352,25 +352,25 @@ fn no_window_is_too_small_to_be_drawn() {
             session.show();
             session.settle();
         }
-        session.refused = Some(RenderError::Maps("too large".into()));
-        session.state.hear(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
+        session.render_error = Some(RenderError::Maps("too large".into()));
+        session.state.apply(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
         session.settle();
-        session.state.hear(PreviewUpdate::Catalog(Catalog::default()));
+        session.state.apply(PreviewUpdate::Catalog(Catalog::default()));
         let drawn = session.settle();
         assert!(drawn.picture[0] > 0 && drawn.picture[1] > 0);
     }
 }
 
-/// The smallest window, and those below which rows of controls break.
+/// The smallest window, and the sizes below which rows of controls wrap.
 const SIZES: [[f32; 2]; 4] = [[720.0, 400.0], [800.0, 600.0], [960.0, 640.0], [1280.0, 800.0]];
 
 #[test]
-fn controls_above_the_picture_lie_beside_each_other_within_the_window() {
+fn controls_above_the_picture_do_not_overlap_and_stay_in_the_window() {
     for size in SIZES {
         for arrangement in [Arrangement::One, Arrangement::Split, Arrangement::Difference] {
             let mut session = Session::with_picture(size);
             session.state.update(Action::Arrange(arrangement));
-            // The longest name, the longest number.
+            // The longest name and the longest number.
             session.state.update(Action::Second(Mode::KautzMcCool));
             session.state.update(Action::Arrange(arrangement));
             session.state.update(Action::Expose(-12.0));
@@ -383,8 +383,8 @@ fn controls_above_the_picture_lie_beside_each_other_within_the_window() {
             let inside = Rect::from_min_size(Pos2::ZERO, size.into());
             for (at, one) in controls.iter().enumerate() {
                 assert!(inside.contains_rect(*one), "{size:?} {arrangement:?}: {one:?}");
-                let under = controls[..at].iter().find(|other| other.shrink(0.5).intersects(*one));
-                assert_eq!(under, None, "{size:?} {arrangement:?}: {one:?} lies over it");
+                let overlapped = controls[..at].iter().find(|other| other.shrink(0.5).intersects(*one));
+                assert_eq!(overlapped, None, "{size:?} {arrangement:?}: {one:?} overlaps it");
             }
             let picture = session.picture();
             assert!(picture.width() >= 295.0 && picture.height() >= 240.0, "{size:?}: {picture:?}");
@@ -406,12 +406,12 @@ fn captions_stay_within_the_picture_and_apart() {
             session.state.update(Action::Second(Mode::BruteForce));
             session.state.update(Action::Divider(divider));
             session.show();
-            session.seen.as_mut().unwrap().instead =
-                Some("a limit of the device, said at length, ".repeat(4));
+            session.shown.as_mut().unwrap().fallback_reason =
+                Some("a long message about a limit of the device, ".repeat(4));
             let (drawn, picture) = (session.settle(), session.picture());
             let over: Vec<&(String, Rect)> =
                 drawn.texts.iter().filter(|(_, at)| picture.contains(at.center())).collect();
-            assert!(over.len() >= 2, "one mode and why the CPU draws: {over:?}");
+            assert!(over.len() >= 2, "one mode and the reason for the CPU: {over:?}");
             for (at, (text, one)) in over.iter().enumerate() {
                 assert!(picture.contains_rect(*one), "{size:?} {divider}: {text} at {one:?} of {picture:?}");
                 assert!(over[..at].iter().all(|(_, other)| !other.intersects(*one)), "{text}: {over:?}");
@@ -421,13 +421,13 @@ fn captions_stay_within_the_picture_and_apart() {
 }
 
 #[test]
-fn panels_over_the_picture_are_whole() {
+fn panels_over_the_picture_are_not_cut_off() {
     for size in SIZES {
         let mut session = Session::with_picture(size);
-        session.state.hear(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
-        session.state.keeping = true;
+        session.state.apply(PreviewUpdate::Failure(Some(vec!["a long line ".repeat(50); 40])));
+        session.state.taking_screenshot = true;
         let (drawn, picture) = (session.settle(), session.picture());
-        for text in ["aside", "drawing a picture to keep", "Escape gives it up"] {
+        for text in ["hide", "drawing a screenshot", "Escape cancels it"] {
             let (_, at) = drawn.texts.iter().find(|(drawn, _)| drawn == text).unwrap();
             assert!(picture.contains_rect(*at), "{size:?}: {text} at {at:?} of {picture:?}");
         }
@@ -439,7 +439,7 @@ fn panels_over_the_picture_are_whole() {
 }
 
 #[test]
-fn the_divider_and_the_captions_are_where_the_pixels_are_but_under_the_hand_that_holds_it() {
+fn the_divider_and_the_captions_follow_the_picture_and_while_dragged_the_pointer() {
     let mut session = Session::with_picture([1280.0, 800.0]);
     session.state.update(Action::Second(Mode::Mirror));
     session.show();
@@ -453,14 +453,17 @@ fn the_divider_and_the_captions_are_where_the_pixels_are_but_under_the_hand_that
     };
     session.state.update(Action::Divider(0.8));
     let at = left(&mut session);
-    assert!((x(0.45)..x(0.5)).contains(&at), "the pixels are not there yet: {at}");
+    assert!((x(0.45)..x(0.5)).contains(&at), "the picture has not changed yet: {at}");
     let button = |pos, pressed| {
         let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
         Event::PointerButton { pos, button, pressed, modifiers }
     };
     let (from, to) = (pos2(x(0.5), picture.center().y), pos2(x(0.7), picture.center().y));
     session.frame(vec![Event::PointerMoved(from), button(from, true), Event::PointerMoved(to)]);
-    assert!((session.state.settings.divider - 0.7).abs() < 0.02, "it is taken hold of where it is seen");
+    assert!(
+        (session.state.settings.divider - 0.7).abs() < 0.02,
+        "the drag starts where the divider is drawn"
+    );
     let at = left(&mut session);
     assert!((x(0.65)..x(0.7)).contains(&at), "{at}");
     session.frame(vec![button(to, false)]);
@@ -471,8 +474,11 @@ fn the_divider_and_the_captions_are_where_the_pixels_are_but_under_the_hand_that
     for _ in 0..2 {
         session.click_at(to);
     }
-    assert_eq!(session.state.settings.camera, turned, "a double click on the divider is none on the picture");
-    // Half a second later it is another double click.
+    assert_eq!(
+        session.state.settings.camera, turned,
+        "a double click on the divider does not reset the camera"
+    );
+    // After half a second a new double click may start.
     (0..30).for_each(|_| drop(session.frame(Vec::new())));
     for _ in 0..2 {
         session.click_at(to - vec2(60.0, 0.0));
@@ -481,7 +487,7 @@ fn the_divider_and_the_captions_are_where_the_pixels_are_but_under_the_hand_that
 }
 
 #[test]
-fn what_is_not_yet_there_is_said_over_the_picture() {
+fn what_the_window_waits_for_is_written_over_the_picture() {
     let mut session = Session::new([1280.0, 800.0]);
     assert!(session.settle().has("drawing chrome"));
     session.show();
@@ -490,58 +496,58 @@ fn what_is_not_yet_there_is_said_over_the_picture() {
     session.state.update(Action::Choose(List::Materials, "gold".into()));
     let drawn = session.settle();
     assert!(session.picture().contains(drawn.place("loading gold")));
-    session.state.hear(PreviewUpdate::Failure(Some(vec!["gold.toml:3: unknown key".into()])));
+    session.state.apply(PreviewUpdate::Failure(Some(vec!["gold.toml:3: unknown key".into()])));
     assert!(session.settle().has("waiting for gold"));
-    session.state.hear(PreviewUpdate::Failure(None));
+    session.state.apply(PreviewUpdate::Failure(None));
     let subject = session.state.settings.subject.clone();
-    session.state.hear(PreviewUpdate::Scene {
+    session.state.apply(PreviewUpdate::Scene {
         subject,
         scene: testkit::scene(),
-        facts: SubjectDetails::default(),
+        details: SubjectDetails::default(),
     });
-    assert!(session.settle().has("drawing gold"), "chrome is seen");
+    assert!(session.settle().has("drawing gold"), "the screen shows chrome");
     session.show();
     let subject = session.state.settings.subject.clone();
-    session.state.hear(PreviewUpdate::Scene {
+    session.state.apply(PreviewUpdate::Scene {
         subject,
         scene: testkit::scene(),
-        facts: SubjectDetails::default(),
+        details: SubjectDetails::default(),
     });
-    assert!(!session.settle().has("drawing gold"), "it is seen, as it was before an edit");
+    assert!(!session.settle().has("drawing gold"), "the screen shows gold, as it was before an edit");
 }
 
 #[test]
-fn escape_in_a_text_field_or_a_list_that_has_dropped_down_does_no_more() {
+fn escape_in_a_text_field_or_a_drop_down_list_does_nothing_else() {
     let mut session = Session::with_picture([1280.0, 800.0]);
-    session.state.hear(PreviewUpdate::Failure(Some(vec!["no".into()])));
+    session.state.apply(PreviewUpdate::Failure(Some(vec!["no".into()])));
     session.click("+0.00 stops");
     session.settle();
     assert!(session.context.text_edit_focused());
     session.press(Key::Escape, Modifiers::NONE);
-    assert!(!session.context.text_edit_focused() && !session.state.failure_aside);
+    assert!(!session.context.text_edit_focused() && !session.state.failure_hidden);
     session.click("filmic");
     assert!(session.settle().has("plain"));
     session.press(Key::Escape, Modifiers::NONE);
-    assert!(!session.settle().has("plain") && !session.state.failure_aside);
+    assert!(!session.settle().has("plain") && !session.state.failure_hidden);
     session.press(Key::Escape, Modifiers::NONE);
-    assert!(session.state.failure_aside);
+    assert!(session.state.failure_hidden);
 }
 
 #[test]
-fn what_a_key_chooses_is_scrolled_into_sight() {
+fn an_entry_that_a_key_chooses_is_scrolled_into_view() {
     let mut session = Session::with_picture([1280.0, 800.0]);
     let materials = (0..90).map(|number| format!("paint {number}")).collect();
-    session.state.hear(PreviewUpdate::Catalog(Catalog { materials, ..session.state.catalogue.clone() }));
+    session.state.apply(PreviewUpdate::Catalog(Catalog { materials, ..session.state.catalog.clone() }));
     let drawn = session.settle();
-    assert!(drawn.texts.iter().all(|(text, _)| text != "paint 89"), "it is far below");
+    assert!(drawn.texts.iter().all(|(text, _)| text != "paint 89"), "it is below the visible part");
     session.press(Key::M, Modifiers::SHIFT);
     let drawn = session.settle();
     assert!(session.picture().y_range().contains(drawn.place("paint 89").y));
-    assert_eq!(drawn.again, Duration::MAX);
+    assert_eq!(drawn.repaint_after, Duration::MAX);
 }
 
 #[test]
-fn edges_of_the_picture_lie_between_pixels() {
+fn edges_of_the_picture_lie_on_pixel_boundaries() {
     let area = Rect::from_min_max(pos2(10.3, 20.0), pos2(110.9, 60.2));
     let (rect, size) = pixels(area, 1.5);
     assert_eq!(size, [150, 60]);

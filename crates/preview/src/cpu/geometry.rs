@@ -1,4 +1,4 @@
-//! From meshes to triangles on the screen: placed, projected, cut, snapped to 1/256 of a sample as graphics devices do.
+//! From meshes to triangles on the screen: transformed, clipped, and snapped to 1/256 of a sample.
 
 use std::ops::RangeInclusive;
 
@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use super::clip::{Corner, LOST, Planes};
 use crate::{Object, Placed, Scene, ViewTransform};
 
-/// The steps that a sample is divided into along each axis.
+/// The steps per sample along each axis.
 pub(super) const STEPS: i32 = 256;
 
 /// A corner on the screen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
-    /// Steps from the left and from the top of the picture.
+    /// In steps from the left and from the top of the picture.
     pub(super) at: [i32; 2],
     /// z / w, 0 near to 1 far.
     pub(super) depth: f32,
@@ -32,14 +32,14 @@ pub(super) struct Triangle {
     pub(super) corners: [u32; 3],
     /// Which object of the scene.
     pub(super) object: u32,
-    /// Whether its outside is seen.
+    /// Whether its outer side faces the viewer.
     pub(super) front: bool,
-    /// The columns and rows of the samples inside its box and inside the picture.
+    /// The columns and rows of the samples inside both its bounding box and the picture.
     pub(super) columns: RangeInclusive<i32>,
     pub(super) rows: RangeInclusive<i32>,
 }
 
-/// All triangles of a scene that may be seen, in the order of objects and of their meshes.
+/// All triangles of a scene that may be visible, in the order of objects and of their meshes.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
     pub(super) vertices: Vec<Vertex>,
@@ -47,18 +47,18 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// Of a scene.
-    pub(super) fn new(scene: &Scene, sight: &ViewTransform) -> Self {
+    /// The geometry of a scene.
+    pub(super) fn new(scene: &Scene, transform: &ViewTransform) -> Self {
         let mut geometry = Self::default();
         for (number, object) in scene.objects.iter().enumerate() {
-            geometry.add(number as u32, object, sight);
+            geometry.add(number as u32, object, transform);
         }
         geometry
     }
 
-    fn add(&mut self, number: u32, object: &Object, sight: &ViewTransform) {
-        let Placed { clip, normal, tangent, mirrored } = sight.place(object);
-        let (mesh, planes) = (&object.mesh, Planes::new(sight.size));
+    fn add(&mut self, number: u32, object: &Object, transform: &ViewTransform) {
+        let Placed { clip, normal, tangent, mirrored } = transform.place(object);
+        let (mesh, planes) = (&object.mesh, Planes::new(transform.size));
         let corner = |vertex: usize| {
             let [x, y, z, _] = mesh.tangents()[vertex];
             Corner {
@@ -72,7 +72,7 @@ impl Geometry {
             .into_par_iter()
             .map(|vertex| {
                 let corner = corner(vertex);
-                (on_screen(&corner, sight.size), planes.outside(corner.clip))
+                (on_screen(&corner, transform.size), planes.outside(corner.clip))
             })
             .unzip();
         self.vertices.extend(vertices);
@@ -83,26 +83,26 @@ impl Geometry {
             }
             let crossed = bits[0] | bits[1] | bits[2];
             if crossed == 0 {
-                self.push(number, corners.map(|vertex| first + vertex), mirrored, sight.size);
+                self.push(number, corners.map(|vertex| first + vertex), mirrored, transform.size);
                 continue;
             }
             let polygon = planes.cut(corners.map(|vertex| corner(vertex as usize)), crossed);
             let start = self.vertices.len() as u32;
-            self.vertices.extend(polygon.iter().map(|corner| on_screen(corner, sight.size)));
+            self.vertices.extend(polygon.iter().map(|corner| on_screen(corner, transform.size)));
             for k in 2..polygon.len() as u32 {
-                self.push(number, [start, start + k - 1, start + k], mirrored, sight.size);
+                self.push(number, [start, start + k - 1, start + k], mirrored, transform.size);
             }
         }
     }
 
-    /// Keeps a triangle where it has an area and may cover a sample.
+    /// Adds a triangle if it has an area and may cover a sample.
     fn push(&mut self, object: u32, corners: [u32; 3], mirrored: bool, size: [u32; 2]) {
         let at = corners.map(|corner| self.vertices[corner as usize].at);
         let area = twice_the_area(at);
         let covered = |axis: usize| {
             let along = at.map(|at| at[axis]);
             let (least, most) = (along[0].min(along[1]).min(along[2]), along[0].max(along[1]).max(along[2]));
-            // Samples lie in the middle of their squares.
+            // Samples lie at the centres of their squares.
             let first = (least + STEPS / 2 - 1).div_euclid(STEPS);
             let last = (most - STEPS / 2).div_euclid(STEPS);
             first.max(0)..=last.min(size[axis] as i32 - 1)
@@ -112,20 +112,20 @@ impl Geometry {
             return;
         }
         let [a, b, c] = corners;
-        // Counter-clockwise as seen with y up is counter-clockwise to the eye: a negative area with y down.
+        // Counter-clockwise triangles have a negative area, because y points down.
         let corners = if area < 0 { [a, c, b] } else { corners };
         self.triangles.push(Triangle { corners, object, front: (area < 0) != mirrored, columns, rows });
     }
 }
 
-/// Twice the area of a triangle in square steps, positive where it runs clockwise on the screen.
+/// Twice the area of a triangle in square steps, positive if it is clockwise on the screen.
 pub(super) fn twice_the_area([a, b, c]: [[i32; 2]; 3]) -> i64 {
     let from_a = |p: [i32; 2]| [i64::from(p[0]) - i64::from(a[0]), i64::from(p[1]) - i64::from(a[1])];
     let (b, c) = (from_a(b), from_a(c));
     b[0] * c[1] - b[1] * c[0]
 }
 
-/// A corner inside the planes; of others the numbers mean nothing.
+/// The screen position of a corner; it is only meaningful inside the planes.
 fn on_screen(corner: &Corner, size: [u32; 2]) -> Vertex {
     let [x, y, z, w] = corner.clip.to_array();
     let nearness = 1.0 / w;

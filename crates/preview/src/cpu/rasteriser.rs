@@ -1,9 +1,9 @@
-//! Which triangle each sample sees, by whole numbers, and the surface there.
+//! The visible triangle and surface at each sample, found with integers.
 //!
-//! A sample is covered where it lies to the right of every edge of a triangle that runs clockwise. One that lies on an
-//! edge belongs to the triangle for which that edge is its top or its left one, so that triangles that share an edge cover each
-//! sample along it once. The nearest depth wins, of equal ones the first drawn. Depth is linear over the screen; normal and tangent
-//! are linear over the triangle, which division by w makes them: sum of l_k v_k / w_k over that of l_k / w_k.
+//! A clockwise triangle covers a sample to the right of all its edges. A sample on an edge belongs to the
+//! triangle for which that is a top or left edge, so triangles that share an edge cover each sample on it
+//! once. The nearest depth wins; of equal depths, the first drawn. Depth is linear on the screen. Normal and
+//! tangent are linear on the triangle: they are the sum of l_k v_k / w_k divided by the sum of l_k / w_k.
 
 use std::ops::Range;
 
@@ -13,31 +13,31 @@ use super::geometry::{Geometry, STEPS, Triangle, Vertex, twice_the_area};
 use crate::ViewTransform;
 use crate::shading::surface::Surface;
 
-/// Up to so many columns every sample of a triangle's box is asked.
+/// Triangles with fewer columns test every sample of their bounding box.
 const FEW: i32 = 16;
 
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
-/// Some rows of a picture: what each of their samples sees.
+/// The visible triangles in some rows of a picture.
 #[derive(Debug)]
 pub(super) struct Band {
     rows: Range<u32>,
     width: u32,
-    /// Which triangle, and its depth.
+    /// The nearest triangle of each sample, and its depth.
     seen: Vec<(u32, f32)>,
 }
 
-/// What is seen at a sample.
+/// The surface that a sample hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
-    /// Which object of the scene.
+pub(super) struct Hit {
+    /// The index of the object.
     pub(super) object: usize,
     /// Its surface there.
     pub(super) surface: Surface,
 }
 
-/// An edge from one corner to the next.
+/// An edge of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     from: [i64; 2],
@@ -54,13 +54,13 @@ impl Edge {
         Self { from, along, bias: if is_top_or_left { 0 } else { -1 } }
     }
 
-    /// Twice the area of the triangle of the edge and a sample, positive to the edge's right.
+    /// Twice the area of the triangle between the edge and a sample, positive to the edge's right.
     fn area(&self, column: i32, row: i32) -> i64 {
         let middle = |k: i32| i64::from(k) * i64::from(STEPS) + i64::from(STEPS / 2);
         self.along[0] * (middle(row) - self.from[1]) - self.along[1] * (middle(column) - self.from[0])
     }
 
-    /// The first and last column of a row's samples that lie on the right side, within given ones.
+    /// The first and last column, between two given ones, of the samples to the edge's right in a row.
     fn within(&self, row: i32, first: i32, last: i32) -> (i32, i32) {
         let step = -self.along[1] * i64::from(STEPS);
         let start = self.area(first, row) + self.bias;
@@ -84,7 +84,7 @@ fn edges(at: [[i32; 2]; 3]) -> [Edge; 3] {
 }
 
 impl Band {
-    /// What is seen in some rows of samples; `triangles` are those that may reach them, in the order of drawing.
+    /// The visible triangles in some rows of samples. `triangles` may cover them, in the order of drawing.
     pub(super) fn new(geometry: &Geometry, triangles: &[u32], size: [u32; 2], rows: Range<u32>) -> Self {
         let samples = size[0] as usize * rows.len();
         let mut band = Self { rows, width: size[0], seen: vec![(NONE, f32::INFINITY); samples] };
@@ -106,7 +106,7 @@ impl Band {
         let steps = edges.map(|edge| -edge.along[1] * i64::from(STEPS));
         for row in first..=last {
             let (mut left, mut right) = (*triangle.columns.start(), *triangle.columns.end());
-            // Of a few samples each is asked; of many, dividing finds those between the edges.
+            // A division finds the samples between the edges; for a few samples, testing each is faster.
             if right - left >= FEW {
                 for edge in &edges {
                     (left, right) = edge.within(row, left, right);
@@ -130,14 +130,14 @@ impl Band {
         }
     }
 
-    /// What a sample of these rows sees, if anything.
+    /// The surface that a sample of these rows hits.
     pub(super) fn seen(
         &self,
         geometry: &Geometry,
-        sight: &ViewTransform,
+        transform: &ViewTransform,
         column: u32,
         row: u32,
-    ) -> Option<Seen> {
+    ) -> Option<Hit> {
         let place = (row - self.rows.start) as usize * self.width as usize + column as usize;
         let (number, _) = self.seen[place];
         if number == NONE {
@@ -145,12 +145,12 @@ impl Band {
         }
         let triangle = &geometry.triangles[number as usize];
         let [normal, tangent] = interpolated(geometry, triangle, column, row);
-        let surface = Surface::new(normal, tangent, sight.ray(column, row), triangle.front);
-        Some(Seen { object: triangle.object as usize, surface })
+        let surface = Surface::new(normal, tangent, transform.ray(column, row), triangle.front);
+        Some(Hit { object: triangle.object as usize, surface })
     }
 }
 
-/// Normal and tangent at a sample, up to one factor above 0.
+/// Normal and tangent at a sample, up to a common positive factor.
 fn interpolated(geometry: &Geometry, triangle: &Triangle, column: u32, row: u32) -> [Vec3; 2] {
     let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
     let at = corners.map(|corner| corner.at);

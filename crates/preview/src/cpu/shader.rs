@@ -1,11 +1,11 @@
-//! A mode made ready for a look, and what is kept of that from one picture to the next.
+//! The modes as shaders of surfaces, and the cache that keeps their maps between pictures.
 
 use std::sync::{Arc, OnceLock};
 
 use brdf::Centre;
 use glam::Vec3;
 
-use super::stop::Patience;
+use super::cancellation::PeriodicCheck;
 use crate::shading::brute_force::{Prepared, brute_force};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
@@ -17,35 +17,35 @@ use crate::shading::prefiltered::prefiltered;
 use crate::shading::surface::Surface;
 use crate::{Look, Mode, RenderError, Scene};
 
-/// A look, and its maps in the order in which they are read here.
+/// A look and its maps, in the layout in which the shaders read them.
 #[derive(Debug)]
-pub(super) struct Kept {
+pub(super) struct LookCache {
     look: Arc<Look>,
     local: OnceLock<LocalShrm>,
     global: OnceLock<GlobalShrm>,
     brute: OnceLock<Prepared>,
 }
 
-impl Kept {
-    /// The looks of a scene, each once, with what is kept of them already; others are dropped.
-    pub(super) fn renew(kept: &mut Vec<Self>, scene: &Scene) {
-        kept.retain(|kept| scene.objects.iter().any(|object| Arc::ptr_eq(&object.look, &kept.look)));
+impl LookCache {
+    /// Drops the caches of looks that the scene does not use, and adds those of new ones.
+    pub(super) fn update(caches: &mut Vec<Self>, scene: &Scene) {
+        caches.retain(|cache| scene.objects.iter().any(|object| Arc::ptr_eq(&object.look, &cache.look)));
         for object in &scene.objects {
-            if Self::place(kept, &object.look).is_none() {
+            if Self::index(caches, &object.look).is_none() {
                 let look = Arc::clone(&object.look);
                 let (local, global, brute) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-                kept.push(Self { look, local, global, brute });
+                caches.push(Self { look, local, global, brute });
             }
         }
     }
 
-    /// Where a look is.
-    pub(super) fn place(kept: &[Self], look: &Arc<Look>) -> Option<usize> {
-        kept.iter().position(|kept| Arc::ptr_eq(&kept.look, look))
+    /// The index of a look's cache.
+    pub(super) fn index(caches: &[Self], look: &Arc<Look>) -> Option<usize> {
+        caches.iter().position(|cache| Arc::ptr_eq(&cache.look, look))
     }
 }
 
-/// A mode of a look, ready to be asked about surfaces.
+/// A mode of a look, which shades surfaces.
 #[derive(Debug)]
 pub(super) enum Shader<'a> {
     Local(&'a LocalShrm),
@@ -67,17 +67,17 @@ pub(super) struct Cube<'a> {
 }
 
 impl<'a> Shader<'a> {
-    /// A mode of a look; `view` is the direction toward a distant viewer.
-    pub(super) fn new(mode: Mode, kept: &'a Kept, view: Vec3) -> Result<Self, RenderError> {
-        let look = &*kept.look;
+    /// The shader of a mode of a look; `view` is the direction toward a distant viewer.
+    pub(super) fn new(mode: Mode, cache: &'a LookCache, view: Vec3) -> Result<Self, RenderError> {
+        let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
         let no_cube = || RenderError::maps("the look's map does not lie on a cube");
         Ok(match mode {
             Mode::LocalShrm => {
-                Self::Local(once(&kept.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?)
+                Self::Local(once(&cache.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?)
             }
             Mode::GlobalShrm => {
-                let map = once(&kept.global, || GlobalShrm::new(look.global()?).ok_or_else(no_cube))?;
+                let map = once(&cache.global, || GlobalShrm::new(look.global()?).ok_or_else(no_cube))?;
                 let mut radiance = vec![[0.0; 3]; map.texels()];
                 global_update_into(map, view, &mut radiance);
                 Self::Global { map, radiance }
@@ -97,11 +97,11 @@ impl<'a> Shader<'a> {
                 let size = [grid.width as u32, grid.height as u32];
                 Self::Mirror { size, pixels: environment.pixels() }
             }
-            Mode::BruteForce => Self::BruteForce(once(&kept.brute, || Prepared::new(look))?),
+            Mode::BruteForce => Self::BruteForce(once(&cache.brute, || Prepared::new(look))?),
         })
     }
 
-    /// Radiance toward the viewer at a sample of the picture, whose number tells it from others.
+    /// The radiance toward the viewer at a sample of the picture. `number` identifies the sample.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -110,7 +110,7 @@ impl<'a> Shader<'a> {
         surface: &Surface,
         number: u32,
         light_samples: u32,
-        patience: &mut Patience<'_>,
+        check: &mut PeriodicCheck<'_>,
     ) -> Result<Vec3, RenderError> {
         Ok(match self {
             Self::Local(map) => local_shrm(map, surface),
@@ -127,8 +127,8 @@ impl<'a> Shader<'a> {
             Self::BruteForce(prepared) => {
                 let (total, mut done, mut sum) = (light_samples.max(1), 0, Vec3::ZERO);
                 while done < total {
-                    let next = total.min(done.saturating_add(Patience::LIGHT_SAMPLES));
-                    patience.spend(next - done)?;
+                    let next = total.min(done.saturating_add(PeriodicCheck::LIGHT_SAMPLES));
+                    check.count(next - done)?;
                     sum += brute_force(prepared, surface, number, done..next);
                     done = next;
                 }
@@ -138,7 +138,7 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// What is made once, unless it fails.
+/// The value of a cell, computed once; an error is not stored.
 fn once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> Result<T, RenderError>) -> Result<&T, RenderError> {
     if let Some(made) = cell.get() {
         return Ok(made);

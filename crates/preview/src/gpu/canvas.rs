@@ -1,16 +1,13 @@
-//! The memory of a picture on the device.
+//! The buffers and textures of a picture on the device.
 
 use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor};
 
-use super::device::Device;
+use super::device::{Device, GROUP};
 use super::layouts::{DEPTH, Layouts};
 use super::memory::{TEXELS, within};
 use crate::RenderError;
 
-/// Pixels along each side of a group of the compute passes.
-pub(super) const GROUP: u32 = 8;
-
-/// What a picture is drawn in: one sample of each pixel at a time, and sums over those that are done.
+/// The buffers of a picture: one sample of each pixel at a time, and sums over the samples drawn so far.
 #[derive(Debug)]
 pub(super) struct Canvas {
     pub(super) size: [u32; 2],
@@ -18,21 +15,22 @@ pub(super) struct Canvas {
     pub(super) normals: wgpu::TextureView,
     pub(super) tangents: wgpu::TextureView,
     pub(super) depth: wgpu::TextureView,
-    /// Sums over samples of pixels: radiance and how many see a surface; display light.
+    /// Sums over the samples of pixels: radiance, and the number of samples that hit a surface.
     pub(super) radiances: wgpu::Buffer,
+    /// Sums over the samples of pixels: display light.
     pub(super) displays: wgpu::Buffer,
-    /// Of each sample of pixels and group: squared differences, squares of what is compared with, how many
-    /// samples see a surface.
+    /// For each sample of pixels and workgroup: squared differences, squares of the reference, and the number
+    /// of samples that hit a surface.
     pub(super) squares: wgpu::Buffer,
     pub(super) codes: wgpu::Buffer,
     /// The codes, for the pass that presents them.
     pub(super) presented: wgpu::BindGroup,
-    /// Of each side, the light of its mode: one buffer for all samples of pixels, or one for each where light gathers.
+    /// The radiance of each side's mode: one buffer, or one for each sample if light samples accumulate.
     sides: [Vec<wgpu::Buffer>; 2],
 }
 
 impl Canvas {
-    /// Of a picture that has pixels.
+    /// The buffers of a picture, which must have pixels.
     pub(super) fn new(
         device: &Device,
         layouts: &Layouts,
@@ -41,7 +39,11 @@ impl Canvas {
     ) -> Result<Self, RenderError> {
         let groups = size.map(|side| side.div_ceil(GROUP));
         let most = device.device.limits().max_compute_workgroups_per_dimension;
-        within("the picture: groups of pixels".to_owned(), groups[0].max(groups[1]).into(), most.into())?;
+        within(
+            "the picture: workgroups along a side".to_owned(),
+            groups[0].max(groups[1]).into(),
+            most.into(),
+        )?;
         let side = |what: &str, format, usage| {
             let [width, height] = size.map(u64::from);
             let texture =
@@ -76,12 +78,12 @@ impl Canvas {
         })
     }
 
-    /// Groups of pixels across and down.
+    /// The number of workgroups across and down.
     pub(super) fn groups(&self) -> [u32; 2] {
         self.size.map(|side| side.div_ceil(GROUP))
     }
 
-    /// Sees to it that a side has so many buffers of light.
+    /// Makes sure that a side has this many buffers of radiance.
     pub(super) fn reserve(&mut self, device: &Device, side: usize, count: usize) -> Result<(), RenderError> {
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         let buffers = &mut self.sides[side];
@@ -93,7 +95,7 @@ impl Canvas {
         Ok(())
     }
 
-    /// The light of a side's mode at a sample of pixels; the first side's where the second has none.
+    /// The radiance of a side's mode at a sample of pixels; that of the first side if the second has none.
     pub(super) fn light(&self, side: usize, sample: usize) -> Option<&wgpu::Buffer> {
         let buffers = if self.sides[side].is_empty() { &self.sides[0] } else { &self.sides[side] };
         buffers.get(sample.min(buffers.len().saturating_sub(1)))

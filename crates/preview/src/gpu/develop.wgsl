@@ -1,22 +1,23 @@
-// One sample of each pixel from radiance to display light, added to the pixel's sums.
+// Develops one sample of each pixel, from radiance to display light, and adds it to the pixel's sums.
 
-struct Develop {
+struct DevelopUniforms {
     flat_radiance: vec3f,
     background: u32,
     gain: f32,
     tone: u32,
     // `SHOW_ONE` and so on.
     show: u32,
-    // Of a split: the first column of the second mode.
+    // The first column of the second mode of a split.
     divider: u32,
     amplify: f32,
-    // What the two modes' sums are divided by.
+    // The divisors of the two modes' sums.
     first_count: f32,
     second_count: f32,
-    // 1 at the first sample of each pixel: sums begin with it. 1 at the last: codes are made.
+    // 1 at the first sample of each pixel, which starts the sums.
     begins: u32,
+    // 1 at the last sample, after which the codes are computed.
     ends: u32,
-    // Where this sample's squares lie.
+    // The index of this sample's first square.
     first_square: u32,
 }
 
@@ -24,13 +25,15 @@ const SHOW_ONE = 0u;
 const SHOW_SPLIT = 1u;
 const SHOW_DIFFERENCE = 2u;
 
-@group(2) @binding(0) var<uniform> settings: Develop;
+@group(2) @binding(0) var<uniform> settings: DevelopUniforms;
 @group(2) @binding(1) var<storage, read> first_mode: array<vec4f>;
 @group(2) @binding(2) var<storage, read> second_mode: array<vec4f>;
-// Sums over the samples of each pixel: radiance, and how many see a surface; linear display light, and how many there are.
+// Sums over the samples of each pixel: radiance, and the number that hit a surface.
 @group(2) @binding(3) var<storage, read_write> radiances: array<vec4f>;
+// Sums over the samples of each pixel: linear display light, and the number of samples.
 @group(2) @binding(4) var<storage, read_write> displays: array<vec4f>;
-// Of each workgroup: the sum of squared differences, of squares of what is compared with, and how many samples see a surface.
+// For each workgroup the sums of squared differences and of squares of the reference, and the number of
+// samples that hit a surface.
 @group(2) @binding(5) var<storage, read_write> squares: array<vec4f>;
 
 // Four bytes: red, the lowest, green, blue and 255.
@@ -70,7 +73,7 @@ fn develop_sample(pixel: vec2u) -> vec4f {
     var radiance: vec4f;
     var display = vec4f(1.0);
     if textureLoad(normals, pixel, 0).w == 0.0 {
-        // Two modes have the same background: their difference is black there.
+        // Both modes have the same background, so their difference is black there.
         if settings.show != SHOW_DIFFERENCE {
             radiance = vec4f(background(settings.background, settings.flat_radiance, frame_ray(pixel)), 0.0);
         }

@@ -1,7 +1,8 @@
-//! The graphics device: which adapter, what is asked of it, and what becomes of its errors.
+//! The graphics device: the choice of the adapter, its requirements, and its errors.
 //!
-//! wgpu panics on an error that nobody waits for. Here none stays unheard: [`Device::guarded`] catches those of its own
-//! thread, handlers keep those that come later and the loss of the device, and each becomes a [`RenderError::Device`].
+//! wgpu panics on an error without a handler. Here all errors are handled: [`Device::guarded`] catches those
+//! of its own thread, handlers store later ones and the loss of the device, and each becomes a
+//! [`RenderError::Device`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,133 +11,144 @@ use std::time::Duration;
 use parking_lot::Mutex;
 use wgpu::{AdapterInfo, DeviceType, DownlevelFlags, ErrorFilter, TextureFormat, TextureUsages};
 
-use super::canvas::GROUP;
-use super::layouts::{COLOUR_BYTES, GROUPS, STORAGE_BUFFERS};
 use crate::RenderError;
 
-/// Whether a device still works, told to any thread.
-#[derive(Clone, Debug)]
-pub struct Health(Arc<Faults>);
+/// Pixels along each side of a workgroup of the compute passes.
+pub(super) const GROUP: u32 = 8;
+/// The most storage buffers of a stage: those of `develop`, and the constants of the harmonics.
+pub(super) const STORAGE_BUFFERS: u32 = 7;
+/// The most bind groups of a pipeline: those of brute force.
+pub(super) const BIND_GROUPS: u32 = 4;
+/// The bytes of a sample in the surface buffer: normal and tangent in 32-bit RGBA.
+pub(super) const COLOUR_BYTES: u32 = 32;
 
-impl Health {
-    /// Why the device does nothing any more; known once it was polled after that.
+/// Reports from any thread whether a device still works.
+#[derive(Clone, Debug)]
+pub struct DeviceStatus(Arc<DeviceErrors>);
+
+impl DeviceStatus {
+    /// Why the device stopped working; known after the next poll.
     pub fn lost(&self) -> Option<String> {
         self.0.lost.lock().clone()
     }
 }
 
-/// A device, its queue, and what went wrong with them.
+/// A device, its queue and their errors.
 #[derive(Clone, Debug)]
 pub(super) struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     info: AdapterInfo,
-    faults: Arc<Faults>,
+    errors: Arc<DeviceErrors>,
 }
 
-/// How long to sleep between looks at the device.
-pub(super) const LOOK: Duration = Duration::from_micros(100);
+/// How long to sleep between polls of the device.
+pub(super) const POLL_INTERVAL: Duration = Duration::from_micros(100);
 
-/// What went wrong outside of any call.
+/// Errors outside of any call.
 #[derive(Debug, Default)]
-struct Faults {
+struct DeviceErrors {
     lost: Mutex<Option<String>>,
     error: Mutex<Option<String>>,
 }
 
 impl Device {
-    /// What can be made on the best adapter of this machine on which it can: a GPU before a software one, and
-    /// `WGPU_BACKEND` chooses among backends.
+    /// Calls `make` with the device of the best adapter of this machine, then of the next until it succeeds.
+    /// GPUs come before software adapters, and `WGPU_BACKEND` restricts the backends.
     pub(super) fn best<T>(make: impl Fn(Self) -> Result<T, RenderError>) -> Result<T, RenderError> {
         let mut reasons = Vec::new();
         for adapter in adapters() {
             let info = adapter.get_info();
             let request = || pollster::block_on(adapter.request_device(&descriptor(&adapter)));
-            let device = suits(&adapter).and_then(|()| request().map_err(|error| error.to_string()));
+            let device = check_suitable(&adapter).and_then(|()| request().map_err(|error| error.to_string()));
             match device.map(|(device, queue)| make(Self::new(info.clone(), device, queue))) {
                 Ok(Ok(made)) => return Ok(made),
-                // It names the adapter.
+                // This error names the adapter.
                 Ok(Err(error)) => reasons.push(error.to_string()),
                 Err(reason) => reasons.push(format!("{}: {reason}", name(&info))),
             }
         }
         Err(RenderError::Device(if reasons.is_empty() {
-            "there is no graphics adapter here: install a Vulkan driver, or Mesa's software one".to_owned()
+            "there is no graphics adapter: install a Vulkan driver, or Mesa's software one".to_owned()
         } else {
-            format!("no graphics adapter will do: {}", reasons.join("; "))
+            format!("no graphics adapter is suitable: {}", reasons.join("; "))
         }))
     }
 
-    /// A device that exists already; its handlers of errors and loss become ours.
+    /// An existing device, whose handlers of errors and loss are replaced.
     pub(super) fn new(info: AdapterInfo, device: wgpu::Device, queue: wgpu::Queue) -> Self {
-        let faults = Arc::new(Faults::default());
-        let keep = Arc::clone(&faults);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&keep.error, error.to_string())));
-        let keep = Arc::clone(&faults);
+        let errors = Arc::new(DeviceErrors::default());
+        let stored = Arc::clone(&errors);
+        device
+            .on_uncaptured_error(Arc::new(move |error: wgpu::Error| store(&stored.error, error.to_string())));
+        let stored = Arc::clone(&errors);
         device.set_device_lost_callback(move |reason, message| {
             let message = if message.is_empty() { format!("{reason:?}") } else { message };
-            note(&keep.lost, message);
+            store(&stored.lost, message);
         });
-        Self { device, queue, info, faults }
+        Self { device, queue, info, errors }
     }
 
-    /// The backend and the adapter, for people.
+    /// The names of the backend and the adapter, for messages.
     pub(super) fn name(&self) -> String {
         name(&self.info)
     }
 
-    /// Does something with the device; an error of the device outdoes the result.
+    /// Calls `work`; an error of the device replaces its result.
     pub(super) fn guarded<T>(&self, work: impl FnOnce() -> Result<T, RenderError>) -> Result<T, RenderError> {
-        self.sound()?;
+        self.check()?;
         let filters = [ErrorFilter::OutOfMemory, ErrorFilter::Validation, ErrorFilter::Internal];
         let scopes = filters.map(|filter| self.device.push_error_scope(filter));
         let result = work();
         let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
         let error = errors.last();
-        self.sound()?;
+        self.check()?;
         match error {
-            Some(error) => Err(self.fault(&error.to_string())),
+            Some(error) => Err(self.error(&error.to_string())),
             None => result,
         }
     }
 
-    /// Where commands are gathered.
+    /// A new command encoder.
     pub(super) fn encoder(&self) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// Returns when all that was submitted is done.
+    /// Returns when all submitted work is done.
     ///
-    /// It looks now and then: while one thread waits in a poll, no other may submit, and a window's must.
+    /// It polls, because a blocking wait would keep the window's thread from submitting.
     pub(super) fn wait(&self) -> Result<(), RenderError> {
         let done = Arc::new(AtomicBool::new(false));
-        let tell = Arc::clone(&done);
-        self.queue.on_submitted_work_done(move || tell.store(true, Ordering::Release));
+        let set = Arc::clone(&done);
+        self.queue.on_submitted_work_done(move || set.store(true, Ordering::Release));
         while !done.load(Ordering::Acquire) {
-            self.sound()?;
-            std::thread::sleep(LOOK);
+            self.check()?;
+            std::thread::sleep(POLL_INTERVAL);
         }
-        self.sound()
+        self.check()
     }
 
-    /// Lets the device tell what has happened; an error where it was lost, or where something failed since it was asked last.
-    pub(super) fn sound(&self) -> Result<(), RenderError> {
-        // Callbacks run within.
+    /// Polls the device.
+    ///
+    /// # Errors
+    /// If the device is lost, or something failed since the last call.
+    pub(super) fn check(&self) -> Result<(), RenderError> {
+        // Callbacks run inside `poll`.
         let _ = self.device.poll(wgpu::PollType::Poll);
-        if let Some(message) = &*self.faults.lost.lock() {
-            return Err(self.fault(&format!("the device was lost ({message})")));
+        if let Some(message) = &*self.errors.lost.lock() {
+            return Err(self.error(&format!("the device was lost ({message})")));
         }
-        let error = self.faults.error.lock().take();
-        error.map_or(Ok(()), |message| Err(self.fault(&message)))
+        let error = self.errors.error.lock().take();
+        error.map_or(Ok(()), |message| Err(self.error(&message)))
     }
 
-    /// What tells of the loss of the device.
-    pub(super) fn health(&self) -> Health {
-        Health(Arc::clone(&self.faults))
+    /// Reports the loss of the device.
+    pub(super) fn status(&self) -> DeviceStatus {
+        DeviceStatus(Arc::clone(&self.errors))
     }
 
     /// An error of this device.
-    pub(super) fn fault(&self, message: &str) -> RenderError {
+    pub(super) fn error(&self, message: &str) -> RenderError {
         RenderError::Device(format!("{}: {}", self.name(), message.trim()))
     }
 }
@@ -150,7 +162,7 @@ pub(super) fn adapters() -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// What a device needs for [`super::Gpu`]: all that the adapter allows, since maps may be large.
+/// The device for [`super::Gpu`]: with all limits of the adapter, since maps may be large.
 pub(super) fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     wgpu::DeviceDescriptor {
         label: Some("specula"),
@@ -159,8 +171,9 @@ pub(super) fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'sta
     }
 }
 
-/// Why an adapter will not do.
-fn suits(adapter: &wgpu::Adapter) -> Result<(), String> {
+/// # Errors
+/// Why an adapter is not suitable.
+fn check_suitable(adapter: &wgpu::Adapter) -> Result<(), String> {
     let flags = adapter.get_downlevel_capabilities().flags;
     let needed = DownlevelFlags::COMPUTE_SHADERS | DownlevelFlags::FRAGMENT_STORAGE;
     if !flags.contains(needed) {
@@ -175,17 +188,17 @@ fn suits(adapter: &wgpu::Adapter) -> Result<(), String> {
     let limits = adapter.limits();
     let needs = [
         ("storage buffers in a stage", STORAGE_BUFFERS, limits.max_storage_buffers_per_shader_stage),
-        ("groups of bindings", GROUPS, limits.max_bind_groups),
+        ("bind groups", BIND_GROUPS, limits.max_bind_groups),
         ("bytes of a sample's colours", COLOUR_BYTES, limits.max_color_attachment_bytes_per_sample),
         ("invocations in a workgroup", GROUP * GROUP, limits.max_compute_invocations_per_workgroup),
     ];
     match needs.into_iter().find(|(_, needed, allowed)| allowed < needed) {
-        Some((what, needed, allowed)) => Err(format!("it allows {allowed} {what}, and {needed} are needed")),
+        Some((what, needed, allowed)) => Err(format!("it allows {allowed} {what}, but {needed} are needed")),
         None => Ok(()),
     }
 }
 
-/// Less is better.
+/// The best adapter has the lowest rank.
 fn rank(info: &AdapterInfo) -> (u8, u8) {
     let kind = match info.device_type {
         DeviceType::DiscreteGpu => 0,
@@ -209,7 +222,7 @@ pub(super) fn name(info: &AdapterInfo) -> String {
     format!("{backend}, {}", info.name)
 }
 
-/// Keeps the first message.
-fn note(place: &Mutex<Option<String>>, message: String) {
-    place.lock().get_or_insert(message);
+/// Stores a message unless there is one.
+fn store(slot: &Mutex<Option<String>>, message: String) {
+    slot.lock().get_or_insert(message);
 }

@@ -1,22 +1,22 @@
-// What every pass over the samples of a picture knows: one sample of each pixel, the same one in all.
+// The uniforms and inputs of all passes over the samples of a picture: one sample of each pixel.
 
-struct Frame {
-    // The ray through the upper left corner of the picture, and the steps from sample to sample: `ViewTransform`.
+struct FrameUniforms {
+    // The ray through the picture's upper left corner, and the steps between samples: `ViewTransform`.
     corner: vec3f,
     // Samples along each side of a pixel.
     samples: u32,
     across: vec3f,
-    // Which of them: its column and row in the pixel are `chosen.x` and `chosen.y`.
     pad_across: u32,
     down: vec3f,
     pad_down: u32,
     // In pixels.
     size: vec2u,
+    // The sample's column and row in its pixel.
     chosen: vec2u,
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
-// The normal, of any length, and the object's number from 1, negative where its inside is seen; 0 where nothing is.
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+// The normal, of any length, and the object's number from 1, negative on inner sides; 0 without a surface.
 @group(0) @binding(1) var normals: texture_2d<f32>;
 // The tangent, of any length.
 @group(0) @binding(2) var tangents: texture_2d<f32>;
@@ -26,7 +26,7 @@ fn frame_sample(pixel: vec2u) -> vec2u {
     return pixel * frame.samples + frame.chosen;
 }
 
-// Its number among them.
+// The sample's number among them.
 fn frame_number(pixel: vec2u) -> u32 {
     let at = frame_sample(pixel);
     return at.y * (frame.size.x * frame.samples) + at.x;

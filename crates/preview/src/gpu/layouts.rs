@@ -1,8 +1,8 @@
-//! What the shaders are given, and the shaders themselves.
+//! The shaders, their bindings and pipelines.
 //!
-//! Group 0 is one sample of each pixel (frame.wgsl), group 1 a map (map.wgsl), group 2 what a pass reads and writes, group
-//! 3 what brute force samples. The files of `shading/` come after these; nothing is rewritten but for one line that says which mode
-//! is shaded.
+//! Group 0 is one sample of each pixel (frame.wgsl), group 1 a map (map.wgsl), group 2 the inputs and outputs
+//! of a pass, and group 3 the light and material of brute force. The files of `shading/` follow these; one
+//! generated line calls the mode.
 
 use std::collections::HashMap;
 
@@ -33,17 +33,10 @@ const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
 const DEVELOP: &str = include_str!("../shading/develop.wgsl");
 const GLOBAL_SHRM: &str = include_str!("../shading/global_shrm.wgsl");
 
-/// How near the nearest surface is while a sample of each pixel is drawn.
+/// The format of the depth buffer.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// The most storage buffers of a stage: those of `develop`, and the constants of the harmonics.
-pub(super) const STORAGE_BUFFERS: u32 = 7;
-/// Groups of bindings of brute force, which has the most.
-pub(super) const GROUPS: u32 = 4;
-/// Of a sample in the surface buffer: normal and tangent, each of [`TEXELS`].
-pub(super) const COLOUR_BYTES: u32 = 32;
-
-/// The layouts of groups.
+/// The layouts of bind groups.
 #[derive(Debug)]
 pub(super) struct Layouts {
     pub(super) placed: wgpu::BindGroupLayout,
@@ -56,7 +49,7 @@ pub(super) struct Layouts {
     pub(super) light: wgpu::BindGroupLayout,
 }
 
-/// The pipelines; that of a mode is made when it is first shown.
+/// The pipelines. That of a mode is compiled when the mode is first shown.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     device: wgpu::Device,
@@ -148,12 +141,12 @@ impl Pipelines {
         }
     }
 
-    /// The pipeline of a mode, where it is there.
+    /// The pipeline of a mode, if it was prepared.
     pub(super) fn mode(&self, mode: Mode) -> Option<&wgpu::ComputePipeline> {
         self.modes.get(&mode)
     }
 
-    /// Sees to it that the pipeline of a mode is there.
+    /// Compiles the pipeline of a mode unless that was done before.
     pub(super) fn prepare(&mut self, layouts: &Layouts, mode: Mode) {
         let device = &self.device;
         self.modes.entry(mode).or_insert_with(|| {
@@ -167,7 +160,7 @@ impl Pipelines {
     }
 }
 
-/// Every shader, with a name.
+/// Every shader and its name.
 #[cfg(test)]
 pub(super) fn sources() -> Vec<(String, String)> {
     let mut sources = vec![
@@ -188,7 +181,7 @@ fn develop_source() -> String {
     [FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS].concat()
 }
 
-/// All of a mode's shader.
+/// The complete shader of a mode.
 fn mode_source(mode: Mode) -> String {
     let (material, lobe_sampling) = (material::shader(), lobe_sampling::shader());
     let (files, value): (&[&str], _) = match mode {

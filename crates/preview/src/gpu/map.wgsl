@@ -1,17 +1,17 @@
-// The map that a mode reads: faces of cubes in layers, or one lat-long image.
+// The map of a mode: faces of cubes in layers, or one lat-long image.
 
-struct Facts {
-    // What the texels' directions are: `CENTRE_REFLECTION` and so on.
+struct MapUniforms {
+    // The central direction of the texels: `CENTRE_REFLECTION` and so on.
     centre: u32,
     // Texels along the edge of a face.
     edge: u32,
     // P.
     degree: u32,
-    // 1 where the coefficients are those of q = 0 alone.
+    // 1 if there are only coefficients of q = 0.
     zonal: u32,
-    // Of Kautz and McCool's texture.
+    // The slices of Kautz and McCool's texture.
     slices: u32,
 }
 
-@group(1) @binding(0) var<uniform> facts: Facts;
+@group(1) @binding(0) var<uniform> map_uniforms: MapUniforms;
 @group(1) @binding(1) var map: texture_2d_array<f32>;

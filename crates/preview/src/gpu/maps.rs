@@ -1,4 +1,4 @@
-//! The maps of looks and lights on the device: cubes in layers, or one lat-long image, each with what a mode must know of it.
+//! The maps of looks and lights on the device: cubes in layers, or a lat-long image, with uniforms.
 
 use std::collections::HashMap;
 
@@ -14,10 +14,10 @@ use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::{Light, Look, Mode, RenderError};
 
-/// What a mode must know of its map: `Facts` of map.wgsl.
+/// The properties of a map: `MapUniforms` of map.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-struct Facts {
+struct MapUniforms {
     centre: u32,
     edge: u32,
     degree: u32,
@@ -26,33 +26,38 @@ struct Facts {
     unused: [u32; 3],
 }
 
-/// A map, bound with its facts.
+/// The bind group of a map and its uniforms.
 #[derive(Debug)]
 pub(super) struct Map {
     pub(super) bound: wgpu::BindGroup,
 }
 
-/// The maps of a light, each made when a mode first wants it.
+/// The maps of a light, each made when a mode first needs it.
 #[derive(Debug, Default)]
 pub(super) struct LightMaps {
-    environment: Option<Map>,
-    reconstruction: Option<Map>,
-    irradiance: Option<Map>,
+    /// The lat-long environment.
+    pub(super) environment: Option<Map>,
+    /// [`Light::reconstruction`], a cube.
+    pub(super) reconstruction: Option<Map>,
+    /// Nine coefficients of irradiance over pi, side by side.
+    pub(super) irradiance: Option<Map>,
     samples: Option<wgpu::Buffer>,
 }
 
 /// The maps of a look.
 #[derive(Debug, Default)]
 pub(super) struct LookMaps {
-    modes: HashMap<Mode, Map>,
-    degree: usize,
-    /// Of [`Mode::BruteForce`], which has no map: light, material and lobes.
-    samples: Option<wgpu::BindGroup>,
-    /// Of [`Mode::GlobalShrm`], whose map is made anew for each view.
-    update: Option<Update>,
+    /// The maps of the modes that have one.
+    pub(super) modes: HashMap<Mode, Map>,
+    /// The highest degree of their harmonics.
+    pub(super) degree: usize,
+    /// Light, material and lobes of [`Mode::BruteForce`], which has no map.
+    pub(super) samples: Option<wgpu::BindGroup>,
+    /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
+    pub(super) update: Option<Update>,
 }
 
-/// What turns global coefficients into a reflection map.
+/// The update of a reflection map from global coefficients.
 #[derive(Debug)]
 pub(super) struct Update {
     pub(super) coefficients: Map,
@@ -63,22 +68,7 @@ pub(super) struct Update {
 }
 
 impl LightMaps {
-    /// The environment, lat-long.
-    pub(super) fn environment(&self) -> Option<&Map> {
-        self.environment.as_ref()
-    }
-
-    /// What the coefficients hold of it, a cube.
-    pub(super) fn reconstruction(&self) -> Option<&Map> {
-        self.reconstruction.as_ref()
-    }
-
-    /// Nine coefficients of irradiance over pi, side by side.
-    pub(super) fn irradiance(&self) -> Option<&Map> {
-        self.irradiance.as_ref()
-    }
-
-    /// What samples of the light are drawn from.
+    /// The buffer of light samples.
     fn samples(&mut self, device: &Device, prepared: &Prepared) -> Result<&wgpu::Buffer, RenderError> {
         Ok(match self.samples.take() {
             Some(samples) => self.samples.insert(samples),
@@ -90,7 +80,7 @@ impl LightMaps {
         })
     }
 
-    /// Sees to it that [`LightMaps::environment`] is there.
+    /// Makes [`LightMaps::environment`] unless it exists.
     pub(super) fn prepare_environment(
         &mut self,
         device: &Device,
@@ -102,12 +92,12 @@ impl LightMaps {
             let shape = [grid.width, grid.height, 1].map(|side| side as u64);
             let texture = device.texture("the environment", TEXELS, USAGE, shape)?;
             device.write_layers(&texture, 0, &padded(light.environment().pixels().iter().copied()));
-            self.environment = Some(Map::new(device, layouts, texture, Facts::default())?);
+            self.environment = Some(Map::new(device, layouts, texture, MapUniforms::default())?);
         }
         Ok(())
     }
 
-    /// Sees to it that [`LightMaps::reconstruction`] is there.
+    /// Makes [`LightMaps::reconstruction`] unless it exists.
     pub(super) fn prepare_reconstruction(
         &mut self,
         device: &Device,
@@ -116,14 +106,14 @@ impl LightMaps {
     ) -> Result<(), RenderError> {
         if self.reconstruction.is_none() {
             let (cube, texels) = light.reconstruction();
-            let facts = Facts { edge: cube.edge as u32, ..Facts::default() };
+            let uniforms = MapUniforms { edge: cube.edge as u32, ..MapUniforms::default() };
             self.reconstruction =
-                Some(cubes(device, layouts, "the background", facts, 1, |_, texel| texels[texel])?);
+                Some(cubes(device, layouts, "the background", uniforms, 1, |_, texel| texels[texel])?);
         }
         Ok(())
     }
 
-    /// Sees to it that [`LightMaps::irradiance`] is there.
+    /// Makes [`LightMaps::irradiance`] unless it exists.
     pub(super) fn prepare_irradiance(
         &mut self,
         device: &Device,
@@ -134,29 +124,14 @@ impl LightMaps {
             let irradiance = Irradiance::new(light.lighting());
             let texture = device.texture("irradiance", TEXELS, USAGE, [9, 1, 1])?;
             device.write_layers(&texture, 0, &padded(irradiance.rows().iter().map(|row| row.to_array())));
-            self.irradiance = Some(Map::new(device, layouts, texture, Facts::default())?);
+            self.irradiance = Some(Map::new(device, layouts, texture, MapUniforms::default())?);
         }
         Ok(())
     }
 }
 
 impl LookMaps {
-    /// The map of a mode that has one of its own.
-    pub(super) fn mode(&self, mode: Mode) -> Option<&Map> {
-        self.modes.get(&mode)
-    }
-
-    /// The highest degree of a map's harmonics.
-    pub(super) fn degree(&self) -> usize {
-        self.degree
-    }
-
-    /// What [`Mode::BruteForce`] samples.
-    pub(super) fn samples(&self) -> Option<&wgpu::BindGroup> {
-        self.samples.as_ref()
-    }
-
-    /// Sees to it that [`LookMaps::samples`] are there.
+    /// Makes [`LookMaps::samples`] unless they exist.
     pub(super) fn prepare_samples(
         &mut self,
         device: &Device,
@@ -184,12 +159,7 @@ impl LookMaps {
         Ok(())
     }
 
-    /// What makes the map of [`Mode::GlobalShrm`].
-    pub(super) fn update(&self) -> Option<&Update> {
-        self.update.as_ref()
-    }
-
-    /// Sees to it that the map of a mode is there, where the mode has one of its own.
+    /// Makes the look's map for a mode, unless it exists or the mode has none.
     pub(super) fn prepare(
         &mut self,
         device: &Device,
@@ -200,8 +170,11 @@ impl LookMaps {
         if self.modes.contains_key(&mode) {
             return Ok(());
         }
-        let facts =
-            Facts { centre: centre(look.centre()), edge: look.cube().edge as u32, ..Facts::default() };
+        let uniforms = MapUniforms {
+            centre: centre(look.centre()),
+            edge: look.cube().edge as u32,
+            ..MapUniforms::default()
+        };
         let map = match mode {
             Mode::LocalShrm => {
                 let map = look.local()?;
@@ -215,19 +188,21 @@ impl LookMaps {
             }
             Mode::Cabral => {
                 let maps = look.cabral()?;
-                cubes(device, layouts, "Cabral's maps", facts, 12, |vertex, texel| maps.map(vertex)[texel])?
+                cubes(device, layouts, "Cabral's maps", uniforms, 12, |vertex, texel| {
+                    maps.map(vertex)[texel]
+                })?
             }
             Mode::KautzMcCool => {
                 let texture = look.kautz_mccool()?;
                 let count = texture.angles().len();
-                let facts = Facts { slices: count as u32, ..facts };
-                cubes(device, layouts, "Kautz and McCool's texture", facts, count, |k, texel| {
+                let uniforms = MapUniforms { slices: count as u32, ..uniforms };
+                cubes(device, layouts, "Kautz and McCool's texture", uniforms, count, |k, texel| {
                     texture.slice(k)[texel]
                 })?
             }
             Mode::Prefiltered => {
                 let texels = look.prefiltered()?;
-                cubes(device, layouts, "the reflection map", facts, 1, |_, texel| texels[texel])?
+                cubes(device, layouts, "the reflection map", uniforms, 1, |_, texel| texels[texel])?
             }
             Mode::Irradiance | Mode::Mirror | Mode::BruteForce => return Ok(()),
         };
@@ -237,7 +212,7 @@ impl LookMaps {
 }
 
 impl Update {
-    /// Of a global map, and the reflection map that it is turned into.
+    /// The update of a global map, and the reflection map that it writes.
     fn new(device: &Device, layouts: &Layouts, map: &Shrm) -> Result<(Self, Map), RenderError> {
         let source = coefficients(device, layouts, map)?;
         let edge = map.grid().shape()[1] as u32;
@@ -259,13 +234,13 @@ impl Update {
                 wgpu::BindGroupEntry { binding: 2, resource: view.as_entire_binding() },
             ],
         });
-        let facts = Facts { centre: centre(map.centre()), edge, ..Facts::default() };
-        let reflection = Map::new(device, layouts, texture, facts)?;
+        let uniforms = MapUniforms { centre: centre(map.centre()), edge, ..MapUniforms::default() };
+        let reflection = Map::new(device, layouts, texture, uniforms)?;
         Ok((Self { coefficients: source, bound, edge, harmonics, view }, reflection))
     }
 
     /// Sets the view, a unit vector in the light's frame.
-    pub(super) fn look(&self, device: &Device, view: glam::Vec3) {
+    pub(super) fn set_view(&self, device: &Device, view: glam::Vec3) {
         let degree = self.harmonics.degree();
         let mut rows = vec![0.0; (degree + 1) * (degree + 1)];
         self.harmonics.evaluate_into(view, &mut rows);
@@ -273,30 +248,30 @@ impl Update {
     }
 }
 
-/// How many bytes are written before the device must have them.
+/// The most bytes in staging buffers before they are submitted.
 const STAGED: usize = 64 << 20;
 
 const USAGE: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::COPY_DST);
 
 impl Map {
-    /// A map of one black texel, where a pass is given one that it does not read.
-    pub(super) fn nothing(device: &Device, layouts: &Layouts) -> Result<Self, RenderError> {
+    /// A map of one black texel, for passes that need a binding but read no map.
+    pub(super) fn empty(device: &Device, layouts: &Layouts) -> Result<Self, RenderError> {
         let texture = device.texture("no map", TEXELS, USAGE, [1, 1, 1])?;
-        Self::new(device, layouts, texture, Facts::default())
+        Self::new(device, layouts, texture, MapUniforms::default())
     }
 
     fn new(
         device: &Device,
         layouts: &Layouts,
         texture: wgpu::Texture,
-        facts: Facts,
+        uniforms: MapUniforms,
     ) -> Result<Self, RenderError> {
-        let facts = device.filled("the facts of a map", BufferUsages::UNIFORM, &[facts])?;
+        let uniforms = device.filled("the uniforms of a map", BufferUsages::UNIFORM, &[uniforms])?;
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("a map"),
             layout: &layouts.map,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: facts.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
                 wgpu::BindGroupEntry {
                     binding: 1,
                     resource: wgpu::BindingResource::TextureView(&layers(&texture)),
@@ -307,30 +282,30 @@ impl Map {
     }
 }
 
-/// The map of a spherical harmonic reflection map on a cube: row after row of coefficients.
+/// A spherical harmonic reflection map on a cube: one cube for each row of coefficients.
 fn coefficients(device: &Device, layouts: &Layouts, map: &Shrm) -> Result<Map, RenderError> {
-    let facts = Facts {
+    let uniforms = MapUniforms {
         centre: centre(map.centre()),
         edge: map.grid().shape()[1] as u32,
         degree: map.p().get() as u32,
         zonal: u32::from(map.terms() == Terms::Zonal),
-        ..Facts::default()
+        ..MapUniforms::default()
     };
-    cubes(device, layouts, "the SHRM", facts, map.rows(), |row, texel| map.texel(texel)[row])
+    cubes(device, layouts, "the SHRM", uniforms, map.rows(), |row, texel| map.texel(texel)[row])
 }
 
-/// `count` cubes, one after the other; `texel` is asked for each texel of each, as `sphere::Cube` counts them.
+/// A map of `count` cubes. `texel` returns the texels of each, in the order of `sphere::Cube`.
 fn cubes(
     device: &Device,
     layouts: &Layouts,
     what: &str,
-    facts: Facts,
+    uniforms: MapUniforms,
     count: usize,
     texel: impl Fn(usize, usize) -> [f32; 3],
 ) -> Result<Map, RenderError> {
-    let edge = u64::from(facts.edge);
+    let edge = u64::from(uniforms.edge);
     if edge == 0 || count == 0 {
-        return Err(RenderError::maps(format!("{what}: a map without texels")));
+        return Err(RenderError::maps(format!("{what} has no texels")));
     }
     let texture = device.texture(what, TEXELS, USAGE, [edge, edge, 6 * count as u64])?;
     let mut staged = 0;
@@ -339,13 +314,13 @@ fn cubes(
         device.write_layers(&texture, 6 * k as u32, &texels);
         staged += size_of_val(texels.as_slice());
         if staged >= STAGED {
-            // What was written waits in a copy until it is submitted, and goes when the device has it.
+            // wgpu keeps a copy of the written texels until they are submitted and the device has read them.
             device.queue.submit([]);
             device.wait()?;
             staged = 0;
         }
     }
-    Map::new(device, layouts, texture, facts)
+    Map::new(device, layouts, texture, uniforms)
 }
 
 /// All layers of a texture.

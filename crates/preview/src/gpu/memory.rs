@@ -1,17 +1,17 @@
-//! Buffers and textures. Each is asked of the device's limits before it is made.
+//! Buffers and textures, checked against the device's limits before they are allocated.
 
 use wgpu::{BufferUsages, Extent3d, TextureDimension, TextureFormat, TextureUsages};
 
 use super::device::Device;
 use crate::RenderError;
 
-/// All colour textures: what a device with 32 bits reads without a filter.
+/// The format of all colour textures. Devices need not filter it.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
 
-/// The most bytes of a texture: no device tells how much memory it has, and what some have no room for ends programs.
+/// The most bytes of a texture: on some devices a failed allocation ends the program.
 const MOST_BYTES: u64 = 2 << 30;
 
-/// Values of one kind in a uniform buffer, each at an offset that a pass may be given.
+/// Values of one type in a uniform buffer, each at a dynamic offset.
 pub(super) struct Uniforms {
     buffer: wgpu::Buffer,
     size: usize,
@@ -19,7 +19,7 @@ pub(super) struct Uniforms {
 }
 
 impl Uniforms {
-    /// The binding of any of them.
+    /// The binding of one value.
     pub(super) fn binding(&self) -> wgpu::BindingResource<'_> {
         wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &self.buffer,
@@ -28,7 +28,7 @@ impl Uniforms {
         })
     }
 
-    /// Where one of them lies.
+    /// The dynamic offset of a value.
     pub(super) fn offset(&self, index: usize) -> u32 {
         (self.stride * index) as u32
     }
@@ -48,7 +48,7 @@ impl Device {
         } else {
             u64::MAX
         };
-        within(format!("{what}: a buffer in bytes"), bytes, limits.max_buffer_size.min(bound))?;
+        within(format!("{what}: the bytes of the buffer"), bytes, limits.max_buffer_size.min(bound))?;
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(what),
             size: bytes.max(16).next_multiple_of(16),
@@ -66,7 +66,7 @@ impl Device {
     ) -> Result<wgpu::Buffer, RenderError> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         let buffer = self.buffer(what, usage | BufferUsages::COPY_DST, bytes.len() as u64)?;
-        // Copies are of whole fours of bytes.
+        // The size of a copy is a multiple of 4.
         match bytes.len() % 4 {
             0 => self.queue.write_buffer(&buffer, 0, bytes),
             _ => {
@@ -78,7 +78,7 @@ impl Device {
         Ok(buffer)
     }
 
-    /// A uniform buffer of several values, of which a pass sees one.
+    /// A uniform buffer of several values, of which a pass reads one.
     pub(super) fn uniforms<T: bytemuck::NoUninit>(
         &self,
         what: &str,
@@ -95,7 +95,7 @@ impl Device {
         Ok(Uniforms { buffer, size, stride })
     }
 
-    /// A texture of layers.
+    /// A texture with layers.
     pub(super) fn texture(
         &self,
         what: &str,
@@ -105,11 +105,15 @@ impl Device {
     ) -> Result<wgpu::Texture, RenderError> {
         let limits = self.device.limits();
         let side = u64::from(limits.max_texture_dimension_2d);
-        within(format!("{what}: a texture's width"), width, side)?;
-        within(format!("{what}: a texture's height"), height, side)?;
-        within(format!("{what}: a texture's layers"), layers, u64::from(limits.max_texture_array_layers))?;
+        within(format!("{what}: the width of the texture"), width, side)?;
+        within(format!("{what}: the height of the texture"), height, side)?;
+        within(
+            format!("{what}: the layers of the texture"),
+            layers,
+            u64::from(limits.max_texture_array_layers),
+        )?;
         let texel = u64::from(format.block_copy_size(None).unwrap_or(16));
-        within(format!("{what}: a texture in bytes"), width * height * layers * texel, MOST_BYTES)?;
+        within(format!("{what}: the bytes of the texture"), width * height * layers * texel, MOST_BYTES)?;
         Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(what),
             size: Extent3d {
@@ -146,7 +150,8 @@ impl Device {
     }
 }
 
-/// Whether what is asked for is allowed.
+/// # Errors
+/// [`RenderError::Limit`] if a value exceeds its limit.
 pub(super) fn within(what: String, asked: u64, limit: u64) -> Result<(), RenderError> {
     if asked <= limit { Ok(()) } else { Err(RenderError::Limit { what, asked, limit }) }
 }

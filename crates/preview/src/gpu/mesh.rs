@@ -38,13 +38,13 @@ impl Shape {
         attributes: &Self::ATTRIBUTES,
     };
 
-    /// Of a mesh; `None` where it has no triangle.
+    /// The buffers of a mesh; `None` if it has no triangles.
     pub(super) fn new(device: &Device, mesh: &Mesh) -> Result<Option<Self>, RenderError> {
         if mesh.triangles().is_empty() {
             return Ok(None);
         }
         within(
-            "a mesh: corners of triangles".to_owned(),
+            "a mesh: the corners of its triangles".to_owned(),
             3 * mesh.triangles().len() as u64,
             u32::MAX.into(),
         )?;
@@ -69,13 +69,13 @@ impl Shape {
         }))
     }
 
-    /// The pixels that may see the mesh; `None` where none does.
+    /// The pixels that the mesh may cover; `None` if there are none.
     pub(super) fn pixels(&self, clip: Mat4, size: [u32; 2]) -> Option<Rectangle> {
         let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for corner in self.corners {
             let at = clip * corner.extend(1.0);
             if at.w <= 0.0 {
-                // Behind the eye nothing is known of where it is seen.
+                // The projection of a point behind the eye is unknown.
                 return Some(Rectangle { origin: [0, 0], extent: size });
             }
             for (axis, place) in [at.x / at.w, -at.y / at.w].into_iter().enumerate() {
@@ -83,7 +83,7 @@ impl Shape {
                 (least[axis], most[axis]) = (least[axis].min(pixel), most[axis].max(pixel));
             }
         }
-        // One pixel for the place of samples in it, one for rounding.
+        // One pixel for the places of its samples, one for rounding.
         let origin = [0, 1].map(|axis| (least[axis] - 2.0).clamp(0.0, size[axis] as f32) as u32);
         let end = [0, 1].map(|axis| (most[axis] + 3.0).clamp(0.0, size[axis] as f32) as u32);
         let extent = [0, 1].map(|axis| end[axis].saturating_sub(origin[axis]));
@@ -92,7 +92,7 @@ impl Shape {
 }
 
 impl Rectangle {
-    /// The part of it in some columns.
+    /// The part in some columns.
     pub(super) fn columns(self, columns: std::ops::Range<u32>) -> Option<Self> {
         let start = self.origin[0].max(columns.start);
         let width = (self.origin[0] + self.extent[0]).min(columns.end).saturating_sub(start);

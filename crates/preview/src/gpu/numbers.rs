@@ -1,11 +1,11 @@
-//! What shaders are told by number. Each number has the same name in a shader.
+//! The numbers of enumerations in shaders, where each has the same name.
 
 use brdf::Centre;
 use envmap::ToneMap;
 
 use crate::{Background, Show};
 
-/// Constants, and a list of them.
+/// Defines constants and a list of them.
 macro_rules! numbers {
     ($($name:ident = $value:literal)*) => {
         $(const $name: u32 = $value;)*
@@ -29,7 +29,7 @@ numbers! {
     SHOW_DIFFERENCE = 2
 }
 
-/// What a map is about.
+/// The central direction of a map.
 pub(super) fn centre(centre: Centre) -> u32 {
     match centre {
         Centre::Reflection => CENTRE_REFLECTION,
@@ -38,7 +38,7 @@ pub(super) fn centre(centre: Centre) -> u32 {
     }
 }
 
-/// What the map behind everything is.
+/// The kind of the background's map.
 pub(super) fn background(background: Background) -> u32 {
     match background {
         Background::Environment => BACKGROUND_LAT_LONG,
@@ -55,7 +55,7 @@ pub(super) fn tone(tone: ToneMap) -> u32 {
     }
 }
 
-/// How modes are shown.
+/// The arrangement of the modes.
 pub(super) fn show(show: Show) -> u32 {
     match show {
         Show::One(_) => SHOW_ONE,

@@ -1,11 +1,11 @@
-// Codes into the picture that a window shows.
+// Writes codes into the window's texture.
 
 @group(0) @binding(0) var<uniform> size: vec2u;
 @group(0) @binding(1) var<storage, read> codes: array<u32>;
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32) -> @builtin(position) vec4f {
-    // One triangle around all.
+    // One triangle that covers the texture.
     return vec4f(f32(corner & 1u) * 4.0 - 1.0, f32(corner >> 1u) * 4.0 - 1.0, 0.0, 1.0);
 }
 

@@ -1,15 +1,15 @@
-// Meshes into the surface buffer: of each sample the nearest object, its normal and its tangent.
+// Draws meshes into the surface buffer: the nearest object at each sample, its normal and its tangent.
 
-struct Placed {
+struct PlacedUniforms {
     clip: mat4x4f,
     normal: mat3x3f,
     tangent: mat3x3f,
-    // From 1.
+    // The object's number, from 1.
     number: f32,
     mirrored: u32,
 }
 
-@group(0) @binding(0) var<uniform> placed: Placed;
+@group(0) @binding(0) var<uniform> placed: PlacedUniforms;
 
 struct Vertex {
     @builtin(position) position: vec4f,
@@ -17,7 +17,7 @@ struct Vertex {
     @location(1) tangent: vec3f,
 }
 
-struct Seen {
+struct FragmentOutput {
     @location(0) normal: vec4f,
     @location(1) tangent: vec4f,
 }
@@ -32,7 +32,7 @@ fn vertex(
 }
 
 @fragment
-fn fragment(@builtin(front_facing) front: bool, at: Vertex) -> Seen {
+fn fragment(@builtin(front_facing) front: bool, at: Vertex) -> FragmentOutput {
     let outside = front != (placed.mirrored == 1u);
-    return Seen(vec4f(at.normal, select(-placed.number, placed.number, outside)), vec4f(at.tangent, 0.0));
+    return FragmentOutput(vec4f(at.normal, select(-placed.number, placed.number, outside)), vec4f(at.tangent, 0.0));
 }

@@ -1,67 +1,67 @@
-//! All that is on the device for scenes, whatever the picture's size.
+//! The device's resources that do not depend on the picture's size.
 
 use std::iter::once;
 
 use wgpu::BufferUsages;
 
 use super::device::Device;
-use super::kept::Kept;
+use super::identity_cache::IdentityCache;
 use super::layouts::{Layouts, Pipelines};
 use super::maps::{LightMaps, LookMaps, Map};
 use super::mesh::Shape;
 use crate::shading::harmonics::Harmonics;
 use crate::{Background, Light, Look, Mode, RenderError, Scene, Shot};
 
-/// What scenes need on the device.
+/// The pipelines, and the resources of scenes.
 #[derive(Debug)]
 pub(super) struct Resources {
     pub(super) device: Device,
     pub(super) layouts: Layouts,
     pub(super) pipelines: Pipelines,
-    /// `None` for a mesh without triangles.
-    pub(super) meshes: Kept<mesh::Mesh, Option<Shape>>,
-    pub(super) looks: Kept<Look, LookMaps>,
-    pub(super) lights: Kept<Light, LightMaps>,
+    /// The buffers of meshes; `None` for a mesh without triangles.
+    pub(super) meshes: IdentityCache<mesh::Mesh, Option<Shape>>,
+    pub(super) looks: IdentityCache<Look, LookMaps>,
+    pub(super) lights: IdentityCache<Light, LightMaps>,
     /// The constants of the harmonics, up to a degree.
     pub(super) harmonics: wgpu::Buffer,
     degree: usize,
-    /// Where no map is read.
-    pub(super) nothing: Map,
+    /// For passes that read no map.
+    pub(super) empty_map: Map,
 }
 
-/// As many as most maps need.
+/// The first degree of the harmonics, which suffices for most maps.
 const DEGREE: usize = 16;
 
 impl Resources {
     pub(super) fn new(device: Device, target: wgpu::TextureFormat) -> Result<Self, RenderError> {
         let layouts = Layouts::new(&device.device);
         let pipelines = Pipelines::new(&device.device, &layouts, target);
-        let nothing = Map::nothing(&device, &layouts)?;
+        let empty_map = Map::empty(&device, &layouts)?;
         let harmonics = constants(&device, DEGREE)?;
         Ok(Self {
             device,
             layouts,
             pipelines,
-            meshes: Kept::default(),
-            looks: Kept::default(),
-            lights: Kept::default(),
+            meshes: IdentityCache::default(),
+            looks: IdentityCache::default(),
+            lights: IdentityCache::default(),
             harmonics,
             degree: DEGREE,
-            nothing,
+            empty_map,
         })
     }
 
-    /// Sees to it that all is there that a shot of a scene needs, and that nothing is there for what the scene lacks.
+    /// Makes what a shot of a scene needs, and drops what the scene does not use.
     pub(super) fn prepare(&mut self, scene: &Scene, shot: &Shot) -> Result<(), RenderError> {
         let objects = || scene.objects.iter();
         self.meshes.retain(objects().map(|object| &object.mesh));
         self.looks.retain(objects().map(|object| &object.look));
         self.lights.retain(objects().map(|object| object.look.light()).chain(once(&scene.light)));
         let Self { device, layouts, .. } = self;
-        let behind = self.lights.get_or_make(&scene.light, || Ok(LightMaps::default()))?;
+        let lights = self.lights.get_or_make(&scene.light, || Ok(LightMaps::default()))?;
         match shot.background {
-            Background::Environment => behind.prepare_environment(device, layouts, &scene.light)?,
-            Background::Harmonics => behind.prepare_reconstruction(device, layouts, &scene.light)?,
+            Background::Environment => lights.prepare_environment(device, layouts, &scene.light)?,
+            Background::Harmonics => lights.prepare_reconstruction(device, layouts, &scene.light)?,
             Background::Flat(_) => {}
         }
         for object in objects() {
@@ -80,8 +80,8 @@ impl Resources {
                     _ => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare(device, layouts, &object.look, mode)?;
-                        if maps.degree() > self.degree {
-                            let degree = maps.degree().next_power_of_two();
+                        if maps.degree > self.degree {
+                            let degree = maps.degree.next_power_of_two();
                             self.harmonics = constants(device, degree)?;
                             self.degree = degree;
                         }

@@ -1,17 +1,17 @@
-// A mode over the samples that see one object. `shade_mode` is the mode.
+// Runs a mode, `shade_mode`, over the samples that hit one object.
 
-struct Part {
-    // The pixels: those of the object, or more.
+struct PartUniforms {
+    // A rectangle that contains the object's pixels.
     origin: vec2u,
     extent: vec2u,
-    // From 1.
+    // The object's number, from 1.
     number: u32,
-    // Of brute force: which light samples.
+    // The range of light samples of brute force.
     first: u32,
     count: u32,
 }
 
-@group(2) @binding(0) var<uniform> part: Part;
+@group(2) @binding(0) var<uniform> part: PartUniforms;
 @group(2) @binding(1) var<storage, read_write> radiance: array<vec4f>;
 
 @compute @workgroup_size(8, 8)

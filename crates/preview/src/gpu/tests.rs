@@ -9,10 +9,10 @@ use sphere::{LatLong, Rotation};
 use super::*;
 use crate::{Background, Light, Look, MapSizes};
 
-/// A device, or a reason that is told aloud.
+/// A device; without one the test is skipped with a message.
 fn gpu(test: &str) -> Option<Gpu> {
     if Gpu::adapters().is_empty() {
-        test_data::skip(test, "there is no graphics adapter here");
+        test_data::skip(test, "there is no graphics adapter");
         return None;
     }
     Some(Gpu::new().unwrap())
@@ -79,8 +79,8 @@ fn a_destroyed_device_is_an_error_of_every_call() {
 }
 
 #[test]
-fn what_passes_the_limits_is_said_before_it_is_made() {
-    let Some(mut gpu) = gpu("what_passes_the_limits_is_said_before_it_is_made") else { return };
+fn exceeded_limits_are_errors_before_anything_is_allocated() {
+    let Some(mut gpu) = gpu("exceeded_limits_are_errors_before_anything_is_allocated") else { return };
     let scene = scene();
     let limits = gpu.resources.device.device.limits();
     let wide = limits.max_texture_dimension_2d + 1;
@@ -92,25 +92,25 @@ fn what_passes_the_limits_is_said_before_it_is_made() {
         }
         other => panic!("{other}"),
     }
-    // And the device goes on.
+    // The device still works.
     assert!(gpu.render(&scene, &Shot { size: [8, 8], ..shot }, &|| false).is_ok());
 }
 
-/// An adapter that allows no more than what is asked for will do, and none that allows less.
+/// A device with exactly the required limits is sufficient, and one with lower limits is not.
 #[test]
-fn a_device_of_the_limits_that_are_asked_for_will_do() {
+fn a_device_with_the_required_limits_is_sufficient() {
     let Some(adapter) = device::adapters().into_iter().next() else {
         return test_data::skip(
-            "a_device_of_the_limits_that_are_asked_for_will_do",
-            "there is no graphics adapter here",
+            "a_device_with_the_required_limits_is_sufficient",
+            "there is no graphics adapter",
         );
     };
     let made = |lower: fn(&mut wgpu::Limits)| {
         let mut limits = wgpu::Limits {
-            max_storage_buffers_per_shader_stage: layouts::STORAGE_BUFFERS,
-            max_bind_groups: layouts::GROUPS,
-            max_color_attachment_bytes_per_sample: layouts::COLOUR_BYTES,
-            max_compute_invocations_per_workgroup: canvas::GROUP * canvas::GROUP,
+            max_storage_buffers_per_shader_stage: device::STORAGE_BUFFERS,
+            max_bind_groups: device::BIND_GROUPS,
+            max_color_attachment_bytes_per_sample: device::COLOUR_BYTES,
+            max_compute_invocations_per_workgroup: device::GROUP * device::GROUP,
             ..adapter.limits()
         };
         lower(&mut limits);
@@ -139,18 +139,18 @@ fn a_device_of_the_limits_that_are_asked_for_will_do() {
 fn every_adapter_is_tried() {
     let names = Gpu::adapters();
     let tried = std::cell::Cell::new(0);
-    let nothing = |device: Device| {
+    let reject = |device: Device| {
         tried.set(tried.get() + 1);
-        Err::<(), _>(device.fault("it is not wanted"))
+        Err::<(), _>(device.error("it is not wanted"))
     };
-    let message = Device::best(nothing).unwrap_err().to_string();
+    let message = Device::best(reject).unwrap_err().to_string();
     assert_eq!(message.matches("it is not wanted").count(), tried.get());
     assert!(names.iter().all(|name| message.contains(name)), "{message} {names:?}");
 }
 
 #[test]
-fn a_texture_of_too_many_bytes_passes_the_limits() {
-    let Some(gpu) = gpu("a_texture_of_too_many_bytes_passes_the_limits") else { return };
+fn a_texture_of_too_many_bytes_exceeds_the_limits() {
+    let Some(gpu) = gpu("a_texture_of_too_many_bytes_exceeds_the_limits") else { return };
     let device = &gpu.resources.device;
     let side = u64::from(device.device.limits().max_texture_dimension_2d);
     let usage = wgpu::TextureUsages::TEXTURE_BINDING;
@@ -161,16 +161,16 @@ fn a_texture_of_too_many_bytes_passes_the_limits() {
     );
 }
 
-/// A map's rows are layers, six each: more of them than any device has.
+/// A map has six layers for each row: more than any device allows.
 #[test]
-fn a_map_of_too_many_rows_passes_the_limits() {
-    let Some(mut gpu) = gpu("a_map_of_too_many_rows_passes_the_limits") else { return };
+fn a_map_of_too_many_rows_exceeds_the_limits() {
+    let Some(mut gpu) = gpu("a_map_of_too_many_rows_exceeds_the_limits") else { return };
     let p = Degree::new(20).unwrap();
     let layers = 6 * p.rows() as u64;
     let most = u64::from(gpu.resources.device.device.limits().max_texture_array_layers);
     if layers <= most {
         return test_data::skip(
-            "a_map_of_too_many_rows_passes_the_limits",
+            "a_map_of_too_many_rows_exceeds_the_limits",
             "this device has that many layers",
         );
     }
@@ -189,8 +189,8 @@ fn a_map_of_too_many_rows_passes_the_limits() {
 }
 
 #[test]
-fn nothing_to_draw_is_drawn() {
-    let Some(mut gpu) = gpu("nothing_to_draw_is_drawn") else { return };
+fn empty_scenes_and_pictures_are_drawn() {
+    let Some(mut gpu) = gpu("empty_scenes_and_pictures_are_drawn") else { return };
     let empty = Arc::new(::mesh::Mesh::new(vec![], vec![], vec![], None, vec![]).unwrap());
     let alone =
         ::mesh::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
@@ -210,13 +210,13 @@ fn nothing_to_draw_is_drawn() {
         let shot = Shot { size, ..shot(&full, Mode::Mirror) };
         let picture = gpu.render(&full, &shot, &|| false).unwrap();
         assert!(picture.size == size && picture.codes.is_empty() && picture.radiance.is_empty());
-        assert_eq!(gpu.draw(&full, &shot, &target(&gpu, [1, 1])).unwrap(), Drawn::default());
+        assert_eq!(gpu.draw(&full, &shot, &target(&gpu, [1, 1])).unwrap(), DrawProgress::default());
     }
 }
 
 #[test]
-fn what_scenes_no_longer_use_is_dropped() {
-    let Some(mut gpu) = gpu("what_scenes_no_longer_use_is_dropped") else { return };
+fn unused_resources_are_dropped() {
+    let Some(mut gpu) = gpu("unused_resources_are_dropped") else { return };
     let counts = |gpu: &Gpu| {
         let Resources { meshes, looks, lights, .. } = &gpu.resources;
         [meshes.len(), looks.len(), lights.len()]
@@ -238,25 +238,25 @@ fn what_scenes_no_longer_use_is_dropped() {
 }
 
 #[test]
-fn a_picture_that_nobody_wants_is_cancelled() {
-    let Some(mut gpu) = gpu("a_picture_that_nobody_wants_is_cancelled") else { return };
+fn a_picture_is_cancelled() {
+    let Some(mut gpu) = gpu("a_picture_is_cancelled") else { return };
     let scene = scene();
-    let asked = std::sync::atomic::AtomicU32::new(0);
-    let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 2;
+    let calls = std::sync::atomic::AtomicU32::new(0);
+    let stop = || calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 2;
     let shot = Shot { light_samples: u32::MAX, ..shot(&scene, Mode::BruteForce) };
     assert_eq!(gpu.render(&scene, &shot, &stop), Err(RenderError::Cancelled));
 }
 
-/// What a window has drawn bit by bit is what is drawn whole.
+/// A picture refined over several calls equals one drawn at once.
 #[test]
-fn brute_force_gathers_while_the_view_stays() {
-    let Some(mut gpu) = gpu("brute_force_gathers_while_the_view_stays") else { return };
+fn brute_force_accumulates_while_the_view_stays() {
+    let Some(mut gpu) = gpu("brute_force_accumulates_while_the_view_stays") else { return };
     let scene = scene();
     let show = Show::Difference { of: Mode::LocalShrm, from: Mode::BruteForce, amplify: 1.0 };
     let shot = Shot { show, samples: 2, ..shot(&scene, Mode::BruteForce) };
     let target = target(&gpu, shot.size);
-    let begun = std::time::Instant::now();
-    let mut last = Drawn::default();
+    let start = std::time::Instant::now();
+    let mut last = DrawProgress::default();
     loop {
         let drawn = gpu.draw(&scene, &shot, &target).unwrap();
         assert!(
@@ -266,14 +266,14 @@ fn brute_force_gathers_while_the_view_stays() {
         if !drawn.unfinished {
             break;
         }
-        assert!(begun.elapsed().as_secs() < 300, "it never ends: {drawn:?}");
+        assert!(start.elapsed().as_secs() < 300, "it never ends: {drawn:?}");
     }
     assert_eq!(last.light_samples, shot.light_samples);
     let whole = gpu.render(&scene, &shot, &|| false).unwrap();
     let (found, expected) = (last.relative_rms.unwrap(), whole.relative_rms.unwrap());
     // Partial sums of other lengths: rounding of f32.
     assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
-    // Another exposure keeps them, another view does not.
+    // Another exposure keeps the light samples, another view does not.
     let brighter = Shot { exposure: 1.0, ..shot.clone() };
     assert_eq!(gpu.draw(&scene, &brighter, &target).unwrap().light_samples, shot.light_samples);
     let mut turned = shot.clone();
@@ -304,7 +304,7 @@ fn every_shader_is_valid() {
     }
 }
 
-/// What a device would be told through Direct3D 12 and OpenGL. Metal's language is part of wgpu on Apple's systems alone.
+/// The shaders for Direct3D 12 and OpenGL. wgpu includes Metal's language only on Apple's systems.
 #[cfg(any(target_os = "linux", target_os = "windows"))]
 fn translate(name: &str, module: &wgpu::naga::Module, info: &wgpu::naga::valid::ModuleInfo) {
     use wgpu::naga::back::{glsl, hlsl};
@@ -330,7 +330,7 @@ fn translate(name: &str, module: &wgpu::naga::Module, info: &wgpu::naga::valid::
 #[cfg(not(any(target_os = "linux", target_os = "windows")))]
 fn translate(_: &str, _: &wgpu::naga::Module, _: &wgpu::naga::valid::ModuleInfo) {}
 
-/// And every shader of `shading` is part of some shader of the device.
+/// Every shader of `shading` has a twin and is part of some shader of the device.
 #[test]
 fn every_shader_has_its_twin() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shading");

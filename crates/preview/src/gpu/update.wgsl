@@ -1,10 +1,10 @@
-// Equation 12 at every texel of a cube: coefficients into a reflection map.
+// Equation 12 at every texel of a cube, from coefficients to a reflection map.
 
 @group(2) @binding(0) var reflection: texture_storage_2d_array<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn update(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= vec2u(facts.edge)) {
+    if any(id.xy >= vec2u(map_uniforms.edge)) {
         return;
     }
     let radiance = global_update(Texel(id.z, id.x, id.y));

@@ -1,13 +1,14 @@
-//! Sine, cosine and arc tangent by polynomials, the same in both twins.
+//! Sine, cosine and arc tangent as polynomials, the same in both twins.
 //!
-//! WGSL lets a device's own be wrong by 4096 units in the last place (the arc tangent) or by 2^-11 (sine and cosine). These
-//! are Moshier's of Cephes 2 (`sinf`, `cosf`, `atanf`), within a few units, and quicker than those of the C library.
+//! WGSL allows errors of 4096 units in the last place for the arc tangent, and of 2^-11 for sine and cosine.
+//! These polynomials are from Moshier's Cephes 2 (`sinf`, `cosf`, `atanf`). They are accurate to a few units,
+//! and faster than the C library's.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use glam::Vec2;
 
-/// Cosine and sine of an angle in turns, -1 to 1. Wrong by 2e-7 at most.
+/// Cosine and sine of an angle in turns, -1 to 1. The error is at most 2e-7.
 pub fn circle(turn: f32) -> Vec2 {
     let quarters = (4.0 * turn + 0.5).floor();
     let x = (turn - 0.25 * quarters) * TAU;
@@ -22,14 +23,14 @@ pub fn circle(turn: f32) -> Vec2 {
     }
 }
 
-/// The angle of (x, y) from the x axis, -pi to pi; 0 of (0, 0). Wrong by 3e-7 of itself at most where x is above 0, and by 3e-7
-/// elsewhere.
+/// The angle of (x, y) from the x axis, -pi to pi; 0 for (0, 0). The relative error is at most 3e-7 if x is
+/// positive; otherwise the absolute error is.
 pub fn angle(y: f32, x: f32) -> f32 {
     let (low, high) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
     if high == 0.0 {
         return 0.0;
     }
-    // Past pi / 8 the angle from pi / 4 is taken.
+    // Above pi / 8 the polynomial gives the difference from pi / 4.
     let far = low > 0.414_213_56 * high;
     let t = if far { low - high } else { low } / if far { low + high } else { high };
     let z = t * t;
@@ -45,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn they_are_sine_cosine_and_arc_tangent() {
+    fn the_polynomials_match_the_library() {
         for i in -20_000..=20_000 {
             let turn = i as f32 / 20_000.0;
             let exact = f64::from(turn) * std::f64::consts::TAU;
@@ -57,7 +58,7 @@ mod tests {
                 let exact = f64::from(point.y).atan2(f64::from(point.x));
                 let allowed = if point.x > 0.0 { 3e-7 * exact.abs() } else { 3e-7 };
                 let error = (f64::from(angle(point.y, point.x)) - exact).abs();
-                // y = -0 is below the axis to the library alone.
+                // Only the library treats y = -0 as below the axis.
                 assert!(error <= allowed || point.y == 0.0, "{point}: {error:e}");
             }
         }

@@ -1,4 +1,4 @@
-// Sine, cosine and arc tangent by polynomials, because a device's own may be far off. The twin of angles.rs.
+// Sine, cosine and arc tangent as polynomials: a device's own may be inaccurate. The twin of angles.rs.
 
 const ANGLES_PI = 3.14159265;
 
@@ -25,14 +25,14 @@ fn angles_circle(turn: f32) -> vec2f {
     }
 }
 
-// The angle of (x, y) from the x axis, -pi to pi; 0 of (0, 0).
+// The angle of (x, y) from the x axis, -pi to pi; 0 for (0, 0).
 fn angles_angle(y: f32, x: f32) -> f32 {
     let low = min(abs(x), abs(y));
     let high = max(abs(x), abs(y));
     if high == 0.0 {
         return 0.0;
     }
-    // Past pi / 8 the angle from pi / 4 is taken.
+    // Above pi / 8 the polynomial gives the difference from pi / 4.
     let is_far = low > 0.41421356 * high;
     let t = select(low, low - high, is_far) / select(high, low + high, is_far);
     let z = t * t;

@@ -1,35 +1,21 @@
-//! What is seen along a ray that meets no surface.
+//! The background: the radiance along rays that hit no surface.
 
 use glam::Vec3;
 
 use super::{cube, lat_long};
+use crate::{Background, Light};
 
-/// What lies behind everything.
-#[derive(Clone, Copy, Debug)]
-pub enum Behind<'a> {
-    /// A lat-long image, RGB by rows from the top: the environment.
-    LatLong {
-        /// Columns and rows.
-        size: [u32; 2],
-        /// The texels.
-        pixels: &'a [[f32; 3]],
-    },
-    /// A cube map, texels as `sphere::Cube` counts them: [`crate::Light::reconstruction`].
-    Cube {
-        /// Texels along an edge.
-        edge: u32,
-        /// The texels.
-        texels: &'a [[f32; 3]],
-    },
-    /// One radiance.
-    Flat(Vec3),
-}
-
-/// Radiance along a ray of any length, in the light's frame.
-pub fn background(behind: Behind<'_>, ray: Vec3) -> Vec3 {
-    match behind {
-        Behind::LatLong { size, pixels } => lat_long::sample(size, pixels, ray),
-        Behind::Cube { edge, texels } => cube::sample(edge, texels, ray),
-        Behind::Flat(radiance) => radiance,
+/// The radiance along a ray of any length, in the light's frame.
+pub fn background(background: Background, light: &Light, ray: Vec3) -> Vec3 {
+    match background {
+        Background::Environment => {
+            let grid = light.environment().grid();
+            lat_long::sample([grid.width as u32, grid.height as u32], light.environment().pixels(), ray)
+        }
+        Background::Harmonics => {
+            let (cube, texels) = light.reconstruction();
+            cube::sample(cube.edge as u32, texels, ray)
+        }
+        Background::Flat(radiance) => radiance.into(),
     }
 }

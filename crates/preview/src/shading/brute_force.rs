@@ -1,13 +1,16 @@
-//! The sum of all light by many samples: B(V) = the integral of L(w) rho_hat(w, V) over the sphere (paper 1, equation 2).
+//! The integral over all light with many samples: B(V) = the integral of L(w) rho_hat(w, V) over the sphere
+//! (paper 1, equation 2).
 //!
-//! Samples are of two kinds: directions where the light is bright ([`super::light_samples`]) and directions where the
-//! material reflects from ([`super::lobe_sampling`]). The first coordinate of a sample's point ([`super::sequence`]) says which. Each
-//! counts L rho_hat / (c p_light + (1 - c) p_lobes), the density of both kinds together with c the share of the first: the
-//! balance heuristic for one sample (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo
-//! Rendering", 1995). It has no bias, and no sample is larger than the better kind alone would have it.
+//! There are two kinds of samples: directions in which the light is bright ([`super::light_samples`]), and
+//! directions from which the material reflects ([`super::lobe_sampling`]). The first coordinate of a sample's point
+//! ([`super::sequence`]) chooses one. Each sample contributes L rho_hat / (c p_light + (1 - c) p_lobes),
+//! where c is the share of the first kind: the one-sample balance heuristic (Veach and Guibas, "Optimally
+//! Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample is larger
+//! than with the better kind alone.
 //!
-//! Light is distant, and a surface does not shade itself, as in the papers. What it converges to is
-//! `shrm::reference::Reference` to the square of the light's texels: see [`super::light_samples`].
+//! Light is distant, and surfaces cast no shadows, as in the papers. The sum converges to
+//! `shrm::reference::Reference` up to the square of the size of the light's texels: see
+//! [`super::light_samples`].
 
 #[cfg(test)]
 mod tests;
@@ -25,7 +28,7 @@ use super::sequence;
 use super::surface::Surface;
 use crate::{Look, RenderError};
 
-/// A look, ready to be sampled.
+/// A look prepared for sampling.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     light: Arc<LightSamples>,
@@ -34,11 +37,10 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Prepares the material of a look and its light, whose part is shared by all looks of one light.
+    /// Prepares the material of a look. All looks of one light share its samples.
     ///
     /// # Errors
-    /// [`RenderError::Missing`] where the look does not know its material, [`RenderError::Maps`] where its model has no
-    /// shader.
+    /// [`RenderError::Missing`] without a material, [`RenderError::Maps`] if its model has no shader.
     pub fn new(look: &Look) -> Result<Self, RenderError> {
         let material = look
             .material()
@@ -49,7 +51,7 @@ impl Prepared {
     /// Prepares a material under a light.
     ///
     /// # Errors
-    /// [`RenderError::Maps`] where its model has no shader.
+    /// [`RenderError::Maps`] if its model has no shader.
     pub fn of(light: Arc<LightSamples>, material: &Material) -> Result<Self, RenderError> {
         let share = if light.is_lit() { 0.5 } else { 0.0 };
         Ok(Self {
@@ -75,10 +77,12 @@ impl Prepared {
     }
 }
 
-/// The sum over some light samples of a point of a surface: divided by their number it is the reflected radiance, RGB.
+/// The sum over some light samples at a point of a surface. Divided by their number it is the reflected
+/// radiance, RGB.
 ///
-/// `sample_index` tells apart the samples of pixels; `samples` counts those of the light from 0 on, and any ranges that
-/// make a whole sum to the same but for rounding. Never NaN or infinite.
+/// `sample_index` identifies the sample of a pixel. `samples` is a range of light samples, from 0 on;
+/// adjacent ranges add up to the sum over the whole range but for rounding. The result is never NaN or
+/// infinite.
 pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, samples: Range<u32>) -> Vec3 {
     let Prepared { light, material, lobes } = prepared;
     let frame = Mat3::from_cols(surface.tangent, surface.normal.cross(surface.tangent), surface.normal);
@@ -109,7 +113,7 @@ pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, sa
     sum
 }
 
-/// What rounding brought to 1 stays below it.
+/// Keeps a coordinate below 1 that rounding brought to 1.
 fn below_1(coordinate: f32) -> f32 {
     coordinate.min(1.0 - f32::EPSILON / 2.0)
 }

@@ -1,11 +1,11 @@
-// The sum of all light by many samples (paper 1, equation 2): of the light and of the material's lobes, weighed by the
-// balance heuristic. The twin of brute_force.rs, with the same samples.
+// The integral over all light (paper 1, equation 2) with samples of the light and of the material's lobes,
+// weighted by the balance heuristic. The twin of brute_force.rs, with the same samples.
 //
-// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and lobe_sampling.wgsl, whose
-// buffers `Prepared` holds: light_samples is `Prepared::light`, material `Prepared::material`, lobe_sampling
-// `Prepared::lobes`.
+// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and lobe_sampling.wgsl. Their
+// buffers come from `Prepared`: light_samples from `Prepared::light`, material from `Prepared::material`,
+// lobe_sampling from `Prepared::lobes`.
 
-// The sum over `count` light samples from `first` on: divided by the number of all it is the reflected radiance.
+// The sum over `count` light samples from `first` on: the reflected radiance times the samples' number.
 fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> vec3f {
     let frame = mat3x3f(surface.tangent, cross(surface.normal, surface.tangent), surface.normal);
     let to_surface = transpose(frame);
@@ -15,7 +15,7 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
         let point = sequence_point(shift, first + i);
-        var lit: Lit;
+        var lit: LightSample;
         var incident: vec3f;
         if point.x < share {
             lit = light_samples_draw(vec2f(brute_force_below_1(point.x / share), point.y));
@@ -37,7 +37,7 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
     return sum;
 }
 
-// What rounding brought to 1 stays below it.
+// Keeps a coordinate below 1 that rounding brought to 1.
 fn brute_force_below_1(coordinate: f32) -> f32 {
     return min(coordinate, 0.99999994);
 }

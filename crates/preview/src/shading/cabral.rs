@@ -1,5 +1,6 @@
-//! Cabral's twelve maps (Cabral, Olano and Nemec 1999; paper 1, appendix C): each bilinear about the central direction, the
-//! three around the view blended by its weights in their triangle, as `shrm::icosahedron` has them.
+//! Cabral's twelve maps (Cabral, Olano and Nemec 1999; paper 1, appendix C): the three maps around the view,
+//! each looked up bilinearly, are blended with the view's weights in their triangle, as in
+//! `shrm::icosahedron`.
 //!
 //! > w_a = V.(b x c) / s,  w_b = V.(c x a) / s,  w_c = V.(a x b) / s,  s the sum of the three numerators.
 
@@ -27,7 +28,7 @@ impl Default for Icosahedron {
 impl Icosahedron {
     /// The three vertices around a view and their shares.
     ///
-    /// A view lies in the triangle whose middle is nearest.
+    /// A view lies in the triangle whose centre is nearest.
     pub fn corners(&self, view: Vec3) -> ([usize; 3], [f32; 3]) {
         let dots = self.points.map(|point| point.dot(view));
         let mut nearest = 0;
@@ -46,7 +47,7 @@ impl Icosahedron {
     }
 }
 
-/// Radiance toward the viewer; `maps` has shape [12, texels], texels as `sphere::Cube` counts them.
+/// The radiance toward the viewer; `maps` has shape [12, texels], with texels in the order of `sphere::Cube`.
 pub fn cabral(
     icosahedron: &Icosahedron,
     edge: u32,
@@ -71,9 +72,9 @@ mod tests {
     use brdf::Centre;
     use shrm::{Cabral, View};
 
-    /// Values of some 1, places off by 8 edge roundings, shares by some.
+    /// Values are about 1; places are off by 8 edge roundings, shares by a few.
     #[test]
-    fn radiance_is_that_of_the_kernel() {
+    fn radiance_matches_the_kernel() {
         let icosahedron = Icosahedron::default();
         for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
             let map = map(centre, 32, 3, View::Local);

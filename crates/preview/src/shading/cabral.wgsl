@@ -1,6 +1,6 @@
-// Cabral's twelve maps (Cabral, Olano and Nemec 1999; paper 1, appendix C): each bilinear about the central direction, the
-// three around the view blended by its weights in their triangle. The twin of cabral.rs; vertices and triangles are those of
-// `shrm::icosahedron`.
+// Cabral's twelve maps (Cabral, Olano and Nemec 1999; paper 1, appendix C): the three maps around the view,
+// each looked up bilinearly, are blended with the view's weights in their triangle. The twin of cabral.rs;
+// the vertices and triangles are those of `shrm::icosahedron`.
 
 const CABRAL_POINTS = array<vec3f, 12>(
     vec3f(0.0, 0.0, 1.0),
@@ -24,12 +24,12 @@ const CABRAL_TRIANGLES = array<vec3u, 20>(
     vec3u(11, 7, 6), vec3u(11, 8, 7), vec3u(11, 9, 8), vec3u(11, 10, 9), vec3u(11, 6, 10),
 );
 
-// The layer of a vertex's map is 6 vertex + face.
+// A vertex's map is in the layers 6 vertex + face.
 fn cabral(surface: Surface) -> vec3f {
     var points = CABRAL_POINTS;
     var triangles = CABRAL_TRIANGLES;
     let v = surface.view;
-    // A view lies in the triangle whose middle is nearest.
+    // A view lies in the triangle whose centre is nearest.
     var vertices = vec3u(0);
     var most = -4.0;
     for (var triangle = 0u; triangle < 20u; triangle++) {
@@ -45,7 +45,7 @@ fn cabral(surface: Surface) -> vec3f {
     let c = points[vertices.z];
     let parts = max(vec3f(dot(v, cross(b, c)), dot(v, cross(c, a)), dot(v, cross(a, b))), vec3f(0.0));
     let shares = parts / (parts.x + parts.y + parts.z);
-    let taps = cube_taps(facts.edge, surface_central(surface, facts.centre));
+    let taps = cube_taps(map_uniforms.edge, surface_central(surface, map_uniforms.centre));
     return cube_blend(map, taps, 6u * vertices.x) * shares.x
         + cube_blend(map, taps, 6u * vertices.y) * shares.y
         + cube_blend(map, taps, 6u * vertices.z) * shares.z;

@@ -1,10 +1,10 @@
-//! Look-ups on a cube: four texels around a direction, over edges and corners.
+//! Look-ups on a cube: four texels around a direction, across edges and corners.
 //!
-//! The faces, their order and orientation are those of `sphere::Cube`; the taps are those of `envmap::Texels` for it. A tap
-//! over an edge is a texel of the neighbouring face; at a corner, where three faces meet, the fourth texel is the mean of the other
-//! three. Which texel lies over an edge is found in whole numbers: in half texels a face is the square |s|, |t| <= edge - 1 (odd
-//! or even numbers, as edge is) at distance edge, a texel beside it has |s| = edge + 1, and there the neighbouring face is at distance
-//! edge + 1. Floats hold these numbers exactly to an edge of 2^23.
+//! The faces, their order and orientation are those of `sphere::Cube`, with the taps of `envmap::Texels`. A
+//! tap across an edge is a texel of the neighbouring face. At a corner, where three faces meet, the fourth
+//! texel is the mean of the other three. The texel across an edge is found with integers: in half texels, a
+//! face is the square |s|, |t| <= edge - 1 at distance edge. A texel beside it has |s| = edge + 1, and there
+//! the neighbouring face is at distance edge + 1. Floats are exact for these numbers up to an edge of 2^23.
 
 use glam::{Vec2, Vec3};
 
@@ -22,9 +22,9 @@ pub struct Texel {
 /// Four texels and their weights, which sum to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Taps {
-    /// Which texels.
+    /// The texels.
     pub texel: [Texel; 4],
-    /// The share of each.
+    /// Their weights.
     pub weight: [f32; 4],
 }
 
@@ -46,7 +46,7 @@ fn from_cube(c: Vec3) -> Vec3 {
     Vec3::new(c.z, -c.x, c.y)
 }
 
-/// The face that a point in cube coordinates is seen through.
+/// The projection of a point in cube coordinates onto its face.
 fn on_face(c: Vec3) -> OnFace {
     let a = c.abs();
     if a.x >= a.y && a.x >= a.z {
@@ -77,12 +77,12 @@ fn point(face: u32, at: Vec2, distance: f32) -> Vec3 {
 }
 
 impl Texel {
-    /// The texel's number, rows along faces.
+    /// The texel's index: by faces, then rows.
     pub fn index(self, edge: u32) -> usize {
         ((self.face as usize * edge as usize) + self.row as usize) * edge as usize + self.column as usize
     }
 
-    /// The texel's centre on a cube with corners at (+-`edge`, +-`edge`, +-`edge`): its direction, not of length 1.
+    /// The texel's centre on a cube with corners at (+-`edge`, +-`edge`, +-`edge`), not normalised.
     #[inline]
     pub fn centre(self, edge: u32) -> Vec3 {
         let last = edge as i32 - 1;
@@ -102,7 +102,7 @@ impl Taps {
     }
 }
 
-/// The texel at a column and row, one of which may lie one step outside of the face.
+/// The texel at a column and row, one of which may lie one step outside the face.
 fn continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
     let last = edge as i32 - 1;
     if (0..=last).contains(&column) && (0..=last).contains(&row) {
@@ -110,12 +110,12 @@ fn continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
     }
     let at = Vec2::new((2 * column - last) as f32, (2 * row - last) as f32);
     let beside = on_face(point(face, at, edge as f32));
-    // Beside the edge the coordinate across it is the old distance, half a texel past the last centre.
+    // The coordinate across the edge is the old distance, half a texel beyond the last centre.
     let whole = |s: f32| (((s as i32) + last) / 2).clamp(0, last) as u32;
     Texel { face: beside.face, column: whole(beside.at.x), row: whole(beside.at.y) }
 }
 
-/// The whole number below; `floor` is a call of a function where the processor need not have it.
+/// The largest integer that is not above `x`. On some processors `floor` would be a function call.
 #[inline]
 pub(super) fn below(x: f32) -> i32 {
     let whole = x as i32;
@@ -158,7 +158,7 @@ pub fn taps(edge: u32, direction: Vec3) -> Taps {
     Taps { texel, weight }
 }
 
-/// The bilinear value of a cube map, texels RGB as `sphere::Cube` counts them, in a direction.
+/// The bilinear value of a cube map in a direction; RGB texels in the order of `sphere::Cube`.
 pub fn sample(edge: u32, map: &[[f32; 3]], direction: Vec3) -> Vec3 {
     taps(edge, direction).blend(edge, map)
 }
@@ -170,10 +170,10 @@ mod tests {
     use envmap::Texels;
     use sphere::{Cube, Face};
 
-    /// A place on a face is off by some 4 roundings of it, times half the edge in texels; the map is continuous, and two
-    /// neighbours differ by 1 at most in each of two axes.
+    /// A place on a face is off by about 4 roundings times half the edge in texels. The map is continuous,
+    /// and neighbours differ by at most 1 along each of two axes.
     #[test]
-    fn values_are_those_of_envmap_over_edges_and_corners() {
+    fn values_match_envmap_across_edges_and_corners() {
         for edge in [1, 2, 3, 8, 63, 64, 500] {
             let map = noise_map(6 * edge * edge);
             let allowed = (8.0 * edge as f64 + 16.0) * ROUNDING;
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn texels_lie_where_sphere_has_them() {
+    fn texels_have_the_directions_of_sphere() {
         for edge in [1, 2, 7, 64] {
             let cube = Cube { edge };
             for index in 0..cube.len() {
@@ -201,9 +201,9 @@ mod tests {
         }
     }
 
-    /// The texel over an edge, in whole numbers, against a step of half a texel over it in f64.
+    /// The texel across an edge, found with integers, compared with a small step across it in f64.
     #[test]
-    fn the_texel_over_an_edge_is_the_neighbour_even_of_large_faces() {
+    fn the_texel_across_an_edge_is_the_neighbour_even_on_large_faces() {
         for edge in [1, 2, 5, 64, 4095, 4096] {
             let last = edge as i32 - 1;
             for face in 0..6 {

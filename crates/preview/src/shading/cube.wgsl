@@ -1,5 +1,5 @@
-// Look-ups on a cube: four texels around a direction, over edges and corners.
-// The twin of cube.rs, which says how the texel over an edge is found; faces as in `sphere::Cube`.
+// Look-ups on a cube: four texels around a direction, across edges and corners.
+// The twin of cube.rs, which explains how the texel across an edge is found; faces as in `sphere::Cube`.
 
 struct Texel {
     // 0 to 5: +X -X +Y -Y +Z -Z of the cube coordinates.
@@ -45,14 +45,14 @@ fn cube_point(face: u32, at: vec2f, distance: f32) -> vec3f {
     }
 }
 
-// A texel's centre on a cube with corners at (+-edge, +-edge, +-edge), in the light's frame: its direction, not of length 1.
+// A texel's centre on a cube with corners at (+-edge, +-edge, +-edge), in the light's frame, not normalised.
 fn cube_centre(edge: u32, texel: Texel) -> vec3f {
     let at = vec2f(vec2u(2u * texel.column + 1u, 2u * texel.row + 1u)) - f32(edge);
     let c = cube_point(texel.face, at, f32(edge));
     return vec3f(c.z, -c.x, c.y);
 }
 
-// The texel at a column and row, one of which may lie one step outside of the face; where both do, any texel.
+// The texel at a column and row, one of which may lie one step outside the face; if both do, any texel.
 fn cube_continued(edge: u32, face: u32, column: i32, row: i32) -> Texel {
     let last = i32(edge) - 1;
     if column >= 0 && column <= last && row >= 0 && row <= last {
@@ -90,7 +90,7 @@ fn cube_taps(edge: u32, direction: vec3f) -> Taps {
     taps.texel[1] = cube_continued(edge, on.face, left + 1, top);
     taps.texel[2] = cube_continued(edge, on.face, left, top + 1);
     taps.texel[3] = cube_continued(edge, on.face, left + 1, top + 1);
-    // Three faces meet at a corner: the fourth texel is the mean of the other three, and whichever was found counts nothing.
+    // Three faces meet at a corner: the mean of their texels replaces the fourth, which has weight 0.
     let before = !inside.xy;
     let past = !inside.zw;
     let missing = vec4<bool>(
@@ -107,7 +107,7 @@ fn cube_taps(edge: u32, direction: vec3f) -> Taps {
     return taps;
 }
 
-// The texel of a map whose layers are faces, `first` being the layer of the first.
+// A texel of a map whose layers are faces; `first` is the layer of the first face.
 fn cube_load(map: texture_2d_array<f32>, texel: Texel, first: u32) -> vec3f {
     return textureLoad(map, vec2u(texel.column, texel.row), first + texel.face, 0).rgb;
 }

@@ -1,11 +1,12 @@
-// From radiance to sRGB codes: exposure and tone curve for each sample, the mean of a pixel's samples in linear display
-// light, then the nearest code. The twin of develop.rs; the curves are those of `envmap::ToneMap`: plain, and Stephen Hill's
-// fit of the ACES RRT and sRGB ODT (`ACES.hlsl` in MJP's BakingLab), scaled so that 0.18 stays 0.18.
+// Development, from radiance to sRGB codes: exposure and tone curve for each sample, the mean of a pixel's
+// samples in linear display light, and the nearest code. The twin of develop.rs. The curves are those of
+// `envmap::ToneMap`: plain, and Stephen Hill's fit of the ACES RRT and sRGB ODT (`ACES.hlsl` in MJP's
+// BakingLab), scaled so that 0.18 stays 0.18.
 
 const DEVELOP_PLAIN = 0u;
 const DEVELOP_FILMIC = 1u;
 
-// Columns are the rows that `envmap` writes.
+// The columns are the rows of the matrices in `envmap`.
 const DEVELOP_INTO_ACES = mat3x3f(
     0.59719, 0.07600, 0.02840,
     0.35458, 0.90834, 0.13383,
@@ -16,7 +17,7 @@ const DEVELOP_FROM_ACES = mat3x3f(
     -0.53108, 1.10813, -0.07276,
     -0.07367, -0.00605, 1.07602,
 );
-// The fit takes 0.18 times this to 0.18.
+// The fit maps 0.18 times this to 0.18.
 const DEVELOP_MIDDLE_GREY = 1.46193;
 
 // NaN is black: the comparison fails.

@@ -1,4 +1,4 @@
-//! The difference of two modes, and how large it is over a picture.
+//! The difference of two modes, and its RMS over a picture.
 
 use glam::Vec3;
 
@@ -7,14 +7,14 @@ pub fn difference(of: Vec3, from: Vec3) -> Vec3 {
     (of - from).abs()
 }
 
-/// Sums over samples that see a surface, and over channels.
+/// Sums over channels and the samples that hit a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
-    /// How many samples see a surface.
+    /// The number of samples that hit a surface.
     pub samples: u64,
-    /// Of squared differences.
+    /// The sum of squared differences.
     pub difference: f64,
-    /// Of squares of what is compared with.
+    /// The sum of squares of the reference.
     pub from: f64,
 }
 
@@ -33,7 +33,7 @@ impl Squares {
         self.from += other.from;
     }
 
-    /// [`crate::Picture::relative_rms`]: `None` where no surface is seen, or it is compared with darkness.
+    /// [`crate::Picture::relative_rms`]; `None` if no sample hits a surface, or the reference is black.
     pub fn relative_rms(self) -> Option<f64> {
         match (self.difference, self.from) {
             _ if self.samples == 0 => None,
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_relative_rms_is_that_of_all_samples_and_channels() {
+    fn the_relative_rms_covers_all_samples_and_channels() {
         let pairs = [(Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.5, 2.0, 2.0)), (Vec3::ZERO, Vec3::ONE)];
         let mut squares = Squares::default();
         for (of, from) in pairs {
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_seen_or_darkness_has_no_figure() {
+    fn without_surfaces_or_with_a_black_reference_there_is_no_rms() {
         let mut squares = Squares::default();
         assert_eq!(squares.relative_rms(), None);
         squares.add(Vec3::ZERO, Vec3::ZERO);

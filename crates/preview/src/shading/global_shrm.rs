@@ -1,9 +1,10 @@
-//! The global SHRM for a distant viewer (paper 1, equation 12, section 7.5): once a frame every texel is evaluated at the one
-//! view V, sum of B~_pq Y_pq(V), into a plain reflection map, which is then looked up about each pixel's central direction.
+//! The global SHRM for a distant viewer (paper 1, equation 12, section 7.5): once per frame every texel is
+//! evaluated at the one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. Each pixel then looks
+//! up its central direction.
 //!
-//! The update is a product of a matrix, texels by rows, with the vector Y_pq(V). It reads every coefficient once and is as
-//! fast as memory: coefficients lie in the order in which they are read, in strips of as many numbers as stay in registers
-//! while the rows are summed.
+//! The update is the product of a matrix, texels by rows, with the vector Y_pq(V). It reads every coefficient
+//! once and is as fast as memory: coefficients are stored in the order in which they are read, in strips
+//! whose sums fit into registers.
 
 use brdf::Centre;
 use glam::Vec3;
@@ -21,7 +22,7 @@ const TEXELS: usize = STRIP / 3;
 /// The strips of a task.
 const TASK: usize = 128;
 
-/// A global map on a cube, as the CPU reads it.
+/// A global map on a cube in the CPU's layout.
 #[derive(Clone, Debug)]
 pub struct GlobalShrm {
     centre: Centre,
@@ -33,7 +34,7 @@ pub struct GlobalShrm {
 }
 
 impl GlobalShrm {
-    /// Of a global map on a cube; `None` where it is local or lat-long.
+    /// The layout of a global map on a cube; `None` if the map is local or lat-long.
     pub fn new(map: &Shrm) -> Option<Self> {
         let shrm::MapGrid::Cube(cube) = map.grid() else { return None };
         if map.view() != shrm::View::Global {
@@ -59,10 +60,10 @@ impl GlobalShrm {
 
 /// Equation 12: the radiance toward one view at every texel, RGB, in the order of `sphere::Cube`.
 ///
-/// Each texel's sum runs over rows in their order: the same to the bit for any number of threads.
+/// Each texel sums the rows in order: the result is bit-identical for any number of threads.
 ///
 /// # Panics
-/// Where `radiance` does not have as many elements as there are texels.
+/// If `radiance` does not have one element per texel.
 pub fn global_update_into(map: &GlobalShrm, view: Vec3, radiance: &mut [[f32; 3]]) {
     assert_eq!(radiance.len(), map.texels(), "one value for each texel");
     let mut harmonics = vec![0.0; map.rows];
@@ -82,7 +83,7 @@ pub fn global_update_into(map: &GlobalShrm, view: Vec3, radiance: &mut [[f32; 3]
     });
 }
 
-/// Radiance toward the viewer from the map that [`global_update_into`] made.
+/// The radiance toward the viewer from a map of [`global_update_into`].
 pub fn global_shrm(map: &GlobalShrm, radiance: &[[f32; 3]], surface: &Surface) -> Vec3 {
     cube::sample(map.edge, radiance, surface.central(map.centre))
 }
@@ -100,7 +101,7 @@ mod tests {
         (short, radiance)
     }
 
-    /// (P + 1)^2 terms, each off by a rounding, by one more with every sum and by 10 (p + 1) in its harmonic.
+    /// (P + 1)^2 terms, each with one rounding, one more for every sum and 10 (p + 1) for its harmonic.
     #[test]
     fn the_update_is_equation_12() {
         for (edge, p) in [(1, 2), (7, 0), (16, 2), (16, 5), (8, 11), (33, 2)] {
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_is_the_kernels_radiance_toward_the_one_view() {
+    fn a_pixel_matches_the_kernels_radiance_toward_the_one_view() {
         for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
             let map = map(centre, 32, 2, View::Global);
             let (view, exact) = rounded(sphere::Direction::from_angles(1.1, 0.4));

@@ -1,18 +1,19 @@
-// The global SHRM for a distant viewer (paper 1, equation 12, section 7.5): once a frame every texel is evaluated at the
-// one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. The twin of global_shrm.rs.
+// The global SHRM for a distant viewer (paper 1, equation 12, section 7.5): once per frame every texel is
+// evaluated at the one view V, the sum of B~_pq Y_pq(V), into a plain reflection map. The twin of
+// global_shrm.rs.
 
-// The map that `global_update` makes, looked up about the central direction.
+// A look-up of the central direction in the map that `global_update` made.
 fn global_shrm(surface: Surface) -> vec3f {
-    return cube_blend(map, cube_taps(facts.edge, surface_central(surface, facts.centre)), 0u);
+    return cube_blend(map, cube_taps(map_uniforms.edge, surface_central(surface, map_uniforms.centre)), 0u);
 }
 
 // Y_pq(V), row p*p + p + q.
 @group(2) @binding(2) var<storage, read> global_shrm_harmonics: array<f32>;
 
-// A texel of that map, from coefficients in layer 6 row + face.
+// A texel of that map, from coefficients in the layers 6 row + face.
 fn global_update(texel: Texel) -> vec3f {
     var sum = vec3f(0.0);
-    for (var row = 0u; row < harmonics_rows(facts.degree); row++) {
+    for (var row = 0u; row < harmonics_rows(map_uniforms.degree); row++) {
         sum += global_shrm_harmonics[row] * cube_load(map, texel, 6u * row);
     }
     return sum;

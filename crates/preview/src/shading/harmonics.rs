@@ -1,12 +1,14 @@
 //! Real spherical harmonics of any degree as polynomials of a direction (x, y, z).
 //!
-//! Y_pq = Q_pq(z) c_q(x, y) and Y_p,-q = Q_pq(z) s_q(x, y), where c_q + i s_q = (x + i y)^q holds the sine of the polar angle,
-//! so that there is no division at the poles. Q_pq climbs in p as P_lm does in `sh::Basis`:
+//! Y_pq = Q_pq(z) c_q(x, y) and Y_p,-q = Q_pq(z) s_q(x, y), where c_q + i s_q = (x + i y)^q contains the sine
+//! of the polar angle, so that nothing is divided at the poles. The recurrence of Q_pq over p is that of P_lm
+//! in `sh::Basis`:
 //!
-//! > Q_qq = k_q,  Q_pq = a_pq z Q_p-1,q - b_pq Q_p-2,q,  a_pq = sqrt((4 p^2 - 1) / (p^2 - q^2)),  b_pq = a_pq / a_p-1,q
+//! > Q_qq = k_q,  Q_pq = a_pq z Q_p-1,q - b_pq Q_p-2,q,
+//! > a_pq = sqrt((4 p^2 - 1) / (p^2 - q^2)),  b_pq = a_pq / a_p-1,q
 //!
-//! with b_q+1,q = 0, k_0 = sqrt(1 / 4 pi), k_1 = sqrt(3 / 4 pi) and k_q = k_q-1 sqrt((2q + 1) / (2q)), the factor sqrt(2) of
-//! the real harmonics in it. Orthonormal, no Condon-Shortley phase, row p*p + p + q.
+//! with b_q+1,q = 0, k_0 = sqrt(1 / 4 pi), k_1 = sqrt(3 / 4 pi) and k_q = k_q-1 sqrt((2q + 1) / (2q)), which
+//! include the factor sqrt(2) of the real harmonics. Orthonormal, no Condon-Shortley phase, row p*p + p + q.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -55,7 +57,7 @@ impl Harmonics {
         self.degree
     }
 
-    /// The constants as shaders read them: [a_pq, b_pq] at p (p + 1) / 2 + q for q < p, and [k_p, 0] at q = p.
+    /// The constants for shaders: [a_pq, b_pq] at p (p + 1) / 2 + q for q < p, and [k_p, 0] at q = p.
     pub fn constants(&self) -> Vec<[f32; 2]> {
         let pair = |p: usize, q: usize| match p.checked_sub(q + 1) {
             None => [self.columns[q].start, 0.0],
@@ -64,10 +66,10 @@ impl Harmonics {
         (0..=self.degree).flat_map(|p| (0..=p).map(move |q| pair(p, q))).collect()
     }
 
-    /// Calls `f(p, q, Y_pq, Y_p,-q)`, both times `scale`, for every p and q >= 0, column after column of q; the last is 0 for
+    /// Calls `f(p, q, Y_pq, Y_p,-q)` for every q >= 0 and p, with both values times `scale`. Y_p,-q is 0 for
     /// q = 0.
     ///
-    /// `T` is f32, or a vector of as many directions as it has lanes.
+    /// `T` is f32, or a vector with one direction in each lane.
     #[inline]
     pub fn visit<T>(&self, [x, y, z]: [T; 3], scale: T, mut f: impl FnMut(usize, usize, T, T))
     where
@@ -86,8 +88,8 @@ impl Harmonics {
         }
     }
 
-    /// Calls `f(p, Y_p0)`, times `scale`, for every p, at angles whose cosines are given: the column q = 0 of
-    /// [`Harmonics::visit`].
+    /// Calls `f(p, Y_p0)` for every p, with the values times `scale`, at a given cosine of the polar angle:
+    /// the column q = 0 of [`Harmonics::visit`].
     #[inline]
     pub fn zonal<T>(&self, cosine: T, scale: T, mut f: impl FnMut(usize, T))
     where
@@ -102,10 +104,10 @@ impl Harmonics {
         }
     }
 
-    /// Y_pq of every row p*p + p + q into `rows`.
+    /// Writes Y_pq to row p*p + p + q for every p and q.
     ///
     /// # Panics
-    /// Where `rows` has fewer than (P + 1)^2 elements.
+    /// If `rows` has fewer than (P + 1)^2 elements.
     pub fn evaluate_into(&self, direction: glam::Vec3, rows: &mut [f32]) {
         self.visit(direction.to_array(), 1.0, |p, q, cosine, sine| {
             rows[p * p + p + q] = cosine;
@@ -121,10 +123,10 @@ mod tests {
     use super::*;
     use crate::shading::testkit::{ROUNDING, directions, rounded};
 
-    /// Each step of a recurrence rounds three times, and a direction that is a rounding longer than 1 makes a harmonic p
-    /// roundings larger: some 10 (p + 1) of them, of values up to sqrt((2p + 1) / 4 pi).
+    /// Each step of a recurrence rounds three times, and a direction that is one rounding too long enlarges a
+    /// harmonic by p roundings: about 10 (p + 1) roundings of values up to sqrt((2p + 1) / 4 pi).
     #[test]
-    fn they_are_those_of_sh_at_every_degree() {
+    fn they_match_sh_at_every_degree() {
         for degree in [0, 1, 2, 5, 8, 20, 40] {
             let basis = sh::Basis::new(sh::Degree::new(degree).unwrap());
             let harmonics = Harmonics::new(degree);
@@ -144,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn zonal_ones_are_the_column_q_0() {
+    fn zonal_harmonics_are_the_column_q_0() {
         let harmonics = Harmonics::new(9);
         for direction in directions() {
             let v = direction.vector().as_vec3();
@@ -160,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_are_evaluated_as_they_are_alone() {
+    fn lanes_have_the_values_of_single_directions() {
         let harmonics = Harmonics::new(6);
         for four in directions().chunks_exact(4) {
             let four: [glam::Vec3; 4] = std::array::from_fn(|k| four[k].vector().as_vec3());

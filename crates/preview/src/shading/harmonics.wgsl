@@ -1,5 +1,5 @@
-// Real spherical harmonics of any degree as polynomials of a direction (x, y, z): the twin of harmonics.rs, which has the
-// recurrence Q_qq = k_q, Q_pq = a_pq z Q_p-1,q - b_pq Q_p-2,q.
+// Real spherical harmonics of any degree as polynomials of a direction (x, y, z). The twin of harmonics.rs,
+// which explains the recurrence Q_qq = k_q, Q_pq = a_pq z Q_p-1,q - b_pq Q_p-2,q.
 
 // [a_pq, b_pq] at p (p + 1) / 2 + q; [k_q, 0] where p = q. `Harmonics::constants`.
 @group(0) @binding(3) var<storage, read> harmonics_constants: array<vec2f>;

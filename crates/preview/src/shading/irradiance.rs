@@ -1,5 +1,5 @@
-//! A white diffuse surface from nine coefficients (Ramamoorthi and Hanrahan 2001): irradiance over pi about the normal,
-//! the sum of A_l / pi L_lm Y_lm(N) with A_0 = pi, A_1 = 2 pi / 3 and A_2 = pi / 4.
+//! A white diffuse surface from nine coefficients (Ramamoorthi and Hanrahan 2001): irradiance over pi about
+//! the normal, the sum of A_l / pi L_lm Y_lm(N) with A_0 = pi, A_1 = 2 pi / 3 and A_2 = pi / 4.
 
 use glam::Vec3;
 use sh::Expansion;
@@ -18,7 +18,7 @@ pub struct Irradiance {
 const SHARES: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
 
 impl Irradiance {
-    /// Of a lighting; what it lacks of degree 2 is 0.
+    /// The irradiance of a lighting; coefficients that it lacks up to degree 2 are 0.
     pub fn new(lighting: &Expansion) -> Self {
         let mut rows = [Vec3::ZERO; 9];
         for (row, (value, out)) in lighting.coefficients().iter().zip(&mut rows).enumerate() {
@@ -34,7 +34,7 @@ impl Irradiance {
     }
 }
 
-/// Radiance toward any viewer.
+/// The radiance toward any viewer.
 pub fn irradiance(light: &Irradiance, surface: &Surface) -> Vec3 {
     let mut harmonics = [0.0; 9];
     light.harmonics.evaluate_into(surface.normal, &mut harmonics);
@@ -54,14 +54,14 @@ mod tests {
     use shrm::Reflection;
 
     #[test]
-    fn it_is_what_lambert_reflects_of_degree_2() {
+    fn it_matches_a_lambert_reflection_of_degree_2() {
         let white = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
         let brdf = project(&white, Choice::Degree { f: Degree::new(2).unwrap(), p: Degree::ZERO });
         let lighting = reflection(brdf::Centre::Normal, 6, 0).lighting().clone();
         let field = Reflection::convolve(&lighting, &brdf.unwrap().coefficients).radial().unwrap();
         let light = Irradiance::new(&lighting);
         for (surface, [normal, ..]) in surfaces() {
-            // Nine terms of some 1.
+            // Nine terms of about 1.
             assert!(apart(irradiance(&light, &surface), field.evaluate(normal)) < 2e-6);
         }
     }

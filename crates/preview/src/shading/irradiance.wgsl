@@ -1,5 +1,6 @@
-// A white diffuse surface from nine coefficients (Ramamoorthi and Hanrahan 2001): irradiance over pi about the normal. The
-// twin of irradiance.rs; A_l / pi is in the coefficients, row l*l + l + m at column `row` of the map.
+// A white diffuse surface from nine coefficients (Ramamoorthi and Hanrahan 2001): irradiance over pi about
+// the normal. The twin of irradiance.rs. The coefficients include A_l / pi; row l*l + l + m is in that column
+// of the map.
 
 fn irradiance_row(row: u32) -> vec3f {
     return textureLoad(map, vec2u(row, 0u), 0, 0).rgb;

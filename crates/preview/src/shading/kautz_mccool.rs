@@ -1,5 +1,6 @@
-//! Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of some even angles between central
-//! direction and view, 0 to pi; bilinear in a slice, linear between two.
+//! Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of several evenly spaced
+//! angles between the central direction and the view, 0 to pi. Look-ups are bilinear in a slice and linear
+//! between two.
 
 use std::f32::consts::PI;
 
@@ -10,8 +11,8 @@ use super::angles::angle;
 use super::cube;
 use super::surface::Surface;
 
-/// Radiance toward the viewer; `slices` has shape [count, texels], texels as `sphere::Cube` counts them, the angle of slice k
-/// is pi k / (count - 1).
+/// The radiance toward the viewer; `slices` has shape [count, texels], with texels in the order of
+/// `sphere::Cube`. The angle of slice k is pi k / (count - 1).
 pub fn kautz_mccool(edge: u32, slices: &[[f32; 3]], count: usize, centre: Centre, surface: &Surface) -> Vec3 {
     let central = surface.central(centre);
     let angle = angle(central.cross(surface.view).length(), central.dot(surface.view));
@@ -33,9 +34,9 @@ mod tests {
     use crate::shading::testkit::{apart, map, surfaces};
     use shrm::{KautzMcCool, View};
 
-    /// Values of some 1, places off by 8 edge roundings, the place between slices by `count` of them.
+    /// Values are about 1; places are off by 8 edge roundings, the place between slices by `count` roundings.
     #[test]
-    fn radiance_is_that_of_the_kernel() {
+    fn radiance_matches_the_kernel() {
         for (centre, count) in
             [(Centre::Reflection, 1), (Centre::Normal, 2), (Centre::Tangent, 9), (Centre::Reflection, 16)]
         {

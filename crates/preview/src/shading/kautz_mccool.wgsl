@@ -1,17 +1,17 @@
-// Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of some even angles between central
-// direction and view, 0 to pi; bilinear in a slice, linear between two. The twin of kautz_mccool.rs. It
-// needs angles.wgsl.
+// Kautz and McCool's texture (2000; paper 1, appendix C): a reflection map for each of several evenly spaced
+// angles between the central direction and the view, 0 to pi. Look-ups are bilinear in a slice and linear
+// between two. The twin of kautz_mccool.rs. It needs angles.wgsl.
 
-// The layer of a slice's map is 6 slice + face.
+// A slice's map is in the layers 6 slice + face.
 fn kautz_mccool(surface: Surface) -> vec3f {
-    let central = surface_central(surface, facts.centre);
+    let central = surface_central(surface, map_uniforms.centre);
     let angle = angles_angle(length(cross(central, surface.view)), dot(central, surface.view));
-    let last = facts.slices - 1u;
+    let last = map_uniforms.slices - 1u;
     let position = angle / ANGLES_PI * f32(last);
     let low = min(u32(position), last);
     let high = min(low + 1u, last);
     let share = position - f32(low);
-    let taps = cube_taps(facts.edge, central);
+    let taps = cube_taps(map_uniforms.edge, central);
     let a = cube_blend(map, taps, 6u * low);
     let b = cube_blend(map, taps, 6u * high);
     return a + (b - a) * share;

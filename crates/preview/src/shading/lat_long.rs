@@ -1,7 +1,7 @@
-//! Look-ups on a lat-long image: four texels around a direction, over the seam and the poles.
+//! Look-ups on a lat-long image: four texels around a direction, across the seam and the poles.
 //!
-//! The grid is that of `sphere::LatLong`, the taps are those of `envmap::Texels` for it: the centre looks along +X, u = 0.25
-//! along +Y, row 0 is at the top. A row past a pole is the first row seen from the other side, half a turn away.
+//! The grid is `sphere::LatLong`, with the taps of `envmap::Texels`: the centre is along +X, u = 0.25 along
+//! +Y, and row 0 is at the top. A row beyond a pole is the first row half a turn away.
 
 use std::f32::consts::{PI, TAU};
 
@@ -10,10 +10,10 @@ use glam::Vec3;
 use super::angles::angle;
 use super::cube::below;
 
-/// Two neighbours in a row, and the share of the second.
+/// Two neighbouring columns, and the share of the second.
 fn pair(width: i32, x: f32) -> (i32, i32, f32) {
     let left = below(x);
-    // x lies between -1 / 2 and 3 / 2 of the width.
+    // x is between -1 / 2 and 3 / 2 of the width.
     let column = (left + width) % width;
     (column, (column + 1) % width, x - left as f32)
 }
@@ -47,10 +47,11 @@ mod tests {
     use envmap::Texels;
     use sphere::LatLong;
 
-    /// Angles are off by some 4 roundings of up to pi: 4 of the width or height in texels, and neighbours differ by 1 at most.
-    /// Next to the poles a column is as far off as the direction's x and y are, which are rounded alike.
+    /// Angles of up to pi are off by about 4 roundings: 4 roundings of the width or height in texels, and
+    /// neighbours differ by at most 1. Next to the poles the error of a column is that of x and y, which are
+    /// rounded alike.
     #[test]
-    fn values_are_those_of_envmap_over_seam_and_poles() {
+    fn values_match_envmap_across_the_seam_and_the_poles() {
         for (width, height) in [(1, 1), (2, 1), (3, 2), (8, 4), (7, 5), (64, 32), (1024, 512)] {
             let map = noise_map(width * height);
             let grid = LatLong { width, height };

@@ -1,5 +1,5 @@
-// Look-ups on a lat-long image: four texels around a direction, over the seam and the poles.
-// The twin of lat_long.rs; the grid is that of `sphere::LatLong`. It needs angles.wgsl.
+// Look-ups on a lat-long image: four texels around a direction, across the seam and the poles.
+// The twin of lat_long.rs; the grid is `sphere::LatLong`. It needs angles.wgsl.
 
 // The bilinear value of a lat-long image, in layer 0, in a direction of any length.
 fn lat_long_sample(map: texture_2d_array<f32>, direction: vec3f) -> vec3f {
@@ -13,7 +13,7 @@ fn lat_long_sample(map: texture_2d_array<f32>, direction: vec3f) -> vec3f {
     var sum = vec3f(0.0);
     for (var k = 0; k < 2; k++) {
         let row = i32(top) + k;
-        // A row past a pole is the first row seen from the other side, half a turn away.
+        // A row beyond a pole is the first row half a turn away.
         let past = row < 0 || row >= size.y;
         let across = select(x, x + 0.5 * f32(size.x), past);
         let left = floor(across);

@@ -1,27 +1,30 @@
-//! Samples of an environment by its radiance, and how dense they lie in a direction.
+//! Samples of an environment in proportion to its radiance, and their density in a direction.
 //!
-//! The environment is taken as it is measured: each texel of the lat-long grid is a patch of constant radiance over its
-//! exact solid angle. `shrm::reference::Reference` sums the same patches with rho_hat at their centres, the midpoint
-//! rule: both agree to the square of a texel's size times the curvature of rho_hat, h^2 s / 24 for a lobe of exponent s.
+//! Each texel of the lat-long grid is a patch of constant radiance over its exact solid angle.
+//! `shrm::reference::Reference` sums the same patches with rho_hat at their centres, the midpoint rule. The
+//! two differ by the square of a texel's size times the curvature of rho_hat: h^2 s / 24 for a lobe of
+//! exponent s.
 //!
-//! A texel is chosen with a probability in proportion to the sum of its channels times its solid angle: the row by the
-//! inverse of the rows' distribution, the column by that of the row's; the direction within it is uniform. The density
-//! that is told is made of the same f32 steps of the distributions that choose, so that rounding makes no bias; a
-//! texel whose step rounds to nothing is left to the samples of the lobes.
+//! The probability of a texel is proportional to the sum of its channels times its solid angle. The inverse
+//! of the rows' distribution chooses the row, that of the row's distribution chooses the column, and the
+//! direction inside the texel is uniform. The density is computed from the same f32 steps of the
+//! distributions that choose, so that rounding causes no bias. A texel whose step rounds to 0 gets only
+//! samples of the lobes.
 //!
 //! The buffer is an array of vec4:
 //!
-//! | elements | what |
+//! | elements | contents |
 //! | --- | --- |
 //! | 1 | columns W, rows H, the lengths G and G' of the guides of rows and columns |
-//! | H + 1 | per row: cos(theta) at its upper edge, how far that falls to its lower edge, 1 / solid angle of a texel, the distribution at its upper edge; 0, 0, 0, 1 |
+//! | H + 1 | per row: cos(theta) at its top, the fall to its bottom, 1 / sr, distribution; 0, 0, 0, 1 |
 //! | ceil((G + 1) / 4) | the guide of the rows, four entries in each |
 //! | H (W + 1) | per row: per texel radiance RGB and the row's distribution at its left edge; 0, 0, 0, 1 |
 //! | H ceil((G' + 1) / 4) | per row: the guide of its texels |
 //!
-//! Entry k of a guide of length G is the last place whose distribution is k / G or less, so that a search looks at a few
-//! neighbours instead of all (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974). G is
-//! a power of two, which makes u G exact. Without light, the distributions are 0 up to their last place.
+//! Entry k of a guide of length G is the last place whose distribution is at most k / G, so that a search
+//! tests only a few neighbours (Chen and Asau, "On Generating Random Variates from an Empirical
+//! Distribution", 1974). G is a power of two, so that u G is exact. Without light, the distributions are 0 up
+//! to their last place.
 
 use std::f32::consts::{PI, TAU};
 
@@ -40,9 +43,9 @@ pub struct LightSamples {
     is_lit: bool,
 }
 
-/// A direction, what comes from there, and the density of [`LightSamples::sample`] there, in 1/sr.
+/// A direction, the radiance from there, and the density of [`LightSamples::sample`] there, in 1/sr.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lit {
+pub struct LightSample {
     /// A unit vector in the light's frame.
     pub direction: Vec3,
     /// RGB.
@@ -93,13 +96,13 @@ impl LightSamples {
         &self.elements
     }
 
-    /// Whether any light comes from anywhere.
+    /// Whether the environment has any light.
     pub fn is_lit(&self) -> bool {
         self.is_lit
     }
 
-    /// The direction for a point of the unit square, where [`LightSamples::is_lit`].
-    pub fn sample(&self, point: [f32; 2]) -> Lit {
+    /// The sample for a point of the unit square, if [`LightSamples::is_lit`].
+    pub fn sample(&self, point: [f32; 2]) -> LightSample {
         let [width, height] = self.size;
         let row = self.place(1, 2 + height, self.guides[1], point[1]);
         let guide = self.texels(height) + row * (self.guides[0] / 4 + 1);
@@ -114,8 +117,8 @@ impl LightSamples {
         self.lit((turn * level).extend(z), row, column)
     }
 
-    /// What comes from a direction, a unit vector.
-    pub fn at(&self, direction: Vec3) -> Lit {
+    /// The light from a direction, a unit vector.
+    pub fn at(&self, direction: Vec3) -> LightSample {
         let [width, height] = self.size;
         let level = direction.truncate().length();
         let row = (angle(level, direction.z) / PI * height as f32) as usize;
@@ -123,12 +126,12 @@ impl LightSamples {
         self.lit(direction, row.min(height - 1), column.min(width - 1))
     }
 
-    /// What comes from a direction within a texel.
-    fn lit(&self, direction: Vec3, row: usize, column: usize) -> Lit {
+    /// The light from a direction inside a texel.
+    fn lit(&self, direction: Vec3, row: usize, column: usize) -> LightSample {
         let (rows, columns) = self.steps(row, column);
         let [_, _, per_solid_angle, _] = self.elements[1 + row];
         let [r, g, b, _] = self.elements[self.texels(row) + column];
-        Lit { direction, radiance: Vec3::new(r, g, b), density: rows * columns * per_solid_angle }
+        LightSample { direction, radiance: Vec3::new(r, g, b), density: rows * columns * per_solid_angle }
     }
 
     /// The steps of the distributions of rows and columns over a texel.
@@ -137,14 +140,14 @@ impl LightSamples {
         (step(1 + row), step(self.texels(row) + column))
     }
 
-    /// Where the texels of a row begin; past the last row, where the guides do.
+    /// The index of a row's first texel; after the last row, that of the first guide.
     fn texels(&self, row: usize) -> usize {
         let [width, height] = self.size;
         2 + height + self.guides[1] / 4 + 1 + row * (width + 1)
     }
 
-    /// The last place whose distribution, from `first` on, is at most `share`, which is below 1; `guide` is where its guide
-    /// begins, of length `length`.
+    /// The last place whose distribution is at most `share`, which is below 1. The distribution starts at
+    /// `first`, and its guide, of length `length`, at `guide`.
     fn place(&self, first: usize, guide: usize, length: usize, share: f32) -> usize {
         let hint = 4 * guide + (share * length as f32) as usize;
         let hints = self.elements.as_flattened();
@@ -159,12 +162,12 @@ impl LightSamples {
     }
 }
 
-/// An entry for four places: what is between two entries then mostly shares a line of the cache.
+/// One entry for four places: the places between two entries then mostly share a cache line.
 fn guide_length(places: usize) -> usize {
     places.div_ceil(4).next_power_of_two()
 }
 
-/// Appends values with the distribution of their weights before each, and its end.
+/// Appends values, each with the distribution of the weights before it, and the end of the distribution.
 fn distribute(values: impl Iterator<Item = [f32; 3]>, weights: &[f64], elements: &mut Vec<[f32; 4]>) {
     let total: f64 = weights.iter().sum();
     let mut before = 0.0;
@@ -179,7 +182,7 @@ fn distribute(values: impl Iterator<Item = [f32; 3]>, weights: &[f64], elements:
 fn guide(distribution: &[[f32; 4]], length: usize, elements: &mut Vec<[f32; 4]>) {
     let mut place = 0;
     let mut entry = |k: usize| {
-        // The last is for shares just below 1.
+        // The last entry is for shares just below 1.
         let share = (k as f32 / length as f32).min(1.0 - f32::EPSILON / 2.0);
         while distribution[place + 1][3] <= share {
             place += 1;

@@ -1,12 +1,12 @@
-// Samples of an environment by its radiance, and how dense they lie in a direction. The twin of light_samples.rs. It
-// needs angles.wgsl.
+// Samples of an environment in proportion to its radiance, and their density in a direction. The twin of
+// light_samples.rs. It needs angles.wgsl.
 
-// `LightSamples::elements`, whose file says what is in it: the size; rows with their distribution, and its guide; texels
-// with their rows' distributions; the guides of these.
+// `LightSamples::elements`: the size; rows with their distribution, and its guide; texels with their rows'
+// distributions, and their guides.
 @group(3) @binding(0) var<storage, read> light_samples: array<vec4f>;
 
-// A direction, what comes from there, and the density of `light_samples_draw` there, in 1/sr.
-struct Lit {
+// A direction, the radiance from there, and the density of `light_samples_draw` there, in 1/sr.
+struct LightSample {
     direction: vec3f,
     radiance: vec3f,
     density: f32,
@@ -24,8 +24,8 @@ fn light_samples_grid() -> LightGrid {
     return LightGrid(header.xy, header.wz);
 }
 
-// The direction for a point of the unit square, where there is light.
-fn light_samples_draw(point: vec2f) -> Lit {
+// The sample for a point of the unit square, if there is light.
+fn light_samples_draw(point: vec2f) -> LightSample {
     let grid = light_samples_grid();
     let row = light_samples_place(1u, 2u + grid.size.y, grid.guides.y, point.y);
     let guide = light_samples_texels(grid, grid.size.y) + row * (grid.guides.x / 4u + 1u);
@@ -41,8 +41,8 @@ fn light_samples_draw(point: vec2f) -> Lit {
     return light_samples_lit(grid, vec3f(turn * level, z), row, column);
 }
 
-// What comes from a direction, a unit vector.
-fn light_samples_at(direction: vec3f) -> Lit {
+// The light from a direction, a unit vector.
+fn light_samples_at(direction: vec3f) -> LightSample {
     let grid = light_samples_grid();
     let theta = angles_angle(length(direction.xy), direction.z);
     let phi = angles_angle(direction.y, direction.x);
@@ -51,12 +51,12 @@ fn light_samples_at(direction: vec3f) -> Lit {
     return light_samples_lit(grid, direction, min(row, grid.size.y - 1u), min(column, grid.size.x - 1u));
 }
 
-// What comes from a direction within a texel.
-fn light_samples_lit(grid: LightGrid, direction: vec3f, row: u32, column: u32) -> Lit {
+// The light from a direction inside a texel.
+fn light_samples_lit(grid: LightGrid, direction: vec3f, row: u32, column: u32) -> LightSample {
     let steps = light_samples_steps(grid, row, column);
     let per_solid_angle = light_samples[1u + row].z;
     let radiance = light_samples[light_samples_texels(grid, row) + column].rgb;
-    return Lit(direction, radiance, steps.y * steps.x * per_solid_angle);
+    return LightSample(direction, radiance, steps.y * steps.x * per_solid_angle);
 }
 
 // The steps of the distributions of columns and rows over a texel.
@@ -68,13 +68,13 @@ fn light_samples_steps(grid: LightGrid, row: u32, column: u32) -> vec2f {
     );
 }
 
-// Where the texels of a row begin; past the last row, where the guides do.
+// The index of a row's first texel; after the last row, that of the first guide.
 fn light_samples_texels(grid: LightGrid, row: u32) -> u32 {
     return 2u + grid.size.y + grid.guides.y / 4u + 1u + row * (grid.size.x + 1u);
 }
 
-// The last place whose distribution, from `first` on, is at most `share`, which is below 1; `guide` is where its guide
-// begins, of this length.
+// The last place whose distribution is at most `share`, which is below 1. The distribution starts at `first`,
+// and its guide, of this length, at `guide`.
 fn light_samples_place(first: u32, guide: u32, length: u32, share: f32) -> u32 {
     let hint = u32(share * f32(length));
     var place = u32(light_samples[guide + hint / 4u][hint % 4u]);

@@ -1,9 +1,10 @@
-//! The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central direction C, each
-//! evaluated at the view in its own frame, then blended.
+//! The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central
+//! direction C, each evaluated at the view in its own frame, are blended.
 //!
-//! A texel at (alpha, beta) holds coefficients over w_o = R^-1 V with R = R_z(beta) R_y(alpha), whose axes follow from the texel's
-//! direction c without angles: s = (c_z x, c_z y, -sin alpha), e = (-y, x, 0) and c, (x, y) the direction of (c_x, c_y), and (1, 0)
-//! at a pole. A zonal map has the rows q = 0 alone, and needs V.c alone.
+//! A texel at (alpha, beta) has coefficients over w_o = R^-1 V with R = R_z(beta) R_y(alpha). The axes of R
+//! follow from the texel's direction c without angles: s = (c_z x, c_z y, -sin alpha), e = (-y, x, 0) and c,
+//! where (x, y) is the direction of (c_x, c_y), and (1, 0) at a pole. A zonal map has only the rows q = 0 and
+//! depends only on V.c.
 
 use brdf::Centre;
 use glam::{Vec3, Vec3A, Vec4};
@@ -13,7 +14,7 @@ use super::cube::{self, Taps};
 use super::harmonics::Harmonics;
 use super::surface::Surface;
 
-/// A local map on a cube, as the CPU reads it: each coefficient fills a vector of four.
+/// A local map on a cube in the CPU's layout: each coefficient fills a vector of four.
 #[derive(Clone, Debug)]
 pub struct LocalShrm {
     centre: Centre,
@@ -26,7 +27,7 @@ pub struct LocalShrm {
 }
 
 impl LocalShrm {
-    /// Of a local map on a cube; `None` where it is global or lat-long.
+    /// The layout of a local map on a cube; `None` if the map is global or lat-long.
     pub fn new(map: &Shrm) -> Option<Self> {
         let shrm::MapGrid::Cube(cube) = map.grid() else { return None };
         (map.view() == shrm::View::Local).then(|| Self {
@@ -45,7 +46,7 @@ pub fn local_shrm(map: &LocalShrm, surface: &Surface) -> Vec3 {
     let taps = cube::taps(map.edge, surface.central(map.centre));
     let harmonics = &map.harmonics;
     let texels = taps.texel.map(|texel| &map.coefficients[texel.index(map.edge) * map.rows..][..map.rows]);
-    // One sum for each texel, so that none waits for another.
+    // One sum per texel, so that the additions are independent.
     let mut sums = [Vec3A::ZERO; 4];
     let mut add = |row: usize, share: Vec4| {
         for k in 0..4 {
@@ -67,7 +68,7 @@ pub fn local_shrm(map: &LocalShrm, surface: &Surface) -> Vec3 {
     (sums[0] + sums[1] + (sums[2] + sums[3])).into()
 }
 
-/// x, y and z of R^-1 V in the frames of four texels, a lane each.
+/// x, y and z of R^-1 V in the frames of four texels, one lane each.
 fn into_frames(taps: &Taps, edge: u32, v: Vec3) -> [Vec4; 3] {
     let centres = taps.texel.map(|texel| texel.centre(edge));
     let lanes = |axis: usize| Vec4::from_array(centres.map(|centre| centre[axis]));
@@ -91,8 +92,8 @@ mod tests {
     use crate::shading::testkit::{ROUNDING, apart, map, surfaces};
     use shrm::View;
 
-    /// The place of a tap is off by some 8 edge roundings of the largest value, each harmonic by 10 (p + 1) of them, and
-    /// there are (P + 1)^2.
+    /// The place of a tap is off by about 8 edge roundings of the largest value, and each of the (P + 1)^2
+    /// harmonics by 10 (p + 1) roundings.
     fn check(map: &Shrm) {
         let values = map.values().as_flattened();
         let largest = values.iter().fold(0.0_f32, |most, value| most.max(value.abs()));
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn radiance_is_that_of_the_kernel() {
+    fn radiance_matches_the_kernel() {
         for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
             for (edge, p) in [(1, 2), (16, 0), (33, 2), (64, 5), (16, 12)] {
                 check(&map(centre, edge, p, View::Local));
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn zonal_maps_too() {
+    fn radiance_of_zonal_maps_matches_the_kernel() {
         let all = map(Centre::Reflection, 16, 6, View::Local);
         let rows = (0..all.grid().len())
             .flat_map(|texel| (0..=6).map(|p| all.texel(texel)[p * p + p]).collect::<Vec<_>>())
@@ -129,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn only_local_maps_on_cubes_will_do() {
+    fn only_local_maps_on_cubes_are_accepted() {
         assert!(LocalShrm::new(&map(Centre::Normal, 4, 1, View::Global)).is_none());
         let grid = shrm::MapGrid::LatLong(sphere::LatLong::with_rows(8));
         assert!(

@@ -1,7 +1,7 @@
-// The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central direction, each
-// evaluated at the view in its own frame, then blended. The twin of local_shrm.rs.
+// The local SHRM at a pixel (paper 1, equations 6 and 7, section 7.5): four texels around the central
+// direction, each evaluated at the view in its own frame, are blended. The twin of local_shrm.rs.
 
-// A row of the map: layer 6 row + face.
+// A row of the map is in the layers 6 row + face.
 fn local_shrm_row(taps: Taps, row: u32, share: vec4f) -> vec3f {
     let first = 6u * row;
     return cube_load(map, taps.texel[0], first) * share.x
@@ -11,13 +11,13 @@ fn local_shrm_row(taps: Taps, row: u32, share: vec4f) -> vec3f {
 }
 
 fn local_shrm(surface: Surface) -> vec3f {
-    let taps = cube_taps(facts.edge, surface_central(surface, facts.centre));
+    let taps = cube_taps(map_uniforms.edge, surface_central(surface, map_uniforms.centre));
     let v = surface.view;
     var x: vec4f;
     var y: vec4f;
     var z: vec4f;
     for (var k = 0u; k < 4u; k++) {
-        let c = normalize(cube_centre(facts.edge, taps.texel[k]));
+        let c = normalize(cube_centre(map_uniforms.edge, taps.texel[k]));
         let sine = sqrt(c.x * c.x + c.y * c.y);
         var beta = vec2f(1.0, 0.0);
         if sine > 0.0 {
@@ -30,18 +30,18 @@ fn local_shrm(surface: Surface) -> vec3f {
     var sum = vec3f(0.0);
     var cosine = taps.weight;
     var sine = vec4f(0.0);
-    let columns = select(facts.degree, 0u, facts.zonal == 1u);
+    let columns = select(map_uniforms.degree, 0u, map_uniforms.zonal == 1u);
     for (var q = 0u; q <= columns; q++) {
         var below = vec4f(0.0);
         var value = vec4f(harmonics_constant(q, q).x);
-        for (var p = q; p <= facts.degree; p++) {
+        for (var p = q; p <= map_uniforms.degree; p++) {
             if p > q {
                 let climb = harmonics_constant(p, q);
                 let next = z * value * climb.x - below * climb.y;
                 below = value;
                 value = next;
             }
-            if facts.zonal == 1u {
+            if map_uniforms.zonal == 1u {
                 sum += local_shrm_row(taps, p, value * cosine);
             } else {
                 sum += local_shrm_row(taps, p * p + p + q, value * cosine);

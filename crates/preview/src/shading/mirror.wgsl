@@ -1,4 +1,4 @@
-// A perfect mirror: the environment where the view is reflected to. The twin of mirror.rs.
+// A perfect mirror: the environment in the direction of the reflected view. The twin of mirror.rs.
 
 fn mirror(surface: Surface) -> vec3f {
     return lat_long_sample(map, surface_central(surface, CENTRE_REFLECTION));

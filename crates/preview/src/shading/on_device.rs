@@ -1,9 +1,9 @@
-//! For tests: what a shader computes for many points, on a graphics device.
+//! Runs a shader function for many inputs on a graphics device, for tests.
 
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, MapMode, PollType};
 
-/// The last group, binding 0: what each invocation is asked about; binding 1: what it answers.
+/// Group 0: binding 0 has the inputs, binding 1 the results.
 const ASKED: &str = "
 @group(0) @binding(0) var<storage, read> asked: array<vec4f>;
 @group(0) @binding(1) var<storage, read_write> answers: array<vec4f>;
@@ -16,7 +16,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
-/// A graphics device; without one, a reason that is told aloud and `None`.
+/// A graphics device; without one the test is skipped with a message.
 pub(crate) fn device(test: &str) -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let found = pollster::block_on(async {
@@ -24,13 +24,14 @@ pub(crate) fn device(test: &str) -> Option<(wgpu::Device, wgpu::Queue)> {
         adapter.request_device(&wgpu::DeviceDescriptor::default()).await.ok()
     });
     if found.is_none() {
-        test_data::skip(test, "there is no graphics adapter here");
+        test_data::skip(test, "there is no graphics adapter");
     }
     found
 }
 
-/// What `fn answer(k: u32) -> vec3f` says for each k below `count`: it may read `asked`, and the storage buffers of
-/// group 3 that `source` declares, with these contents, from binding 0 on (empty ones are left out).
+/// The results of `fn answer(k: u32) -> vec3f` for each k below `count`. It may read `asked`, and the storage
+/// buffers with these contents that `source` declares in group 3, from binding 0 on (empty ones are not
+/// bound).
 pub(crate) fn answers(
     (device, queue): &(wgpu::Device, wgpu::Queue),
     source: &str,

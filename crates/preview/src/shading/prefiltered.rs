@@ -1,4 +1,4 @@
-//! One reflection map: a plain look-up about the central direction, whatever the view.
+//! One reflection map: a look-up in the central direction, the same for every view.
 
 use brdf::Centre;
 use glam::Vec3;
@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::cube;
 use super::surface::Surface;
 
-/// Radiance toward the viewer; `map` has texels as `sphere::Cube` counts them.
+/// The radiance toward the viewer; `map` has texels in the order of `sphere::Cube`.
 pub fn prefiltered(edge: u32, map: &[[f32; 3]], centre: Centre, surface: &Surface) -> Vec3 {
     cube::sample(edge, map, surface.central(centre))
 }

@@ -1,4 +1,4 @@
-// The points of the unit square that light samples are made of: Roberts' R2, shifted by a hash. The twin of sequence.rs,
+// The points of the unit square for light samples: Roberts' R2, shifted by a hash. The twin of sequence.rs,
 // with the same integers.
 
 // 2^32 / g and 2^32 / g^2, odd.

@@ -1,11 +1,11 @@
-//! What a mode is asked about: a point of a surface, from one side, in the light's frame.
+//! The point of a surface that a mode shades, in the light's frame.
 //!
-//! A surface has two sides: the normal of a back face is turned over. An interpolated normal, or one from a file, may still
-//! look away from the viewer. It is bent toward the view V until it grazes,
+//! Surfaces have two sides: the normal of a back face is flipped. An interpolated normal, or one from a file,
+//! may still point away from the viewer. If N.V < e, it is bent toward the view V,
 //!
-//! > N' = N + (e - N.V) V, normalised, where N.V < e,
+//! > N' = N + (e - N.V) V, normalised.
 //!
-//! which is continuous, keeps N'.V at e or above, and takes even N = -V to V.
+//! This is continuous, keeps N'.V at e or above, and maps even N = -V to V.
 
 use brdf::Centre;
 use glam::Vec3;
@@ -13,28 +13,29 @@ use glam::Vec3;
 /// e: the smallest cosine between the normal and the view before the bent normal is normalised.
 pub const GRAZING: f32 = 1e-3;
 
-/// The square of a length that is next to nothing.
+/// The square of a length that counts as 0.
 const NOTHING: f32 = 1e-24;
 
-/// The share of a tangent's square at a right angle to the normal below which what is left of it is mostly rounding.
+/// If a smaller share of a tangent's square is perpendicular to the normal, that part is mostly rounding.
 const ALONG: f32 = 1e-6;
 
-/// A point of a surface. Unit vectors in the light's frame; normal and tangent are at a right angle.
+/// A point of a surface. Unit vectors in the light's frame; normal and tangent are perpendicular.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// The normal, on the viewer's side.
     pub normal: Vec3,
     /// The tangent.
     pub tangent: Vec3,
-    /// Toward the viewer.
+    /// The direction toward the viewer.
     pub view: Vec3,
 }
 
 impl Surface {
-    /// The surface of an interpolated normal and tangent, of any length, seen along a ray of any length.
+    /// The surface with an interpolated normal and tangent, at the end of a ray; all vectors may have any
+    /// length.
     ///
-    /// `front` says whether the face's outside is seen. A normal of length 0 becomes the view, a tangent along the normal any
-    /// at a right angle to it.
+    /// `front` says whether the viewer sees the face's outer side. A normal of length 0 becomes the view, and
+    /// a tangent along the normal becomes any perpendicular direction.
     pub fn new(normal: Vec3, tangent: Vec3, ray: Vec3, front: bool) -> Self {
         let view = -ray.normalize();
         let side = if front { normal } else { -normal };
@@ -43,15 +44,15 @@ impl Surface {
         if cosine < GRAZING {
             normal = (normal + view * (GRAZING - cosine)).normalize();
         }
-        let level = tangent - normal * normal.dot(tangent);
-        let kept = level.dot(level);
-        let is_along = kept <= NOTHING || kept <= ALONG * tangent.dot(tangent);
-        let tangent = if is_along { across(normal) } else { level / kept.sqrt() };
+        let rest = tangent - normal * normal.dot(tangent);
+        let square = rest.dot(rest);
+        let is_along = square <= NOTHING || square <= ALONG * tangent.dot(tangent);
+        let tangent = if is_along { across(normal) } else { rest / square.sqrt() };
         Self { normal, tangent, view }
     }
 
-    /// The direction that a map is about: the reflection of the view about the normal, 2 (N.V) N - V; the normal; or
-    /// the tangent.
+    /// The central direction of a map: the reflection of the view about the normal, 2 (N.V) N - V; the
+    /// normal; or the tangent.
     pub fn central(&self, centre: Centre) -> Vec3 {
         match centre {
             Centre::Reflection => self.normal * (2.0 * self.normal.dot(self.view)) - self.view,
@@ -61,13 +62,13 @@ impl Surface {
     }
 }
 
-/// The direction of `v`, or another where `v` is next to nothing.
+/// The direction of `v`, or `other` if the length of `v` counts as 0.
 pub(super) fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
     let square = v.dot(v);
     if square > NOTHING { v / square.sqrt() } else { other }
 }
 
-/// A direction at a right angle to a normal.
+/// A direction perpendicular to a normal.
 fn across(normal: Vec3) -> Vec3 {
     let other = if normal.z.abs() < 0.9 { Vec3::Z } else { Vec3::X };
     other.cross(normal).normalize()
@@ -80,7 +81,7 @@ mod tests {
 
     /// Errors are a few roundings of vectors of length 1.
     #[test]
-    fn the_central_direction_is_that_of_the_kernels() {
+    fn the_central_direction_matches_the_kernels() {
         for (surface, [normal, tangent, view]) in surfaces() {
             for centre in [Centre::Reflection, Centre::Normal, Centre::Tangent] {
                 let expected = centre.central(normal, tangent, view).vector().to_array();
@@ -102,7 +103,7 @@ mod tests {
                         for unit in [n, t, v] {
                             assert!((unit.length() - 1.0).abs() < 1e-6, "{surface:?}");
                         }
-                        // A rounding of the tangent over what is left of it: 1e-7 / 1e-3.
+                        // The tangent's rounding over its perpendicular part: 1e-7 / 1e-3.
                         assert!(n.dot(t).abs() < 3e-4, "{surface:?}");
                         assert!(n.dot(v) > 0.99 * GRAZING, "{surface:?} {}", n.dot(v));
                     }
@@ -112,13 +113,13 @@ mod tests {
     }
 
     #[test]
-    fn a_normal_toward_the_viewer_stays_and_one_that_looks_away_is_bent_least() {
+    fn only_a_normal_that_points_away_is_bent_and_as_little_as_possible() {
         let ray = -Vec3::Z;
         let tilted = |cosine: f32| Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
         for cosine in [1.0, 0.5, 0.01] {
-            let kept = Surface::new(tilted(cosine) * 2.0, Vec3::Y, ray, true);
-            assert!((kept.normal - tilted(cosine)).length() < 1e-6);
-            assert_eq!(Surface::new(-tilted(cosine) * 2.0, Vec3::Y, ray, false), kept);
+            let unchanged = Surface::new(tilted(cosine) * 2.0, Vec3::Y, ray, true);
+            assert!((unchanged.normal - tilted(cosine)).length() < 1e-6);
+            assert_eq!(Surface::new(-tilted(cosine) * 2.0, Vec3::Y, ray, false), unchanged);
         }
         for cosine in [-0.5, -0.01, 0.0] {
             let bent = Surface::new(tilted(cosine), Vec3::Y, ray, true).normal;

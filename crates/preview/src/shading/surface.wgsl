@@ -1,24 +1,24 @@
-// What a mode is asked about: a point of a surface, from one side, in the light's frame.
-// The twin of surface.rs, which says how a normal that looks away is bent: N' = N + (e - N.V) V, normalised.
+// The point of a surface that a mode shades, in the light's frame. The twin of surface.rs, which explains how
+// a normal that points away is bent: N' = N + (e - N.V) V, normalised.
 
 struct Surface {
     // The normal, on the viewer's side.
     normal: vec3f,
     tangent: vec3f,
-    // Toward the viewer.
+    // The direction toward the viewer.
     view: vec3f,
 }
 
-// Where a map is about: `brdf::Centre`.
+// The central direction of a map: `brdf::Centre`.
 const CENTRE_REFLECTION = 0u;
 const CENTRE_NORMAL = 1u;
 const CENTRE_TANGENT = 2u;
 
 // e: the smallest cosine between the normal and the view before the bent normal is normalised.
 const GRAZING = 1e-3;
-// The square of a length that is next to nothing.
+// The square of a length that counts as 0.
 const NOTHING = 1e-24;
-// The share of a tangent's square at a right angle to the normal below which what is left of it is mostly rounding.
+// If a smaller share of a tangent's square is perpendicular to the normal, that part is mostly rounding.
 const ALONG = 1e-6;
 
 fn surface_unit_or(v: vec3f, other: vec3f) -> vec3f {
@@ -41,12 +41,12 @@ fn surface_new(normal: vec3f, tangent: vec3f, ray: vec3f, front: bool) -> Surfac
     if cosine < GRAZING {
         n = normalize(n + view * (GRAZING - cosine));
     }
-    let level = tangent - n * dot(n, tangent);
-    let kept = dot(level, level);
-    if kept <= NOTHING || kept <= ALONG * dot(tangent, tangent) {
+    let rest = tangent - n * dot(n, tangent);
+    let square = dot(rest, rest);
+    if square <= NOTHING || square <= ALONG * dot(tangent, tangent) {
         return Surface(n, surface_across(n), view);
     }
-    return Surface(n, level / sqrt(kept), view);
+    return Surface(n, rest / sqrt(square), view);
 }
 
 fn surface_central(surface: Surface, centre: u32) -> vec3f {

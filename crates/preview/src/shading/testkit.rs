@@ -1,4 +1,4 @@
-//! Directions, surfaces and maps that tests of shading share, with what is hard for each.
+//! Directions, surfaces and maps for the tests of shading, including the difficult cases.
 
 use glam::Vec3;
 use sphere::{DVec3, Direction};
@@ -8,17 +8,17 @@ use super::surface::Surface;
 /// Half a unit of rounding of f32.
 pub(crate) const ROUNDING: f64 = 6e-8;
 
-/// Uneven numbers in [0, 1).
+/// Irregular numbers in [0, 1).
 pub(crate) fn noise(k: usize) -> f32 {
     ((k.wrapping_mul(2_654_435_761) >> 7) % 65_521) as f32 / 65_521.0
 }
 
-/// An uneven map.
+/// An irregular map.
 pub(crate) fn noise_map(len: usize) -> Vec<[f32; 3]> {
     (0..len).map(|k| [noise(3 * k), noise(3 * k + 1), noise(3 * k + 2)]).collect()
 }
 
-/// Directions everywhere, at axes, edges and corners of a cube and next to them, and at and next to the poles.
+/// Directions everywhere, including those at and next to the poles and the axes, edges and corners of a cube.
 pub(crate) fn directions() -> Vec<Direction> {
     let mut all = Vec::new();
     for k in 0..2000 {
@@ -40,13 +40,13 @@ pub(crate) fn directions() -> Vec<Direction> {
     all
 }
 
-/// A direction in f64, and as the shaders have it.
+/// A direction as the shaders have it, and the same in f64.
 pub(crate) fn rounded(direction: Direction) -> (Vec3, Direction) {
     let short = direction.vector().as_vec3();
     (short, Direction::normalised(short.as_dvec3()))
 }
 
-/// Surfaces seen from everywhere, some close to grazing, and what f64 has for their normal, tangent and view.
+/// Surfaces from all sides, some close to grazing, and their normal, tangent and view in f64.
 pub(crate) fn surfaces() -> Vec<(Surface, [Direction; 3])> {
     let directions = directions();
     (0..directions.len())
@@ -65,7 +65,7 @@ pub(crate) fn apart(found: Vec3, expected: [f64; 3]) -> f64 {
     (0..3).map(|channel| (f64::from(found[channel]) - expected[channel]).abs()).fold(0.0, f64::max)
 }
 
-/// A reflection with every term, coefficients of size 1 falling off with l.
+/// A reflection with every term, with coefficients of about 1 that fall off with l.
 pub(crate) fn reflection(centre: brdf::Centre, f: usize, p: usize) -> shrm::Reflection {
     let degree = |l| sh::Degree::new(l).unwrap();
     let wave = |row: usize| [0, 1, 2].map(|channel| ((row * 37 + channel * 11) as f64).sin());

@@ -1,12 +1,13 @@
-//! Pictures of both renderers, and how far they are apart.
+//! Compares pictures of both renderers.
 //!
-//! `SPECULA_PICTURES` may name a folder in which they are kept: the CPU's, the device's, and forty times their difference.
+//! If `SPECULA_PICTURES` names a folder, the pictures are saved there: the CPU's, the device's, and forty
+//! times their difference.
 
 use std::collections::BTreeMap;
 
 use preview::{Cpu, Gpu, Picture, RenderError, Renderer, Scene, Shot, Tolerance};
 
-/// Both renderers, and what was found so far.
+/// Both renderers, and the results so far.
 pub(crate) struct Compared {
     test: &'static str,
     cpu: Cpu,
@@ -15,22 +16,22 @@ pub(crate) struct Compared {
     wrong: Vec<String>,
 }
 
-/// How far two pictures are apart.
+/// The difference of two pictures.
 #[derive(Clone, Copy, Debug, Default)]
 struct Apart {
-    /// The share of pixels whose codes differ by more than is allowed.
+    /// The share of pixels whose codes differ by more than the tolerance.
     outliers: f64,
-    /// The relative RMS of radiance, over the others.
+    /// The relative RMS of radiance over the other pixels.
     relative_rms: f64,
-    /// The largest difference of a code, over the others.
+    /// The largest difference of a code over the other pixels.
     codes: u8,
 }
 
 impl Compared {
-    /// `None`, told aloud, where there is no graphics adapter.
+    /// Without a graphics adapter, `None` and a message.
     pub(crate) fn new(test: &'static str) -> Option<Self> {
         if Gpu::adapters().is_empty() {
-            test_data::skip(test, "there is no graphics adapter here");
+            test_data::skip(test, "there is no graphics adapter");
             return None;
         }
         let gpu = Gpu::new().unwrap_or_else(|error| panic!("{test}: {error}"));
@@ -42,14 +43,14 @@ impl Compared {
         [self.cpu.render(scene, shot, &|| false), self.gpu.render(scene, shot, &|| false)]
     }
 
-    /// Compares the pictures of a scene; the worst figures of each kind are told by [`Compared::judge`].
+    /// Compares the pictures of a scene. [`Compared::finish`] reports the largest differences of each kind.
     pub(crate) fn add(&mut self, kind: &str, case: &str, scene: &Scene, shot: &Shot) {
         let name = format!("{kind} {case}");
         let [cpu, gpu] =
             self.both(scene, shot).map(|made| made.unwrap_or_else(|error| panic!("{name}: {error}")));
         assert_eq!((cpu.size, cpu.codes.len()), (gpu.size, gpu.codes.len()), "{name}");
         if let Some(folder) = std::env::var_os("SPECULA_PICTURES") {
-            keep(std::path::Path::new(&folder), &name.trim().replace([' ', ','], "-"), &cpu, &gpu);
+            save(std::path::Path::new(&folder), &name.trim().replace([' ', ','], "-"), &cpu, &gpu);
         }
         let allowed = Tolerance::of(shot.show);
         let apart = Apart::of(&cpu, &gpu, allowed);
@@ -58,22 +59,22 @@ impl Compared {
         worst.relative_rms = worst.relative_rms.max(apart.relative_rms);
         worst.codes = worst.codes.max(apart.codes);
         let far = apart.outliers > allowed.outliers || apart.relative_rms > allowed.relative_rms;
-        // Outlines are in the figure too.
-        let figures = match (cpu.relative_rms, gpu.relative_rms) {
+        // The RMS includes the outlines.
+        let same_rms = match (cpu.relative_rms, gpu.relative_rms) {
             (Some(cpu), Some(gpu)) => (cpu - gpu).abs() <= allowed.relative_rms * cpu.max(1e-3),
             (cpu, gpu) => cpu == gpu,
         };
-        if far || !figures {
+        if far || !same_rms {
             let rms = [cpu.relative_rms, gpu.relative_rms];
             self.wrong.push(format!("{name}: {apart:?}, relative RMS {rms:?}"));
         }
     }
 
-    /// Tells the worst figures.
+    /// Reports the largest differences.
     ///
     /// # Panics
-    /// Where two pictures were not the same.
-    pub(crate) fn judge(self) {
+    /// If two pictures differ by more than their tolerance.
+    pub(crate) fn finish(self) {
         eprintln!("{}, {} against the CPU:", self.test, self.gpu.name());
         eprintln!("{:>30} {:>10} {:>6} {:>10}", "", "outliers", "codes", "RMS");
         for (kind, Apart { outliers, relative_rms, codes }) in &self.worst {
@@ -85,7 +86,7 @@ impl Compared {
             self.wrong.len(),
             self.wrong.join("\n")
         );
-        assert!(!self.worst.is_empty(), "something was compared");
+        assert!(!self.worst.is_empty(), "no pictures were compared");
     }
 }
 
@@ -95,7 +96,7 @@ impl Apart {
         for k in 0..cpu.codes.len() {
             let codes = (0..3).map(|channel| cpu.codes[k][channel].abs_diff(gpu.codes[k][channel])).max();
             let codes = codes.unwrap_or_default();
-            // More than an eighth of a pixel's samples see a surface in one picture and not in the other: an outline.
+            // On an outline, over an eighth of a pixel's samples hit a surface in only one of the pictures.
             let outline = (cpu.radiance[k][3] - gpu.radiance[k][3]).abs() > 0.125;
             if codes > allowed.codes || outline {
                 counted += 1;
@@ -114,8 +115,8 @@ impl Apart {
     }
 }
 
-/// Both pictures and where they differ, side by side.
-fn keep(folder: &std::path::Path, name: &str, cpu: &Picture, gpu: &Picture) {
+/// Saves both pictures and their difference, side by side.
+fn save(folder: &std::path::Path, name: &str, cpu: &Picture, gpu: &Picture) {
     let [width, height] = cpu.size.map(|side| side as usize);
     let mut codes = Vec::new();
     for row in 0..height {

@@ -1,4 +1,4 @@
-//! Real light on a real mesh with a measured material.
+//! A real environment, a real mesh and a measured material.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use sphere::LatLong;
 use crate::compared::Compared;
 use crate::{scenes, shot};
 
-/// An environment of the corpus, small.
+/// An environment of the corpus at a small size.
 fn environment(file: &Path, layout: Layout) -> Environment {
     let bytes = std::fs::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
@@ -25,7 +25,8 @@ fn a_real_mesh_under_real_light_with_a_measured_material() {
     let Some(mut compared) = Compared::new(test) else { return };
     let read =
         |file: &str| std::fs::read(folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
-    let mut alone = |path: &str| -> Result<Arc<Vec<u8>>, containers::Error> { panic!("{path} is asked for") };
+    let mut alone =
+        |path: &str| -> Result<Arc<Vec<u8>>, containers::Error> { panic!("the file needs {path}") };
     let mesh = Arc::new(containers::read_gltf(&read("mesh/suzi.glb"), &mut alone).unwrap().mesh);
     let garnet = read("brdf/measured/garnet_red.brdf");
     let garnet = containers::measured::read("garnet_red.brdf", &garnet, None).unwrap();
@@ -42,5 +43,5 @@ fn a_real_mesh_under_real_light_with_a_measured_material() {
             compared.add(mode.name(), name, &scene, &shot);
         }
     }
-    compared.judge();
+    compared.finish();
 }

@@ -1,4 +1,4 @@
-//! The graphics device makes the pictures that the CPU makes: every mode, and all that a shot can ask for.
+//! The graphics device draws the same pictures as the CPU: in every mode, and with every setting of a shot.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -16,7 +16,7 @@ use sphere::Rotation;
 
 use compared::Compared;
 
-/// A shot of a scene that lavapipe makes in some hundredths of a second.
+/// A shot of a scene that lavapipe draws in some hundredths of a second.
 fn shot(scene: &Scene, show: Show) -> Shot {
     Shot {
         size: [96, 96],
@@ -50,10 +50,10 @@ fn every_mode_under_every_environment_with_every_material() {
             }
         }
     }
-    compared.judge();
+    compared.finish();
 }
 
-/// Four objects of all materials, one of them a mirror image, one behind another, one cut by the picture's edge.
+/// Four objects with all materials: one is mirrored, one is occluded, one is cut by the picture's edge.
 fn group() -> Scene {
     let looks = scenes::looks();
     let knot = Arc::new(mesh::shape("torus-knot").unwrap());
@@ -73,8 +73,8 @@ fn group() -> Scene {
 }
 
 #[test]
-fn all_that_a_shot_asks_for() {
-    let Some(mut compared) = Compared::new("all_that_a_shot_asks_for") else { return };
+fn every_setting_of_a_shot() {
+    let Some(mut compared) = Compared::new("every_setting_of_a_shot") else { return };
     let scene = group();
     let mut plain = Shot { size: [128, 80], ..shot(&scene, Show::One(Mode::LocalShrm)) };
     plain.camera.zoom = 2.0;
@@ -82,7 +82,7 @@ fn all_that_a_shot_asks_for() {
     let split = |at| Show::Split { left: Mode::LocalShrm, right: Mode::KautzMcCool, at };
     let brute = Show::Split { left: Mode::BruteForce, right: Mode::Irradiance, at: 0.6 };
     let difference = Show::Difference { of: Mode::Cabral, from: Mode::LocalShrm, amplify: 8.0 };
-    let judged = Show::Difference { of: Mode::GlobalShrm, from: Mode::BruteForce, amplify: 1.0 };
+    let from_brute = Show::Difference { of: Mode::GlobalShrm, from: Mode::BruteForce, amplify: 1.0 };
     let none = Show::Difference { of: Mode::Mirror, from: Mode::Mirror, amplify: 2.0 };
     let wide = Camera { field: 1.9, zoom: 1.5, yaw: 2.0, pitch: -0.8, ..plain.camera };
     let inside = Camera { framing: preview::Framing { radius: 0.12, ..scene.framing() }, ..plain.camera };
@@ -94,10 +94,10 @@ fn all_that_a_shot_asks_for() {
         ("a split of brute force", Shot { show: brute, samples: 2, ..plain.clone() }),
         ("a difference", Shot { show: difference, ..plain.clone() }),
         ("a difference in 2 x 2 samples", Shot { show: difference, samples: 2, ..plain.clone() }),
-        ("a difference from brute force", Shot { show: judged, ..plain.clone() }),
+        ("a difference from brute force", Shot { show: from_brute, ..plain.clone() }),
         ("a difference from itself", Shot { show: none, ..plain.clone() }),
-        ("harmonics behind", Shot { background: Background::Harmonics, ..plain.clone() }),
-        ("a flat colour behind", Shot { background: Background::Flat([0.1, 0.4, 0.9]), ..plain.clone() }),
+        ("a background of harmonics", Shot { background: Background::Harmonics, ..plain.clone() }),
+        ("a flat background", Shot { background: Background::Flat([0.1, 0.4, 0.9]), ..plain.clone() }),
         ("a turned light", Shot { turn, ..plain.clone() }),
         ("a turned light, global", Shot { turn, show: Show::One(Mode::GlobalShrm), ..plain.clone() }),
         ("a turned light, brute", Shot { turn, show: Show::One(Mode::BruteForce), ..plain.clone() }),
@@ -115,13 +115,13 @@ fn all_that_a_shot_asks_for() {
     for (name, shot) in cases {
         compared.add(name, "", &scene, &shot);
     }
-    compared.judge();
+    compared.finish();
 }
 
-/// A lat-long image's seam, poles and a cube's corners are where a background is easily wrong.
+/// The seam and poles of a lat-long image and the corners of a cube are difficult places of a background.
 #[test]
-fn the_background_all_around() {
-    let Some(mut compared) = Compared::new("the_background_all_around") else { return };
+fn the_background_in_all_directions() {
+    let Some(mut compared) = Compared::new("the_background_in_all_directions") else { return };
     for (names, look) in scenes::looks().iter().step_by(4) {
         let scene = Scene { light: Arc::clone(look.light()), objects: vec![] };
         for background in [Background::Environment, Background::Harmonics] {
@@ -132,12 +132,12 @@ fn the_background_all_around() {
             }
         }
     }
-    compared.judge();
+    compared.finish();
 }
 
 #[test]
-fn a_lack_is_said_alike() {
-    let Some(mut compared) = Compared::new("a_lack_is_said_alike") else { return };
+fn a_missing_material_is_the_same_error() {
+    let Some(mut compared) = Compared::new("a_missing_material_is_the_same_error") else { return };
     let look = scenes::without_material();
     let scene = Scene::of(Arc::new(mesh::shape("plane").unwrap()), look);
     let shot = shot(&scene, Show::One(Mode::BruteForce));

@@ -1,4 +1,4 @@
-//! Lights and materials that need no file, and the looks of all pairs, made once.
+//! Lights and materials that need no files, and the looks of all pairs, made once.
 
 use std::sync::{Arc, LazyLock};
 
@@ -17,10 +17,10 @@ const F: usize = 12;
 const P: usize = 5;
 const SIZES: MapSizes = MapSizes { edge: 16, slices: 9 };
 
-/// The looks of three environments with four materials: material after material of one environment.
+/// The looks of four materials under the first environment, then under the second, then under the third.
 ///
-/// Of the materials one is about the normal, one about the tangent, two about the reflection vector, of which one has no
-/// azimuth and one has all terms.
+/// One material is centred on the normal, one on the tangent, and two on the reflection vector: one of them
+/// is zonal, one has all terms.
 pub(crate) fn looks() -> &'static [Named] {
     static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
         let materials = materials();
@@ -45,7 +45,7 @@ pub(crate) fn looks() -> &'static [Named] {
     &LOOKS
 }
 
-/// A look that does not know its material.
+/// A look without its material.
 pub(crate) fn without_material() -> Arc<Look> {
     let (_, look) = &looks()[0];
     let reflection = look.reflection().unwrap().clone();
@@ -81,7 +81,7 @@ fn materials() -> [(&'static str, Material); 4] {
     ]
 }
 
-/// A soft sky over a dark ground; a dark room with a few lamps; and noise, with texels of all brightnesses.
+/// A soft sky over a dark ground, a dark room with a few lamps, and noise with texels of all brightnesses.
 fn environments() -> [(&'static str, Environment); 3] {
     let of = |radiance: &dyn Fn(usize, usize) -> [f32; 3]| {
         let pixels = (0..GRID.len()).map(|k| radiance(k / GRID.width, k % GRID.width)).collect();

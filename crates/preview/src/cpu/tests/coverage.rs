@@ -1,4 +1,4 @@
-//! Which samples a triangle covers.
+//! The samples that triangles cover.
 
 use super::*;
 
@@ -6,13 +6,13 @@ fn cover(scene: &Scene, shot: &Shot) -> Vec<usize> {
     seen(scene, shot).iter().map(|seen| usize::from(seen.is_some())).collect()
 }
 
-/// Uneven numbers in [-1, 1).
+/// Irregular numbers in [-1, 1).
 fn noise(k: usize) -> f32 {
     2.0 * crate::shading::testkit::noise(k) - 1.0
 }
 
-/// A rectangle divided into triangles by points of which many lie on one line or on samples, each drawn alone: together they
-/// cover what the rectangle covers, each sample once.
+/// Triangles that divide a rectangle, many with corners on one line or on samples, are drawn one by one.
+/// Together they cover the rectangle's samples, each once.
 #[test]
 fn triangles_that_share_edges_cover_each_sample_once() {
     let shot = shot([64, 48], Show::One(Mode::Irradiance));
@@ -47,8 +47,9 @@ fn triangles_that_share_edges_cover_each_sample_once() {
     }
 }
 
-/// The outline of the unit ball touches the shorter side all around: a circle. The mesh lies within the ball, its
-/// rings of 256 corners miss up to (pi / 256)^2 / 2 of the radius; a circle of n samples' width has some n of them on its edge.
+/// The outline of the unit ball is a circle that touches the shorter side. The mesh lies inside the ball: its
+/// rings of 256 corners miss up to (pi / 256)^2 / 2 of the radius. A circle of n samples' width has about n
+/// samples on its edge.
 #[test]
 fn a_sphere_covers_its_projected_area() {
     let mesh = sphere();
@@ -64,10 +65,10 @@ fn a_sphere_covers_its_projected_area() {
     }
 }
 
-/// A floor that reaches far behind the eye, and farther to the sides than screen coordinates reach: a sample sees it where its
-/// ray meets it between the near plane and the far one, to the f32 of its corners.
+/// A floor that extends far behind the eye, and farther to the sides than screen coordinates do. A sample
+/// hits it if its ray meets it between the near and the far plane, up to the f32 precision of the corners.
 #[test]
-fn what_reaches_past_the_eye_is_cut() {
+fn a_mesh_that_extends_behind_the_eye_is_clipped() {
     let look = plain();
     for (reach, height) in [(30.0_f32, -0.5_f32), (1e3, -0.5), (1e5, -0.9)] {
         let corner = |x: f32, y: f32| [x * reach, y * reach, height];
@@ -86,13 +87,13 @@ fn what_reaches_past_the_eye_is_cut() {
             differ += usize::from(expected != (*found == 1));
         }
         assert!(found.iter().sum::<usize>() > 500, "{found:?}");
-        // One row of samples where the far plane cuts.
+        // One row of samples at the far plane.
         assert!(differ <= 80, "{reach}: {differ} samples differ");
     }
 }
 
 #[test]
-fn what_is_nearer_is_seen_in_any_order() {
+fn the_nearer_object_is_visible_in_any_order() {
     let look = plain();
     let ball = |x: f64| {
         placed(
@@ -118,10 +119,10 @@ fn what_is_nearer_is_seen_in_any_order() {
     assert!(both[0] > 100 && both[1] > 100, "{both:?}");
 }
 
-/// No area, corners in one point or on one line, corners at the eye, numbers at the end of f32, places that are flat or a
-/// point or hold NaN: nothing is drawn, or something is, but nothing breaks.
+/// Triangles without an area, with corners at the eye or at the limits of f32, and places that are flat, a
+/// point or NaN: any picture will do, but it has no NaN.
 #[test]
-fn no_triangle_breaks_it() {
+fn degenerate_triangles_cause_no_nan() {
     let eye = shot([8, 8], Show::One(Mode::Mirror)).camera.eye().as_vec3().to_array();
     let odd = [
         [[0.0; 3]; 3],
@@ -162,7 +163,7 @@ fn no_triangle_breaks_it() {
 }
 
 #[test]
-fn a_ball_of_no_size_or_a_picture_without_pixels_makes_a_picture() {
+fn a_ball_without_size_and_a_picture_without_pixels_are_drawn() {
     let scene = Scene::of(sphere(), plain());
     for size in [[0, 0], [0, 5], [5, 0]] {
         let picture = render(&scene, &shot(size, Show::One(Mode::Mirror)));
@@ -175,7 +176,7 @@ fn a_ball_of_no_size_or_a_picture_without_pixels_makes_a_picture() {
 }
 
 #[test]
-fn a_picture_too_large_is_an_error_that_another_renderer_may_not_have() {
+fn a_picture_that_is_too_large_is_an_error_of_this_renderer() {
     let scene = Scene::of(sphere(), plain());
     for size in [[u32::MAX, u32::MAX], [1 << 15, 1 << 15], [1 << 21, 1]] {
         let made = super::super::Cpu::new().render(&scene, &shot(size, Show::One(Mode::Mirror)), &|| false);

@@ -4,17 +4,17 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
 
-/// Every pair of radiance, and whether it is of a surface.
+/// The largest difference of radiance and coverage.
 fn largest_difference(one: &Picture, other: &Picture) -> f32 {
     let pairs = one.radiance.as_flattened().iter().zip(other.radiance.as_flattened());
     pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
 }
 
-/// Under one radiance from everywhere a white surface shows the same, by whatever it is shaded, and so does what lies behind.
-/// Coefficients come of an image with the weights of Fejér's rule, exact for a constant; maps and the rest round. Of the sums of
-/// samples those of the light have the noise of 1 / sqrt(16 64), which nearly white materials and the cosine keep below.
+/// In a uniform environment a white surface has the environment's radiance in every mode, and so does the
+/// background. The weights of Fejér's rule are exact for a constant, so only rounding remains. Brute force
+/// has the noise of its light samples.
 #[test]
-fn a_constant_light_is_reflected_as_it_is_by_every_mode() {
+fn every_mode_reflects_a_constant_light_unchanged() {
     let constant = light(16, |_| [0.5, 1.0, 2.0]);
     let phong = Material::Phong(brdf::Phong::new(8.0, [1.0; 3]).unwrap());
     for (material, f) in [(lambert(1.0), 6), (phong, 12)] {
@@ -39,8 +39,8 @@ fn a_constant_light_is_reflected_as_it_is_by_every_mode() {
     }
 }
 
-/// A material that depends on the view: what the maps show is the field in f64 but for bilinear interpolation, (h l)^2 / 8 of
-/// waves of degree l = 6 at texels of h = pi / 64, at the most 1.1 % of what is not constant.
+/// For a material that depends on the view, the maps show the field in f64 up to bilinear interpolation: (h
+/// l)^2 / 8 of waves of degree l = 6 at texels of h = pi / 64, at most 1.1 % of the varying part.
 #[test]
 fn the_shrm_modes_show_the_reflected_field() {
     let light = light(32, uneven);
@@ -52,7 +52,7 @@ fn the_shrm_modes_show_the_reflected_field() {
     let field = look.reflection().unwrap();
     let mut count = 0;
     for (place, seen) in seen(&scene, &shot).into_iter().enumerate().step_by(7) {
-        let Some(Seen { surface, .. }) = seen else { continue };
+        let Some(Hit { surface, .. }) = seen else { continue };
         let exact = |v: glam::Vec3| sphere::Direction::normalised(v.as_dvec3());
         let central = exact(surface.central(look.centre()));
         for (picture, view) in [(&local, exact(surface.view)), (&global, shot.camera.view())] {
@@ -67,10 +67,11 @@ fn the_shrm_modes_show_the_reflected_field() {
     assert!(count > 200);
 }
 
-/// A turn of the light is a light that is turned. Coefficients turn exactly; their maps differ in where the texels lie, as
-/// above. Cabral's views turn with the light, and are the same views after a fifth of a turn about the pole.
+/// Rotating the light in the shot equals rotating its coefficients. Coefficients rotate exactly; the maps
+/// have other texels, as above. Cabral's views rotate with the light, and coincide after a fifth of a turn
+/// about the pole.
 #[test]
-fn a_turned_light_is_a_light_that_shines_from_elsewhere() {
+fn a_rotation_of_the_light_equals_a_rotated_light() {
     let still = light(32, uneven);
     let scene = |light: &Arc<Light>| Scene::of(sphere(), look(light, &microfacet(0.4), [6, 4]));
     let any = Rotation::from_yaw_pitch_roll(0.7, -0.4, 1.9);
@@ -100,9 +101,9 @@ fn a_turned_light_is_a_light_that_shines_from_elsewhere() {
     }
 }
 
-/// The environment turns exactly by whole columns, here by 5 of 64.
+/// A rotation by whole columns, here 5 of 64, is exact.
 #[test]
-fn a_turned_environment_is_seen_in_mirrors_and_behind() {
+fn a_rotated_environment_shows_in_mirrors_and_in_the_background() {
     let still = light(32, uneven);
     let turn = Rotation::from_yaw_pitch_roll(5.0 / 64.0 * std::f64::consts::TAU, 0.0, 0.0);
     let turned = Arc::new(Light::new(still.environment().rotated(turn), None));
@@ -114,7 +115,7 @@ fn a_turned_environment_is_seen_in_mirrors_and_behind() {
 }
 
 #[test]
-fn a_split_is_a_half_of_each() {
+fn a_split_has_a_part_of_each_picture() {
     let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
     let shot = shot([50, 30], Show::One(Mode::Mirror));
     let of = |show| render(&scene, &Shot { samples: 2, show, ..shot.clone() });
@@ -132,7 +133,7 @@ fn a_split_is_a_half_of_each() {
 }
 
 #[test]
-fn a_difference_is_that_of_both_pictures_and_tells_its_rms() {
+fn a_difference_compares_both_pictures_and_has_an_rms() {
     let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
     let shot = shot([50, 30], Show::One(Mode::Mirror));
     let of = |show| render(&scene, &Shot { show, exposure: -1.0, ..shot.clone() });
@@ -157,9 +158,9 @@ fn a_difference_is_that_of_both_pictures_and_tells_its_rms() {
     assert_eq!((one.relative_rms, other.relative_rms), (None, None));
 }
 
-/// It is shaded once, and both sides are that.
+/// Both sides use the same shader.
 #[test]
-fn a_mode_does_not_differ_from_itself() {
+fn a_mode_equals_itself() {
     let scene = Scene::of(sphere(), look(&light(16, uneven), &microfacet(0.4), [6, 2]));
     let show = Show::Difference { of: Mode::LocalShrm, from: Mode::LocalShrm, amplify: 1e6 };
     let picture = render(&scene, &shot([30, 30], show));
@@ -167,7 +168,7 @@ fn a_mode_does_not_differ_from_itself() {
     assert!(picture.codes.iter().all(|code| *code == [0; 3]));
 }
 
-/// Two looks in one scene, and what each shows alone.
+/// Two looks in one scene look as they do alone.
 #[test]
 fn each_object_has_its_own_look() {
     let (first, second) = (light(16, uneven), light(16, |w| [1.0 + 0.5 * w.z, 1.0, 1.0]));
@@ -210,9 +211,9 @@ fn any_number_of_threads_makes_the_same_picture() {
     }
 }
 
-/// Samples are developed and then averaged: a pixel half white, half far past white is white, not half of far past.
+/// Samples are developed before they are averaged: a pixel half black and half far above white is a mid grey.
 #[test]
-fn each_sample_is_developed_by_itself() {
+fn samples_are_developed_before_they_are_averaged() {
     let bright = light(8, |w| [if w.z > 0.0 { 1000.0 } else { 0.0 }; 3]);
     let scene = Scene { light: bright, objects: Vec::new() };
     for tone in [ToneMap::Plain, ToneMap::Filmic] {
@@ -225,14 +226,14 @@ fn each_sample_is_developed_by_itself() {
             let display = four.map(|k| tone.apply(fine.radiance[k][..3].try_into().unwrap())[0]);
             let mean = display.iter().sum::<f32>() / 4.0;
             let expected = envmap::to_srgb8(&[[mean; 3]], 0.0, ToneMap::Plain)[0];
-            // Rays of both pictures differ by a rounding.
+            // The rays of the pictures differ by rounding.
             assert!(code[0].abs_diff(expected[0]) <= 1, "{code:?} {expected:?}");
         }
     }
 }
 
 #[test]
-fn exposure_leaves_a_flat_background_alone() {
+fn exposure_does_not_change_a_flat_background() {
     let scene = Scene::of(sphere(), look(&light(16, uneven), &lambert(0.5), [4, 0]));
     let flat = Shot {
         background: Background::Flat([0.2, 0.3, 0.4]),
@@ -256,15 +257,15 @@ fn exposure_leaves_a_flat_background_alone() {
 }
 
 #[test]
-fn whoever_waits_may_stop_it_within_a_million_samples_of_light() {
+fn a_picture_is_cancelled_within_a_million_light_samples() {
     let scene = Scene::of(sphere(), look(&light(16, uneven), &lambert(0.5), [4, 0]));
     let shot = Shot { light_samples: 3_000_000, ..shot([2, 2], Show::One(Mode::BruteForce)) };
-    let asked = AtomicU32::new(0);
-    let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 20;
+    let calls = AtomicU32::new(0);
+    let stop = || calls.fetch_add(1, Ordering::Relaxed) >= 20;
     let stopped = super::super::Cpu::new().render(&scene, &shot, &stop);
     assert_eq!(stopped, Err(RenderError::Cancelled));
-    // Twelve million samples would be 183 questions; those of the preparation are few.
-    assert!(asked.into_inner() < 40);
+    // Twelve million light samples would be 183 calls; the preparation makes few.
+    assert!(calls.into_inner() < 40);
     let at_once = super::super::Cpu::new().render(&scene, &shot, &|| true);
     assert_eq!(at_once, Err(RenderError::Cancelled));
 }

@@ -1,10 +1,10 @@
-//! The surfaces that samples see.
+//! The surfaces that samples hit.
 
 use glam::DQuat;
 
 use super::*;
 
-/// Where a sample's ray first meets the unit ball: the point, its normal.
+/// The first point of the unit ball on a sample's ray, which is also its normal.
 fn meets(shot: &Shot, column: u32, row: u32) -> Option<DVec3> {
     let (eye, at) = (shot.camera.eye(), [f64::from(column) + 0.5, f64::from(row) + 0.5]);
     let ray = shot.camera.ray(shot.size, at).normalize();
@@ -13,17 +13,17 @@ fn meets(shot: &Shot, column: u32, row: u32) -> Option<DVec3> {
     (square > 0.0).then(|| eye + ray * (middle - square.sqrt()))
 }
 
-/// A face of the mesh, whose longest edge is h = sqrt(2) 2 pi / 256, lies up to s = h^2 / 8 below the ball, and its ray goes on to it: at the angle t from the normal
-/// the point moves by s tan(t) aside. Normals between corners, interpolated and set to length 1, are those of the ball at the
-/// point below to the third power of the corners' distance. Corners are
-/// moved by up to half a step along each axis of the screen, where the ball's radius is 80 samples.
+/// A face of the mesh has edges of up to h = sqrt(2) 2 pi / 256 and lies up to s = h^2 / 8 below the ball. A
+/// ray at the angle t from the normal meets it s tan(t) aside. The interpolated normal, set to length 1, is
+/// the ball's normal at that point up to the third power of the corners' distance. Snapping moves corners by
+/// up to half a step along each axis of the screen, on which the ball's radius is 80 samples.
 #[test]
-fn the_normals_of_a_sphere_are_those_of_its_points() {
+fn interpolated_normals_match_those_of_the_sphere() {
     let scene = Scene::of(sphere(), plain());
     let mut shot = shot([200, 160], Show::One(Mode::Irradiance));
     for turn in [Rotation::IDENTITY, Rotation::from_yaw_pitch_roll(0.5, 1.0, -2.0)] {
         shot.turn = turn;
-        let mut seen_of_it = 0;
+        let mut count = 0;
         for (place, seen) in seen(&scene, &shot).iter().enumerate() {
             let (column, row) = (place as u32 % 200, place as u32 / 200);
             let (Some(seen), Some(normal)) = (seen, meets(&shot, column, row)) else { continue };
@@ -39,21 +39,21 @@ fn the_normals_of_a_sphere_are_those_of_its_points() {
             let sagitta = (std::f64::consts::TAU / 256.0).powi(2) / 4.0;
             let error = (seen.surface.normal.as_dvec3() - back * normal).length();
             assert!(error < 1e-5 + sagitta * tangent_of_angle + step / cosine, "{error:e} at {column} {row}");
-            // Along a parallel.
+            // The tangent follows the parallel.
             let along = DVec3::new(-normal.y, normal.x, 0.0).normalize();
             let tangent = seen.surface.tangent.as_dvec3();
             if normal.z.abs() < 0.9 {
                 assert!((1.0 - tangent.dot(back * along).abs()).abs() < 1e-3, "{tangent} {along}");
             }
-            seen_of_it += 1;
+            count += 1;
         }
-        assert!(seen_of_it > 15_000, "{seen_of_it}");
+        assert!(count > 15_000, "{count}");
     }
 }
 
-/// A plate seen from below shows its underside, whose normal looks down.
+/// From below, a plate shows its underside, whose normal points down.
 #[test]
-fn back_faces_are_seen_from_their_side() {
+fn back_faces_have_flipped_normals() {
     let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
     let [a, b, c, d] = corners.map(|corner: [f32; 3]| corner);
     let scene = Scene::of(soup(&[[a, b, c], [a, c, d]]), plain());
@@ -66,9 +66,9 @@ fn back_faces_are_seen_from_their_side() {
     }
 }
 
-/// A mirror image is as good as its object, and a place turns and scales what it holds, normals included.
+/// Places rotate, scale and mirror meshes, including their normals.
 #[test]
-fn places_turn_scale_and_mirror() {
+fn places_rotate_scale_and_mirror() {
     let look = plain();
     let shot = shot([60, 60], Show::One(Mode::Irradiance));
     let knot = Arc::new(mesh::shape("torus-knot").unwrap());
@@ -83,7 +83,7 @@ fn places_turn_scale_and_mirror() {
             .iter()
             .map(|p| place.transform_point3(glam::Vec3::from(*p).as_dvec3()).as_vec3().to_array());
         let tangents = knot.tangents().iter().map(|&[x, y, z, w]| direction([x, y, z]).extend(w).to_array());
-        // A mirror turns triangles inside out.
+        // A mirror image reverses the triangles.
         let mirrored = matrix.determinant() < 0.0;
         let turned = |&[a, b, c]: &[u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
         let moved = Mesh::new(
@@ -108,7 +108,7 @@ fn places_turn_scale_and_mirror() {
             }
         }
         assert!(found.iter().flatten().count() > 500);
-        // Rounding of positions moves an edge over a sample now and then.
+        // Rounding of positions occasionally moves an edge across a sample.
         assert!(differ < 10, "{scale}: {differ}");
     }
 }

@@ -1,4 +1,4 @@
-//! Against the sum over all texels, `shrm::reference::Reference`.
+//! Brute force compared with the sum over all texels, `shrm::reference::Reference`.
 
 use brdf::{Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Phong};
 use envmap::Environment;
@@ -12,8 +12,8 @@ use crate::shading::{lobe_sampling, material, on_device};
 
 fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
     let grid = LatLong::with_rows(rows);
-    let looks = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
-    let pixels = (0..grid.len()).map(|i| radiance(looks(i)).map(|value| value as f32)).collect();
+    let direction = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
+    let pixels = (0..grid.len()).map(|i| radiance(direction(i)).map(|value| value as f32)).collect();
     Environment::new(grid, pixels).unwrap()
 }
 
@@ -49,7 +49,7 @@ fn materials() -> [Material; 5] {
     ]
 }
 
-/// Seen along the normal, aside, at grazing, from below, with the sun in the highlight.
+/// Seen along the normal, from the side, at a grazing angle, from below, and with the sun in the highlight.
 fn surfaces() -> Vec<Surface> {
     let surface = |normal: Vec3, view: Vec3| Surface::new(normal, Vec3::new(0.2, 0.9, -0.1), -view, true);
     let sun = Vec3::new(0.5, -0.3, 0.6).normalize();
@@ -72,7 +72,7 @@ fn estimates(prepared: &Prepared, surface: &Surface, samples: u32, pixels: u32) 
     (mean, DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt()))
 }
 
-/// The sum over texels, each cut into 16: patches of constant radiance as light samples take them.
+/// The sum over texels, each divided into 16: light samples treat texels as patches of one radiance.
 fn expected(environment: &Environment, material: &Material, surface: &Surface) -> DVec3 {
     let grid = environment.grid();
     let finer = LatLong { width: 4 * grid.width, height: 4 * grid.height };
@@ -123,22 +123,22 @@ fn shaders() -> String {
 
 #[cfg(feature = "gpu")]
 #[test]
-fn the_shaders_are_sound() {
+fn the_shaders_are_valid() {
     use wgpu::naga::front::wgsl::parse_str;
     use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
     let source = shaders();
     let module = parse_str(&source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
-    let sound = validator.validate(&module);
-    assert!(sound.is_ok(), "{}", sound.unwrap_err().emit_to_string(&source));
+    let valid = validator.validate(&module);
+    assert!(valid.is_ok(), "{}", valid.unwrap_err().emit_to_string(&source));
 }
 
-/// Both take the same samples. A few of them fall beside the edge of a texel on one side only, or count otherwise by the
-/// rounding of a highlight: 2 parts in a thousand of a sum of 64.
+/// Both take the same samples. Rounding moves a few of them across the edge of a texel, or changes a
+/// highlight: 2 parts in a thousand of a sum of 64.
 #[cfg(feature = "gpu")]
 #[test]
-fn the_shader_is_its_twin() {
-    let Some(device) = on_device::device("the_shader_is_its_twin") else { return };
+fn the_shader_matches_its_twin() {
+    let Some(device) = on_device::device("the_shader_matches_its_twin") else { return };
     let answer = "
         fn answer(k: u32) -> vec3f {
             let surface = Surface(asked[3u * k].xyz, asked[3u * k + 1u].xyz, asked[3u * k + 2u].xyz);

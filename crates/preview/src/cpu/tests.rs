@@ -1,4 +1,4 @@
-//! The CPU's pictures against what is known of them without it.
+//! The CPU's pictures, compared with what is known without rendering.
 
 mod coverage;
 mod pictures;
@@ -15,17 +15,17 @@ use shrm::Reflection;
 use sphere::{LatLong, Rotation};
 
 use super::geometry::Geometry;
-use super::rasteriser::{Band, Seen};
+use super::rasteriser::{Band, Hit};
 use crate::{
     Background, Camera, Framing, Light, Look, MapSizes, Mode, Object, Picture, RenderError, Renderer, Scene,
     Shot, Show, ViewTransform,
 };
 
-/// A light given by its radiance.
+/// A light with a given radiance.
 fn light(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Arc<Light> {
     let grid = LatLong::with_rows(rows);
-    let looks = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
-    let pixels = (0..grid.len()).map(|i| radiance(looks(i)).map(|value| value as f32)).collect();
+    let direction = |i: usize| grid.direction(i / grid.width, i % grid.width).vector();
+    let pixels = (0..grid.len()).map(|i| radiance(direction(i)).map(|value| value as f32)).collect();
     Arc::new(Light::new(Environment::new(grid, pixels).unwrap(), None))
 }
 
@@ -51,7 +51,7 @@ fn microfacet(sigma: f64) -> Material {
     Material::Microfacet(brdf::Microfacet::new(sigma, [1.0, 0.8, 0.5]).unwrap())
 }
 
-/// A white look that nobody asks about.
+/// A white look, for tests in which the look does not matter.
 fn plain() -> Arc<Look> {
     look(&light(4, |_| [1.0; 3]), &lambert(1.0), [0, 0])
 }
@@ -60,7 +60,7 @@ fn sphere() -> Arc<Mesh> {
     Arc::new(mesh::shape("sphere").unwrap())
 }
 
-/// A mesh of triangles with corners of their own, whose normals all look up.
+/// A mesh of triangles that share no corners, with all normals up.
 fn soup(triangles: &[[[f32; 3]; 3]]) -> Arc<Mesh> {
     let positions: Vec<[f32; 3]> = triangles.concat();
     let count = positions.len();
@@ -73,7 +73,7 @@ fn placed(mesh: &Arc<Mesh>, place: DAffine3, look: &Arc<Look>) -> Object {
     Object { mesh: Arc::clone(mesh), place, look: Arc::clone(look) }
 }
 
-/// A shot of the unit ball from a little above, aside, with nothing done to radiance.
+/// A shot of the unit ball from slightly above, with neutral exposure and tone curve.
 fn shot(size: [u32; 2], show: Show) -> Shot {
     let framing = Framing { centre: DVec3::ZERO, radius: 1.0 };
     Shot {
@@ -93,13 +93,13 @@ fn render(scene: &Scene, shot: &Shot) -> Picture {
     super::Cpu::new().render(scene, shot, &|| false).unwrap()
 }
 
-/// What every sample of a shot sees, row by row.
-fn seen(scene: &Scene, shot: &Shot) -> Vec<Option<Seen>> {
-    let sight = ViewTransform::new(shot);
-    let geometry = Geometry::new(scene, &sight);
+/// The surface that every sample of a shot hits, row by row.
+fn seen(scene: &Scene, shot: &Shot) -> Vec<Option<Hit>> {
+    let transform = ViewTransform::new(shot);
+    let geometry = Geometry::new(scene, &transform);
     let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
-    let [width, height] = sight.size;
-    let band = Band::new(&geometry, &all, sight.size, 0..height);
+    let [width, height] = transform.size;
+    let band = Band::new(&geometry, &all, transform.size, 0..height);
     let samples = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
-    samples.map(|(column, row)| band.seen(&geometry, &sight, column, row)).collect()
+    samples.map(|(column, row)| band.seen(&geometry, &transform, column, row)).collect()
 }

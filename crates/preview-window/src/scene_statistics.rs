@@ -1,4 +1,4 @@
-//! What the inspector tells of a scene: degrees, energies and sizes. It may take a moment: a thread works it out.
+//! The statistics of a scene in the inspector, computed on a thread: degrees, energies and sizes.
 
 use brdf::Centre;
 use sh::{energy_per_degree, image_energy};
@@ -6,29 +6,29 @@ use shrm::accuracy::Accuracy;
 
 use preview::{Look, Scene};
 
-/// Figures of a scene, of its first look where it has several.
+/// Statistics of a scene; if it has several looks, of the first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Figures {
+pub(crate) struct SceneStatistics {
     pub(crate) triangles: usize,
     pub(crate) objects: usize,
     pub(crate) centre: &'static str,
-    /// The degree of the lighting in the reflection; not known of a map that was made elsewhere.
+    /// The lighting's degree in the reflection; an imported map does not say.
     pub(crate) f: Option<usize>,
-    /// The degree in the view.
+    /// The view's degree.
     pub(crate) p: usize,
     /// Rows and columns of the environment.
     pub(crate) environment: [usize; 2],
     /// The share of the environment's energy in each degree.
     pub(crate) lighting: Vec<f64>,
-    /// The share of the reflected field's energy in each degree; empty where no reflection is known.
+    /// The share of the reflected field's energy in each degree; empty for an imported map.
     pub(crate) reflected: Vec<f64>,
-    /// The share of the reflected field's energy that does not change with the view, all that a plain map holds.
+    /// The share of the reflected field's energy that is the same in every view: what a plain map holds.
     pub(crate) plain: Option<f64>,
-    /// The bytes of each map as 32-bit numbers, RGB.
+    /// The name of each map and its bytes as 32-bit RGB.
     pub(crate) maps: Vec<(String, u64)>,
 }
 
-impl Figures {
+impl SceneStatistics {
     pub(crate) fn of(scene: &Scene) -> Self {
         let Some(first) = scene.objects.first() else { return Self::default() };
         let look = first.look.as_ref();
@@ -68,7 +68,7 @@ impl Figures {
     }
 }
 
-/// What each degree adds to what is held up to the one before.
+/// The share that each degree adds.
 fn reflected(accuracy: &Accuracy) -> Vec<f64> {
     let mut before = 1.0;
     let curve = accuracy.curve(accuracy.p());
@@ -104,26 +104,26 @@ mod tests {
     use crate::testkit;
 
     #[test]
-    fn a_white_sphere_under_a_bright_sky_has_these_figures() {
-        let figures = Figures::of(&testkit::scene());
-        assert_eq!((figures.f, figures.p, figures.centre), (Some(7), 0, "normal"));
-        assert_eq!(figures.triangles, mesh::shape("sphere").unwrap().triangles().len());
-        assert_eq!(figures.environment, [16, 32]);
-        // Radiance 2 above and 1 below is 1.5 + 0.5 sign(z). Of its energy, 4 pi 2.5, the mean holds 4 pi 2.25, and
-        // degree 1 holds 4 pi 0.25 3/4; 16 rows do not see the edge sharply.
-        assert!((figures.lighting[0] - 0.9).abs() < 1e-3, "{:?}", figures.lighting);
-        assert!((figures.lighting[1] - 0.075).abs() < 2e-3, "{:?}", figures.lighting);
-        assert!((0.98..1.0).contains(&figures.captured()), "{}", figures.captured());
-        // A diffuse surface loses most of what light changes; all degrees together are all of it, seen from anywhere.
-        assert!((figures.reflected.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(figures.reflected[0] > figures.lighting[0], "{:?}", figures.reflected);
-        assert!((figures.plain.unwrap() - 1.0).abs() < 1e-12);
-        assert_eq!(figures.maps[0], ("SHRM, cube 8, 1 rows".into(), 6 * 64 * 12));
+    fn a_white_sphere_under_a_bright_sky_has_known_statistics() {
+        let statistics = SceneStatistics::of(&testkit::scene());
+        assert_eq!((statistics.f, statistics.p, statistics.centre), (Some(7), 0, "normal"));
+        assert_eq!(statistics.triangles, mesh::shape("sphere").unwrap().triangles().len());
+        assert_eq!(statistics.environment, [16, 32]);
+        // Radiance 2 above and 1 below is 1.5 + 0.5 sign(z). Of its energy, 4 pi 2.5, the mean holds 4 pi
+        // 2.25, and degree 1 holds 4 pi 0.25 3/4; 16 rows blur the edge.
+        assert!((statistics.lighting[0] - 0.9).abs() < 1e-3, "{:?}", statistics.lighting);
+        assert!((statistics.lighting[1] - 0.075).abs() < 2e-3, "{:?}", statistics.lighting);
+        assert!((0.98..1.0).contains(&statistics.captured()), "{}", statistics.captured());
+        // A diffuse surface blurs most of the light's detail; all degrees together are the whole energy.
+        assert!((statistics.reflected.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(statistics.reflected[0] > statistics.lighting[0], "{:?}", statistics.reflected);
+        assert!((statistics.plain.unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!(statistics.maps[0], ("SHRM, cube 8, 1 rows".into(), 6 * 64 * 12));
     }
 
     #[test]
-    fn an_empty_scene_has_none() {
+    fn an_empty_scene_has_no_statistics() {
         let scene = Scene { objects: Vec::new(), ..testkit::scene() };
-        assert_eq!(Figures::of(&scene), Figures::default());
+        assert_eq!(SceneStatistics::of(&scene), SceneStatistics::default());
     }
 }

@@ -1,4 +1,4 @@
-//! The latest picture where egui finds it.
+//! The latest picture as a texture of egui.
 
 use std::sync::Arc;
 
@@ -6,35 +6,35 @@ use eframe::egui::mutex::RwLock;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
 use eframe::egui_wgpu;
 
-use crate::render_thread::Frame;
-use crate::renderer_adapter::Canvas;
+use crate::render_thread::RenderedFrame;
+use crate::renderer_adapter::FrameImage;
 
-/// The latest picture.
-pub(crate) struct Screen {
+/// The latest picture as a texture.
+pub(crate) struct PictureTexture {
     device: wgpu::Device,
     painter: Arc<RwLock<egui_wgpu::Renderer>>,
-    seen: Option<(TextureId, Frame)>,
-    /// The texture of pictures in this machine's memory.
+    frame: Option<(TextureId, RenderedFrame)>,
+    /// The texture for pictures in memory.
     memory: Option<TextureHandle>,
-    /// Of those on the device.
+    /// The texture for pictures on the device.
     native: Option<TextureId>,
 }
 
-impl Screen {
+impl PictureTexture {
     pub(crate) fn new(state: &egui_wgpu::RenderState) -> Self {
         let (device, painter) = (state.device.clone(), Arc::clone(&state.renderer));
-        Self { device, painter, seen: None, memory: None, native: None }
+        Self { device, painter, frame: None, memory: None, native: None }
     }
 
-    /// The picture, once there is one.
-    pub(crate) fn seen(&self) -> Option<(TextureId, &Frame)> {
-        self.seen.as_ref().map(|(texture, frame)| (*texture, frame))
+    /// The latest picture and its texture.
+    pub(crate) fn frame(&self) -> Option<(TextureId, &RenderedFrame)> {
+        self.frame.as_ref().map(|(texture, frame)| (*texture, frame))
     }
 
-    /// Shows a picture from now on.
-    pub(crate) fn put(&mut self, context: &Context, frame: Frame) {
-        let texture = match &frame.canvas {
-            Canvas::Codes(picture) => {
+    /// Replaces the picture.
+    pub(crate) fn put(&mut self, context: &Context, frame: RenderedFrame) {
+        let texture = match &frame.image {
+            FrameImage::Codes(picture) => {
                 let size = picture.size.map(|side| side as usize);
                 let image = ColorImage::from_rgb(size, picture.codes.as_flattened());
                 let options = if frame.full { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
@@ -45,8 +45,8 @@ impl Screen {
                 let Some(handle) = &self.memory else { return };
                 handle.id()
             }
-            Canvas::Texture(view) => {
-                // A full picture has a pixel for each of the window's, so that its codes arrive as they are.
+            FrameImage::Texture(view) => {
+                // A full picture has a pixel for each pixel of the window: its codes stay exact.
                 let filter = if frame.full { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
                 let mut painter = self.painter.write();
                 match self.native {
@@ -58,6 +58,5 @@ impl Screen {
                 }
             }
         };
-        self.seen = Some((texture, frame));
     }
 }

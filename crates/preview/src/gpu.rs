@@ -1,26 +1,28 @@
 //! Pictures through wgpu, on Vulkan, Metal, Direct3D 12 or OpenGL.
 //!
-//! Shading is deferred. For each sample of a pixel, `raster.wgsl` draws all meshes into a surface buffer: normal, tangent and the
-//! object's number. `shade.wgsl` runs a mode over the samples that see an object, into a buffer of radiance; brute force
-//! adds to what is there. `develop.wgsl` adds background or radiance, developed, to the pixel's sums, and after the last sample
-//! makes codes. These files hold bindings and entry points, and choose what a pixel shows as the CPU's frame does; every
-//! formula is in `shading/`, where each shader has its twin.
+//! Shading is deferred. For each sample of a pixel, `raster.wgsl` draws all meshes into a surface buffer:
+//! normal, tangent and object number. `shade.wgsl` runs a mode over the samples that hit an object, into a
+//! buffer of radiance, to which brute force adds. `develop.wgsl` adds the developed background or radiance to
+//! the pixel's sums, and computes the codes after the last sample. These files have bindings and entry
+//! points, and choose what a pixel shows, as the CPU's `BandRenderer` does. All formulas are in `shading/`,
+//! where each shader has its twin.
 //!
-//! Samples of a pixel come one after the other, so that memory does not grow with their number. Texels are loaded
-//! and blended by the shaders: samplers have eight bits of weight and their own rules at a cube's corners.
+//! The samples of a pixel are drawn one after another, so that memory does not grow with their number. The
+//! shaders load and blend texels themselves, because samplers have weights of eight bits and their own rules
+//! at a cube's corners.
 
 mod canvas;
 mod device;
-mod frame;
-mod kept;
+mod frame_encoder;
+mod identity_cache;
 mod layouts;
 mod maps;
 mod memory;
 mod mesh;
 mod numbers;
-mod pace;
 mod readback;
 mod resources;
+mod sample_budget;
 #[cfg(test)]
 mod tests;
 
@@ -32,39 +34,39 @@ use glam::DAffine3;
 use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
 use canvas::Canvas;
 use device::Device;
-pub use device::Health;
-use frame::Frame;
-use kept::Identity;
-use pace::{Batches, Pace};
+pub use device::DeviceStatus;
+use frame_encoder::FrameEncoder;
+use identity_cache::Identity;
 use readback::{Readback, squares};
 use resources::Resources;
+use sample_budget::{Batches, SampleBudget};
 
 /// Draws through a graphics device.
 ///
-/// What it has put on the device for a mesh, a look or a light is kept while scenes use it, by the identity of their
-/// `Arc`s, and dropped with the first scene that does not.
+/// It caches the device's resources of a mesh, a look or a light by the identity of their `Arc`s, until a
+/// scene does not use them.
 #[derive(Debug)]
 pub struct Gpu {
     resources: Resources,
-    /// What [`Gpu::draw`] goes on with.
+    /// The buffers that [`Gpu::draw`] reuses.
     canvas: Option<Canvas>,
-    gathered: Option<Accumulation>,
-    pace: Pace,
-    figure: RmsReadback,
+    accumulation: Option<Accumulation>,
+    sample_budget: SampleBudget,
+    rms: RmsReadback,
 }
 
-/// How far a picture has come that is drawn again and again.
+/// The progress of a picture that is drawn repeatedly.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Drawn {
-    /// The light samples that are in it, of each sample of a pixel: 0 where no brute force is shown.
+pub struct DrawProgress {
+    /// The light samples of each sample of a pixel so far; 0 without brute force.
     pub light_samples: u32,
-    /// Whether the same call again would show or tell more.
+    /// Whether the same call again would improve the picture or its RMS.
     pub unfinished: bool,
-    /// Of a difference: [`Picture::relative_rms`] as it was lately.
+    /// The latest [`Picture::relative_rms`] of a difference.
     pub relative_rms: Option<f64>,
 }
 
-/// What light samples were gathered for, and how many.
+/// The view that light samples were accumulated for, and their number.
 #[derive(Debug, PartialEq)]
 struct Accumulation {
     objects: Vec<(Identity<Mesh>, Identity<Look>, DAffine3)>,
@@ -74,39 +76,40 @@ struct Accumulation {
     light_samples: u32,
 }
 
-/// How large a difference is, as far as it was told.
+/// Reads back the RMS of a difference.
 #[derive(Debug, Default)]
 struct RmsReadback {
     modes: [Option<Mode>; 2],
-    coming: Option<Readback>,
-    /// Whether something was drawn that is in no figure yet.
-    is_old: bool,
+    pending: Option<Readback>,
+    /// Whether the picture changed after the last readback.
+    is_stale: bool,
     relative_rms: Option<f64>,
 }
 
 impl Gpu {
-    /// The format of [`Gpu::draw`]'s target: sRGB codes, as egui wants its textures.
+    /// The format of [`Gpu::draw`]'s target: sRGB codes, the format of egui's textures.
     pub const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-    /// The names of this machine's graphics adapters, the best first, usable or not.
+    /// The names of this machine's graphics adapters, the best first, including unusable ones.
     pub fn adapters() -> Vec<String> {
         device::adapters().iter().map(|adapter| device::name(&adapter.get_info())).collect()
     }
 
-    /// The best graphics device of this machine, a software one where there is no other. `WGPU_BACKEND` (`vulkan`,
-    /// `dx12`, `metal`, `gl`) says which backends are looked at.
+    /// The best graphics device of this machine, a software one if there is no other. `WGPU_BACKEND`
+    /// (`vulkan`, `dx12`, `metal`, `gl`) restricts the backends.
     ///
     /// # Errors
-    /// [`RenderError::Device`] where there is none that will do.
+    /// [`RenderError::Device`] if there is no suitable one.
     pub fn new() -> Result<Self, RenderError> {
         Device::best(Self::on)
     }
 
-    /// Draws through a device that exists already, made by [`Gpu::device_descriptor`]. Its handlers of uncaptured errors
-    /// and of its loss become those of this renderer, which turns both into errors of the next call.
+    /// Draws through an existing device that was requested with [`Gpu::device_descriptor`]. This renderer
+    /// replaces the device's handlers of uncaptured errors and of its loss, and reports both as errors of the
+    /// next call.
     ///
     /// # Errors
-    /// [`RenderError::Device`] where it will not do.
+    /// [`RenderError::Device`] if it is not suitable.
     pub fn with_device(
         info: wgpu::AdapterInfo,
         device: wgpu::Device,
@@ -115,28 +118,28 @@ impl Gpu {
         Self::on(Device::new(info, device, queue))
     }
 
-    /// What must be asked of an adapter for [`Gpu::with_device`].
+    /// The device to request from an adapter for [`Gpu::with_device`].
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         device::descriptor(adapter)
     }
 
     fn on(device: Device) -> Result<Self, RenderError> {
         let resources = device.guarded(|| Resources::new(device.clone(), Self::TARGET))?;
-        let (pace, figure) = (Pace::default(), RmsReadback::default());
-        Ok(Self { resources, canvas: None, gathered: None, pace, figure })
+        let (sample_budget, rms) = (SampleBudget::default(), RmsReadback::default());
+        Ok(Self { resources, canvas: None, accumulation: None, sample_budget, rms })
     }
 
-    /// What tells of the loss of the device.
-    pub fn health(&self) -> Health {
-        self.resources.device.health()
+    /// Reports the loss of the device, from any thread.
+    pub fn status(&self) -> DeviceStatus {
+        self.resources.device.status()
     }
 
-    /// Draws a scene into a texture of [`Gpu::TARGET`] with [`wgpu::TextureUsages::RENDER_ATTACHMENT`], of the shot's
-    /// size. It does not wait for the picture, but for the last but two where the device is as far behind.
+    /// Draws a scene into a texture of [`Gpu::TARGET`] with [`wgpu::TextureUsages::RENDER_ATTACHMENT`] and
+    /// the shot's size. It does not wait for the picture, unless the device is more than two pictures behind.
     ///
-    /// Brute force comes bit by bit: each call adds some light samples, as many as a frame has time for, up to
-    /// [`Shot::light_samples`], while objects, size, samples, camera, turn and modes stay the same; exposure, tone,
-    /// background and divider may change.
+    /// Each call adds some light samples to brute force, as many as a frame has time for, up to
+    /// [`Shot::light_samples`]. They are kept while objects, size, samples, camera, light and modes stay the
+    /// same; exposure, tone curve, background and divider may change.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -145,9 +148,9 @@ impl Gpu {
         scene: &Scene,
         shot: &Shot,
         target: &wgpu::TextureView,
-    ) -> Result<Drawn, RenderError> {
+    ) -> Result<DrawProgress, RenderError> {
         if shot.size.contains(&0) {
-            return Ok(Drawn::default());
+            return Ok(DrawProgress::default());
         }
         let device = self.resources.device.clone();
         let texture = target.texture();
@@ -165,23 +168,23 @@ impl Gpu {
         device.guarded(|| self.draw_some(scene, shot, target))
     }
 
-    /// Draws as [`Gpu::draw`] does, into a texture of its own, and waits for the device: how long that takes.
+    /// Draws as [`Gpu::draw`] does, into its own texture, waits for the device, and returns the time.
     ///
     /// # Errors
     /// As [`Gpu::draw`].
-    pub fn timed(&mut self, scene: &Scene, shot: &Shot) -> Result<(Duration, Drawn), RenderError> {
+    pub fn timed(&mut self, scene: &Scene, shot: &Shot) -> Result<(Duration, DrawProgress), RenderError> {
         let device = self.resources.device.clone();
         let [width, height] = shot.size.map(|side| u64::from(side.max(1)));
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let target = device
             .guarded(|| device.texture("the picture", Self::TARGET, usage, [width, height, 1]))?
             .create_view(&wgpu::TextureViewDescriptor::default());
-        let begun = Instant::now();
+        let start = Instant::now();
         let drawn = self.draw(scene, shot, &target)?;
         let waited = device.device.poll(wgpu::PollType::wait_indefinitely());
-        let took = begun.elapsed();
-        device.sound()?;
-        waited.map_err(|error| device.fault(&error.to_string()))?;
+        let took = start.elapsed();
+        device.check()?;
+        waited.map_err(|error| device.error(&error.to_string()))?;
         Ok((took, drawn))
     }
 
@@ -190,44 +193,44 @@ impl Gpu {
         scene: &Scene,
         shot: &Shot,
         target: &wgpu::TextureView,
-    ) -> Result<Drawn, RenderError> {
-        self.pace.keep(&self.resources.device)?;
+    ) -> Result<DrawProgress, RenderError> {
+        self.sample_budget.wait(&self.resources.device)?;
         self.resources.prepare(scene, shot)?;
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);
         if self.canvas.as_ref().is_some_and(|old| (old.size, old.samples) != (shot.size, samples)) {
             self.canvas = None;
-            self.gathered = None;
+            self.accumulation = None;
         }
         let mut canvas = match self.canvas.take() {
             Some(canvas) => canvas,
             None => Canvas::new(device, layouts, shot.size, samples)?,
         };
-        let modes = sides(shot.show);
-        let mut gathered = Accumulation::new(scene, shot);
+        let modes = shot.show.sides();
+        let mut accumulation = Accumulation::new(scene, shot);
         let mut same = false;
-        if let Some(before) = self.gathered.take() {
+        if let Some(before) = self.accumulation.take() {
             let light_samples = before.light_samples;
             if light_samples <= shot.light_samples
-                && (Accumulation { light_samples: 0, ..before }) == gathered
+                && (Accumulation { light_samples: 0, ..before }) == accumulation
             {
-                gathered.light_samples = light_samples;
+                accumulation.light_samples = light_samples;
                 same = true;
             }
         }
-        let gathers = |mode: Option<Mode>| mode == Some(Mode::BruteForce);
+        let is_brute_force = |mode: Option<Mode>| mode == Some(Mode::BruteForce);
         for side in 0..2 {
-            let count = if gathers(modes[side]) { samples * samples } else { 1 };
+            let count = if is_brute_force(modes[side]) { samples * samples } else { 1 };
             canvas.reserve(device, side, if modes[side].is_some() { count as usize } else { 0 })?;
         }
-        let before = gathered.light_samples;
+        let before = accumulation.light_samples;
         let missing = shot.light_samples.max(1) - before;
-        let add = match modes.into_iter().any(gathers) {
-            true => self.pace.next().min(missing),
+        let add = match modes.into_iter().any(is_brute_force) {
+            true => self.sample_budget.next().min(missing),
             false => 0,
         };
-        gathered.light_samples += add;
-        let frame = Frame::new(scene, shot, &self.resources, &canvas)?;
+        accumulation.light_samples += add;
+        let frame = FrameEncoder::new(scene, shot, &self.resources, &canvas)?;
         let mut encoder = device.encoder();
         frame.update(&mut encoder);
         for sample in 0..(samples * samples) as usize {
@@ -235,21 +238,21 @@ impl Gpu {
                 if before == 0 {
                     frame.clear(encoder, side, sample);
                 }
-                let lights = before..gathered.light_samples;
+                let lights = before..accumulation.light_samples;
                 frame.shade(encoder, (side, Mode::BruteForce), sample, 0..shot.size[0], lights)?;
-                Ok(gathered.light_samples)
+                Ok(accumulation.light_samples)
             })?;
         }
         frame.present(&mut encoder, target);
         device.queue.submit([encoder.finish()]);
-        self.pace.sent(&device.queue);
-        self.figure.follow(device, &canvas, shot.show, !same || add > 0)?;
-        let drawn = Drawn {
-            light_samples: gathered.light_samples,
-            unfinished: add < missing && modes.into_iter().any(gathers) || self.figure.is_awaited(),
-            relative_rms: self.figure.relative_rms,
+        self.sample_budget.submitted(&device.queue);
+        self.rms.update(device, &canvas, shot.show, !same || add > 0)?;
+        let drawn = DrawProgress {
+            light_samples: accumulation.light_samples,
+            unfinished: add < missing && modes.into_iter().any(is_brute_force) || self.rms.is_pending(),
+            relative_rms: self.rms.relative_rms,
         };
-        (self.canvas, self.gathered) = (Some(canvas), Some(gathered));
+        (self.canvas, self.accumulation) = (Some(canvas), Some(accumulation));
         Ok(drawn)
     }
 
@@ -265,11 +268,11 @@ impl Gpu {
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);
         let mut canvas = Canvas::new(device, layouts, shot.size, samples)?;
-        let modes = sides(shot.show);
+        let modes = shot.show.sides();
         for side in 0..2 {
             canvas.reserve(device, side, usize::from(modes[side].is_some()))?;
         }
-        let frame = Frame::new(scene, shot, &self.resources, &canvas)?;
+        let frame = FrameEncoder::new(scene, shot, &self.resources, &canvas)?;
         let mut encoder = device.encoder();
         frame.update(&mut encoder);
         for sample in 0..(samples * samples) as usize {
@@ -293,9 +296,9 @@ impl Gpu {
         }
         device.queue.submit([encoder.finish()]);
         let difference = matches!(shot.show, Show::Difference { .. });
-        let radiances = Readback::begin(device, &canvas.radiances)?;
-        let codes = Readback::begin(device, &canvas.codes)?;
-        let parts = if difference { Some(Readback::begin(device, &canvas.squares)?) } else { None };
+        let radiances = Readback::start(device, &canvas.radiances)?;
+        let codes = Readback::start(device, &canvas.codes)?;
+        let parts = if difference { Some(Readback::start(device, &canvas.squares)?) } else { None };
         device.wait()?;
         let pixels = shot.size[0] as usize * shot.size[1] as usize;
         let share = 1.0 / (samples * samples) as f32;
@@ -333,7 +336,7 @@ impl Renderer for Gpu {
 }
 
 impl Accumulation {
-    /// Nothing yet, of a scene in a shot.
+    /// The view of a shot, without light samples.
     fn new(scene: &Scene, shot: &Shot) -> Self {
         let objects = scene.objects.iter();
         Self {
@@ -342,15 +345,15 @@ impl Accumulation {
                 .collect(),
             camera: shot.camera,
             turn: shot.turn,
-            modes: sides(shot.show),
+            modes: shot.show.sides(),
             light_samples: 0,
         }
     }
 }
 
 impl RmsReadback {
-    /// Takes what has come, and asks for the figure of what was drawn just now where that is new and nothing is on its way.
-    fn follow(
+    /// Takes a finished readback, and starts the next one if the picture changed and none is pending.
+    fn update(
         &mut self,
         device: &Device,
         canvas: &Canvas,
@@ -358,34 +361,25 @@ impl RmsReadback {
         is_new: bool,
     ) -> Result<(), RenderError> {
         let modes = match show {
-            Show::Difference { .. } => sides(show),
+            Show::Difference { .. } => show.sides(),
             _ => [None; 2],
         };
         if modes != self.modes {
             *self = Self { modes, ..Self::default() };
         }
-        if let Some(coming) = self.coming.take_if(|coming| coming.is_done()) {
-            self.relative_rms = squares(&coming.take(device)?).relative_rms();
+        if let Some(readback) = self.pending.take_if(|readback| readback.is_done()) {
+            self.relative_rms = squares(&readback.take(device)?).relative_rms();
         }
-        self.is_old |= is_new && modes[0].is_some();
-        if self.is_old && self.coming.is_none() {
-            self.coming = Some(Readback::begin(device, &canvas.squares)?);
-            self.is_old = false;
+        self.is_stale |= is_new && modes[0].is_some();
+        if self.is_stale && self.pending.is_none() {
+            self.pending = Some(Readback::start(device, &canvas.squares)?);
+            self.is_stale = false;
         }
         Ok(())
     }
 
-    /// Whether a newer figure is there to be told.
-    fn is_awaited(&self) -> bool {
-        self.is_old || self.coming.is_some()
-    }
-}
-
-/// The modes of the first and the second side of a picture; a difference of a mode from itself has both.
-fn sides(show: Show) -> [Option<Mode>; 2] {
-    match show {
-        Show::One(mode) => [Some(mode), None],
-        Show::Split { left, right, .. } => [Some(left), Some(right)],
-        Show::Difference { of, from, .. } => [Some(of), Some(from)],
+    /// Whether a newer RMS will follow.
+    fn is_pending(&self) -> bool {
+        self.is_stale || self.pending.is_some()
     }
 }

@@ -1,14 +1,14 @@
-//! Pictures on the CPU: the same to the bit for any number of threads.
+//! Pictures on the CPU, bit-identical for any number of threads.
 //!
-//! A picture is made in bands of a few rows, each by itself: what each of its samples sees ([`rasteriser`]), the shading of that,
-//! the background, and the development. Sums over the picture go through the bands in order.
+//! A picture is drawn in bands of a few rows: for each sample the visible surface ([`rasteriser`]), its
+//! shading or the background, and the development. Sums over the picture add the bands in order.
 
+mod band_renderer;
+mod cancellation;
 mod clip;
-mod frame;
 mod geometry;
 mod rasteriser;
 mod shader;
-mod stop;
 #[cfg(test)]
 mod tests;
 
@@ -17,24 +17,24 @@ use rayon::prelude::*;
 use crate::shading::develop::codes;
 use crate::shading::difference::Squares;
 use crate::{Picture, RenderError, Renderer, Scene, Shot, Show};
-use frame::{BAND, Frame};
-use shader::Kept;
-use stop::Stop;
+use band_renderer::{BAND, BandRenderer};
+use cancellation::Cancellation;
+use shader::LookCache;
 
-/// The most pixels of a picture, and the most samples along a side: what is drawn counts them in 32 bits.
+/// The most pixels of a picture, and the most samples along a side, so that 32 bits can count them.
 const MOST_PIXELS: u64 = 1 << 28;
 const LONGEST_SIDE: u64 = 1 << 20;
 
 /// Draws on the CPU, on the threads of the rayon pool that it is called from.
 ///
-/// The maps of a look are kept in the order in which they are read, and dropped with the first scene that does not use it.
+/// The maps of a look are cached in the layout in which they are read, until a scene does not use the look.
 #[derive(Debug, Default)]
 pub struct Cpu {
-    kept: Vec<Kept>,
+    caches: Vec<LookCache>,
 }
 
 impl Cpu {
-    /// A renderer that has kept nothing yet.
+    /// A renderer with empty caches.
     pub fn new() -> Self {
         Self::default()
     }
@@ -54,7 +54,7 @@ impl Renderer for Cpu {
         shot: &Shot,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Picture, RenderError> {
-        let stop = Stop::new(stop);
+        let cancellation = Cancellation::new(stop);
         within_limits(shot)?;
         let [width, height] = shot.size;
         let pixels = width as usize * height as usize;
@@ -67,13 +67,13 @@ impl Renderer for Cpu {
         if pixels == 0 {
             return Ok(picture);
         }
-        Kept::renew(&mut self.kept, scene);
-        let frame = Frame::new(scene, shot, &self.kept, &stop)?;
+        LookCache::update(&mut self.caches, scene);
+        let band_renderer = BandRenderer::new(scene, shot, &self.caches, &cancellation)?;
         let mut display = vec![[0.0; 3]; pixels];
         let row = width as usize * BAND;
         let bands = picture.radiance.par_chunks_mut(row).zip(display.par_chunks_mut(row)).enumerate();
         let squares: Vec<Squares> = bands
-            .map(|(band, (radiance, display))| frame.draw(band, radiance, display, &stop))
+            .map(|(band, (radiance, display))| band_renderer.draw(band, radiance, display, &cancellation))
             .collect::<Result<_, _>>()?;
         if let Show::Difference { .. } = shot.show {
             let mut all = Squares::default();
@@ -86,16 +86,14 @@ impl Renderer for Cpu {
 }
 
 /// # Errors
-/// [`RenderError::Limit`] where a picture is too large.
+/// [`RenderError::Limit`] if a picture is too large.
 fn within_limits(shot: &Shot) -> Result<(), RenderError> {
     let [width, height] = shot.size.map(u64::from);
     let side = width.max(height) * u64::from(shot.samples.clamp(1, 4));
     let limit = |what: &str, asked: u64, limit: u64| match asked > limit {
-        true => Err(RenderError::Limit {
-            what: format!("a picture of {width} x {height}, in {what},"),
-            asked,
-            limit,
-        }),
+        true => {
+            Err(RenderError::Limit { what: format!("a picture of {width} x {height}: {what}"), asked, limit })
+        }
         false => Ok(()),
     };
     limit("pixels", width * height, MOST_PIXELS)?;

@@ -1,4 +1,4 @@
-//! How many light samples go to the device at once.
+//! The number of light samples that are submitted at once.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -6,42 +6,42 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::device::{Device, LOOK};
+use super::device::{Device, POLL_INTERVAL};
 use crate::RenderError;
 
-/// The light samples of each frame of a window: as many as leave it smooth.
+/// The light samples of each frame of a window: as many as the frame rate allows.
 #[derive(Debug)]
-pub(super) struct Pace {
+pub(super) struct SampleBudget {
     count: u32,
-    sent: Option<Instant>,
+    last_submission: Option<Instant>,
     /// Whether each of the last frames is done, the oldest first.
     done: VecDeque<Arc<AtomicBool>>,
 }
 
-/// A window that is slower than this is not given more to do.
+/// Frames faster than this raise the number of light samples.
 const SMOOTH: Duration = Duration::from_millis(40);
-/// And one that is slower than this less.
+/// Frames slower than this lower it.
 const SLOW: Duration = Duration::from_millis(80);
-/// No frame needs more.
+/// The most light samples of a frame.
 const MOST: u32 = 256;
-/// Frames that the device may have before it.
-const AHEAD: usize = 2;
+/// The most frames that may be in flight.
+const IN_FLIGHT: usize = 2;
 
-impl Default for Pace {
+impl Default for SampleBudget {
     fn default() -> Self {
-        Self { count: 1, sent: None, done: VecDeque::new() }
+        Self { count: 1, last_submission: None, done: VecDeque::new() }
     }
 }
 
-impl Pace {
-    /// Returns when the device is not far behind: who draws faster than it does would never see an end.
-    pub(super) fn keep(&mut self, device: &Device) -> Result<(), RenderError> {
+impl SampleBudget {
+    /// Waits until at most [`IN_FLIGHT`] frames are in flight, so that their number is bounded.
+    pub(super) fn wait(&mut self, device: &Device) -> Result<(), RenderError> {
         while let Some(oldest) = self.done.front() {
-            device.sound()?;
+            device.check()?;
             if oldest.load(Ordering::Acquire) {
                 self.done.pop_front();
-            } else if self.done.len() > AHEAD {
-                std::thread::sleep(LOOK);
+            } else if self.done.len() > IN_FLIGHT {
+                std::thread::sleep(POLL_INTERVAL);
             } else {
                 break;
             }
@@ -49,9 +49,9 @@ impl Pace {
         Ok(())
     }
 
-    /// How many samples the next frame takes, by the time that the last one took.
+    /// The light samples of the next frame, by the time of the last one.
     pub(super) fn next(&mut self) -> u32 {
-        match self.sent.map(|sent| sent.elapsed()) {
+        match self.last_submission.map(|at| at.elapsed()) {
             Some(since) if since < SMOOTH => self.count = (self.count * 2).min(MOST),
             Some(since) if since > SLOW => self.count = (self.count / 2).max(1),
             _ => {}
@@ -59,40 +59,40 @@ impl Pace {
         self.count
     }
 
-    /// A frame was submitted.
-    pub(super) fn sent(&mut self, queue: &wgpu::Queue) {
+    /// Records that a frame was submitted.
+    pub(super) fn submitted(&mut self, queue: &wgpu::Queue) {
         let done = Arc::new(AtomicBool::new(false));
         self.done.push_back(Arc::clone(&done));
-        self.sent = Some(Instant::now());
+        self.last_submission = Some(Instant::now());
         queue.on_submitted_work_done(move || done.store(true, Ordering::Release));
     }
 }
 
-/// The light samples of a whole picture: parts of a million at most or of one for each pixel, in batches that take some
-/// hundredths of a second, so that somebody may stop between them.
+/// The light samples of a finished picture. They are split into parts of at most a million, or one per pixel,
+/// and into batches that take some hundredths of a second, so that the picture can be cancelled between them.
 #[derive(Debug)]
 pub(super) struct Batches {
     part: u32,
     parts: u32,
     next: u32,
     end: u32,
-    begun: Instant,
+    start: Instant,
 }
 
 const PART: u64 = 1_000_000;
 const QUICK: Duration = Duration::from_millis(50);
 
 impl Batches {
-    /// Of a picture, and the light samples of each of its pixels.
+    /// The batches of a picture with this size and number of light samples per pixel.
     pub(super) fn new(size: [u32; 2], light_samples: u32) -> Self {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let part = (PART / pixels.max(1)).clamp(1, 256) as u32;
-        Self { part, parts: 1, next: 0, end: light_samples, begun: Instant::now() }
+        Self { part, parts: 1, next: 0, end: light_samples, start: Instant::now() }
     }
 
     /// The parts of the next batch; `None` after the last.
     pub(super) fn next(&mut self) -> Option<Vec<Range<u32>>> {
-        self.begun = Instant::now();
+        self.start = Instant::now();
         let mut batch = Vec::new();
         for _ in 0..self.parts {
             let end = self.next.saturating_add(self.part).min(self.end);
@@ -104,10 +104,10 @@ impl Batches {
         (!batch.is_empty()).then_some(batch)
     }
 
-    /// The batch is done: the next is larger where this one was quick.
+    /// Records that the batch is done: the next one is larger if it was fast.
     pub(super) fn done(&mut self) {
         self.parts =
-            if self.begun.elapsed() < QUICK { (self.parts * 2).min(1024) } else { (self.parts / 2).max(1) };
+            if self.start.elapsed() < QUICK { (self.parts * 2).min(1024) } else { (self.parts / 2).max(1) };
     }
 }
 
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn batches_make_the_whole() {
+    fn batches_cover_all_light_samples() {
         for (size, count) in [([1, 1], 1000), ([1920, 1080], 7), ([100, 100], 3001)] {
             let (mut batches, mut next) = (Batches::new(size, count), 0);
             while let Some(batch) = batches.next() {

@@ -1,12 +1,12 @@
-//! A picture band by band: what each sample sees, its shading, the background, and the development.
+//! Draws a picture in bands: the surface at each sample, its shading, the background, and the development.
 
 use glam::Vec3;
 
+use super::cancellation::{Cancellation, PeriodicCheck};
 use super::geometry::Geometry;
-use super::rasteriser::{Band, Seen};
-use super::shader::{Kept, Shader};
-use super::stop::{Patience, Stop};
-use crate::shading::background::{Behind, background};
+use super::rasteriser::{Band, Hit};
+use super::shader::{LookCache, Shader};
+use crate::shading::background::background;
 use crate::shading::develop::develop;
 use crate::shading::difference::{Squares, difference};
 use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, ViewTransform};
@@ -14,55 +14,59 @@ use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, ViewTrans
 /// Rows of pixels in a band.
 pub(super) const BAND: usize = 4;
 
-/// All that the bands of a picture are made of.
-pub(super) struct Frame<'a> {
+/// Draws the bands of a picture.
+pub(super) struct BandRenderer<'a> {
     shot: &'a Shot,
-    sight: ViewTransform,
+    light: &'a Light,
+    transform: ViewTransform,
     geometry: Geometry,
-    /// For each band the triangles that may reach it, in order.
+    /// For each band the triangles that may cover it, in order.
     bins: Vec<Vec<u32>>,
-    /// The shaders of each mode of [`Show::modes`], one for each look.
+    /// For each mode of [`Show::modes`] the shaders of all looks.
     shaders: Vec<Vec<Shader<'a>>>,
-    /// The look of each object.
+    /// The index of each object's look.
     looks: Vec<usize>,
-    behind: Behind<'a>,
 }
 
-impl<'a> Frame<'a> {
-    /// Makes ready what a shot of a scene shows.
+impl<'a> BandRenderer<'a> {
+    /// Prepares the maps and the geometry of a shot.
     ///
     /// # Errors
-    /// Where a map cannot be made or is missing, and [`RenderError::Cancelled`].
+    /// If a map cannot be made or is missing, and [`RenderError::Cancelled`].
     pub(super) fn new(
         scene: &'a Scene,
         shot: &'a Shot,
-        kept: &'a [Kept],
-        stop: &Stop<'_>,
+        caches: &'a [LookCache],
+        cancellation: &Cancellation<'_>,
     ) -> Result<Self, RenderError> {
-        let sight = ViewTransform::new(shot);
+        let transform = ViewTransform::new(shot);
         let mut shaders = Vec::new();
         for mode in shot.show.modes() {
-            let of_mode = kept.iter().map(|kept| {
-                stop.check()?;
-                Shader::new(mode, kept, sight.view)
+            let of_mode = caches.iter().map(|cache| {
+                cancellation.check()?;
+                Shader::new(mode, cache, transform.view)
             });
             shaders.push(of_mode.collect::<Result<_, _>>()?);
         }
-        stop.check()?;
-        let geometry = Geometry::new(scene, &sight);
-        let rows = BAND as i32 * sight.samples as i32;
+        cancellation.check()?;
+        let geometry = Geometry::new(scene, &transform);
+        let rows = BAND as i32 * transform.samples as i32;
         let mut bins = vec![Vec::new(); (shot.size[1] as usize).div_ceil(BAND)];
         for (number, triangle) in geometry.triangles.iter().enumerate() {
             let (first, last) = (triangle.rows.start() / rows, triangle.rows.end() / rows);
             bins[first as usize..=last as usize].iter_mut().for_each(|bin| bin.push(number as u32));
         }
-        let look = |object: &Object| Kept::place(kept, &object.look).unwrap_or_default();
+        let look = |object: &Object| LookCache::index(caches, &object.look).unwrap_or_default();
         let looks = scene.objects.iter().map(look).collect();
-        let behind = behind(shot.background, &scene.light);
-        Ok(Self { shot, sight, geometry, bins, shaders, looks, behind })
+        if shot.background == Background::Harmonics {
+            // It runs on all threads, so no band may be the first to need it.
+            scene.light.reconstruction();
+        }
+        Ok(Self { shot, light: &scene.light, transform, geometry, bins, shaders, looks })
     }
 
-    /// The pixels of a band: mean radiance and cover, and display values. What squares of a difference sum to is returned.
+    /// Draws the pixels of a band: mean radiance and coverage, and display values. Returns a difference's
+    /// sums of squares.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -71,15 +75,15 @@ impl<'a> Frame<'a> {
         band: usize,
         radiance: &mut [[f32; 4]],
         display: &mut [[f32; 3]],
-        stop: &Stop<'_>,
+        cancellation: &Cancellation<'_>,
     ) -> Result<Squares, RenderError> {
-        stop.check()?;
-        let (width, samples) = (self.shot.size[0] as usize, self.sight.samples);
+        cancellation.check()?;
+        let (width, samples) = (self.shot.size[0] as usize, self.transform.samples);
         let first = (band * BAND) as u32;
         let count = (radiance.len() / width) as u32;
         let rows = first * samples..(first + count) * samples;
-        let seen = Band::new(&self.geometry, &self.bins[band], self.sight.size, rows);
-        let (mut squares, mut patience) = (Squares::default(), Patience::new(stop));
+        let seen = Band::new(&self.geometry, &self.bins[band], self.transform.size, rows);
+        let (mut squares, mut check) = (Squares::default(), PeriodicCheck::new(cancellation));
         let share = 1.0 / (samples * samples) as f32;
         let divider = self.shot.show.divider(self.shot.size[0]);
         for (place, (radiance, display)) in radiance.iter_mut().zip(display).enumerate() {
@@ -87,13 +91,13 @@ impl<'a> Frame<'a> {
             let (mut mean, mut cover, mut shown) = (Vec3::ZERO, 0.0, Vec3::ZERO);
             for row in y * samples..(y + 1) * samples {
                 for column in x * samples..(x + 1) * samples {
-                    let seen = seen.seen(&self.geometry, &self.sight, column, row);
+                    let seen = seen.seen(&self.geometry, &self.transform, column, row);
                     let sample = match &seen {
                         Some(seen) => {
-                            let by = |mode| self.by(mode, seen, [column, row], &mut patience);
+                            let by = |mode| self.by(mode, seen, [column, row], &mut check);
                             self.surface(by, x >= divider, &mut squares)?
                         }
-                        None => self.nothing(column, row),
+                        None => self.background(column, row),
                     };
                     mean += sample.radiance;
                     shown += develop(sample.radiance * sample.amplify, sample.gain, self.shot.tone);
@@ -106,22 +110,22 @@ impl<'a> Frame<'a> {
         Ok(squares)
     }
 
-    /// Radiance toward the viewer of what a sample sees, by one of the modes.
+    /// The radiance toward the viewer at a sample, in the first or the second mode.
     fn by(
         &self,
         mode: usize,
-        seen: &Seen,
+        seen: &Hit,
         [column, row]: [u32; 2],
-        patience: &mut Patience<'_>,
+        check: &mut PeriodicCheck<'_>,
     ) -> Result<Vec3, RenderError> {
-        // The same mode on both sides is there once.
+        // If both sides have the same mode, it has one entry.
         let shaders = &self.shaders[mode.min(self.shaders.len() - 1)];
-        let number = row.wrapping_mul(self.sight.size[0]).wrapping_add(column);
+        let number = row.wrapping_mul(self.transform.size[0]).wrapping_add(column);
         let light_samples = self.shot.light_samples;
-        shaders[self.looks[seen.object]].radiance(&seen.surface, number, light_samples, patience)
+        shaders[self.looks[seen.object]].radiance(&seen.surface, number, light_samples, check)
     }
 
-    /// A sample that sees a surface, whose radiance is known by the first mode and the second.
+    /// A sample that hits a surface; `by` is its radiance in the first or the second mode.
     fn surface(
         &self,
         mut by: impl FnMut(usize) -> Result<Vec3, RenderError>,
@@ -138,38 +142,24 @@ impl<'a> Frame<'a> {
                 (radiance, amplify)
             }
         };
-        Ok(Sample { radiance, amplify, gain: self.sight.gain })
+        Ok(Sample { radiance, amplify, gain: self.transform.gain })
     }
 
-    /// A sample that sees no surface. Two modes have the same background: their difference is black there.
-    fn nothing(&self, column: u32, row: u32) -> Sample {
+    /// A sample that hits no surface. Both modes have the same background: their difference is black.
+    fn background(&self, column: u32, row: u32) -> Sample {
         let radiance = match self.shot.show {
             Show::Difference { .. } => Vec3::ZERO,
-            _ => background(self.behind, self.sight.ray(column, row)),
+            _ => background(self.shot.background, self.light, self.transform.ray(column, row)),
         };
-        let gain = if let Behind::Flat(_) = self.behind { 1.0 } else { self.sight.gain };
+        let gain = if let Background::Flat(_) = self.shot.background { 1.0 } else { self.transform.gain };
         Sample { radiance, amplify: 1.0, gain }
     }
 }
 
-/// What a sample shows.
+/// A sample of a pixel.
 struct Sample {
     radiance: Vec3,
-    /// How many times stronger it is shown.
+    /// The factor that its radiance is multiplied with before development.
     amplify: f32,
     gain: f32,
-}
-
-fn behind(background: Background, light: &Light) -> Behind<'_> {
-    match background {
-        Background::Environment => {
-            let (grid, pixels) = (light.environment().grid(), light.environment().pixels());
-            Behind::LatLong { size: [grid.width as u32, grid.height as u32], pixels }
-        }
-        Background::Harmonics => {
-            let (cube, texels) = light.reconstruction();
-            Behind::Cube { edge: cube.edge as u32, texels }
-        }
-        Background::Flat(radiance) => Behind::Flat(radiance.into()),
-    }
 }

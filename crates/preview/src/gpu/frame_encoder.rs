@@ -1,18 +1,21 @@
-//! One picture's commands: meshes into the surface buffer, modes over it, and the sums that are developed.
+//! Encodes the commands of a picture: drawing the surface buffer, shading it, and developing the sums.
 
 use glam::{Mat3, Mat4, Vec4};
 use wgpu::{BindGroupEntry, BindingResource, BufferUsages, CommandEncoder};
 
-use super::canvas::{Canvas, GROUP};
+use super::canvas::Canvas;
+use super::device::GROUP;
+use super::identity_cache::address;
 use super::memory::Uniforms;
 use super::mesh::Rectangle;
-use super::{Resources, numbers, sides};
+use super::numbers;
+use super::resources::Resources;
 use crate::{Background, Mode, RenderError, Scene, Shot, Show, ViewTransform};
 
-/// `Frame` of frame.wgsl.
+/// `FrameEncoder` of frame.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct FrameFacts {
+struct FrameUniforms {
     corner: [f32; 3],
     samples: u32,
     across: [f32; 4],
@@ -21,10 +24,10 @@ struct FrameFacts {
     chosen: [u32; 2],
 }
 
-/// `Placed` of raster.wgsl.
+/// `PlacedUniforms` of raster.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct PlacedFacts {
+struct PlacedUniforms {
     clip: [[f32; 4]; 4],
     normal: [[f32; 4]; 3],
     tangent: [[f32; 4]; 3],
@@ -33,10 +36,10 @@ struct PlacedFacts {
     unused: [u32; 2],
 }
 
-/// `Part` of shade.wgsl.
+/// `PartUniforms` of shade.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Part {
+struct PartUniforms {
     origin: [u32; 2],
     extent: [u32; 2],
     number: u32,
@@ -45,10 +48,10 @@ struct Part {
     unused: u32,
 }
 
-/// `Develop` of develop.wgsl.
+/// `DevelopUniforms` of develop.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct DevelopFacts {
+struct DevelopUniforms {
     flat_radiance: [f32; 3],
     background: u32,
     gain: f32,
@@ -63,7 +66,7 @@ struct DevelopFacts {
     unused: [u32; 2],
 }
 
-/// An object that is in the picture.
+/// An object in the picture, and a rectangle that contains its pixels.
 #[derive(Clone, Copy, Debug)]
 struct Visible {
     object: usize,
@@ -71,29 +74,29 @@ struct Visible {
 }
 
 impl Visible {
-    /// The part of it in some columns of pixels.
+    /// The part in some columns of pixels.
     fn within(self, columns: std::ops::Range<u32>) -> Option<Self> {
         Some(Self { pixels: self.pixels.columns(columns)?, ..self })
     }
 }
 
-/// What all passes of one picture share.
-pub(super) struct Frame<'a> {
+/// Encodes the passes of one picture.
+pub(super) struct FrameEncoder<'a> {
     pub(super) scene: &'a Scene,
     pub(super) shot: &'a Shot,
     resources: &'a Resources,
     canvas: &'a Canvas,
-    sight: ViewTransform,
+    transform: ViewTransform,
     visible: Vec<Visible>,
-    /// Of each visible object, where it is at each sample of pixels.
+    /// The place of each visible object at each sample of pixels.
     places: Uniforms,
     placed: wgpu::BindGroup,
     samples: Vec<wgpu::BindGroup>,
-    behind: &'a wgpu::BindGroup,
+    background: &'a wgpu::BindGroup,
 }
 
-impl<'a> Frame<'a> {
-    /// Of a scene whose resources are there.
+impl<'a> FrameEncoder<'a> {
+    /// The encoder for a scene whose resources are prepared.
     pub(super) fn new(
         scene: &'a Scene,
         shot: &'a Shot,
@@ -101,21 +104,21 @@ impl<'a> Frame<'a> {
         canvas: &'a Canvas,
     ) -> Result<Self, RenderError> {
         let device = &resources.device;
-        let sight = ViewTransform::new(shot);
+        let transform = ViewTransform::new(shot);
         let count = canvas.samples;
         let samples: Vec<[u32; 2]> =
             (0..count * count).map(|sample| [sample % count, sample / count]).collect();
         let (mut visible, mut places) = (Vec::new(), Vec::new());
-        for (object, thing) in scene.objects.iter().enumerate() {
-            let Some(Some(shape)) = resources.meshes.get(&thing.mesh) else { continue };
-            let at = sight.place(thing);
+        for (index, object) in scene.objects.iter().enumerate() {
+            let Some(Some(shape)) = resources.meshes.get(&object.mesh) else { continue };
+            let at = transform.place(object);
             let Some(pixels) = shape.pixels(at.clip, canvas.size) else { continue };
-            visible.push(Visible { object, pixels });
-            places.extend(samples.iter().map(|&chosen| PlacedFacts {
+            visible.push(Visible { object: index, pixels });
+            places.extend(samples.iter().map(|&chosen| PlacedUniforms {
                 clip: (shift(canvas.size, count, chosen) * at.clip).to_cols_array_2d(),
                 normal: columns(at.normal),
                 tangent: columns(at.tangent),
-                number: (object + 1) as f32,
+                number: (index + 1) as f32,
                 mirrored: u32::from(at.mirrored),
                 unused: [0; 2],
             }));
@@ -126,19 +129,19 @@ impl<'a> Frame<'a> {
             layout: &resources.layouts.placed,
             entries: &[BindGroupEntry { binding: 0, resource: places.binding() }],
         });
-        let samples = samples.into_iter().map(|chosen| chosen_sample(resources, canvas, &sight, chosen));
+        let samples = samples.into_iter().map(|chosen| chosen_sample(resources, canvas, &transform, chosen));
         let samples = samples.collect::<Result<_, _>>()?;
         let light = resources.lights.get(&scene.light);
-        let behind = match shot.background {
-            Background::Environment => light.and_then(|light| light.environment()),
-            Background::Harmonics => light.and_then(|light| light.reconstruction()),
+        let map = match shot.background {
+            Background::Environment => light.and_then(|light| light.environment.as_ref()),
+            Background::Harmonics => light.and_then(|light| light.reconstruction.as_ref()),
             Background::Flat(_) => None,
         };
-        let behind = &behind.unwrap_or(&resources.nothing).bound;
-        Ok(Self { scene, shot, resources, canvas, sight, visible, places, placed, samples, behind })
+        let background = &map.unwrap_or(&resources.empty_map).bound;
+        Ok(Self { scene, shot, resources, canvas, transform, visible, places, placed, samples, background })
     }
 
-    /// Equation 12 for every look that is seen, where a mode asks for it.
+    /// Equation 12 for every visible look, if a mode needs it.
     pub(super) fn update(&self, encoder: &mut CommandEncoder) {
         if self.shot.show.modes().all(|mode| mode != Mode::GlobalShrm) {
             return;
@@ -148,11 +151,11 @@ impl<'a> Frame<'a> {
         pass.set_pipeline(&self.resources.pipelines.update);
         for seen in &self.visible {
             let look = &self.scene.objects[seen.object].look;
-            let Some(update) = self.resources.looks.get(look).and_then(|maps| maps.update()) else {
+            let Some(update) = self.resources.looks.get(look).and_then(|maps| maps.update.as_ref()) else {
                 continue;
             };
-            if done.insert(super::kept::address(look)) {
-                update.look(&self.resources.device, self.sight.view);
+            if done.insert(address(look)) {
+                update.set_view(&self.resources.device, self.transform.view);
                 pass.set_bind_group(1, &update.coefficients.bound, &[]);
                 pass.set_bind_group(2, &update.bound, &[]);
                 let groups = update.edge.div_ceil(GROUP);
@@ -161,19 +164,19 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// One sample of each pixel: what it sees, the light of each side's mode, and the sums. `gather` adds light samples to
-    /// a side of brute force, and says how many are in it then.
+    /// One sample of each pixel: the visible surfaces, the radiance of each side's mode, and the sums.
+    /// `accumulate` adds light samples to a side in brute force and returns their total number.
     pub(super) fn sample(
         &self,
         encoder: &mut CommandEncoder,
         sample: usize,
-        mut gather: impl FnMut(&mut CommandEncoder, usize) -> Result<u32, RenderError>,
+        mut accumulate: impl FnMut(&mut CommandEncoder, usize) -> Result<u32, RenderError>,
     ) -> Result<(), RenderError> {
         self.raster(encoder, sample);
         let mut counts = [1; 2];
-        for (side, mode) in sides(self.shot.show).into_iter().enumerate() {
+        for (side, mode) in self.shot.show.sides().into_iter().enumerate() {
             match mode {
-                Some(Mode::BruteForce) => counts[side] = gather(encoder, side)?,
+                Some(Mode::BruteForce) => counts[side] = accumulate(encoder, side)?,
                 Some(mode) => self.shade(encoder, (side, mode), sample, self.columns(side), 0..1)?,
                 None => {}
             }
@@ -181,7 +184,7 @@ impl<'a> Frame<'a> {
         self.develop(encoder, sample, counts)
     }
 
-    /// Meshes into the surface buffer, seen at one sample of each pixel.
+    /// Draws the meshes into the surface buffer at one sample of each pixel.
     fn raster(&self, encoder: &mut CommandEncoder, sample: usize) {
         let clear = |view| {
             Some(wgpu::RenderPassColorAttachment {
@@ -219,7 +222,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The columns of pixels in which a side's mode is seen.
+    /// The columns of pixels that show a side's mode.
     pub(super) fn columns(&self, side: usize) -> std::ops::Range<u32> {
         let (width, divider) = (self.canvas.size[0], self.shot.show.divider(self.canvas.size[0]));
         match (self.shot.show, side) {
@@ -229,15 +232,14 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Begins the light of a side's mode at a sample of pixels with darkness.
+    /// Sets the radiance of a side's mode at a sample of pixels to 0.
     pub(super) fn clear(&self, encoder: &mut CommandEncoder, side: usize, sample: usize) {
         if let Some(light) = self.canvas.light(side, sample) {
             encoder.clear_buffer(light, 0, None);
         }
     }
 
-    /// A mode over all surfaces in some columns of pixels. Of brute force, adds some light samples, of which `first` is the
-    /// first.
+    /// Shades all surfaces in some columns of pixels. Brute force adds the light samples in `lights`.
     pub(super) fn shade(
         &self,
         encoder: &mut CommandEncoder,
@@ -252,7 +254,7 @@ impl<'a> Frame<'a> {
         };
         let seen = self.visible.iter();
         let seen: Vec<Visible> = seen.filter_map(|seen| seen.within(columns.clone())).collect();
-        let part = |&Visible { object, pixels }: &Visible| Part {
+        let part = |&Visible { object, pixels }: &Visible| PartUniforms {
             origin: pixels.origin,
             extent: pixels.extent,
             number: object as u32 + 1,
@@ -260,7 +262,7 @@ impl<'a> Frame<'a> {
             count: lights.end - lights.start,
             unused: 0,
         };
-        let parts: Vec<Part> = seen.iter().map(part).collect();
+        let parts: Vec<PartUniforms> = seen.iter().map(part).collect();
         let parts = device.uniforms("parts of the picture", &parts)?;
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("parts of the picture"),
@@ -278,16 +280,17 @@ impl<'a> Frame<'a> {
             let maps = self.resources.lights.get(look.light());
             match mode {
                 Mode::BruteForce => {
-                    let Some(samples) = self.resources.looks.get(look).and_then(|maps| maps.samples()) else {
+                    let Some(samples) = self.resources.looks.get(look).and_then(|maps| maps.samples.as_ref())
+                    else {
                         continue;
                     };
                     pass.set_bind_group(3, samples, &[]);
                 }
                 _ => {
                     let map = match mode {
-                        Mode::Mirror => maps.and_then(|maps| maps.environment()),
-                        Mode::Irradiance => maps.and_then(|maps| maps.irradiance()),
-                        _ => self.resources.looks.get(look).and_then(|maps| maps.mode(mode)),
+                        Mode::Mirror => maps.and_then(|maps| maps.environment.as_ref()),
+                        Mode::Irradiance => maps.and_then(|maps| maps.irradiance.as_ref()),
+                        _ => self.resources.looks.get(look).and_then(|maps| maps.modes.get(&mode)),
                     };
                     let Some(map) = map else { continue };
                     pass.set_bind_group(1, &map.bound, &[]);
@@ -300,8 +303,8 @@ impl<'a> Frame<'a> {
         Ok(())
     }
 
-    /// Adds one sample of each pixel to the sums, and after the last makes codes of them. `counts` are the light samples
-    /// that are in the light of each side, 1 where its mode takes none.
+    /// Adds one sample of each pixel to the sums, and computes the codes after the last one. `counts` are the
+    /// light samples of each side, 1 for a mode without them.
     fn develop(
         &self,
         encoder: &mut CommandEncoder,
@@ -321,10 +324,10 @@ impl<'a> Frame<'a> {
             Show::Difference { amplify, .. } => amplify,
         };
         let [across, down] = self.canvas.groups();
-        let facts = DevelopFacts {
+        let uniforms = DevelopUniforms {
             flat_radiance,
             background: numbers::background(self.shot.background),
-            gain: self.sight.gain,
+            gain: self.transform.gain,
             tone: numbers::tone(self.shot.tone),
             show: numbers::show(self.shot.show),
             divider: self.shot.show.divider(self.canvas.size[0]),
@@ -335,9 +338,9 @@ impl<'a> Frame<'a> {
             first_square: sample as u32 * across * down,
             unused: [0; 2],
         };
-        let facts = device.filled("developing", BufferUsages::UNIFORM, &[facts])?;
+        let uniforms = device.filled("developing", BufferUsages::UNIFORM, &[uniforms])?;
         let buffers = [
-            &facts,
+            &uniforms,
             first,
             second,
             &self.canvas.radiances,
@@ -357,13 +360,13 @@ impl<'a> Frame<'a> {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&pipelines.develop);
         pass.set_bind_group(0, &self.samples[sample], &[]);
-        pass.set_bind_group(1, self.behind, &[]);
+        pass.set_bind_group(1, self.background, &[]);
         pass.set_bind_group(2, &bound, &[]);
         pass.dispatch_workgroups(across, down, 1);
         Ok(())
     }
 
-    /// Codes into a texture.
+    /// Writes the codes into a texture.
     pub(super) fn present(&self, encoder: &mut CommandEncoder, target: &wgpu::TextureView) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("present"),
@@ -384,28 +387,28 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// What all passes over one sample of each pixel are given.
+/// The bind group of all passes over one sample of each pixel.
 fn chosen_sample(
     resources: &Resources,
     canvas: &Canvas,
-    sight: &ViewTransform,
+    transform: &ViewTransform,
     chosen: [u32; 2],
 ) -> Result<wgpu::BindGroup, RenderError> {
     let Resources { device, layouts, harmonics, .. } = resources;
-    let facts = FrameFacts {
-        corner: sight.corner.into(),
+    let uniforms = FrameUniforms {
+        corner: transform.corner.into(),
         samples: canvas.samples,
-        across: sight.across.extend(0.0).into(),
-        down: sight.down.extend(0.0).into(),
+        across: transform.across.extend(0.0).into(),
+        down: transform.down.extend(0.0).into(),
         size: canvas.size,
         chosen,
     };
-    let facts = device.filled("a sample of each pixel", BufferUsages::UNIFORM, &[facts])?;
+    let uniforms = device.filled("a sample of each pixel", BufferUsages::UNIFORM, &[uniforms])?;
     Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("a sample of each pixel"),
         layout: &layouts.frame,
         entries: &[
-            BindGroupEntry { binding: 0, resource: facts.as_entire_binding() },
+            BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
             BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&canvas.normals) },
             BindGroupEntry { binding: 2, resource: BindingResource::TextureView(&canvas.tangents) },
             BindGroupEntry { binding: 3, resource: harmonics.as_entire_binding() },
@@ -413,7 +416,7 @@ fn chosen_sample(
     }))
 }
 
-/// In clip coordinates, from the middle of each pixel to one of its samples, so that this is seen in the middle.
+/// A shift in clip coordinates that moves one of a pixel's samples to the pixel's centre.
 fn shift(size: [u32; 2], samples: u32, chosen: [u32; 2]) -> Mat4 {
     let aside = |axis: usize| {
         let place = (chosen[axis] as f32 + 0.5) / samples as f32 - 0.5;
@@ -422,7 +425,7 @@ fn shift(size: [u32; 2], samples: u32, chosen: [u32; 2]) -> Mat4 {
     Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::Z, Vec4::new(aside(0), -aside(1), 0.0, 1.0))
 }
 
-/// A matrix as WGSL has it: each column fills four numbers.
+/// A matrix in WGSL's layout: each column fills four numbers.
 fn columns(matrix: Mat3) -> [[f32; 4]; 3] {
     matrix.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0])
 }

@@ -1,0 +1,31 @@
+//! Shading: each shader `x.wgsl` has a twin `x.rs`, which computes the same on the CPU.
+//!
+//! Everything is in f32 and in the *light's frame*: if the light is rotated, normals, tangents and rays are
+//! rotated back ([`crate::ViewTransform`]), so that no mode handles the rotation. Twins have the same
+//! formulas, but may sum in another order if that is faster. The tests compare them with the f64 kernels of
+//! `shrm`, `envmap` and `sh`.
+
+pub mod angles;
+pub mod background;
+pub mod brute_force;
+pub mod cabral;
+pub mod cube;
+pub mod develop;
+pub mod difference;
+pub mod global_shrm;
+pub mod harmonics;
+pub mod irradiance;
+pub mod kautz_mccool;
+pub mod lat_long;
+pub mod light_samples;
+pub mod lobe_sampling;
+pub mod local_shrm;
+pub mod material;
+pub mod mirror;
+#[cfg(all(test, feature = "gpu"))]
+mod on_device;
+pub mod prefiltered;
+pub mod sequence;
+pub mod surface;
+#[cfg(test)]
+pub(crate) mod testkit;
