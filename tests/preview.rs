@@ -149,10 +149,7 @@ fn without_a_graphics_device_the_cpu_draws_a_still_with_a_warning() {
     let output = command.output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(
-        stderr.contains("warning: the graphics device cannot draw this, so the CPU does: "),
-        "{stderr}"
-    );
+    assert!(stderr.contains("warning: the graphics device cannot draw this, so the CPU does: "), "{stderr}");
     assert!(stderr.contains("drawn by CPU"), "{stderr}");
     assert_eq!(pixels(&project.path("none.png")).0, 48);
 }
