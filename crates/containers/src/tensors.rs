@@ -13,7 +13,7 @@
 //! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) if a BRDF had a part, and
 //! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` if those with q
 //! other than 0 are zero throughout, else `all`. Its `layout` is `lat-long` (one face) or `cube` (six), its
-//! `view` `local` or `global`; further entries tell a person the frame and the basis. A `rho` of one channel
+//! `view` `local` or `global`; further entries state the frame and the basis. A `rho` of one channel
 //! is read as grey. All values are finite, and `rho` is zero where q > min(l, p): that is checked both ways.
 //!
 //! The file is written here and not by the `safetensors` crate, which keeps metadata in a hash map: its bytes
