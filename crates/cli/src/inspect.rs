@@ -179,7 +179,12 @@ fn json_object(bytes: &[u8]) -> Result<Facts, containers::Error> {
                 ("format", "JSON".into()),
                 (
                     "shape",
-                    format!("degree {}, {} rows, RGB", lighting.degree().get(), lighting.coefficients().len()).into(),
+                    format!(
+                        "degree {}, {} rows, RGB",
+                        lighting.degree().get(),
+                        lighting.coefficients().len()
+                    )
+                    .into(),
                 ),
                 ("frame", SH_FRAME.into()),
             ];

@@ -164,7 +164,8 @@ fn pictures() -> Vec<(String, Vec<u8>)> {
 
 fn coefficients() -> Vec<(String, Vec<u8>)> {
     let degree = Degree::new(2).unwrap();
-    let lighting = Expansion::from_coefficients(degree, (0..9).map(|i| [f64::from(i), 0.1, -2.5]).collect()).unwrap();
+    let lighting =
+        Expansion::from_coefficients(degree, (0..9).map(|i| [f64::from(i), 0.1, -2.5]).collect()).unwrap();
     let environment = Environment::new(LatLong { width: 4, height: 2 }, vec![[0.5; 3]; 8]).unwrap();
     let cube = MapGrid::Cube(Cube { edge: 2 });
     let values = (0..24 * 4).map(|i| [i as f32, 0.1, -1.0]).collect();

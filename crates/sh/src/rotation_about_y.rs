@@ -160,7 +160,7 @@ impl WithSimd for Block<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Block { rotation, first, input, output } = self;
-        let (recurrence, top) = (&rotation.recurrence, rotation.degree);
+        let recurrence = &rotation.recurrence;
         let last = first + LANES - 1;
         let t = 2.0 * rotation.sine * rotation.sine;
         let orders = load(simd, &F64x4::from_fn(|lane| (first + lane) as f64));

@@ -28,7 +28,8 @@ pub(crate) fn seen_in(expansion: &Expansion, to: fn(DVec3) -> DVec3) -> Expansio
             for column in l * l..(l + 1) * (l + 1) {
                 let weight = transfer[row * size + column];
                 for channel in 0..3 {
-                    seen.coefficients_mut()[row][channel] += weight * expansion.coefficients()[column][channel];
+                    seen.coefficients_mut()[row][channel] +=
+                        weight * expansion.coefficients()[column][channel];
                 }
             }
         }

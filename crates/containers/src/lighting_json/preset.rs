@@ -260,8 +260,11 @@ mod tests {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
-        Expansion::from_coefficients(degree, (0..degree.rows()).map(|_| [random(), random(), random()]).collect())
-            .unwrap()
+        Expansion::from_coefficients(
+            degree,
+            (0..degree.rows()).map(|_| [random(), random(), random()]).collect(),
+        )
+        .unwrap()
     }
 
     /// Where the engine's own code looks at (u, v) of a lat-long image, v downward.

@@ -68,7 +68,8 @@ mod tests {
 
     #[test]
     fn a_light_of_degree_0_is_the_same_from_everywhere() {
-        let light = Irradiance::new(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0, 2.0, 3.0]]).unwrap());
+        let light =
+            Irradiance::new(&Expansion::from_coefficients(Degree::ZERO, vec![[1.0, 2.0, 3.0]]).unwrap());
         for (surface, _) in surfaces() {
             let y_00 = 0.25_f64.sqrt() / std::f64::consts::PI.sqrt();
             assert!(apart(irradiance(&light, &surface), [y_00, 2.0 * y_00, 3.0 * y_00]) < 1e-6);

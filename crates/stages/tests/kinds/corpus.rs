@@ -182,7 +182,8 @@ fn six_faces_keep_their_harmonics() {
             }
         }
     }
-    let error = difference(pipeline.lighting("sh.safetensors").coefficients(), &expected) / largest(&expected);
+    let error =
+        difference(pipeline.lighting("sh.safetensors").coefficients(), &expected) / largest(&expected);
     eprintln!("pisa: 81 coefficients within {error:.1e} of the largest");
     assert!(error < 4e-4, "{error}");
 }

@@ -65,8 +65,9 @@ fn windows_scale_each_degree() {
         ("window = \"laplacian\"\nlambda = 0.25", [1.0, 0.5, 0.1]),
     ] {
         let windowed = project(&format!("degree = 2\n{window}")).artifact::<Lighting>();
-        let expected: Vec<_> =
-            (0..9_usize).map(|row| plain.coefficients()[row].map(|value| value * factors[row.isqrt()])).collect();
+        let expected: Vec<_> = (0..9_usize)
+            .map(|row| plain.coefficients()[row].map(|value| value * factors[row.isqrt()]))
+            .collect();
         assert!(difference(windowed.0.coefficients(), &expected) < 1e-12, "{window}");
     }
 }
