@@ -17,7 +17,7 @@ use sphere::{Rotation, Zyz};
 use crate::Expansion;
 use crate::f64x4::LANES;
 use crate::rotation_about_y::{PARTS, RotationAboutY, Row};
-use crate::wigner::column;
+use crate::wigner::triangle;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
 pub const REVISION: u32 = 0;
@@ -82,12 +82,13 @@ fn turns(angle: f64, degree: usize) -> Vec<[f64; 2]> {
     turns
 }
 
-/// The first turn about +Z, and the sign changes of R_z(-pi) R_y(pi) if asked for: [cosine RGB, sine RGB] for
-/// l = m ..= degree, m after m. Order 0 takes the factor 1 / sqrt(2) that makes its matrix like the others.
+/// The first turn about +Z, and the sign changes of R_z(-pi) R_y(pi) if asked for: [cosine RGB, sine RGB] at
+/// `triangle(l) + m`. Order 0 takes the factor 1 / sqrt(2) that makes its matrix like the others.
 fn gather(coefficients: &[[f64; 3]], degree: usize, gamma: f64, flip: bool) -> Vec<[f64; PARTS]> {
-    let mut parts = Vec::with_capacity(column(degree, degree + 1));
-    for (m, [x, y]) in turns(gamma, degree).into_iter().enumerate() {
-        for l in m..=degree {
+    let mut parts = Vec::with_capacity(triangle(degree + 1));
+    let turns = turns(gamma, degree);
+    for l in 0..=degree {
+        for (m, [x, y]) in turns[..=l].iter().enumerate() {
             let (c, s) = (coefficients[l * l + l + m], coefficients[l * l + l - m]);
             let sign = if flip && (l + m) % 2 == 1 { -1.0 } else { 1.0 };
             let mut part = [0.0; PARTS];

@@ -11,7 +11,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
 use crate::scaled::Scaled;
-use crate::wigner::{Pair, Recurrence, column};
+use crate::wigner::{Pair, Recurrence, triangle};
 
 /// Values per (l, m): cosine and sine parts of three channels.
 pub(crate) const PARTS: usize = 6;
@@ -63,30 +63,31 @@ impl RotationAboutY {
 
     /// Rotates coefficients; the result is for the orders m from 4 `block` on.
     ///
-    /// `input` holds [`PARTS`] values for l = n ..= degree, n after n. The result is for l = m ..= degree
-    /// with m the block's first order; entries with m > l mean nothing.
+    /// `input` holds [`PARTS`] values at `triangle(l) + n`. The result is for l = m ..= degree
+    /// with m the block's first order; entries with m > l are zero.
     pub(crate) fn apply(&self, block: usize, input: &[[f64; PARTS]]) -> Vec<Row> {
         let mut output = vec![[F64x4::ZERO; PARTS]; self.degree + 1 - block * LANES];
         self.level.run(Block { rotation: self, first: block * LANES, input, output: &mut output });
         output
     }
 
-    /// Whether functions that start out of range stay so up to the last degree F.
+    /// Whether functions that start out of range stay so up to the last degree F; n counts as -n in the
+    /// second family.
     ///
     /// Below its turning point l_t = sqrt(m^2 + n^2 - 2 m n cos(beta)) / sin(beta) a function falls by kappa
     /// each step, sinh(kappa) >= sin(beta) sqrt(l_t^2 - l^2) / l (the recurrence with slowly varying
     /// factors), so that it is below e^-84 = 1e-36 at F if l_t sin(beta) > F sin(beta) + 20 (F
     /// sin(beta))^(1/3).
-    fn stay_small(&self, first: usize, n: usize) -> bool {
+    fn stays_small(&self, first: usize, n: usize, family: usize) -> bool {
         let turn = 1.0 - 2.0 * self.sine * self.sine;
         let horizon = self.degree as f64 * 2.0 * self.sine * self.cosine;
-        let n = n as f64;
+        let n = if family == 0 { n as f64 } else { -(n as f64) };
         // The order of the block that comes nearest.
         let m = (n * turn).clamp(first as f64, (first + LANES - 1) as f64);
         (m * m + n * n - 2.0 * m * n * turn).sqrt() > horizon + 20.0 * horizon.cbrt()
     }
 
-    /// What the functions of a block start from, at l = max(m, n), for each n.
+    /// What the functions of a block start from, at l = max(m, n), for each n; zero if they never matter.
     #[inline(always)]
     fn starts(&self, first: usize) -> Vec<[Scaled; 2]> {
         let sign = |odd: usize| if odd.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -133,6 +134,15 @@ impl RotationAboutY {
                 (0..2).for_each(|i| starts[n][i].set_lane(lane, corner[i].with_sign(signs[i])));
             }
         }
+        for (n, start) in starts.iter_mut().enumerate() {
+            let apart = [first.saturating_sub(n).max(n.saturating_sub(last)), first + n];
+            for family in 0..2 {
+                let small = start[family].exponent.0.iter().all(|exponent| *exponent > 0.0);
+                if apart[family] >= self.reach || small && self.stays_small(first, n, family) {
+                    start[family] = Scaled::ZERO;
+                }
+            }
+        }
         starts
     }
 }
@@ -150,98 +160,43 @@ impl WithSimd for Block<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Block { rotation, first, input, output } = self;
-        let (recurrence, top) = (&rotation.recurrence, rotation.degree);
+        let recurrence = &rotation.recurrence;
         let last = first + LANES - 1;
         let t = 2.0 * rotation.sine * rotation.sine;
-        // The factors of each l that n does not change. Lanes with m > l have not started: their values are
-        // held.
-        let factors: Vec<([F64x4; 2], f64)> = (first..=top)
-            .map(|l| {
-                let [a, b, product] = recurrence.degree(l);
-                let step = |lane: usize| match first + lane {
-                    m if m <= l => recurrence.steps(m)[l - m],
-                    _ => [0.0; 2],
-                };
-                let [ahead, behind] =
-                    [(0, a), (1, b)].map(|(i, scale)| F64x4::from_fn(|lane| scale * step(lane)[i]));
-                ([ahead, behind], product - product * t)
-            })
-            .collect();
         let orders = load(simd, &F64x4::from_fn(|lane| (first + lane) as f64));
         let starts = rotation.starts(first);
-        let skipped = |n: usize| {
-            let apart = first.saturating_sub(n).max(n.saturating_sub(last));
-            let out_of_range = |start: &Scaled| start.exponent.0.iter().all(|exponent| *exponent > 0.0);
-            apart >= rotation.reach || starts[n].iter().all(out_of_range) && rotation.stay_small(first, n)
-        };
-        // Two n at a time, so that the sums are read and written half as often.
-        for n in (0..=top).step_by(2) {
-            let next = (n + 1).min(top);
-            if skipped(n) && skipped(next) {
-                continue;
-            }
-            let mut functions = [n, next].map(|n| Functions {
-                pair: Pair::new(simd, starts[n]),
-                product: simd.mul_f64s(orders, simd.splat_f64s(n as f64)),
-                steps: recurrence.steps(n),
-                input: &input[column(top, n)..][..top + 1 - n],
-                n,
-            });
-            let from = first.max(n);
-            let alone = if next == n { top + 1 } else { first.max(next) };
-            for (l, (row, factors)) in
-                (from..).zip(output[from - first..].iter_mut().zip(&factors[from - first..]))
-            {
-                let mask =
-                    (l < last).then(|| simd.less_than_or_equal_f64s(orders, simd.splat_f64s(l as f64)));
-                let [this, other] = &mut functions;
-                let mut sums = row.map(|sum| load(simd, &sum));
-                this.add(simd, l, mask, factors, &mut sums);
-                if l >= alone {
-                    other.add(simd, l, mask, factors, &mut sums);
+        let zero = Pair::new(simd, [Scaled::ZERO; 2]);
+        let mut pairs: Vec<Option<Pair<S>>> =
+            starts.iter().map(|start| (*start != [Scaled::ZERO; 2]).then_some(zero)).collect();
+        for (l, row) in (first..).zip(output) {
+            for n in if l <= last { 0 } else { l }..=l {
+                if let Some(pair) = &mut pairs[n] {
+                    pair.enter(simd, starts[n], |lane| n.max(first + lane) == l);
                 }
-                (0..PARTS).for_each(|part| store(simd, sums[part], &mut row[part]));
             }
-        }
-    }
-}
-
-/// The functions of a block and one n, and what they are multiplied by.
-struct Functions<'a, S: Simd> {
-    n: usize,
-    pair: Pair<S>,
-    /// m n.
-    product: S::f64s,
-    /// For l = n ..= degree, as `input`.
-    steps: &'a [[f64; 2]],
-    input: &'a [[f64; PARTS]],
-}
-
-impl<S: Simd> Functions<'_, S> {
-    /// Adds the terms of l to the sums, and climbs to l + 1; orders outside the mask have not started.
-    #[inline(always)]
-    fn add(
-        &mut self,
-        simd: S,
-        l: usize,
-        mask: Option<S::m64s>,
-        ([ahead, behind], centre): &([F64x4; 2], f64),
-        sums: &mut [S::f64s; PARTS],
-    ) {
-        let (input, [inverse, ratio]) = (&self.input[l - self.n], self.steps[l - self.n]);
-        if let Some([g, h]) = self.pair.values(simd) {
-            let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
-            for part in 0..PARTS {
-                let mixed = if part < PARTS / 2 { even } else { odd };
-                sums[part] = simd.mul_add_f64s(mixed, simd.splat_f64s(input[part]), sums[part]);
+            let ([a, b, product], steps) = (recurrence.degree(l), recurrence.steps(l));
+            let step = |lane: usize| steps.get(first + lane).copied().unwrap_or_default();
+            let ahead = load(simd, &F64x4::from_fn(|lane| a * step(lane)[0]));
+            let behind = load(simd, &F64x4::from_fn(|lane| b * step(lane)[1]));
+            let centre = simd.splat_f64s(product - product * t);
+            let mut sums = [simd.splat_f64s(0.0); PARTS];
+            let mut product = simd.splat_f64s(0.0);
+            for ((pair, [inverse, ratio]), input) in pairs.iter_mut().zip(steps).zip(&input[triangle(l)..]) {
+                if let Some(pair) = pair {
+                    if let Some([g, h]) = pair.values(simd) {
+                        let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
+                        for part in 0..PARTS {
+                            let mixed = if part < PARTS / 2 { even } else { odd };
+                            sums[part] = simd.mul_add_f64s(mixed, simd.splat_f64s(input[part]), sums[part]);
+                        }
+                    }
+                    let ahead = simd.mul_f64s(ahead, simd.splat_f64s(*inverse));
+                    let behind = simd.mul_f64s(behind, simd.splat_f64s(*ratio));
+                    pair.climb(simd, [ahead, behind], centre, product);
+                }
+                product = simd.add_f64s(product, orders);
             }
-        }
-        let ahead = simd.mul_f64s(load(simd, ahead), simd.splat_f64s(inverse));
-        let behind = simd.mul_f64s(load(simd, behind), simd.splat_f64s(ratio));
-        let before = self.pair;
-        self.pair.climb(simd, [ahead, behind], simd.splat_f64s(*centre), self.product);
-        if let Some(mask) = mask {
-            self.pair.hold(simd, before, mask);
+            (0..PARTS).for_each(|part| store(simd, sums[part], &mut row[part]));
         }
     }
 }

@@ -17,7 +17,7 @@ const fn power_of_two(exponent: i64) -> f64 {
 }
 
 /// Four values v 2^(-160 e).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaled {
     pub(crate) value: F64x4,
     pub(crate) exponent: F64x4,

@@ -24,8 +24,7 @@ use crate::scaled::{HIGH, INVERSE_UNIT, Scaled};
 
 /// The constants of the recurrence up to a degree.
 pub struct Recurrence {
-    degree: usize,
-    /// 1 / w_l+1,n and w_ln / w_l+1,n for l = n ..= degree, n after n.
+    /// 1 / w_l+1,n and w_ln / w_l+1,n at `triangle(l) + n`.
     steps: Vec<[f64; 2]>,
     /// (2l+1) / l, -(l+1) / l, l (l+1) and sqrt(2l (2l-1)) for each l. From l = 0 the step is d^1_00 =
     /// cos(beta): 1, 0 and 1.
@@ -35,7 +34,7 @@ pub struct Recurrence {
 impl Recurrence {
     /// The constants for l up to `degree`.
     pub fn new(degree: usize) -> Self {
-        let steps = (0..=degree).flat_map(|n| (n..=degree).map(move |l| (n, l))).map(|(n, l)| {
+        let steps = (0..=degree).flat_map(|l| (0..=l).map(move |n| (l, n))).map(|(l, n)| {
             let above = ((l + 1 - n) * (l + 1 + n)) as f64;
             let here = ((l - n) * (l + n)) as f64;
             [1.0 / above.sqrt(), (here / above).sqrt()]
@@ -44,13 +43,13 @@ impl Recurrence {
             0.0 => [1.0, 0.0, 1.0, 0.0],
             l => [(2.0 * l + 1.0) / l, -(l + 1.0) / l, l * (l + 1.0), (2.0 * l * (2.0 * l - 1.0)).sqrt()],
         });
-        Self { degree, steps: steps.collect(), degrees: degrees.collect() }
+        Self { steps: steps.collect(), degrees: degrees.collect() }
     }
 
-    /// 1 / w_l+1,n and w_ln / w_l+1,n for l = n ..= degree.
+    /// 1 / w_l+1,n and w_ln / w_l+1,n for n = 0 ..= l.
     #[inline]
-    pub fn steps(&self, n: usize) -> &[[f64; 2]] {
-        &self.steps[column(self.degree, n)..][..self.degree + 1 - n]
+    pub fn steps(&self, l: usize) -> &[[f64; 2]] {
+        &self.steps[triangle(l)..][..=l]
     }
 
     /// What f^l and f^(l-1) are multiplied by beside w, and what 1 - t is.
@@ -63,13 +62,13 @@ impl Recurrence {
     /// T_ln / T_l-1,n = sqrt(2l (2l-1)) / w_ln times s c, for l > n: this without s c.
     #[inline]
     pub fn ratio_of_starts(&self, l: usize, n: usize) -> f64 {
-        self.degrees[l][3] * self.steps(n)[l - 1 - n][0]
+        self.degrees[l][3] * self.steps(l - 1)[n][0]
     }
 }
 
-/// Where column n starts when the columns l = n ..= degree lie one after the other.
-pub(crate) const fn column(degree: usize, n: usize) -> usize {
-    n * (degree + 1) - n * n.saturating_sub(1) / 2
+/// Where row l of a triangle of rows 0 ..= l starts.
+pub(crate) const fn triangle(l: usize) -> usize {
+    l * (l + 1) / 2
 }
 
 /// g^l and h^l of four functions, by rising l.
@@ -128,11 +127,20 @@ impl<S: Simd> Pair<S> {
         }
     }
 
-    /// Undoes a step, of which this is the result, in the lanes that are not in a mask.
+    /// Sets the functions of some lanes, which start at this l.
     #[inline(always)]
-    pub fn hold(&mut self, simd: S, before: Self, mask: S::m64s) {
-        self.g = simd.select_f64s(mask, self.g, before.g);
-        self.h = simd.select_f64s(mask, self.h, before.h);
+    pub(crate) fn enter(&mut self, simd: S, starts: [Scaled; 2], lanes: impl Fn(usize) -> bool) {
+        let mut values = [F64x4::ZERO; 2];
+        store(simd, self.g, &mut values[0]);
+        store(simd, self.h, &mut values[1]);
+        for lane in (0..LANES).filter(|&lane| lanes(lane)) {
+            for family in 0..2 {
+                values[family].0[lane] = starts[family].value.0[lane];
+                self.exponent[family].0[lane] = starts[family].exponent.0[lane];
+            }
+        }
+        (self.g, self.h) = (load(simd, &values[0]), load(simd, &values[1]));
+        self.all_in_range = self.exponent == [F64x4::ZERO; 2];
     }
 }
 

@@ -100,13 +100,12 @@ impl Rows<'_> {
         let norm = [1.0, FRAC_1_SQRT_2, 0.5][usize::from(q == 0) + usize::from(m == 0)];
         let orders = simd.splat_f64s((q * m) as f64);
         let recurrence = &self.plan.recurrence;
-        let (from_q, from_m) = (recurrence.steps(q), recurrence.steps(m));
         for l in q.max(m)..=f {
             if let Some(values) = pair.values(simd) {
                 self.add(simd, [l, m, q], values, norm, sums);
             }
-            let ([a, b, product], [inverse_q, ratio_q], [inverse_m, ratio_m]) =
-                (recurrence.degree(l), from_q[l - q], from_m[l - m]);
+            let ([a, b, product], steps) = (recurrence.degree(l), recurrence.steps(l));
+            let ([inverse_q, ratio_q], [inverse_m, ratio_m]) = (steps[q], steps[m]);
             let [ahead, behind, product] =
                 [a * inverse_q * inverse_m, b * ratio_q * ratio_m, product].map(|v| simd.splat_f64s(v));
             let centre = simd.negate_mul_add_f64s(product, t, product);
