@@ -148,8 +148,11 @@ pub(super) fn write_input(
     Ok(name)
 }
 
+/// Decodes the bytes of an artifact.
+type Decode = fn(&[u8]) -> Result<Output, Failure>;
+
 /// The artifacts that a program can make: their types, and how the default format's bytes become one.
-const ARTIFACTS: [(&str, fn(&[u8]) -> Result<Output, Failure>); 7] = [
+const ARTIFACTS: [(&str, Decode); 7] = [
     (Environment::TYPE, decoded::<Environment>),
     (Lighting::TYPE, decoded::<Lighting>),
     (Material::TYPE, decoded::<Material>),
