@@ -242,7 +242,7 @@ impl RunContext<'_> {
 
     /// The value of a stored artifact that an earlier build left in memory. The stored bytes may have been
     /// damaged since; the value is still good, and a consumer that asks for the bytes gets an error.
-    pub(crate) fn from_memory(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
+    pub(crate) fn value_in_memory(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
         let (name, _) = self.check.stages[self.check.plan.items[item].stage].artifact?;
         let value = self.memory.get(name, digest)?;
         Some(Arc::new(self.handle(name, digest).with_value(value)))

@@ -328,7 +328,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         self.items[item].phase = Phase::Busy;
         for input in distinct(&self.check.plan.items[item].inputs) {
             if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
-                self.items[input].handle = self.context.from_memory(input, self.digest(input));
+                self.items[input].handle = self.context.value_in_memory(input, self.digest(input));
             }
             if self.items[input].handle.is_some() {
                 continue;
