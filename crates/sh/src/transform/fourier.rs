@@ -11,6 +11,7 @@
 //! ```
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
@@ -155,18 +156,25 @@ impl Fourier {
         }
         rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
         let [red, green, blue] = rows;
-        let store = |part: usize, lane: usize, pixels: &mut [[T; 3]]| {
-            let rows = red.iter().zip(&*green).zip(&*blue);
-            for (rgb, ((red, green), blue)) in pixels.iter_mut().zip(rows) {
+        let store = |part: usize, lane: usize, columns: Range<usize>, pixels: &mut [[T; 3]]| {
+            let rows = red[columns.clone()].iter().zip(&green[columns.clone()]).zip(&blue[columns.clone()]);
+            for (rgb, ((red, green), blue)) in pixels[columns].iter_mut().zip(rows) {
                 *rgb = [red, green, blue].map(|row| T::from_f64(row[part].0[lane]));
             }
         };
-        north.chunks_exact_mut(width).enumerate().for_each(|(lane, pixels)| store(0, lane, pixels));
-        south.chunks_exact_mut(width).rev().enumerate().for_each(|(lane, pixels)| store(1, lane, pixels));
+        for start in (0..width).step_by(COLUMNS) {
+            let columns = start..(start + COLUMNS).min(width);
+            for (lane, pixels) in north.chunks_exact_mut(width).enumerate() {
+                store(0, lane, columns.clone(), pixels);
+            }
+            for (lane, pixels) in south.chunks_exact_mut(width).rev().enumerate() {
+                store(1, lane, columns.clone(), pixels);
+            }
+        }
     }
 }
 
-/// Columns of four pairs of rows that stay in the first-level cache while they are gathered.
+/// Columns of four pairs of rows that stay in the first-level cache while they are gathered or spread.
 const COLUMNS: usize = 64;
 
 /// Groups that a synthesis reads at once.
