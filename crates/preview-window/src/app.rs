@@ -246,7 +246,7 @@ impl eframe::App for App {
         if let Some(seconds) = self.state.expire_toasts(now) {
             context.request_repaint_after(Duration::from_secs_f64(seconds.max(0.0)));
         }
-        self.state.taking_screenshot = self.render_thread.is_keeping();
+        self.state.taking_screenshot = self.render_thread.has_screenshots();
         let mut actions = self.keyboard.pressed(&context);
         let layout = PanelLayout {
             state: &self.state,

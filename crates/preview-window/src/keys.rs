@@ -292,7 +292,7 @@ mod tests {
             Action::ToggleHelp,
             Action::ToggleFullscreen,
             Action::Dismiss,
-            Action::PutAside,
+            Action::HideFailure,
             Action::ShowFailure,
             Action::Screenshot,
             Action::Close,

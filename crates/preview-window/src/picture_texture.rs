@@ -58,5 +58,6 @@ impl PictureTexture {
                 }
             }
         };
+        self.frame = Some((texture, frame));
     }
 }

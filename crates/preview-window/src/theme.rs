@@ -56,7 +56,7 @@ fn visuals() -> Visuals {
     visuals.error_fg_color = FAILED;
     visuals.weak_text_color = Some(WEAK);
     visuals.selection.bg_fill = Color32::from_gray(74);
-    visuals.selection.partial = Stroke::new(1.0, STRONG);
+    visuals.selection.stroke = Stroke::new(1.0, STRONG);
     let widgets = &mut visuals.widgets;
     widgets.noninteractive.bg_stroke = Stroke::new(1.0, LINE);
     widgets.noninteractive.fg_stroke = Stroke::new(1.0, TEXT);
