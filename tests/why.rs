@@ -217,7 +217,7 @@ fn a_copy_in_another_folder_is_recognised_and_an_old_one_is_stale() {
     assert!(unknown.stderr.contains("hint: name an exported file"), "{}", unknown.stderr);
     let folder = project.specula(&["verify", "out"]);
     assert_eq!(folder.code, Some(2), "{folder:?}");
-    assert!(folder.stderr.contains("hint: name one of the files in it"), "{}", folder.stderr);
+    assert!(folder.stderr.contains("hint: name one of the files in this folder"), "{}", folder.stderr);
 }
 
 #[test]

@@ -297,9 +297,9 @@ fn many_changes_are_counted_by_folder() {
     let mut changes = paths.iter().map(|path| (path.as_str(), Changed::Changed)).collect::<Vec<_>>();
     changes.extend([("assets/0/new.toml", Changed::Appeared), ("pipeline.toml", Changed::Changed)]);
     watched.after(0, &[noticed(&changes)]).shows(expect![[r#"
-        14:00:00  assets/0: 1 new, 250 changed
+        14:00:00  .: 1 changed
+                  assets/0: 1 new, 250 changed
                   assets/1: 250 changed
-                  .: 1 changed
     "#]]);
     let few = [("assets", Changed::Unknown), ("b.toml", Changed::Gone), ("c.toml", Changed::Appeared)];
     watched.after(0, &[noticed(&few)]).shows(expect![[r#"
