@@ -1,4 +1,5 @@
-//! `pipeline/sample_cold`: the sample environments and four materials, from an empty cache to published files.
+//! `pipeline/sample_cold`: the sample environments and four materials, from an empty cache to published
+//! files.
 //!
 //! The manifest and the materials beside this file are frozen: they stay as they are when the project's own
 //! `pipeline.toml` grows, so that figures can be compared over time. The environments are the project's own.

@@ -1,7 +1,9 @@
-//! How long a lighting designer waits: the project of `watch-latency`, its edits and what they are measured by.
+//! How long a lighting designer waits: the project of `watch-latency`, its edits and what they are measured
+//! by.
 //!
-//! The manifest and the materials in `frozen-watch` are frozen: they stay as they are, so that figures can be compared
-//! over time. The environments are a gradient with a sun and grain, 1024 x 512, half floats with ZIP compression.
+//! The manifest and the materials in `frozen-watch` are frozen: they stay as they are, so that figures can be
+//! compared over time. The environments are a gradient with a sun and grain, 1024 x 512, half floats with ZIP
+//! compression.
 
 use std::fs;
 use std::io;

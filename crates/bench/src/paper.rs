@@ -2,14 +2,15 @@
 //! integration over angles and in spherical harmonics.
 //!
 //! Environment and maps are of 128 x 128 texels (lat-long), all of them lit. The angular side is
-//! [`shrm::reference`]: in vectors, on all threads, culled to the cap that holds 1 - 0.05 of the lobe (Appendix D).
-//! The frequency side goes from pixels to pixels: lighting to coefficients, material to coefficients, product,
-//! synthesis. What depends on grid and degree alone (the transform's plan, which a build shares between its
-//! environments) or on the environment alone (the angular side's tables) is made before, for both.
+//! [`shrm::reference`]: in vectors, on all threads, culled to the cap that holds 1 - 0.05 of the lobe
+//! (Appendix D). The frequency side goes from pixels to pixels: lighting to coefficients, material to
+//! coefficients, product, synthesis. What depends on grid and degree alone (the transform's plan, which a
+//! build shares between its environments) or on the environment alone (the angular side's tables) is made
+//! before, for both.
 //!
-//! Table 5's side chooses its degrees by the tolerance, as Appendix C does in its first step. The paper does not say
-//! whether its seconds hold that search; here one table of the BRDF serves the search and the coefficients, and a few
-//! outgoing directions more tell how high the table must reach.
+//! Table 5's side chooses its degrees by the tolerance, as Appendix C does in its first step. The paper does
+//! not say whether its seconds hold that search; here one table of the BRDF serves the search and the
+//! coefficients, and a few outgoing directions more tell how high the table must reach.
 
 use brdf::{Absent, BrdfCoefficients, Choice, MODELS, Material, Value, Values, project};
 use envmap::Environment;
@@ -159,8 +160,8 @@ impl Table5 {
         self.reference.local_map(MapGrid::LatLong(GRID), view)
     }
 
-    /// The SHRM, from pixels and material: the choice of degrees, BRDF coefficients, lighting coefficients, product,
-    /// synthesis.
+    /// The SHRM, from pixels and material: the choice of degrees, BRDF coefficients, lighting coefficients,
+    /// product, synthesis.
     pub fn shrm(&self) -> Shrm {
         let brdf = coefficients(&self.material);
         let lighting = self.transform.analyse(self.environment.pixels());
@@ -223,8 +224,8 @@ mod tests {
         }
     }
 
-    /// The angular side loses 5 percent of the lobe, the frequency side 3 percent of its energy: some 17 percent where
-    /// the lighting were white noise, and less for any other.
+    /// The angular side loses 5 percent of the lobe, the frequency side 3 percent of its energy: some 17
+    /// percent where the lighting were white noise, and less for any other.
     #[test]
     fn both_sides_of_table_5_make_the_same_maps() {
         for row in [TABLE5[1], TABLE5[4]] {

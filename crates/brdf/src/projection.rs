@@ -35,7 +35,8 @@ use tabulation::{ACCURACY, coarse, energies, tabulate};
 
 pub use error::{MOST_COEFFICIENTS, ProjectionError};
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// How the degrees of a projection are chosen.

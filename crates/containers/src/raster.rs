@@ -76,7 +76,8 @@ fn open<'a>(bytes: &'a [u8], format: Format) -> ImageResult<Box<dyn ImageDecoder
     })
 }
 
-/// Whether the chunks of a WebP file are in it (RFC 9649): the decoder makes room for as much as they declare.
+/// Whether the chunks of a WebP file are in it (RFC 9649): the decoder makes room for as much as they
+/// declare.
 fn has_whole_chunks(bytes: &[u8]) -> bool {
     let mut rest = bytes.get(12..).unwrap_or_default();
     while let Some((&[_, _, _, _, a, b, c, d], body)) = rest.split_first_chunk() {

@@ -220,8 +220,8 @@ fn every_truncated_length_is_an_error() {
         for length in 0..bytes.len() {
             within_limits(&format!("{name}, {length} bytes"), || {
                 let Ok(cut) = read_image(&bytes[..length], &ReadOptions::default()) else { return };
-                // A file may end in what no reader needs: the checksum of PNG's last chunk or of deflated data, TGA's
-                // footer, or padding.
+                // A file may end in what no reader needs: the checksum of PNG's last chunk or of deflated
+                // data, TGA's footer, or padding.
                 let needless = match name.split(' ').next() {
                     Some("png") => 16,
                     Some("tga") => 26,

@@ -48,8 +48,8 @@ impl Port {
         Self { many: true, ..Self::one::<T>(name) }
     }
 
-    /// The same port, also taking artifacts of type `T`. If it takes all types, this says that the kind decodes artifacts
-    /// of type `T`, rather than taking their bytes.
+    /// The same port, also taking artifacts of type `T`. If it takes all types, this says that the kind
+    /// decodes artifacts of type `T`, rather than taking their bytes.
     #[must_use]
     pub fn or<T: Artifact>(mut self) -> Self {
         self.types.push(port_type::<T>());

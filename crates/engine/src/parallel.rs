@@ -1,5 +1,5 @@
-//! One loop over items in parallel. Its body is called through a pointer, so that rayon's part is compiled once
-//! instead of once for each caller.
+//! One loop over items in parallel. Its body is called through a pointer, so that rayon's part is compiled
+//! once instead of once for each caller.
 
 use parking_lot::Mutex;
 use rayon::prelude::*;

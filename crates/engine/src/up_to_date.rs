@@ -360,8 +360,8 @@ impl<'a> UpToDateCheck<'a> {
         reasons
     }
 
-    /// Whether a record of these outputs and reads, if its outputs are in the store, has the result that the item
-    /// would make now.
+    /// Whether a record of these outputs and reads, if its outputs are in the store, has the result that the
+    /// item would make now.
     fn is_valid<'r>(
         &self,
         item: ItemIndex,

@@ -97,8 +97,8 @@ impl Environment {
         Ok(Self { grid, pixels })
     }
 
-    /// The environment on a cube of any size: the mean over each texel of the bilinearly interpolated image, as by
-    /// [`Environment::from_image`].
+    /// The environment on a cube of any size: the mean over each texel of the bilinearly interpolated image,
+    /// as by [`Environment::from_image`].
     ///
     /// # Errors
     /// [`Error::Resolution`] if the cube is empty or larger than 2^28 texels.

@@ -17,7 +17,8 @@ use crate::canvas::{Canvas, MOST_POINTS};
 use crate::lamps::Lamps;
 use crate::texels::Texels;
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// The number of points along the side of a square texel of the picture.

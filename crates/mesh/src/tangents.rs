@@ -12,7 +12,8 @@ use glam::DVec3;
 
 use crate::normals::{double, unit};
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// The most triangles around a vertex for which MikkTSpace is used: its time is quadratic in their number,

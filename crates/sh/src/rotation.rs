@@ -19,7 +19,8 @@ use crate::f64x4::LANES;
 use crate::rotation_about_y::{PARTS, RotationAboutY, Row};
 use crate::wigner::triangle;
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// Below this degree a rotation takes less time than waking threads does.

@@ -18,7 +18,8 @@ use sphere::Direction;
 
 use crate::{MapGrid, Shrm, Terms, View};
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// The largest conditioning that is accepted if P is not given.

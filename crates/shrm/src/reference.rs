@@ -35,7 +35,8 @@ use crate::{MapGrid, View, frame};
 use lit_texels::{LitTexels, Span};
 use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// Which texels are summed over.

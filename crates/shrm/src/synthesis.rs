@@ -26,7 +26,8 @@ mod spin;
 use crate::{MapGrid, Reflection, Shrm, Terms, View};
 use plan::SynthesisPlan;
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own revision.
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
 pub const REVISION: u32 = 0;
 
 /// Why a map could not be made.

@@ -1,19 +1,23 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
-//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or WebP files, or
-//! folders of six cube faces. A glob gives one item per file. The content of a file decides its format, not its name.
+//! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or WebP
+//! files, or folders of six cube faces. A glob gives one item per file. The content of a file decides its
+//! format, not its name.
 //!
-//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with colour is
-//!   read, an unnamed one before all others, with a warning that lists them; `layer` names another. The
-//!   `chromaticities` are converted to Rec. 709.
-//! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a warning.
-//! - TIFF: 8 or 16-bit integers, or 32-bit floats, grey or RGB; of several pages, the first. Floats hold high dynamic
-//!   range.
-//! - PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their white.
+//! - OpenEXR: scanlines or tiles; RGB, or Y as grey; half, float or uint. Of several layers the first with
+//!   colour is read, an unnamed one before all others, with a warning that lists them; `layer` names another.
+//!   The `chromaticities` are converted to Rec. 709.
+//! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
+//!   warning.
+//! - TIFF: 8 or 16-bit integers, or 32-bit floats, grey or RGB; of several pages, the first. Floats hold high
+//!   dynamic range.
+//! - PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than their
+//!   white.
 //!
-//! The colours of TIFF, PNG, JPEG and WebP are converted to linear Rec. 709 by the file's ICC profile (sRGB, Display P3,
-//! Adobe RGB, Rec. 2020, linear ones and others). Without a profile, integers are taken for sRGB and floats for linear
-//! Rec. 709. Integer colours that are more saturated than Rec. 709 are clipped, with a warning.
+//! The colours of TIFF, PNG, JPEG and WebP are converted to linear Rec. 709 by the file's ICC profile (sRGB,
+//! Display P3, Adobe RGB, Rec. 2020, linear ones and others). Without a profile, integers are taken for sRGB
+//! and floats for linear Rec. 709. Integer colours that are more saturated than Rec. 709 are clipped, with a
+//! warning.
 //!
 //! Alpha is ignored, with a warning if it is below 1.
 //!

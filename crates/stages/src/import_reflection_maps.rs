@@ -1,9 +1,9 @@
 //! Reads explicit reflection maps for several views and fits a spherical harmonic reflection map to them.
 //!
 //! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance, TIFF) or
-//! textures (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write such an
-//! index; for old data from other programs write one by hand. The result is of type `shrm`, for `export-shrm`
-//! and the exports of maps.
+//! textures (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write
+//! such an index; for old data from other programs write one by hand. The result is of type `shrm`, for
+//! `export-shrm` and the exports of maps.
 //!
 //! For each texel the coefficients are the least-squares fit to the values of all views, without
 //! regularisation: if the views do not determine the coefficients, the item fails (Ramamoorthi and Hanrahan

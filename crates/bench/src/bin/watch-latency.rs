@@ -1,7 +1,8 @@
 //! Measures the time from a save to the published SHRM exports under `watch`, and prints it as JSON.
 //!
-//! `cargo run --release -p bench --bin watch-latency [EDITS]`: EDITS (200) of materials, and as many of environments.
-//! Each figure is in milliseconds; of each part the p50, p95 and p99 are its own, so that they do not add up.
+//! `cargo run --release -p bench --bin watch-latency [EDITS]`: EDITS (200) of materials, and as many of
+//! environments. Each figure is in milliseconds; of each part the p50, p95 and p99 are its own, so that they
+//! do not add up.
 //!
 //! | part | from | to |
 //! | --- | --- | --- |

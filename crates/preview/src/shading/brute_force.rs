@@ -2,11 +2,11 @@
 //! (paper 1, equation 2).
 //!
 //! There are two kinds of samples: directions in which the light is bright ([`super::light_samples`]), and
-//! directions from which the material reflects ([`super::lobe_sampling`]). The first coordinate of a sample's point
-//! ([`super::sequence`]) chooses one. Each sample contributes L rho_hat / (c p_light + (1 - c) p_lobes),
-//! where c is the share of the first kind: the one-sample balance heuristic (Veach and Guibas, "Optimally
-//! Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample is larger
-//! than with the better kind alone.
+//! directions from which the material reflects ([`super::lobe_sampling`]). The first coordinate of a sample's
+//! point ([`super::sequence`]) chooses one. Each sample contributes L rho_hat / (c p_light + (1 - c)
+//! p_lobes), where c is the share of the first kind: the one-sample balance heuristic (Veach and Guibas,
+//! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample
+//! is larger than with the better kind alone.
 //!
 //! Light is distant, and surfaces cast no shadows, as in the papers. The sum converges to
 //! `shrm::reference::Reference` up to the square of the size of the light's texels: see

@@ -1,9 +1,9 @@
 // The integral over all light (paper 1, equation 2) with samples of the light and of the material's lobes,
 // weighted by the balance heuristic. The twin of brute_force.rs, with the same samples.
 //
-// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and lobe_sampling.wgsl. Their
-// buffers come from `Prepared`: light_samples from `Prepared::light`, material from `Prepared::material`,
-// lobe_sampling from `Prepared::lobes`.
+// It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and
+// lobe_sampling.wgsl. Their buffers come from `Prepared`: light_samples from `Prepared::light`, material from
+// `Prepared::material`, lobe_sampling from `Prepared::lobes`.
 
 // The sum over `count` light samples from `first` on: the reflected radiance times the samples' number.
 fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> vec3f {

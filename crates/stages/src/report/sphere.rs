@@ -1,8 +1,9 @@
 //! The sphere that every picture of a report shows: seen from far away along +X, up is +Z.
 //!
-//! The camera is orthographic, so the view V = -X is the same for every pixel, and the pixel itself is the normal:
-//! N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. The reflection vector R = 2 (N.V) N - V runs over
-//! the whole sphere, and w_o over every angle to it, so one picture tests all views of a map.
+//! The camera is orthographic, so the view V = -X is the same for every pixel, and the pixel itself is the
+//! normal: N = (-sqrt(1 - x^2 - y^2), -x, -y) for x to the right and y down. The reflection vector R = 2
+//! (N.V) N - V runs over the whole sphere, and w_o over every angle to it, so one picture tests all views of
+//! a map.
 
 use brdf::Centre;
 use sphere::{DVec3, Direction};
