@@ -53,7 +53,7 @@ fn assert_refused(project: &Project, folder: &str, cause: &str) {
     change(project);
     let run = project.specula(&["build"]);
     assert_eq!(run.code, Some(4), "{run:?}");
-    for words in [project.path(folder).to_str().unwrap(), cause, "hint: make"] {
+    for words in [project.path(folder).to_str().unwrap(), cause, "hint: free some space"] {
         assert!(run.stderr.contains(words), "no {words:?} in:\n{}", run.stderr);
     }
     let now = project.outputs();

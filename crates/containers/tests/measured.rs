@@ -599,7 +599,7 @@ fn the_ending_says_the_format_unless_it_is_given() {
     let error = read("gloss.txt", csv.as_bytes(), None).unwrap_err().to_string();
     assert_eq!(
         error,
-        "the ending of \"gloss.txt\" is that of no measured BRDF; expected .binary (merl), .brdf (cornell), .curet (curet), .csv (table)"
+        "the ending of \"gloss.txt\" is not that of a measured BRDF; expected .binary (merl), .brdf (cornell), .curet (curet), .csv (table)"
     );
     let given = read("gloss.txt", csv.as_bytes(), Some(Format::Table)).unwrap();
     assert_eq!(given, read("gloss.csv", csv.as_bytes(), None).unwrap());

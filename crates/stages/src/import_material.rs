@@ -91,8 +91,8 @@
 //! | key | value | meaning |
 //! | --- | --- | --- |
 //! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: the tangent of the half vector's angle at which it has fallen to 1/e |
-//! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; `roughness` where it is left out |
-//! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; `roughness` where it is left out |
+//! | `roughness_x` | a number from 0.01 to 1; optional | the width along the tangent; default `roughness` |
+//! | `roughness_y` | a number from 0.01 to 1; optional | the width across the tangent; default `roughness` |
 //! | `specular` | a colour, each a number from 0 to 1e6; default 1 | the weight of the highlight |
 //!
 //! ### `ashikhmin-shirley`
@@ -102,8 +102,8 @@
 //! | key | value | meaning |
 //! | --- | --- | --- |
 //! | `exponent` | a number from 0 to 1e9; required | the sharpness of the highlight: the power of the half vector's cosine |
-//! | `exponent_x` | a number from 0 to 1e9; optional | the sharpness along the tangent; `exponent` where it is left out |
-//! | `exponent_y` | a number from 0 to 1e9; optional | the sharpness across the tangent; `exponent` where it is left out |
+//! | `exponent_x` | a number from 0 to 1e9; optional | the sharpness along the tangent; default `exponent` |
+//! | `exponent_y` | a number from 0 to 1e9; optional | the sharpness across the tangent; default `exponent` |
 //! | `diffuse` | a colour, each a number from 0 to 1e6; default 0 | the share of the remaining light that the base reflects |
 //! | `specular` | a colour, each a number from 0 to 1; required | the share of light that the highlight reflects at normal incidence |
 //!

@@ -70,7 +70,7 @@ path = "{text}"
             24:1 "text" is missing | expected text = a string
             27:9 times: "two" is not a whole number, 0 or more | expected a whole number, 0 or more
             28:9 place: "behind" is not "before" or "after" | expected "before" or "after"
-            35:9 10 times is more than 9
+            35:9 times: 10 is more than 9
             37:1 port "right" of stage "joined" is not connected | expected inputs = { right = "STAGE", ... } | these stages make text: bad name, empty, text
             45:9 port "text" takes text, but stage "counted" makes number | expected a stage that makes text | these stages make text: bad name, empty, text
             51:9 port "text" takes text, but stage "file" exports files | expected a stage that makes text | these stages make text: bad name, empty, text
