@@ -225,7 +225,7 @@ mod tests {
     }
 
     /// The angular side loses 5 percent of the lobe, the frequency side 3 percent of its energy: some 17
-    /// percent where the lighting were white noise, and less for any other.
+    /// percent if the lighting were white noise, and less for any other.
     #[test]
     fn both_sides_of_table_5_make_the_same_maps() {
         for row in [TABLE5[1], TABLE5[4]] {

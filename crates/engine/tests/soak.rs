@@ -21,7 +21,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 #[allow(unused_imports, reason = "some of them")]
 use engine::*;
 use test_data::{length, say};
-use watching::{PATIENCE, Random, Watcher, clean_build, files_below};
+use watching::{Random, TIMEOUT, Watcher, clean_build, files_below};
 
 const MANIFEST: &str = r#"
 schema = 1
@@ -97,205 +97,205 @@ path = "counts/{word}"
 const BRANCH: usize = 12;
 
 /// A way in which editors, exporters or version control change files, with its name.
-type EditPattern = (&'static str, fn(&mut Studio));
+type EditPattern = (&'static str, fn(&mut EditedProject));
 
 const PATTERNS: &[EditPattern] = &[
-    ("write in place", |studio| {
-        let (path, text) = (studio.any_text(), studio.text());
-        studio.write(&path, &text);
+    ("write in place", |project| {
+        let (path, text) = (project.any_text(), project.text());
+        project.write(&path, &text);
     }),
-    ("truncate, then write slowly", |studio| {
-        let (path, text) = (studio.any_text(), studio.text());
-        studio.write(&path, "");
-        studio.pause(8);
-        studio.write(&path, &text[..text.len() / 2]);
-        studio.pause(8);
-        studio.write(&path, &text);
+    ("truncate, then write slowly", |project| {
+        let (path, text) = (project.any_text(), project.text());
+        project.write(&path, "");
+        project.pause(8);
+        project.write(&path, &text[..text.len() / 2]);
+        project.pause(8);
+        project.write(&path, &text);
     }),
-    ("write temporary, rename over", |studio| {
-        let (path, text) = (studio.any_text(), studio.text());
-        studio.replace(&path, &text);
+    ("write temporary, rename over", |project| {
+        let (path, text) = (project.any_text(), project.text());
+        project.replace(&path, &text);
     }),
-    ("write elsewhere, link", |studio| {
-        let (path, text) = (studio.new_text(), studio.text());
-        let hidden = studio.path("texts/.unnamed");
-        studio.write(&hidden, &text);
+    ("write elsewhere, link", |project| {
+        let (path, text) = (project.new_text(), project.text());
+        let hidden = project.path("texts/.unnamed");
+        project.write(&hidden, &text);
         let _ = fs::remove_file(&path);
         fs::hard_link(&hidden, &path).unwrap();
-        studio.remove(&hidden);
+        project.remove(&hidden);
     }),
-    ("delete, then create", |studio| {
-        let (path, text) = (studio.any_text(), studio.text());
-        studio.remove(&path);
-        studio.pause(8);
-        studio.write(&path, &text);
+    ("delete, then create", |project| {
+        let (path, text) = (project.any_text(), project.text());
+        project.remove(&path);
+        project.pause(8);
+        project.write(&path, &text);
     }),
-    ("touch", |studio| {
-        let path = studio.any_text();
-        studio.set_time(&path, SystemTime::now());
+    ("touch", |project| {
+        let path = project.any_text();
+        project.set_time(&path, SystemTime::now());
     }),
-    ("save twice", |studio| {
-        let (path, first, second) = (studio.any_text(), studio.text(), studio.text());
-        studio.replace(&path, &first);
-        studio.pause(5);
-        studio.replace(&path, &second);
+    ("save twice", |project| {
+        let (path, first, second) = (project.any_text(), project.text(), project.text());
+        project.replace(&path, &first);
+        project.pause(5);
+        project.replace(&path, &second);
     }),
-    ("swap and backup files", |studio| {
-        let path = studio.any_text();
+    ("swap and backup files", |project| {
+        let path = project.any_text();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let beside = [format!(".{name}.swp"), format!("{name}~"), format!("{name}.tmp"), "4913".into()];
         for name in &beside {
-            studio.write(&path.with_file_name(name), "ignored");
+            project.write(&path.with_file_name(name), "ignored");
         }
-        for name in &beside[studio.random.below(3)..] {
-            studio.remove(&path.with_file_name(name));
+        for name in &beside[project.random.below(3)..] {
+            project.remove(&path.with_file_name(name));
         }
     }),
-    ("an old time restored", |studio| {
-        let path = studio.any_text();
+    ("an old time restored", |project| {
+        let path = project.any_text();
         let time = fs::metadata(&path).unwrap().modified().unwrap();
         // The size stays the same as well: only the first letter changes.
         let text = fs::read_to_string(&path).unwrap();
         let letter = if text.starts_with('a') { 'e' } else { 'a' };
-        studio.write(&path, &format!("{letter}{}", &text[1..]));
-        studio.set_time(&path, time);
+        project.write(&path, &format!("{letter}{}", &text[1..]));
+        project.set_time(&path, time);
     }),
-    ("a new file", |studio| {
-        let (path, text) = (studio.new_text(), studio.text());
-        studio.write(&path, &text);
+    ("a new file", |project| {
+        let (path, text) = (project.new_text(), project.text());
+        project.write(&path, &text);
     }),
-    ("a file removed", |studio| {
-        if studio.texts().len() > 3 {
-            let path = studio.any_text();
-            studio.remove(&path);
+    ("a file removed", |project| {
+        if project.texts().len() > 3 {
+            let path = project.any_text();
+            project.remove(&path);
         }
     }),
-    ("a file renamed", |studio| {
-        let (from, to) = (studio.any_text(), studio.new_text());
-        studio.rename(&from, &to);
+    ("a file renamed", |project| {
+        let (from, to) = (project.any_text(), project.new_text());
+        project.rename(&from, &to);
     }),
-    ("another ending of the same stem", |studio| {
-        let (text, markdown) = (studio.path("words/w0.txt"), studio.path("words/w0.md"));
+    ("another ending of the same stem", |project| {
+        let (text, markdown) = (project.path("words/w0.txt"), project.path("words/w0.md"));
         let (from, to) = if text.exists() { (text, markdown) } else { (markdown, text) };
-        let word = studio.word();
+        let word = project.word();
         // For a moment there are two files with one stem, which is an error of the manifest.
-        studio.write(&to, &word);
-        studio.pause(3);
-        studio.remove(&from);
+        project.write(&to, &word);
+        project.pause(3);
+        project.remove(&from);
     }),
-    ("a word", |studio| {
-        let (path, word) = (studio.path("words/w1.txt"), studio.word());
-        studio.replace(&path, &word);
+    ("a word", |project| {
+        let (path, word) = (project.path("words/w1.txt"), project.word());
+        project.replace(&path, &word);
     }),
-    ("a file that others include", |studio| {
-        let path = studio.part();
-        let word = studio.word();
-        studio.replace(&path, &word);
+    ("a file that others include", |project| {
+        let path = project.part();
+        let word = project.word();
+        project.replace(&path, &word);
     }),
-    ("a folder made and written to at once", |studio| {
-        let name = format!("texts/made{}", studio.random.below(3));
-        let folder = studio.path(&name);
+    ("a folder made and written to at once", |project| {
+        let name = format!("texts/made{}", project.random.below(3));
+        let folder = project.path(&name);
         let _ = fs::remove_dir_all(&folder);
-        let text = studio.text();
+        let text = project.text();
         fs::create_dir_all(folder.join("deep")).unwrap();
-        let name = format!("deep/made{}.txt", studio.serial());
-        studio.write(&folder.join(name), &text);
+        let name = format!("deep/made{}.txt", project.serial());
+        project.write(&folder.join(name), &text);
     }),
-    ("a folder moved", |studio| {
-        let (here, there) = (studio.path("texts/here"), studio.path("texts/there"));
+    ("a folder moved", |project| {
+        let (here, there) = (project.path("texts/here"), project.path("texts/there"));
         let (from, to) = if here.exists() { (here, there) } else { (there, here) };
-        studio.rename(&from, &to);
+        project.rename(&from, &to);
     }),
-    ("a folder moved away and back", |studio| {
-        let (texts, away) = (studio.path("texts"), studio.path("away"));
-        studio.rename(&texts, &away);
-        studio.pause(6);
-        studio.rename(&away, &texts);
+    ("a folder moved away and back", |project| {
+        let (texts, away) = (project.path("texts"), project.path("away"));
+        project.rename(&texts, &away);
+        project.pause(6);
+        project.rename(&away, &texts);
     }),
-    ("a folder's listing", |studio| {
-        let name = format!("faces/{}.png", studio.random.below(4));
-        let path = studio.path(&name);
-        if path.exists() { studio.remove(&path) } else { studio.write(&path, "") }
+    ("a folder's listing", |project| {
+        let name = format!("faces/{}.png", project.random.below(4));
+        let path = project.path(&name);
+        if path.exists() { project.remove(&path) } else { project.write(&path, "") }
     }),
-    ("the only file of a stage", |studio| {
-        let (path, word) = (studio.path("single.txt"), studio.word());
-        studio.replace(&path, &word);
+    ("the only file of a stage", |project| {
+        let (path, word) = (project.path("single.txt"), project.word());
+        project.replace(&path, &word);
     }),
-    ("a checkout", |studio| {
-        let branch = studio.path("texts/branch");
+    ("a checkout", |project| {
+        let branch = project.path("texts/branch");
         if branch.exists() {
-            studio.edits += BRANCH;
+            project.edits += BRANCH;
             fs::remove_dir_all(&branch).unwrap();
         } else {
             fs::create_dir(&branch).unwrap();
             for index in 0..BRANCH {
-                let text = studio.text();
-                studio.write(&branch.join(format!("b{index}.txt")), &text);
+                let text = project.text();
+                project.write(&branch.join(format!("b{index}.txt")), &text);
             }
         }
     }),
     #[cfg(unix)]
-    ("a link replaced", |studio| {
-        let target = format!("../versions/{}.txt", studio.random.one_of(&["a", "b"]));
-        let (link, temporary) = (studio.path("words/link.txt"), studio.path("words/.link"));
+    ("a link replaced", |project| {
+        let target = format!("../versions/{}.txt", project.random.one_of(&["a", "b"]));
+        let (link, temporary) = (project.path("words/link.txt"), project.path("words/.link"));
         let _ = fs::remove_file(&temporary);
         std::os::unix::fs::symlink(target, &temporary).unwrap();
-        studio.rename(&temporary, &link);
+        project.rename(&temporary, &link);
     }),
     #[cfg(unix)]
-    ("the file behind a link", |studio| {
-        let name = format!("versions/{}.txt", studio.random.one_of(&["a", "b"]));
-        let (path, word) = (studio.path(&name), studio.word());
-        studio.write(&path, &word);
+    ("the file behind a link", |project| {
+        let name = format!("versions/{}.txt", project.random.one_of(&["a", "b"]));
+        let (path, word) = (project.path(&name), project.word());
+        project.write(&path, &word);
     }),
-    ("a parameter", |studio| {
-        let times = 1 + studio.random.below(9);
-        studio.edit_manifest(|text| {
+    ("a parameter", |project| {
+        let times = 1 + project.random.below(9);
+        project.edit_manifest(|text| {
             let (before, after) = text.split_once("times = ").unwrap();
             format!("{before}times = {times}{}", &after[1..])
         });
     }),
-    ("a stage more or less", |studio| {
-        studio.edit_manifest(|text| match text.strip_suffix(MORE) {
+    ("a stage more or less", |project| {
+        project.edit_manifest(|text| match text.strip_suffix(MORE) {
             Some(less) => less.to_owned(),
             None => text + MORE,
         });
     }),
-    ("a manifest broken and repaired", |studio| {
-        let valid = fs::read_to_string(studio.path("pipeline.toml")).unwrap();
-        studio.edit_manifest(|text| text.replace("kind = \"upper\"", "kind = \"uper"));
-        studio.pause(10);
-        studio.edit_manifest(|_| valid.clone());
+    ("a manifest broken and repaired", |project| {
+        let valid = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+        project.edit_manifest(|text| text.replace("kind = \"upper\"", "kind = \"uper"));
+        project.pause(10);
+        project.edit_manifest(|_| valid.clone());
     }),
 ];
 
 /// The folder that is edited.
-struct Studio {
+struct EditedProject {
     folder: tempfile::TempDir,
     random: Random,
     serial: usize,
     edits: usize,
 }
 
-impl Studio {
+impl EditedProject {
     fn new(seed: u64) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let mut studio = Self { folder, random: Random(seed), serial: 0, edits: 0 };
+        let mut project = Self { folder, random: Random(seed), serial: 0, edits: 0 };
         for folder in ["texts/here", "words", "versions", "parts", "faces"] {
-            fs::create_dir_all(studio.path(folder)).unwrap();
+            fs::create_dir_all(project.path(folder)).unwrap();
         }
         let names = ["texts/t0.txt", "texts/t1.txt", "texts/here/t2.txt", "words/w0.txt", "words/w1.txt"];
         let parts = ["parts/0.inc", "parts/1.inc", "versions/a.txt", "versions/b.txt", "single.txt"];
         for name in names.iter().chain(&parts) {
-            let (path, word) = (studio.path(name), studio.word());
-            studio.write(&path, &word);
+            let (path, word) = (project.path(name), project.word());
+            project.write(&path, &word);
         }
         #[cfg(unix)]
-        std::os::unix::fs::symlink("../versions/a.txt", studio.path("words/link.txt")).unwrap();
-        let manifest = studio.path("pipeline.toml");
-        studio.write(&manifest, MANIFEST);
-        studio.edits = 0;
-        studio
+        std::os::unix::fs::symlink("../versions/a.txt", project.path("words/link.txt")).unwrap();
+        let manifest = project.path("pipeline.toml");
+        project.write(&manifest, MANIFEST);
+        project.edits = 0;
+        project
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -406,8 +406,8 @@ impl Studio {
 fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTreeMap<&'static str, usize>) {
     let start = Instant::now();
     let kinds = testkit::kinds();
-    let mut studio = Studio::new(seed);
-    let manifest = studio.path("pipeline.toml");
+    let mut project = EditedProject::new(seed);
+    let manifest = project.path("pipeline.toml");
     let mut watcher = Watcher::start(manifest, testkit::kinds(), poll, 1 << 20);
     watcher.wait("start", |event| matches!(event, Event::Watching { .. }));
     let (mut rounds, mut turns) = (0, BTreeMap::new());
@@ -415,33 +415,38 @@ fn soak(seed: u64, time: Duration, poll: Option<Duration>) -> (usize, usize, BTr
     let mut due = PATTERNS.iter().collect::<Vec<_>>();
     while !due.is_empty() || start.elapsed() < time {
         let mut burst = Vec::new();
-        for _ in 0..1 + studio.random.below(20) {
+        for _ in 0..1 + project.random.below(20) {
             let next = match due.len() {
-                0 => studio.random.one_of(PATTERNS),
-                left => due.swap_remove(studio.random.below(left)),
+                0 => project.random.one_of(PATTERNS),
+                left => due.swap_remove(project.random.below(left)),
             };
             burst.push(next.0);
             *turns.entry(next.0).or_default() += 1;
-            next.1(&mut studio);
-            if studio.random.below(3) == 0 {
-                studio.pause(30);
+            next.1(&mut project);
+            if project.random.below(3) == 0 {
+                project.pause(30);
             }
         }
-        studio.repair();
+        project.repair();
         rounds += 1;
-        let (summary, wanted) = clean_build(studio.folder.path(), &kinds);
+        let (summary, wanted) = clean_build(project.folder.path(), &kinds);
         assert_eq!((summary.failed, summary.skipped), (0, 0), "the clean build of round {rounds}: {burst:?}");
         let moment = format!("round {rounds} of seed {seed}, after {burst:?}");
-        await_equality(&studio, &mut watcher, &wanted, &moment);
+        await_equality(&project, &mut watcher, &wanted, &moment);
     }
     watcher.stop();
-    (rounds, studio.edits, turns)
+    (rounds, project.edits, turns)
 }
 
 /// Waits until `out` is as wanted, and then until no more events come, after which it must be the same.
-fn await_equality(studio: &Studio, watcher: &mut Watcher, wanted: &BTreeMap<PathBuf, Vec<u8>>, moment: &str) {
-    let out = studio.path("out");
-    let deadline = Instant::now() + PATIENCE;
+fn await_equality(
+    project: &EditedProject,
+    watcher: &mut Watcher,
+    wanted: &BTreeMap<PathBuf, Vec<u8>>,
+    moment: &str,
+) {
+    let out = project.path("out");
+    let deadline = Instant::now() + TIMEOUT;
     loop {
         // `out` is compared after each batch of events, and from time to time without one.
         watcher.next(Duration::from_millis(100));

@@ -22,7 +22,8 @@ pub mod lobe_sampling;
 pub mod local_shrm;
 pub mod material;
 pub mod mirror;
-#[cfg(all(test, feature = "gpu"))]
+#[cfg(test)]
+#[cfg(feature = "gpu")]
 mod on_device;
 pub mod prefiltered;
 pub mod sequence;

@@ -6,7 +6,7 @@
 //!
 //! | part | from | to |
 //! | --- | --- | --- |
-//! | notice | the save has ended | the watcher tells the change: debounce and system |
+//! | notice | the save has ended | the watcher reports the change: debounce and system |
 //! | decide | | the first item begins: manifest, digests, what is out of date |
 //! | compute | | the last export is computed |
 //! | publish | | the last export is in `out`: stored, written, renamed |
@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 
 const DEBOUNCE: Duration = Duration::from_millis(20);
 /// Longer than any edit takes, unless it was missed.
-const PATIENCE: Duration = Duration::from_secs(30);
+const TIMEOUT: Duration = Duration::from_secs(30);
 
 /// An event and when it was heard.
 type Heard = (Instant, Event);
@@ -52,8 +52,8 @@ fn main() {
                 memory: 512 << 20,
                 cache_limit: Some(2 << 30),
             };
-            let tell = |event| _ = sender.send((Instant::now(), event));
-            watch(&manifest, &stages::kinds(), &options, &cancel, &tell)
+            let send = |event| _ = sender.send((Instant::now(), event));
+            watch(&manifest, &stages::kinds(), &options, &cancel, &send)
         })
     };
     await_watcher(&events);
@@ -75,7 +75,7 @@ fn main() {
 fn await_watcher(events: &Receiver<Heard>) {
     let (mut built, mut listening) = (false, false);
     while !(built && listening) {
-        match events.recv_timeout(PATIENCE).expect("the watcher starts").1 {
+        match events.recv_timeout(TIMEOUT).expect("the watcher starts").1 {
             Event::Ended(summary) => {
                 assert!(summary.failed + summary.skipped == 0, "{summary:?}");
                 built = true;
@@ -97,7 +97,7 @@ fn measure(edit: &Edit, events: &Receiver<Heard>) -> Parts {
     let mut starts = HashMap::<ItemName, Instant>::new();
     let mut exports = 0;
     loop {
-        let (when, event) = match events.recv_timeout(PATIENCE) {
+        let (when, event) = match events.recv_timeout(TIMEOUT) {
             Ok(heard) => heard,
             Err(RecvTimeoutError::Timeout) => panic!("an edit was missed: {exports} of {}", edit.exports),
             Err(RecvTimeoutError::Disconnected) => panic!("the watcher ended"),
@@ -122,7 +122,8 @@ fn measure(edit: &Edit, events: &Receiver<Heard>) -> Parts {
         }
     }
     assert_eq!(exports, edit.exports, "each export is published once");
-    let stations = [Some(saved), noticed, begun, computed, published].map(|when| when.expect("it was told"));
+    let stations =
+        [Some(saved), noticed, begun, computed, published].map(|when| when.expect("it was reported"));
     let between = |from: usize, to: usize| 1e3 * (stations[to] - stations[from]).as_secs_f64();
     Parts {
         notice: between(0, 1),

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 pub(super) const LANES: usize = 16;
 
 /// One value for each angle.
-pub(super) type Lanes = [f64; LANES];
+pub(super) type F64x16 = [f64; LANES];
 
 /// The functions of degree l <= `f` and order q <= `orders`.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ impl Legendre {
 
     /// Calls `visit(l, q, f_lq)` for every q and l >= q.
     #[inline]
-    pub(super) fn visit(&self, cosine: &Lanes, sine: &Lanes, mut visit: impl FnMut(usize, usize, &Lanes)) {
+    pub(super) fn visit(&self, cosine: &F64x16, sine: &F64x16, mut visit: impl FnMut(usize, usize, &F64x16)) {
         let mut climb = self.climb.iter();
         let mut power = [1.0; LANES];
         for q in 0..=self.orders {

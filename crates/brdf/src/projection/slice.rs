@@ -13,7 +13,7 @@ use glam::DVec3;
 use sphere::Direction;
 
 use super::incident::{CirclePart, Piece, pieces};
-use super::legendre::{LANES, Lanes, Legendre};
+use super::legendre::{F64x16, LANES, Legendre};
 use super::quadrature::{NODES, Panel, RULE};
 use crate::Centre;
 
@@ -105,10 +105,10 @@ impl<'a> Outgoing<'a> {
 
 /// The nodes of a panel in theta_i.
 struct Columns {
-    cosine: Lanes,
-    sine: Lanes,
+    cosine: F64x16,
+    sine: F64x16,
     /// rho_q of every node times its weight, per order and channel.
-    modes: Vec<[Lanes; 3]>,
+    modes: Vec<[F64x16; 3]>,
     energy: f64,
     error: f64,
     /// The value at the first node, phi = 0 nearly.
@@ -238,7 +238,7 @@ impl Columns {
 
 /// The sum of products, in four independent sums that fill vector registers.
 #[inline]
-fn dot(a: &Lanes, b: &Lanes) -> f64 {
+fn dot(a: &F64x16, b: &F64x16) -> f64 {
     let mut sums = [0.0; 4];
     for i in 0..LANES {
         sums[i % 4] += a[i] * b[i];

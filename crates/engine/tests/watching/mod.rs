@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use engine::{BuildOptions, Cancel, Error, Event, Kinds, Plan, Summary, WatchOptions};
 
 /// The longest wait for anything.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A running watcher.
 pub(crate) struct Watcher {
@@ -57,13 +57,13 @@ impl Watcher {
 
     /// Waits for an event.
     pub(crate) fn wait(&mut self, what: &str, wanted: impl Fn(&Event) -> bool) -> Event {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + TIMEOUT;
         while let Some(event) = self.next(deadline.saturating_duration_since(Instant::now())) {
             if wanted(&event) {
                 return event;
             }
         }
-        panic!("no {what} came within {PATIENCE:?}; the last events were\n{}", self.log());
+        panic!("no {what} came within {TIMEOUT:?}; the last events were\n{}", self.log());
     }
 
     /// Waits for the end of a build that was not stopped.

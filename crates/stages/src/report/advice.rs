@@ -8,7 +8,8 @@ use crate::sheet::percent;
 /// close: one picture of one view cannot distinguish them.
 const ALIKE: f64 = 0.1;
 
-/// The smallest export that is good enough or, if none is, the smallest of the closest.
+/// The smallest export that is good enough; if there is none, the one that comes closest, and of several as
+/// close the smallest.
 pub(crate) fn advise(
     material: &MaterialFigures,
     exports: &[Export],
