@@ -30,6 +30,7 @@ mod preview;
 mod preview_catalog;
 mod project_brdf;
 mod project_sh;
+pub mod quantity;
 mod reference;
 mod report;
 mod rotate;

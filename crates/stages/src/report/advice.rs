@@ -1,7 +1,7 @@
 //! Which export to use, and why, in plain language.
 
+use crate::quantity::size;
 use crate::report::figures::{Advice, Export, Help, MaterialFigures, Method, PairFigures, ShrmError};
-use crate::report::page::size;
 use crate::sheet::percent;
 
 /// If no export is good enough, exports whose errors are at most this share above the least count as equally

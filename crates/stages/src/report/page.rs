@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use containers::{escape_html as escape, recipe_element};
 use engine::Failure;
 
+use crate::quantity::size;
 use crate::report::figures::{Accuracy, MaterialFigures, Method, PairFigures, Report};
 use crate::report::picture::{data_uri, difference};
 use crate::report::plot::{Curve, Curves, Row, dots};
@@ -366,23 +367,4 @@ fn terms(page: &mut Page, report: &Report) {
 "#,
         report.settings.reference_rows
     ));
-}
-
-/// A size for people: `192 kB`.
-pub(crate) fn size(bytes: u64) -> String {
-    match bytes {
-        0..1000 => format!("{bytes} B"),
-        1000..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
-        _ => format!("{:.1} MB", bytes as f64 / 1e6),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::size;
-
-    #[test]
-    fn sizes_have_units() {
-        assert_eq!([999, 196_608, 1_769_472].map(size), ["999 B", "197 kB", "1.8 MB"]);
-    }
 }

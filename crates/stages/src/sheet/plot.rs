@@ -4,6 +4,7 @@ use super::canvas::{Canvas, Rect};
 use super::number::{percent, power_of_ten};
 use super::text::{Align, Style};
 use super::theme;
+use crate::quantity::ticks;
 
 /// The maximum number of decades on the logarithmic axis.
 const DECADES: i32 = 8;
@@ -62,13 +63,6 @@ impl Axes {
     }
 }
 
-/// Round numbers from 0 to `last`, at most `most` of them, at steps of 1, 2 or 5 times a power of ten.
-fn ticks(last: usize, most: usize) -> Vec<usize> {
-    let steps = (0..20).map(|i| [1, 2, 5][i % 3] * 10_usize.pow(i as u32 / 3));
-    let step = steps.into_iter().find(|step| last / step < most).unwrap_or(last.max(1));
-    (0..=last).step_by(step).collect()
-}
-
 impl EnergyPlot<'_> {
     /// Draws the plot in a rectangle.
     pub(crate) fn draw(&self, canvas: &mut Canvas, place: Rect) {
@@ -107,7 +101,7 @@ impl EnergyPlot<'_> {
             let label = Rect::new(area.right() + 9, y.saturating_sub(10), 50, 20);
             theme::TICK.draw(canvas, label, Align::Left, &format!("{} %", 25 * quarter));
         }
-        for degree in ticks(axes.degree, 11) {
+        for degree in ticks(axes.degree as u64, 10).map(|degree| degree as usize) {
             let x = axes.x(degree as f64);
             canvas.fill(Rect::new(x as usize, area.bottom(), 1, 5), theme::RULE);
             let label = Rect::new((x as usize).saturating_sub(29), area.bottom() + 8, 60, 20);
@@ -196,17 +190,6 @@ mod tests {
         assert_eq!(Axes::new(AREA, &[0.0, 0.0]).decades, (-1, 0));
         assert_eq!(Axes::new(AREA, &[f64::NAN]).decades, (-1, 0));
         assert_eq!(Axes::new(AREA, &[]).degree, 0);
-    }
-
-    #[test]
-    fn ticks_are_round_and_few() {
-        assert_eq!(ticks(0, 11), [0]);
-        assert_eq!(ticks(4, 11), [0, 1, 2, 3, 4]);
-        assert_eq!(ticks(30, 11), [0, 5, 10, 15, 20, 25, 30]);
-        assert_eq!(ticks(255, 11), [0, 50, 100, 150, 200, 250]);
-        for last in 0..3000 {
-            assert!(ticks(last, 11).len() <= 11 && ticks(last, 11).len() > last.min(4));
-        }
     }
 
     #[test]
