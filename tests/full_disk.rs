@@ -53,7 +53,9 @@ fn assert_refused(project: &Project, folder: &str, cause: &str) {
     change(project);
     let run = project.specula(&["build"]);
     assert_eq!(run.code, Some(4), "{run:?}");
-    for words in [project.path(folder).to_str().unwrap(), cause, "hint: free some space"] {
+    let hint =
+        if cause.contains("full") { "hint: free some space" } else { "hint: make the folder writable" };
+    for words in [project.path(folder).to_str().unwrap(), cause, hint] {
         assert!(run.stderr.contains(words), "no {words:?} in:\n{}", run.stderr);
     }
     let now = project.outputs();
