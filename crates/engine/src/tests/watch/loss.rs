@@ -30,6 +30,7 @@ fn after_an_overflow_of_the_queue_everything_is_checked() {
     let collector = ChangeCollector::without_listener(options.debounce);
     let system = collector.sender();
     let watched = Watched::with(&project, options, collector);
+    watched.until_watching();
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "BLUE")]);
 
     project.write("in/sky.txt", "grey");
