@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 fn sh_rotation(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("sh_rotation");
-    for degree in [4, 16, 64] {
+    for degree in [4, 16, 64, 256] {
         let Ok(degree) = Degree::new(degree) else { continue };
         let rows = (0..degree.rows()).map(|row| [1.0, 0.5, (row % 7) as f64]).collect();
         let Some(lighting) = Expansion::from_coefficients(degree, rows) else { continue };

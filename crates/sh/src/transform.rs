@@ -13,6 +13,7 @@ mod fourier;
 mod grid;
 mod plan;
 mod resample;
+mod spare;
 mod sums;
 mod synthesis;
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::fourier::{FourierScratch, Sample};
+use super::fourier::Sample;
 use super::grid::Grid;
 use super::plan::{TransformPlan, Workspace, order_pairs, split};
 use super::resample::{Resample, ResampleScratch};
@@ -66,12 +66,10 @@ pub(super) fn analyse_into<T: Sample>(
     plan.with_workspace(|workspace| {
         let Workspace { groups, orders } = workspace;
         let count = plan.degree + 1;
-        groups
-            .par_chunks_mut(count)
-            .enumerate()
-            .for_each_init(FourierScratch::default, |scratch, (group, output)| {
-                plan.fourier.analyse(group, pixels, scratch, output)
-            });
+        groups.par_chunks_mut(count).enumerate().for_each_init(
+            || plan.fourier_scratch.take(),
+            |scratch, (group, output)| plan.fourier.analyse(group, pixels, scratch, output),
+        );
 
         let pairs = order_pairs(plan.degree);
         let lengths = pairs.iter().map(|pair| pair.clone().map(|m| count - m).sum());

@@ -104,28 +104,20 @@ impl Fourier {
         output: &mut [Group],
     ) {
         let (width, height) = (self.width, self.height);
-        let FourierScratch { rows, fft } = scratch;
-        rows.iter_mut().for_each(|rows| rows.resize(width, fft::ZERO));
-        let [red, green, blue] = rows;
-        for start in (0..width).step_by(COLUMNS) {
-            let columns = start..(start + COLUMNS).min(width);
-            let (red, green) = (&mut red[columns.clone()], &mut green[columns.clone()]);
-            let blue = &mut blue[columns.clone()];
-            for (lane, part) in (0..2 * LANES).map(|i| (i / 2, i % 2)) {
+        // Past the last pair, and for the mirror of an odd height's equator, the factor of a row is 0.
+        let pairs = [0, 1].map(|part| {
+            let row = |lane: usize| {
                 let north = group * LANES + lane;
-                // Past the last pair, and for the mirror of an odd height's equator, a row counts as black.
                 let counts = 2 * north + part < height;
                 let row = if part == 0 || !counts { north.min(height - 1) } else { height - 1 - north };
-                let factor = f64::from(u8::from(counts));
-                let pixels = &pixels[row * width..][columns.clone()];
-                let rows = red.iter_mut().zip(&mut *green).zip(&mut *blue);
-                for (((red, green), blue), pixel) in rows.zip(pixels) {
-                    red[part].0[lane] = factor * pixel[0].to_f64();
-                    green[part].0[lane] = factor * pixel[1].to_f64();
-                    blue[part].0[lane] = factor * pixel[2].to_f64();
-                }
-            }
-        }
+                (&pixels[row * width..][..width], counts)
+            };
+            let rows: [_; LANES] = std::array::from_fn(row);
+            (rows.map(|(row, _)| row), F64x4(rows.map(|(_, counts)| f64::from(u8::from(counts)))))
+        });
+        let FourierScratch { rows, fft } = scratch;
+        rows.iter_mut().for_each(|rows| rows.resize(width, fft::ZERO));
+        self.level.run(Interleave { pairs, rows });
         rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
         self.level.run(Separate { turns: &self.turns, rows, output });
     }
@@ -179,6 +171,37 @@ const COLUMNS: usize = 64;
 
 /// Groups that a synthesis reads at once.
 const GROUPS: usize = 32;
+
+/// From the pixels of four pairs of rows, each row with a factor, to complex rows.
+struct Interleave<'a, T> {
+    pairs: [([&'a [[T; 3]]; LANES], F64x4); 2],
+    rows: &'a mut [Vec<Complex4>; 3],
+}
+
+impl<T: Sample> WithSimd for Interleave<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { pairs, rows: [red, green, blue] } = self;
+        for start in (0..red.len()).step_by(COLUMNS) {
+            let columns = start..(start + COLUMNS).min(red.len());
+            for (part, (pixels, factors)) in pairs.iter().enumerate() {
+                let factors = load(simd, factors);
+                let [p0, p1, p2, p3] = pixels.map(|row| &row[columns.clone()]);
+                let rows = red[columns.clone()].iter_mut().zip(&mut green[columns.clone()]);
+                let rows = rows.zip(&mut blue[columns.clone()]);
+                let pixels = p0.iter().zip(p1).zip(p2.iter().zip(p3));
+                for (((red, green), blue), ((a, b), (c, d))) in rows.zip(pixels) {
+                    for (channel, value) in [red, green, blue].into_iter().enumerate() {
+                        let lanes = F64x4([a, b, c, d].map(|pixel| pixel[channel].to_f64()));
+                        store(simd, simd.mul_f64s(load(simd, &lanes), factors), &mut value[part]);
+                    }
+                }
+            }
+        }
+    }
+}
 
 /// From the transforms of pairs of rows to E and O of every m.
 struct Separate<'a> {

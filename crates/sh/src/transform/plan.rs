@@ -1,9 +1,8 @@
 //! What analysis and synthesis on one grid share.
 
-use parking_lot::Mutex;
-
-use super::fourier::Fourier;
+use super::fourier::{Fourier, FourierScratch};
 use super::grid::Grid;
+use super::spare::Spare;
 use super::sums::{self, Group, Rows};
 use crate::f64x4::{F64x4, SimdLevel};
 
@@ -44,8 +43,8 @@ pub(super) struct TransformPlan {
     pub(super) level: SimdLevel,
     pub(super) rows: Rows,
     pub(super) fourier: Fourier,
-    /// Memory of finished calls.
-    spare: Mutex<Vec<Workspace>>,
+    workspaces: Spare<Workspace>,
+    pub(super) fourier_scratch: Spare<FourierScratch>,
 }
 
 /// Memory of one call.
@@ -66,21 +65,19 @@ impl TransformPlan {
             level,
             rows: Rows::new(&northern, degree),
             fourier: Fourier::new(level, grid.width(), grid.height(), degree),
-            spare: Mutex::default(),
+            workspaces: Spare::default(),
+            fourier_scratch: Spare::default(),
             grid,
         }
     }
 
     /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
     pub(super) fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace) -> R) -> R {
-        let spare = || self.spare.lock();
-        let mut workspace = spare().pop().unwrap_or_default();
+        let mut workspace = self.workspaces.take();
         let orders = self.degree + 1;
         workspace.groups.resize(orders * self.rows.groups(), [F64x4::ZERO; sums::PARTS]);
         workspace.orders.resize(orders * (orders + 1) / 2, [0.0; 6]);
-        let result = work(&mut workspace);
-        spare().push(workspace);
-        result
+        work(&mut workspace)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::fourier::{FourierScratch, Sample};
+use super::fourier::Sample;
 use super::grid::Grid;
 use super::plan::{TransformError, TransformPlan, Workspace, order_pairs};
 use super::sums::{Evaluate, Group, ODD, PARTS};
@@ -94,7 +94,7 @@ impl Synthesis {
                 .collect();
             let groups: &[Group] = groups;
             tasks.into_par_iter().enumerate().for_each_init(
-                FourierScratch::default,
+                || plan.fourier_scratch.take(),
                 |scratch, (group, (north, south))| {
                     plan.fourier.synthesise(|m| &groups[m * count + group], scratch, north, south);
                 },
