@@ -112,10 +112,20 @@ impl BrdfCoefficients {
 
     /// The same coefficients cut to a lower degree in the incident direction; unchanged if `f` is not lower.
     pub fn cut(&self, f: Degree) -> Self {
-        let f = f.min(self.f);
-        let side = self.p.get() + 1;
-        let rho = self.rho[..(f.get() + 1) * side * side].to_vec();
-        Self { centre: self.centre, f, p: self.p, rho }
+        self.cut_to(f, self.p)
+    }
+
+    /// The same coefficients cut to lower degrees in the incident and the outgoing direction, as far as these are
+    /// lower.
+    pub fn cut_to(&self, f: Degree, p: Degree) -> Self {
+        let (f, p) = (f.min(self.f), p.min(self.p));
+        let (side, kept) = (self.p.get() + 1, p.get() + 1);
+        let rows = self.rho.chunks_exact(side * side).take(f.get() + 1);
+        let rho = rows
+            .flat_map(|row| row.chunks_exact(side).take(kept).flat_map(|row| &row[..kept]))
+            .copied()
+            .collect();
+        Self { centre: self.centre, f, p, rho }
     }
 }
 

@@ -12,6 +12,7 @@ pub const REVISION: u32 = 0;
 macro_rules! for_each_model {
     ($callback:ident) => {
         $callback! {
+            standard::Standard,
             lambert::Lambert,
             oren_nayar::OrenNayar,
             phong::Phong,
@@ -29,6 +30,8 @@ macro_rules! for_each_model {
 
 mod ashikhmin_shirley;
 mod blinn_phong;
+mod charlie;
+mod directional_albedo;
 mod facets;
 mod fresnel;
 mod ggx;
@@ -42,6 +45,7 @@ mod model;
 mod oren_nayar;
 mod parameter;
 mod phong;
+mod standard;
 #[cfg(test)]
 mod tests;
 mod torrance_sparrow;
@@ -54,6 +58,7 @@ pub use material::{LayersError, MODELS, Material};
 pub use model::{Model, ModelText};
 pub(crate) use parameter::colour;
 pub use parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
+pub use standard::StandardParameters;
 
 macro_rules! reexport {
     ($($module:ident::$model:ident),* $(,)?) => { $(pub use $module::$model;)* };

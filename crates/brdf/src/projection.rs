@@ -14,6 +14,7 @@
 
 mod choice;
 mod error;
+mod full;
 mod incident;
 mod legendre;
 mod quadrature;
@@ -48,6 +49,10 @@ pub enum Choice {
     /// highest ones tried hold, provided that these hold half of the energy: [`Projection::captured`] reports
     /// what they hold.
     Tolerance(Tolerance),
+    /// Degrees that are high enough to be cut later, when the light is known: P = 24 and the least F, at most
+    /// 255, that loses at most 1e-7 of what F = 255 holds. Fast, because every material is sampled on the same
+    /// nodes; tests: within 0.2 % of the norm of the exact coefficients, for all models that 255 degrees hold.
+    Full,
     /// The given degrees, whatever they lose.
     Degree {
         /// F, the degree in the incident direction.
@@ -129,6 +134,10 @@ fn radial(centre: Centre, lobe: &ClampedCosine, choice: Choice) -> Result<Projec
     let total = lobe.energy();
     let (f, p) = match choice {
         Choice::Degree { f, p } => (f, p),
+        Choice::Full => {
+            let f = full::enough(&energies(&lobe.coefficients(full::F), 0));
+            (Degree::new(f).unwrap_or(Degree::MAX), Degree::ZERO)
+        }
         Choice::Tolerance(tolerance) => {
             let highest = Degree::MAX.get();
             let energy = energies(&lobe.coefficients(highest), 0);
@@ -159,6 +168,7 @@ fn general(
             (tabulate(source, f.get(), p.get(), (scale, ACCURACY))?, f.get(), p.get())
         }
         Choice::Tolerance(tolerance) => least(source, tolerance)?,
+        Choice::Full => full::full(source)?,
     };
     let mut rho = Vec::with_capacity((f + 1) * (p + 1) * (p + 1));
     for rows in table.rho.chunks_exact((table.p + 1) * (table.p + 1)).take(f + 1) {

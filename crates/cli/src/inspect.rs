@@ -187,18 +187,21 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
         "lighting" => {
             let lighting = tensors::decode_lighting(bytes)?;
             facts.push(("frame", SH_FRAME.into()));
-            facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
+            facts.extend(range("coefficients of radiance", lighting.series.coefficients().iter().copied()));
+            facts.extend(lights(&lighting.lights));
         }
         "brdf" => {
-            let brdf = tensors::decode_brdf(bytes)?;
+            let (brdf, _) = tensors::decode_brdf(bytes)?;
             facts.push(("degrees", format!("F = {}, P = {}", brdf.f().get(), brdf.p().get()).into()));
             facts.extend(range("coefficients in 1/sr", brdf.rho().iter().copied()));
         }
         "reflection" => {
-            let (lighting, brdf) = tensors::decode_reflection(bytes)?;
+            let reflection = tensors::decode_reflection(bytes)?;
+            let (lighting, brdf) = (reflection.lighting(), reflection.brdf());
             facts.push(("degrees", format!("F = {}, P = {}", brdf.f().get(), brdf.p().get()).into()));
             facts.push(("frame", SH_FRAME.into()));
             facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
+            facts.extend(reflection.lamps().and_then(|lamps| lights(&lamps.lights)));
         }
         "material" => facts.extend(material::checked(&tensors::decode_material(bytes)?)),
         "environment" => {
@@ -211,4 +214,17 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
         _ => {}
     }
     Ok(facts)
+}
+
+/// The lights beside a series; `None` if there are none.
+fn lights(lights: &[sh::Light]) -> Option<(&'static str, Value)> {
+    let line = |light: &sh::Light| {
+        let ([x, y, z], [r, g, b]) = (light.direction.vector().to_array(), light.irradiance);
+        let radius = light.radius.to_degrees();
+        format!(
+            "toward ({x:.3}, {y:.3}, {z:.3}), radius {radius:.2} degrees, irradiance {r:.4} {g:.4} {b:.4}"
+        )
+    };
+    let lines: Vec<String> = lights.iter().map(line).collect();
+    (!lines.is_empty()).then(|| ("lights", lines.into()))
 }

@@ -22,6 +22,8 @@ pub enum ErrorKind {
     Unsupported,
     /// The file has no layer of the wanted name.
     NoSuchLayer,
+    /// The file has no material of the wanted name, or several and no name was given.
+    NoSuchMaterial,
     /// The value cannot be written in this format.
     Unwritable,
 }

@@ -1,4 +1,4 @@
-//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one.
+//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials.
 //!
 //! Read after the Khronos Group's *glTF 2.0 Specification* (ISO/IEC 12113:2022). Files have +Y up and look
 //! along +Z; what is given is in Specula's frame, (x, y, z) = (z_file, x_file, y_file), so that the front of
@@ -7,8 +7,9 @@
 //! All meshes of the default scene are read where their nodes put them: triangles, strips and fans, of any
 //! component type, sparse or not, quantised (`KHR_mesh_quantization`) and compressed
 //! (`EXT_meshopt_compression`) or not. What moves is read at rest: vertices follow the joints of their skin;
-//! animations and morph targets are not read, nor are materials, textures, cameras and lights. Of a material
-//! only the set of coordinates of its normal texture counts, by which tangents are made if the file has none.
+//! animations and morph targets are not read, nor are cameras and lights. Of a material, a mesh needs only the
+//! set of coordinates of its normal texture, by which tangents are made if the file has none; `materials.rs`
+//! reads the rest.
 //!
 //! The `gltf` crate parses and validates the document. Its readers of accessors are not used: they panic on
 //! counts that a damaged file may hold. Every range is checked here when it is used.
@@ -26,15 +27,19 @@ use crate::error::{Error, ErrorKind};
 mod accessors;
 mod buffers;
 mod document;
+mod element;
 mod frame;
+mod materials;
 mod meshopt;
 mod skins;
+mod texels;
 
 use accessors::Accessors;
 use buffers::Buffers;
 pub use buffers::ReadBeside;
 use document::Document;
 use frame::{affine, in_our_frame, vector};
+pub use materials::{GltfMaterial, MaterialChoice, gltf_materials, read_gltf_material};
 use skins::Pose;
 
 /// The most triangles that are read of a file, and a third of the most vertices, each instance counted.

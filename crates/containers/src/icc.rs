@@ -160,6 +160,6 @@ fn name_of(profile: &ColorProfile) -> String {
 }
 
 /// The linear value of an sRGB value.
-fn srgb_to_linear(value: f64) -> f64 {
+pub(crate) fn srgb_to_linear(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }

@@ -18,6 +18,11 @@ use crate::{Format, limits};
 const RATIO: usize = 512 * 3;
 
 pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
+    raster(bytes)?.decode(Format::Jpeg)
+}
+
+/// The samples of a JPEG.
+pub(crate) fn raster(bytes: &[u8]) -> Result<Raster, Error> {
     let options = DecoderOptions::default()
         .set_strict_mode(true)
         .set_max_width(usize::from(u16::MAX))
@@ -37,7 +42,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Decoded, Error> {
     }
     let samples = decoder.decode().map_err(describe)?;
     let profile = decoder.icc_profile();
-    Raster { width, height, channels: 3, depth: 1, samples, profile }.decode(Format::Jpeg)
+    Ok(Raster { width, height, channels: 3, depth: 1, samples, profile })
 }
 
 fn describe(error: DecodeErrors) -> Error {

@@ -5,7 +5,7 @@
 //! | OpenEXR, Radiance RGBE, PNG, JPEG, TIFF, TGA, WebP | [`envmap::Image`] | [`read_image`], [`write_exr`], [`write_rgbe`], [`write_png`], [`write_apng`] |
 //! | OpenEXR of several layers | [`ExrLayers`] | [`read_exr_layers`], [`write_exr_layers`] |
 //! | KTX2, DDS | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`] |
-//! | glTF, binary or not | [`mesh::Mesh`] | [`read_gltf`] |
+//! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
 //! | safetensors | coefficients, environments, reflection maps | [`tensors`] |
 //! | JSON | lighting for people and engines | [`lighting_json`] |
@@ -48,7 +48,10 @@ pub use dds::{read_dds, write_dds};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use error::{Error, ErrorKind};
 pub use format::Format;
-pub use gltf::{MAX_TRIANGLES, Model, ReadBeside, read_gltf};
+pub use gltf::{
+    GltfMaterial, MAX_TRIANGLES, MaterialChoice, Model, ReadBeside, gltf_materials, read_gltf,
+    read_gltf_material,
+};
 pub use ktx2::{read_ktx2, write_ktx2};
 pub use limits::MAX_PIXELS;
 pub use open_exr::{ExrLayers, read_exr_layers, write_exr, write_exr_layers};

@@ -7,11 +7,13 @@
 //!   "yaw": "...", "signs": "...", "scale": "...", "source": "...",
 //!   "degree": 2,
 //!   "coefficients": [[r, g, b], ...],
+//!   "lights": [[x, y, z, angular radius, r, g, b], ...],
 //!   "specula": { the recipe }
 //! }
 //! ```
 //!
-//! Numbers are the shortest that read back as the same f64. Presets differ in the members that hold them.
+//! `lights` is there if lights are beside the series: directions in the preset's frame, angular radii in radians, and
+//! the irradiance of a surface that faces them. Numbers are the shortest that read back as the same f64. Presets differ in the members that hold them.
 
 mod frame;
 mod preset;
@@ -20,7 +22,7 @@ pub use preset::{Preset, Table};
 
 use serde::Deserialize;
 use serde_json::{json, value::RawValue};
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Lighting};
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
@@ -31,20 +33,27 @@ use crate::recipe::{self, KEY};
 /// Every preset but `specula` has a fixed degree: higher ones are cut off, missing ones are zero.
 ///
 /// # Errors
-/// If a coefficient is not finite, or the recipe is not JSON on one line.
-pub fn encode(lighting: &Expansion, preset: Preset, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+/// If a number is not finite, or the recipe is not JSON on one line.
+pub fn encode(lighting: &Lighting, preset: Preset, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let unwritable = |message: &str| Error::new(ErrorKind::Unwritable, message).within("JSON");
     recipe::check(recipe).map_err(|error| error.within("JSON"))?;
     if recipe.is_some_and(|recipe| serde_json::from_str::<&RawValue>(recipe).is_err()) {
         return Err(unwritable("the recipe is not JSON"));
     }
-    if !lighting.coefficients().as_flattened().iter().all(|value| value.is_finite()) {
+    let Lighting { series, lights } = lighting;
+    if !series.coefficients().as_flattened().iter().all(|value| value.is_finite()) {
         return Err(unwritable("a coefficient is not finite"));
+    }
+    if !lights.iter().all(|light| light.irradiance.iter().all(|value| value.is_finite())) {
+        return Err(unwritable("a light's irradiance is not finite"));
     }
     let mut members = vec![("preset", json!(preset.name()).to_string())];
     members.extend(preset.definition().members().map(|(name, text)| (name, json!(text).to_string())));
-    members.push(("degree", preset.degree(lighting.degree()).to_string()));
-    members.extend(preset.convert(lighting).iter().map(|table| (table.name, layout(table))));
+    members.push(("degree", preset.degree(series.degree()).to_string()));
+    members.extend(preset.convert(series).iter().map(|table| (table.name, layout(table))));
+    if !lights.is_empty() {
+        members.push(("lights", layout(&preset.lights(lights))));
+    }
     members.extend(recipe.map(|recipe| (KEY, recipe.to_owned())));
     let members: Vec<String> = members.iter().map(|(name, value)| format!("  \"{name}\": {value}")).collect();
     Ok(format!("{{\n{}\n}}\n", members.join(",\n")).into_bytes())

@@ -40,6 +40,11 @@ pub(crate) struct Raster {
 
 /// Reads PNG, TIFF, TGA or WebP.
 pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
+    raster(bytes, format)?.decode(format)
+}
+
+/// The samples of a PNG, TIFF, TGA or WebP.
+pub(crate) fn raster(bytes: &[u8], format: Format) -> Result<Raster, Error> {
     if format == Format::WebP && !has_whole_chunks(bytes) {
         return Err(Error::truncated("the file ends before its data does"));
     }
@@ -61,7 +66,7 @@ pub(crate) fn read(bytes: &[u8], format: Format) -> Result<Decoded, Error> {
     let depth = usize::from(colour.bytes_per_pixel()) / channels;
     let mut samples = vec![0; size];
     decoder.read_image(&mut samples).map_err(describe)?;
-    Raster { width, height, channels, depth, samples, profile }.decode(format)
+    Ok(Raster { width, height, channels, depth, samples, profile })
 }
 
 fn open<'a>(bytes: &'a [u8], format: Format) -> ImageResult<Box<dyn ImageDecoder + 'a>> {

@@ -2,13 +2,16 @@
 //!
 //! | kind | tensors | metadata |
 //! | --- | --- | --- |
-//! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m | |
-//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0 | `centre` |
-//! | `reflection` | `sh` and `rho`, of one degree F | `centre` |
+//! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m; `lights` if there are some beside the series | |
+//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; the tables of its material | `centre`, `material` |
+//! | `reflection` | `sh` and `rho`, of one degree F; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
-//! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q | `layout`, `view`, `centre`, `terms` |
+//! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
+//!
+//! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance RGB of a
+//! surface that faces it ([`sh::Light`]).
 //!
 //! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) if a BRDF had a part, and
 //! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` if those with q
@@ -21,10 +24,11 @@
 
 use std::collections::BTreeMap;
 
-use brdf::BrdfCoefficients;
+use brdf::{BrdfCoefficients, Material};
 use envmap::Environment;
 use safetensors::tensor::Dtype;
-use sh::Expansion;
+use sh::{Expansion, Lighting};
+use shrm::{Lamps, Reflection};
 use sphere::LatLong;
 
 mod file;
@@ -40,6 +44,10 @@ use file::{File, Writer, not_finite, wrong_shape};
 
 use crate::error::{Error, ErrorKind};
 use crate::recipe::KEY;
+
+/// The entry of a reflection whose degrees were chosen for its light, and its value.
+const DEGREES: &str = "degrees";
+const FOR_LIGHT: &str = "for-light";
 
 /// The tensors and the metadata of a safetensors file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,13 +71,14 @@ pub fn describe(bytes: &[u8]) -> Result<Description, Error> {
     Ok(Description { tensors, metadata: file.metadata })
 }
 
-/// Lighting: `sh` [(F+1)^2, 3].
+/// Lighting: `sh` [(F+1)^2, 3], and `lights` [n, 7] if there are some beside the series.
 ///
 /// # Errors
-/// If a coefficient is not finite.
-pub fn encode_lighting(lighting: &Expansion, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+/// If a number is not finite.
+pub fn encode_lighting(lighting: &Lighting, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("lighting", recipe);
-    file.lighting(lighting)?;
+    file.lighting(&lighting.series)?;
+    file.lights(&lighting.lights)?;
     Ok(file.finish())
 }
 
@@ -78,53 +87,74 @@ pub fn encode_lighting(lighting: &Expansion, recipe: Option<&str>) -> Result<Vec
 /// # Errors
 /// If the file is not one that [`encode_lighting`] could have written; the message names the tensor and what
 /// was expected.
-pub fn decode_lighting(bytes: &[u8]) -> Result<Expansion, Error> {
-    File::open_as(bytes, "lighting")?.lighting()
+pub fn decode_lighting(bytes: &[u8]) -> Result<Lighting, Error> {
+    let file = File::open_as(bytes, "lighting")?;
+    Ok(Lighting { series: file.lighting()?, lights: file.lights()? })
 }
 
-/// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre.
+/// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre, and the material that it is of, if that is to travel with it.
 ///
 /// # Errors
 /// If a coefficient is not finite, or not zero where q > min(l, p).
-pub fn encode_brdf(brdf: &BrdfCoefficients, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
-    let mut file = Writer::new("brdf", recipe);
-    file.brdf(brdf)?;
-    Ok(file.finish())
-}
-
-/// A BRDF, from a file of kind `brdf`.
-///
-/// # Errors
-/// As [`decode_lighting`].
-pub fn decode_brdf(bytes: &[u8]) -> Result<BrdfCoefficients, Error> {
-    File::open_as(bytes, "brdf")?.brdf()
-}
-
-/// The two factors of a reflected field: `sh` and `rho`, of one degree F.
-///
-/// # Errors
-/// As [`encode_lighting`] and [`encode_brdf`], and if the degrees differ.
-pub fn encode_reflection(
-    lighting: &Expansion,
+pub fn encode_brdf(
     brdf: &BrdfCoefficients,
+    material: Option<&Material>,
     recipe: Option<&str>,
 ) -> Result<Vec<u8>, Error> {
-    same_degree(lighting, brdf).map_err(|message| Error::new(ErrorKind::Unwritable, message))?;
-    let mut file = Writer::new("reflection", recipe);
+    let mut file = Writer::new("brdf", recipe);
     file.brdf(brdf)?;
-    file.lighting(lighting)?;
+    if let Some(material) = material {
+        material::add(material, &mut file)?;
+    }
     Ok(file.finish())
 }
 
-/// Lighting and BRDF, from a file of kind `reflection`.
+/// A BRDF and its material, from a file of kind `brdf`.
 ///
 /// # Errors
 /// As [`decode_lighting`].
-pub fn decode_reflection(bytes: &[u8]) -> Result<(Expansion, BrdfCoefficients), Error> {
+pub fn decode_brdf(bytes: &[u8]) -> Result<(BrdfCoefficients, Option<Material>), Error> {
+    let file = File::open_as(bytes, "brdf")?;
+    Ok((file.brdf()?, material::of(&file)?.map(|(material, _)| material)))
+}
+
+/// A reflected field: its two factors `sh` and `rho`, of one degree F, and its lamps.
+///
+/// # Errors
+/// As [`encode_lighting`] and [`encode_brdf`].
+pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    let mut file = Writer::new("reflection", recipe);
+    file.brdf(reflection.brdf())?;
+    file.lighting(reflection.lighting())?;
+    if reflection.is_for_light() {
+        file.metadata.insert(DEGREES, FOR_LIGHT.to_owned());
+    }
+    if let Some(lamps) = reflection.lamps() {
+        file.lights(&lamps.lights)?;
+        material::add(&lamps.material, &mut file)?;
+    }
+    Ok(file.finish())
+}
+
+/// A reflected field, from a file of kind `reflection`.
+///
+/// # Errors
+/// As [`decode_lighting`], if the degrees differ, and if there are lights without a material.
+pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
     let file = File::open_as(bytes, "reflection")?;
     let (lighting, brdf) = (file.lighting()?, file.brdf()?);
     same_degree(&lighting, &brdf).map_err(Error::damaged)?;
-    Ok((lighting, brdf))
+    let mut reflection = Reflection::convolve(&lighting, &brdf);
+    if file.metadata.get(DEGREES).is_some_and(|degrees| degrees == FOR_LIGHT) {
+        reflection = reflection.marked_for_light();
+    }
+    match (file.lights()?, material::of(&file)?) {
+        (lights, _) if lights.is_empty() => Ok(reflection),
+        (lights, Some((material, _))) => Ok(reflection.with_lamps(Lamps { lights, material })),
+        (_, None) => {
+            Err(Error::damaged("metadata `material`: missing, but `lights` need what reflects them"))
+        }
+    }
 }
 
 /// An environment: `radiance` [height, width, 3] f32.
@@ -185,17 +215,27 @@ fn same_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Result<(), Stri
 mod tests {
     use brdf::Centre;
     use safetensors::tensor::TensorView;
-    use sh::Degree;
+    use sh::{Degree, Light};
+    use sphere::Direction;
 
     use super::*;
 
-    fn lighting(degree: usize) -> Expansion {
+    fn series(degree: usize) -> Expansion {
         let degree = Degree::new(degree).unwrap();
         let rows = (0..degree.rows()).map(|i| [i as f64, -0.1 * i as f64, 1e-300]).collect();
         Expansion::from_coefficients(degree, rows).unwrap()
     }
 
-    fn material() -> BrdfCoefficients {
+    fn lighting(degree: usize) -> Lighting {
+        let light = |x: f64| Light {
+            direction: Direction::from_angles(x, 2.0),
+            radius: 0.01,
+            irradiance: [x, 1.0, 1e5],
+        };
+        Lighting { series: series(degree), lights: (0..degree % 3).map(|i| light(i as f64)).collect() }
+    }
+
+    fn coefficients() -> BrdfCoefficients {
         let (f, p) = (Degree::new(3).unwrap(), Degree::new(2).unwrap());
         let rho = (0..4 * 9)
             .map(|i| {
@@ -204,6 +244,11 @@ mod tests {
             })
             .collect();
         BrdfCoefficients::new(Centre::Tangent, f, p, rho).unwrap()
+    }
+
+    fn table() -> Material {
+        let values = (0..2 * 2 * 2).map(|i| [i as f32, 0.5, 1.0]).collect();
+        Material::Measured(brdf::Measured::new([2, 2, 2], values).unwrap())
     }
 
     fn environment() -> Environment {
@@ -220,17 +265,26 @@ mod tests {
             assert_eq!(read_recipe(&bytes).as_deref(), recipe);
             assert_eq!(bytes, encode_lighting(&lighting(degree), recipe).unwrap());
         }
-        assert_eq!(decode_brdf(&encode_brdf(&material(), None).unwrap()).unwrap(), material());
-        let both = encode_reflection(&lighting(3), &material(), None).unwrap();
-        assert_eq!(decode_reflection(&both).unwrap(), (lighting(3), material()));
+        let layers = vec![Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap()), table(), table()];
+        for material in [None, Some(Material::layers(layers).unwrap())] {
+            let bytes = encode_brdf(&coefficients(), material.as_ref(), None).unwrap();
+            assert_eq!(decode_brdf(&bytes).unwrap(), (coefficients(), material));
+        }
+        let plain = Reflection::convolve(&series(3), &coefficients());
+        assert_eq!(decode_reflection(&encode_reflection(&plain, None).unwrap()).unwrap(), plain);
+        let lit =
+            plain.marked_for_light().with_lamps(Lamps { lights: lighting(5).lights, material: table() });
+        assert_eq!(decode_reflection(&encode_reflection(&lit, None).unwrap()).unwrap(), lit);
         let radiance = encode_environment(&environment(), None).unwrap();
         assert_eq!(decode_environment(&radiance).unwrap(), environment());
     }
 
     #[test]
     fn a_file_describes_itself() {
-        let description =
-            describe(&encode_reflection(&lighting(3), &material(), Some("{}")).unwrap()).unwrap();
+        let description = describe(
+            &encode_reflection(&Reflection::convolve(&series(3), &coefficients()), Some("{}")).unwrap(),
+        )
+        .unwrap();
         assert_eq!(
             description.tensors,
             [("rho".into(), "F64".into(), vec![4, 3, 3, 3]), ("sh".into(), "F64".into(), vec![16, 3])]
@@ -255,7 +309,7 @@ mod tests {
             vec![2, 1, 1, 1],
             [1.0_f64, 0.5].map(f64::to_le_bytes).as_flattened(),
         );
-        let brdf = decode_brdf(&bytes).unwrap();
+        let (brdf, _) = decode_brdf(&bytes).unwrap();
         assert_eq!((brdf.rho(), brdf.centre()), ([[1.0; 3], [0.5; 3]].as_slice(), Centre::Normal));
     }
 
@@ -305,9 +359,14 @@ mod tests {
         assert_eq!(decode_lighting(&[]).unwrap_err().kind(), ErrorKind::Empty);
         let empty = written("environment", "radiance", Dtype::F32, vec![0, 4, 3], &[]);
         assert!(decode_environment(&empty).unwrap_err().to_string().contains("none of them 0"));
-        assert_eq!(
-            encode_reflection(&lighting(2), &material(), None).unwrap_err().kind(),
-            ErrorKind::Unwritable
+        let mut lit = lighting(1);
+        lit.lights[0].irradiance[2] = f64::NAN;
+        assert_eq!(encode_lighting(&lit, None).unwrap_err().kind(), ErrorKind::Unwritable);
+        lit.lights[0] = Light { radius: -1.0, irradiance: [1.0; 3], ..lit.lights[0] };
+        let message = decode_lighting(&encode_lighting(&lit, None).unwrap()).unwrap_err().to_string();
+        assert!(
+            message.starts_with("tensor `lights`: expected a direction, a radius from 0 to pi / 2"),
+            "{message}"
         );
     }
 }

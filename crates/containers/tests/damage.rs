@@ -185,10 +185,13 @@ fn coefficients() -> Vec<(String, Vec<u8>)> {
     let (centre, p) = (brdf::Centre::Reflection, Degree::new(1).unwrap());
     let map = Shrm::new(cube, View::Local, centre, p, Terms::All, values).unwrap();
     vec![
-        ("shrm".into(), tensors::encode_shrm(&map, Some("{}")).unwrap()),
-        ("lighting".into(), tensors::encode_lighting(&lighting, Some("{}")).unwrap()),
+        ("shrm".into(), tensors::encode_shrm(&map, &[], Some("{}")).unwrap()),
+        ("lighting".into(), tensors::encode_lighting(&lighting.clone().into(), Some("{}")).unwrap()),
         ("environment".into(), tensors::encode_environment(&environment, None).unwrap()),
-        ("json".into(), lighting_json::encode(&lighting, Preset::Specula, Some("{}")).unwrap()),
+        (
+            "json".into(),
+            lighting_json::encode(&lighting.clone().into(), Preset::Specula, Some("{}")).unwrap(),
+        ),
     ]
 }
 

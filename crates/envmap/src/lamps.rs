@@ -1,102 +1,237 @@
-//! Texels that are far brighter than their surroundings, and how resampling preserves their energy.
+//! The suns and lamps of an environment, taken out of the image.
 //!
-//! Resampling blends texels at points of the new grid. Over a smooth picture the small errors of that
-//! quadrature cancel, but those of a sun of one texel do not. So resampling sums, for each such *lamp*, the
-//! solid angles of its weights to c, and scales its radiance by w / c, with w its own solid angle: its energy
-//! is then preserved exactly, and values stay non-negative.
+//! Photographs hold suns 10^5 times brighter than their mean, around which every truncated series rings. A pixel
+//! whose radiance is more than [`BRIGHTER`] times the mean over the sphere is cut down to that, colour kept, and
+//! what is cut off is gathered into [`Light`]s, each from the pixels that are nearest to it. From the brightest
+//! pixel on, one that is farther than [`REACH`] from all others begins a group; then the groups' centres move to
+//! the mean of their pixels' directions, weighted by flux, and weaker ones within [`REACH`] of a stronger one
+//! join it ([`ROUNDS`] times). A light's radius is that of the disk with the spread of its pixels. Groups with little flux ([`LEAST`])
+//! ring so little that their pixels stay in the image; of very many lights the strongest are kept.
+//!
+//! The soft image and the lights together have the integral of the environment.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use sh::Light;
+use sphere::{DVec3, Direction};
 
-use crate::texels::Texels;
+use crate::Environment;
 
-/// A lamp is this many times brighter than the mean of the 5 x 5 pixels around it that the layout uses.
-const BRIGHTER: f32 = 2.0;
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 0;
 
-/// Solid angles are summed as whole numbers of 2^-58 sr, so that the order of threads does not matter; 4 pi
-/// fits into 64 bits.
-const UNIT: f64 = (1u64 << 58) as f64;
+/// Pixels that are more than this many times brighter than the mean over the sphere are cut down to that.
+const BRIGHTER: f64 = 10.0;
 
-/// The lamps of a picture.
-pub(crate) struct Lamps {
-    /// Whether each texel is a lamp; empty if none is.
-    is_lamp: Vec<bool>,
-    /// The lamps' texels, ascending.
-    texels: Vec<usize>,
-    /// The solid angle that each lamp received.
-    given: Vec<AtomicU64>,
+/// The angle within which pixels belong to one light, in radians: 3.5 degrees.
+const REACH: f64 = 3.5 * std::f64::consts::PI / 180.0;
+
+/// How often the groups' centres are moved to the mean of their pixels.
+const ROUNDS: usize = 4;
+
+/// The least flux of a light, in sr times the mean radiance over the sphere.
+const LEAST: f64 = 0.05;
+
+/// The most lights: a renderer that adds them up visits each at every pixel.
+const MOST: usize = 128;
+
+/// An environment in two parts.
+#[derive(Clone, Debug)]
+pub struct Separated {
+    /// The image without its lamps.
+    pub soft: Environment,
+    /// The lamps, the strongest first.
+    pub lights: Vec<Light>,
 }
 
-impl Lamps {
-    /// Finds the lamps of a picture of `width` columns; all layouts are searched as flat pictures.
-    pub(crate) fn find<T: Texels>(picture: T, width: usize, pixels: &[[f32; 3]]) -> Self {
-        let height = pixels.len() / width;
-        // The brightness, and 1 for a pixel that the layout uses.
-        let weighed: Vec<[f32; 2]> = (pixels.iter().enumerate())
-            .map(|(texel, &[r, g, b])| match picture.uses(texel) {
-                true => [r.abs() + g.abs() + b.abs(), 1.0],
-                false => [0.0, 0.0],
-            })
-            .collect();
-        let mut is_lamp = vec![false; pixels.len()];
-        let mut texels = Vec::new();
-        let mut columns = vec![[0.0; 2]; width];
-        for row in 0..height {
-            columns.fill([0.0; 2]);
-            for near in row.saturating_sub(2)..(row + 3).min(height) {
-                for (sum, value) in columns.iter_mut().zip(&weighed[near * width..]) {
-                    *sum = [sum[0] + value[0], sum[1] + value[1]];
+/// A bright pixel: what it is above the threshold, times its solid angle.
+#[derive(Clone, Copy)]
+struct Excess {
+    pixel: usize,
+    direction: DVec3,
+    flux: [f64; 3],
+    solid_angle: f64,
+}
+
+/// The pixels of a light.
+#[derive(Clone, Default)]
+struct Group {
+    pixels: Vec<Excess>,
+}
+
+/// Bright pixels, the brightest first, as groups about centres that are at least [`REACH`] apart.
+fn grouped(bright: &[Excess]) -> Vec<Group> {
+    let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < REACH.cos());
+    let mut centres: Vec<DVec3> = Vec::new();
+    for excess in bright {
+        if far(&centres, excess.direction) {
+            centres.push(excess.direction);
+        }
+    }
+    let mut groups = nearest(bright, &centres);
+    for _ in 0..ROUNDS {
+        groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
+        centres.clear();
+        for group in &groups {
+            if far(&centres, group.centre()) {
+                centres.push(group.centre());
+            }
+        }
+        groups = nearest(bright, &centres);
+    }
+    groups.retain(|group| !group.pixels.is_empty());
+    groups
+}
+
+/// The pixels of each centre.
+fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
+    let mut groups = vec![Group::default(); centres.len()];
+    for excess in bright {
+        let cosines = centres.iter().map(|centre| centre.dot(excess.direction)).enumerate();
+        if let Some((index, _)) = cosines.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            groups[index].pixels.push(*excess);
+        }
+    }
+    groups
+}
+
+impl Environment {
+    /// Takes the suns and lamps out of the image.
+    pub fn separate_lamps(&self) -> Separated {
+        let mut groups = grouped(&self.bright());
+        let least = LEAST * self.mean();
+        groups.retain(|group| mean(group.flux()) >= least);
+        groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
+        groups.truncate(MOST);
+
+        let threshold = BRIGHTER * self.mean();
+        let mut pixels = self.pixels().to_vec();
+        for excess in groups.iter().flat_map(|group| &group.pixels) {
+            let pixel = &mut pixels[excess.pixel];
+            let share = threshold / mean(pixel.map(f64::from));
+            *pixel = pixel.map(|value| (f64::from(value) * share) as f32);
+        }
+        let lights = groups.iter().map(Group::light).collect();
+        // The values only became smaller.
+        let soft = Self::new(self.grid(), pixels).unwrap_or_else(|| self.clone());
+        Separated { soft, lights }
+    }
+
+    /// The mean radiance over the sphere and the three channels.
+    fn mean(&self) -> f64 {
+        mean(self.integral()) / (4.0 * std::f64::consts::PI)
+    }
+
+    /// The bright pixels, the brightest first; of equal ones the first.
+    fn bright(&self) -> Vec<Excess> {
+        let (grid, threshold) = (self.grid(), BRIGHTER * self.mean());
+        let mut bright: Vec<(f64, Excess)> = Vec::new();
+        for (row, pixels) in self.pixels().chunks(grid.width).enumerate() {
+            let solid_angle = grid.solid_angle(row);
+            for (column, rgb) in pixels.iter().enumerate() {
+                let rgb = rgb.map(f64::from);
+                let radiance = mean(rgb);
+                if radiance > threshold && threshold > 0.0 {
+                    let flux = rgb.map(|value| value * (1.0 - threshold / radiance) * solid_angle);
+                    let direction = grid.direction(row, column).vector();
+                    bright.push((
+                        radiance,
+                        Excess { pixel: row * grid.width + column, direction, flux, solid_angle },
+                    ));
                 }
             }
-            for column in 0..width {
-                let near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
-                let [light, count] =
-                    near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
-                let texel = row * width + column;
-                // light / count is the mean; unused pixels are 0, so that they are never brighter.
-                if weighed[texel][0] * count > BRIGHTER * light {
-                    is_lamp[texel] = true;
-                    texels.push(texel);
-                }
-            }
         }
-        if texels.is_empty() {
-            is_lamp = Vec::new();
-        }
-        let given = texels.iter().map(|_| AtomicU64::new(0)).collect();
-        Self { is_lamp, texels, given }
+        bright.sort_by(|a, b| b.0.total_cmp(&a.0));
+        bright.into_iter().map(|(_, excess)| excess).collect()
+    }
+}
+
+impl Group {
+    fn flux(&self) -> [f64; 3] {
+        self.pixels.iter().fold([0.0; 3], |sum, excess| std::array::from_fn(|c| sum[c] + excess.flux[c]))
     }
 
-    /// Whether the picture has no lamps.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.texels.is_empty()
+    /// The mean direction, weighted by flux.
+    fn centre(&self) -> DVec3 {
+        let sum: DVec3 = self.pixels.iter().map(|excess| excess.direction * mean(excess.flux)).sum();
+        sum.normalize_or(DVec3::Z)
     }
 
-    /// Adds to the solid angle that a texel received; returns whether the texel is a lamp.
-    pub(crate) fn give(&self, texel: usize, solid_angle: f64) -> bool {
-        if !self.is_lamp[texel] {
-            return false;
-        }
-        if let Ok(lamp) = self.texels.binary_search(&texel) {
-            self.given[lamp].fetch_add((solid_angle * UNIT) as u64, Ordering::Relaxed);
-        }
-        true
+    fn light(&self) -> Light {
+        let weight = |excess: &Excess| mean(excess.flux);
+        let total: f64 = self.pixels.iter().map(weight).sum();
+        let centre = self.centre();
+        // A disk of radius a has the mean square distance a^2 / 2 from its centre; a pixel has its own spread.
+        let spread = |excess: &Excess| {
+            let apart = (excess.direction - centre).length_squared();
+            weight(excess) * (apart + excess.solid_angle / (2.0 * std::f64::consts::PI))
+        };
+        let square = self.pixels.iter().map(spread).sum::<f64>() / total;
+        Light::from_flux(Direction::normalised(centre), (2.0 * square).sqrt().min(1.0), self.flux())
+    }
+}
+
+fn mean(rgb: [f64; 3]) -> f64 {
+    rgb.iter().sum::<f64>() / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use sphere::LatLong;
+
+    use super::*;
+
+    fn sky(height: usize, radiance: impl Fn(Direction) -> [f32; 3]) -> Environment {
+        let grid = LatLong::with_rows(height);
+        let texels = (0..grid.len()).map(|i| radiance(grid.direction(i / grid.width, i % grid.width)));
+        Environment::new(grid, texels.collect()).unwrap()
     }
 
-    /// Scales the lamps among `pixels` so that they keep their energy, and returns the lamps that no point of
-    /// the new grid has sampled, with their solid angles.
-    pub(crate) fn balance<T: Texels>(&self, picture: T, pixels: &mut [[f32; 3]]) -> Vec<(usize, f64)> {
-        let mut unseen = Vec::new();
-        for (&texel, given) in self.texels.iter().zip(&self.given) {
-            let own = picture.solid_angle(texel);
-            let given = given.load(Ordering::Relaxed) as f64 / UNIT;
-            if given < 1e-3 * own {
-                unseen.push((texel, own));
-                continue;
-            }
-            for value in &mut pixels[texel] {
-                *value = ((f64::from(*value) * own / given) as f32).clamp(f32::MIN, f32::MAX);
-            }
+    /// A sun of radius 1 degree: one light of its flux in its place, whatever the grid.
+    #[test]
+    fn a_sun_becomes_one_light() {
+        let sun = Direction::from_angles(0.9, 2.0);
+        let radius = 2.0_f64.to_radians();
+        for height in [256, 512] {
+            let lit =
+                sky(height, |d| if d.dot(sun) > radius.cos() { [9000.0, 6000.0, 3000.0] } else { [1.0; 3] });
+            let Separated { soft, lights } = lit.separate_lamps();
+            assert_eq!(lights.len(), 1, "{lights:?}");
+            let light = lights[0];
+            let off = light.direction.dot(sun).clamp(-1.0, 1.0).acos();
+            assert!(off < 2e-3 && (light.radius - radius).abs() < 3e-3, "{off} {}", light.radius);
+            let whole: f64 = lit.integral()[0];
+            assert!(
+                (soft.integral()[0] + light.flux()[0] - whole).abs() < 1e-5 * whole,
+                "the integral stays"
+            );
+            assert!(light.irradiance[0] > 2.9 * light.irradiance[2], "and the colour");
+            let most = soft.pixels().as_flattened().iter().fold(0.0_f32, |most, value| most.max(*value));
+            let mean = lit.integral().iter().sum::<f64>() / (12.0 * std::f64::consts::PI);
+            assert!(f64::from(most) < 1.51 * BRIGHTER * mean, "{most}");
         }
-        unseen
+    }
+
+    #[test]
+    fn a_large_lamp_becomes_several_lights_that_cover_it() {
+        let lamp = Direction::from_angles(1.3, -1.0);
+        let lit = sky(256, |d| if d.dot(lamp) > 0.15_f64.cos() { [500.0; 3] } else { [0.1; 3] });
+        let Separated { lights, .. } = lit.separate_lamps();
+        assert!((5..60).contains(&lights.len()), "{}", lights.len());
+        assert!(lights.iter().all(|light| light.direction.dot(lamp) > 0.15_f64.cos()));
+    }
+
+    #[test]
+    fn soft_light_and_sparkle_stay_in_the_image() {
+        let even = sky(32, |_| [0.5; 3]);
+        assert!(even.separate_lamps().lights.is_empty());
+        assert_eq!(even.separate_lamps().soft.pixels(), even.pixels());
+        let black = sky(8, |_| [0.0; 3]);
+        assert!(black.separate_lamps().lights.is_empty());
+        // 1e-4 sr at 50 times the mean, far from each other.
+        let sparkle = sky(512, |d| {
+            if (d.theta() * 40.0).sin() * (d.phi() * 40.0).sin() > 0.9999 { [50.0; 3] } else { [0.9; 3] }
+        });
+        let Separated { soft, lights } = sparkle.separate_lamps();
+        assert!(lights.is_empty() && soft.pixels() == sparkle.pixels(), "{}", lights.len());
     }
 }

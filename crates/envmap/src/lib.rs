@@ -6,6 +6,7 @@
 
 mod area;
 mod audit;
+mod bright_texels;
 mod canvas;
 mod cube_map;
 mod environment;
@@ -25,6 +26,7 @@ pub use environment::Environment;
 pub use error::Error;
 pub use faces::stack_faces;
 pub use image::Image;
+pub use lamps::Separated;
 pub use layout::Layout;
 pub use pixel_audit::{Finding, PixelAudit, Place};
 pub use texels::{Taps, Texels};
@@ -32,5 +34,6 @@ pub use tone::{ToneMap, middle_grey_exposure, srgb_decode, srgb_encode, to_srgb8
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
+    pub use crate::lamps::REVISION as LAMPS;
     pub use crate::resample::REVISION as RESAMPLING;
 }

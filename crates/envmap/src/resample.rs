@@ -3,7 +3,7 @@
 //! The value of a new texel is the mean over its area of the bilinearly interpolated picture, taken at points
 //! so dense that at least [`PER_TEXEL`]^2 of them fall on each of the picture's texels (if those are so large
 //! that one point per new texel suffices for this, one is taken). The weights of a new texel sum to 1, so
-//! that a constant picture stays constant up to rounding. [`Lamps`] preserves the energy of small bright
+//! that a constant picture stays constant up to rounding. [`BrightTexels`] preserves the energy of small bright
 //! lights.
 //!
 //! If f is smooth, interpolation over texels of size h adds h^2 / 12 of the Laplacian of f and the mean over
@@ -13,8 +13,8 @@
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::bright_texels::BrightTexels;
 use crate::canvas::{Canvas, MOST_POINTS};
-use crate::lamps::Lamps;
 use crate::texels::Texels;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -31,30 +31,30 @@ pub(crate) fn resample<T: Texels, C: Canvas>(
     pixels: &[[f32; 3]],
     canvas: &C,
 ) -> Vec<[f32; 3]> {
-    let lamps = Lamps::find(picture, width, pixels);
-    let lit: Vec<AtomicBool> = (0..if lamps.is_empty() { 0 } else { canvas.width() * canvas.rows() })
+    let bright = BrightTexels::find(picture, width, pixels);
+    let lit: Vec<AtomicBool> = (0..if bright.is_empty() { 0 } else { canvas.width() * canvas.rows() })
         .map(|_| AtomicBool::new(false))
         .collect();
     let mut out = vec![[0.0; 3]; canvas.width() * canvas.rows()];
     out.par_chunks_mut(canvas.width()).enumerate().for_each(|(row, values)| {
         for (column, value) in values.iter_mut().enumerate() {
-            if lamps.is_empty() {
+            if bright.is_empty() {
                 *value = mean(picture, pixels, canvas, row, column, |_, _| {});
             } else {
                 let mut is_lit = false;
                 *value = mean(picture, pixels, canvas, row, column, |texel, solid_angle| {
-                    is_lit |= lamps.give(texel, solid_angle);
+                    is_lit |= bright.give(texel, solid_angle);
                 });
                 lit[row * canvas.width() + column].store(is_lit, Ordering::Relaxed);
             }
         }
     });
-    if lamps.is_empty() {
+    if bright.is_empty() {
         return out;
     }
 
     let mut balanced = pixels.to_vec();
-    let unseen = lamps.balance(picture, &mut balanced);
+    let unseen = bright.balance(picture, &mut balanced);
     out.par_chunks_mut(canvas.width()).enumerate().for_each(|(row, values)| {
         for (column, value) in values.iter_mut().enumerate() {
             if lit[row * canvas.width() + column].load(Ordering::Relaxed) {

@@ -1,12 +1,15 @@
 //! Reflected light: convolution in spherical harmonics and its evaluation.
 
 pub mod accuracy;
+mod baking;
 mod cabral;
+pub mod degrees;
 mod evaluation;
 mod fit;
 mod global;
 pub mod icosahedron;
 mod kautz_mccool;
+mod lamps;
 mod lookup;
 mod map;
 pub mod reference;
@@ -20,6 +23,7 @@ mod view_maps;
 pub use cabral::Cabral;
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
 pub use kautz_mccool::{KautzMcCool, azimuthal_share};
+pub use lamps::Lamps;
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use reflection::{Plain, Reflection, ViewDependent};
@@ -30,6 +34,8 @@ pub use view_maps::ViewMaps;
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
+    pub use crate::baking::REVISION as BAKING;
+    pub use crate::degrees::REVISION as DEGREES;
     pub use crate::fit::REVISION as FIT;
     pub use crate::reference::REVISION as REFERENCE;
     pub use crate::resample::REVISION as RESAMPLING;

@@ -12,22 +12,50 @@ use std::f64::consts::PI;
 use brdf::{BrdfCoefficients, Centre};
 use sh::{Expansion, lambda, zonal_into};
 
-/// B_lmpq = L_lm rho_lpq, held as its two factors, both cut to the smaller degree.
+use crate::lamps::Lamps;
+
+/// B_lmpq = L_lm rho_lpq, held as its two factors, both cut to the smaller degree, and the lamps beside it: what
+/// this crate calls the field is without them unless it says otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reflection {
     lighting: Expansion,
     brdf: BrdfCoefficients,
+    lamps: Option<Lamps>,
+    for_light: bool,
 }
 
 /// Which one map stands for a reflection that depends on the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Plain {
-    /// The mean over all views w_o about the central direction: the terms p = 0.
+    /// The mean over all views as a ball shows them to a distant camera, weighted by projected area: about the
+    /// reflection vector they are spread evenly over all w_o, and the mean is the terms p = 0.
     Mean,
     /// The surface seen head on, V = N. For a map of reflection vectors or normals the view is the central
     /// direction itself; for a map of tangents it is at a right angle to it, and the mean around the tangent
     /// is taken.
     HeadOn,
+}
+
+/// Rows of views in a mean: far more than a map has degrees.
+const MEAN_ROWS: usize = 256;
+
+/// Colatitudes of views w_o about a central direction and their weights, which sum to 1: as a ball shows views to
+/// a distant camera, the squared sine of the angle between view and normal is spread evenly. About the tangent
+/// that is the mean over all normals at right angles to it.
+pub(crate) fn mean_views(centre: Centre, rows: usize) -> impl Iterator<Item = (f64, f64)> {
+    (0..rows).map(move |row| {
+        let share = (row as f64 + 0.5) / rows as f64;
+        let even = 1.0 / rows as f64;
+        match centre {
+            Centre::Reflection => ((1.0 - 2.0 * share).acos(), even),
+            Centre::Normal => (share.sqrt().asin(), even),
+            Centre::Tangent => {
+                let theta = (1.0 - 2.0 * share).acos();
+                // The mean of a sine over the sphere is pi / 4.
+                (theta, even * theta.sin() * 4.0 / PI)
+            }
+        }
+    })
 }
 
 /// A reflection depends on the view beyond the central direction, but one map cannot.
@@ -43,7 +71,39 @@ impl Reflection {
     /// product has no degree that one of them lacks.
     pub fn convolve(lighting: &Expansion, brdf: &BrdfCoefficients) -> Self {
         let degree = lighting.degree().min(brdf.f());
-        Self { lighting: lighting.to_degree(degree), brdf: brdf.cut(degree) }
+        Self { lighting: lighting.to_degree(degree), brdf: brdf.cut(degree), lamps: None, for_light: false }
+    }
+
+    /// The same with lights beside the lighting, which the series does not hold.
+    #[must_use]
+    pub fn with_lamps(self, lamps: Lamps) -> Self {
+        Self { lamps: Some(lamps), ..self }
+    }
+
+    /// The same with the lamps in the lighting's series, cut at its degree.
+    #[must_use]
+    pub fn with_whole_light(&self) -> Self {
+        let lights = self.lamps.as_ref().map(|lamps| lamps.lights.clone()).unwrap_or_default();
+        let lighting = sh::Lighting { series: self.lighting.clone(), lights }.whole();
+        Self { lighting, brdf: self.brdf.clone(), lamps: None, for_light: self.for_light }
+    }
+
+    /// The same, marked as cut at degrees that were chosen for its light: see [`Reflection::is_for_light`].
+    #[must_use]
+    pub fn marked_for_light(self) -> Self {
+        Self { for_light: true, ..self }
+    }
+
+    /// Whether the degrees were chosen for this light, so that what the cut leaves below zero is too little to be
+    /// seen: exports set it to zero.
+    pub fn is_for_light(&self) -> bool {
+        self.for_light
+    }
+
+    /// The lights beside the lighting's series, and the material that reflects them; `None` if the series holds
+    /// all light.
+    pub fn lamps(&self) -> Option<&Lamps> {
+        self.lamps.as_ref()
     }
 
     /// The lighting's coefficients, L_lm.
@@ -86,7 +146,7 @@ impl Reflection {
     ///
     /// B_lm = Lambda_l L_lm sum over p of rho_lp0 Y_p0(w_o),
     ///
-    /// in the mean over views (p = 0) or head on. Exact for a radially symmetric material, for which both are
+    /// in the mean over views or head on. Exact for a radially symmetric material, for which both are
     /// the same.
     ///
     /// Terms with q > 0 have no part in it: they are zero at w_o = +Z, and in the mean around the central
@@ -94,7 +154,15 @@ impl Reflection {
     pub fn plain(&self, view: Plain) -> Expansion {
         let mut y_p0 = vec![0.0; self.brdf.p().get() + 1];
         match (view, self.brdf.centre()) {
-            (Plain::Mean, _) => y_p0[0] = 1.0 / (4.0 * PI).sqrt(),
+            // Seen from all sides, the views about R are spread evenly: only p = 0 has a mean.
+            (Plain::Mean, Centre::Reflection) => y_p0[0] = 1.0 / (4.0 * PI).sqrt(),
+            (Plain::Mean, centre) => {
+                let mut row = y_p0.clone();
+                for (theta, weight) in mean_views(centre, MEAN_ROWS) {
+                    zonal_into(theta.cos(), &mut row);
+                    y_p0.iter_mut().zip(&row).for_each(|(sum, y)| *sum += weight * y);
+                }
+            }
             (Plain::HeadOn, Centre::Tangent) => zonal_into(0.0, &mut y_p0),
             (Plain::HeadOn, _) => zonal_into(1.0, &mut y_p0),
         }

@@ -3,10 +3,10 @@
 //! | type | value | bytes |
 //! | --- | --- | --- |
 //! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
-//! | `lighting` | [`sh::Expansion`] | safetensors: `sh` [(F+1)^2, 3] f64 |
+//! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
 //! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
-//! | `brdf` | [`brdf::BrdfCoefficients`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64 |
-//! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho` |
+//! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64; the material as above |
+//! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`; with lamps `lights` and the material |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
 //!
@@ -31,9 +31,9 @@ impl Artifact for Environment {
     }
 }
 
-/// Distant light as spherical-harmonic coefficients.
+/// Distant light as spherical-harmonic coefficients, and the lights beside them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lighting(pub sh::Expansion);
+pub struct Lighting(pub sh::Lighting);
 
 impl Artifact for Lighting {
     const TYPE: &'static str = "lighting";
@@ -65,17 +65,30 @@ impl Artifact for Material {
 
 /// The coefficients of a material's rho_hat: its BRDF with the cosine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Brdf(pub brdf::BrdfCoefficients);
+pub struct Brdf {
+    /// The coefficients.
+    pub coefficients: brdf::BrdfCoefficients,
+    /// The material, if `convolve` chooses the degrees for each light: then the coefficients have more than enough.
+    pub material: Option<brdf::Material>,
+}
+
+impl From<brdf::BrdfCoefficients> for Brdf {
+    /// Coefficients of fixed degrees.
+    fn from(coefficients: brdf::BrdfCoefficients) -> Self {
+        Self { coefficients, material: None }
+    }
+}
 
 impl Artifact for Brdf {
     const TYPE: &'static str = "brdf";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_brdf(&self.0, None)?)
+        Ok(tensors::encode_brdf(&self.coefficients, self.material.as_ref(), None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        Ok(Self(tensors::decode_brdf(bytes)?))
+        let (coefficients, material) = tensors::decode_brdf(bytes)?;
+        Ok(Self { coefficients, material })
     }
 }
 
@@ -87,13 +100,11 @@ impl Artifact for Reflection {
     const TYPE: &'static str = "reflection";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_reflection(self.0.lighting(), self.0.brdf(), None)?)
+        Ok(tensors::encode_reflection(&self.0, None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        // The two factors have the same degree, so nothing is cut off here.
-        let (lighting, brdf) = tensors::decode_reflection(bytes)?;
-        Ok(Self(shrm::Reflection::convolve(&lighting, &brdf)))
+        Ok(Self(tensors::decode_reflection(bytes)?))
     }
 }
 
@@ -105,7 +116,7 @@ impl Artifact for Shrm {
     const TYPE: &'static str = "shrm";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_shrm(&self.0, None)?)
+        Ok(tensors::encode_shrm(&self.0, &[], None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {

@@ -2,8 +2,8 @@
 
 use std::ops::{Bound, RangeInclusive};
 
-use containers::Precision;
-use engine::{OrAuto, choice};
+use containers::{MaterialChoice, Precision};
+use engine::{Diagnostic, OrAuto, Parameter, Value, ValueKind, choice, unexpected};
 use envmap::ToneMap;
 use shrm::{MapLayout, View};
 
@@ -18,6 +18,36 @@ pub(crate) const MOST: usize = 4096;
 
 /// The edge of a cube's face or the rows of a lat-long map; `"auto"` is the least that meets an error.
 pub(crate) type Resolution = OrAuto<usize>;
+
+/// A material of a glTF file, by its name or its number.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ChosenMaterial(pub(crate) MaterialChoice);
+
+impl Parameter for ChosenMaterial {
+    fn expected() -> String {
+        "the name of a material, or its number from 0 on".into()
+    }
+
+    fn parse(value: &Value) -> Result<Self, Diagnostic> {
+        let choice = match &value.kind {
+            ValueKind::String(name) => Some(MaterialChoice::Name(name.clone())),
+            ValueKind::Integer(number) => usize::try_from(*number).ok().map(MaterialChoice::Index),
+            _ => None,
+        };
+        choice.map(Self).ok_or_else(|| unexpected(value, &Self::expected()))
+    }
+
+    fn canonical(&self) -> serde_json::Value {
+        match &self.0 {
+            MaterialChoice::Name(name) => name.as_str().into(),
+            MaterialChoice::Index(number) => (*number).into(),
+        }
+    }
+
+    fn schema() -> serde_json::Value {
+        serde_json::json!({ "type": ["string", "integer"], "minimum": 0 })
+    }
+}
 
 /// The edge of a cube's face that is as fine as a map, if its resolution is fixed: a face looks at half of
 /// the angle of a lat-long map's rows.
@@ -88,5 +118,15 @@ choice! {
         Dds = "dds",
         /// An OpenEXR picture for each map.
         Exr = "exr",
+    }
+}
+
+choice! {
+    /// Where the light of suns and lamps is.
+    pub(crate) enum LampsName {
+        /// In the map, which holds all light.
+        Baked = "baked",
+        /// Beside the map, as `lights` that the renderer adds.
+        Separate = "separate",
     }
 }

@@ -40,7 +40,7 @@ use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, parameters}
 use envmap::{Environment, ToneMap, middle_grey_exposure};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
-use shrm::{MapGrid, Plain, View};
+use shrm::{Lamps, MapGrid, Plain, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
@@ -76,8 +76,8 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 3;
-    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM];
+    const REVISION: u32 = 4;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -116,8 +116,8 @@ impl Kind for ContactSheet {
         facts.push("the same for all pictures".into());
         let lighting = match &lighting {
             Some(lighting) => {
-                facts.push(format!("lighting of degree {}", lighting.0.degree().get()));
-                Some(harmonics(parameters, environment, &lighting.0)?)
+                facts.push(format!("lighting of degree {}", lighting.0.series.degree().get()));
+                Some(harmonics(parameters, environment, &lighting.0.whole())?)
             }
             None => None,
         };
@@ -206,7 +206,11 @@ fn material(
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
     let field = reflection.synthesise(grid, View::Local);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
-    Ok(MaterialPictures { name, detail, field, map: shown(&reflection.plain(Plain::Mean), MAP)? })
+    let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
+    if let Some(lamps) = reflection.lamps() {
+        map = lit(&map, lamps)?;
+    }
+    Ok(MaterialPictures { name, detail, field, lamps: reflection.lamps().cloned(), map })
 }
 
 /// What distinguishes an item on a sheet: the stems of the keys that are not the sheet's own. If there are
@@ -222,6 +226,15 @@ fn name(own: &ItemKey, key: &ItemKey) -> String {
     }
 }
 
+/// A map of the mean over views with the lamps beside it.
+fn lit(map: &Environment, lamps: &Lamps) -> Result<Environment, Failure> {
+    let lamps = lamps.plain(Plain::Mean, MapGrid::LatLong(map.grid()));
+    let pixels = map.pixels().iter().zip(lamps);
+    let pixels =
+        pixels.map(|(soft, lamps)| std::array::from_fn(|channel| soft[channel] + lamps[channel])).collect();
+    Environment::new(map.grid(), pixels).ok_or_else(|| Failure::new("a map has values above the largest f32"))
+}
+
 /// A function at the texels of a grid, or of a whole multiple of it if the degree needs more rows.
 fn shown(function: &Expansion, grid: LatLong) -> Result<Environment, Failure> {
     let grid = LatLong::with_rows(grid.height * (function.degree().get() / grid.height + 1));
@@ -234,31 +247,14 @@ fn shown(function: &Expansion, grid: LatLong) -> Result<Environment, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-    use std::path::Path;
     use std::sync::Arc;
 
     use brdf::{Choice, Lambert, Phong, project};
-    use engine::{Artifact, Digest, Files, Handle};
+    use engine::{Artifact, Digest, Handle};
     use sh::Transform;
 
     use super::*;
-
-    struct NoFiles;
-
-    impl Files for NoFiles {
-        fn read(&self, _: &Path) -> io::Result<Arc<Vec<u8>>> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn list(&self, _: &Path) -> io::Result<Vec<(String, bool)>> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn is_folder(&self, _: &Path) -> bool {
-            false
-        }
-    }
+    use crate::testkit::NoFiles;
 
     const DEFAULTS: Parameters =
         Parameters { exposure: None, curve: ToneMapName(ToneMap::Filmic), degrees: Vec::new() };
@@ -310,7 +306,7 @@ mod tests {
             .with_key(own.clone())
             .with_recipe(r#"{"kind":"contact-sheet"}"#.into())
             .with_input("environment", vec![(own.clone(), handle(artifacts::Environment(environment)))])
-            .with_input("lighting", vec![(own, handle(artifacts::Lighting(lighting)))])
+            .with_input("lighting", vec![(own, handle(artifacts::Lighting(lighting.into())))])
             .with_input("reflection", reflections);
         let Output::Files(mut files) = ContactSheet::run(parameters, &context).unwrap() else {
             panic!("a sheet is a file")

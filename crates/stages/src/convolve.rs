@@ -15,9 +15,18 @@
 //! material does not depend on the azimuth; `export-reflection-map` makes one plain map, which is exact for P
 //! = 0.
 //!
-//! Lighting and material are cut to the smaller of their degrees: light that the material blurs away, or
-//! detail that the lighting does not hold, costs nothing. The build notes F and P. If the lighting's degree
-//! is the smaller one, the note says so, because the material then looks blurrier than it is.
+//! ## Degrees
+//!
+//! If neither `project-sh` nor `project-brdf` names a degree, this stage chooses F and P for each pair: the least
+//! P, at most 16, and then the least F, at which the cut does not show. It tries them: at views as a ball shows them,
+//! B is evaluated with all degrees and with fewer, and both are compared in stops, |log2((cut + e) / (uncut + e))|
+//! with e = 1 % of the mean radiance. P leaves 95 % of the views within 0.06
+//! stops and 99 % within 0.15, if any P up to 16 does, and F adds at most 0.015 and 0.05 to these. The build notes F, P and these errors. Suns and lamps are not cut: they stay beside the
+//! coefficients, with the material that reflects them, until an export puts them into its map.
+//!
+//! If `project-brdf` names degrees, lighting and material are cut to the smaller of them: light that the material
+//! blurs away, or detail that the lighting does not hold, costs nothing. If the lighting's degree is the smaller
+//! one, the note says so, because the material then looks blurrier than it is.
 //!
 //! ## Example
 //!
@@ -29,6 +38,7 @@
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use shrm::Reflection;
+use shrm::degrees::Cut;
 
 use crate::artifacts;
 
@@ -44,7 +54,9 @@ impl Kind for Convolve {
     type Parameters = Parameters;
 
     const NAME: &'static str = "convolve";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] =
+        &[sh::revisions::ROTATION, shrm::revisions::DEGREES, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("convolve.rs");
 
     fn ports() -> Vec<Port> {
@@ -58,10 +70,25 @@ impl Kind for Convolve {
     fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let lighting = context.get::<artifacts::Lighting>("lighting")?;
         let brdf = context.get::<artifacts::Brdf>("brdf")?;
-        let reflection = Reflection::convolve(&lighting.0, &brdf.0);
-        context.note(degrees(&reflection, brdf.0.f().get()));
+        let Some(material) = &brdf.material else {
+            let reflection = Reflection::convolve(&lighting.0.whole(), &brdf.coefficients);
+            context.note(degrees(&reflection, brdf.coefficients.f().get()));
+            return Output::artifact(artifacts::Reflection(reflection));
+        };
+        let (reflection, cut) = Reflection::for_light(&lighting.0, &brdf.coefficients, material);
+        context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
         Output::artifact(artifacts::Reflection(reflection))
     }
+}
+
+/// What a cut at the chosen degrees loses, and what is not cut.
+fn lost(cut: &Cut, reflection: &Reflection) -> String {
+    let beside = match reflection.lamps().map_or(0, |lamps| lamps.lights.len()) {
+        0 => String::new(),
+        1 => "; 1 lamp is kept beside it".to_owned(),
+        lamps => format!("; {lamps} lamps are kept beside it"),
+    };
+    format!("95 % of views are within {:.3} stops, 99 % within {:.3}{beside}", cut.p95, cut.p99)
 }
 
 /// The degrees of the reflection, compared with those of the material.

@@ -34,8 +34,9 @@
 //!
 //! ## Negative values
 //!
-//! A truncated series rings, so a map of a material that is much sharper than its lighting's degree can hold
-//! small negative values. A note counts them. OpenEXR keeps them, because they are part of the function;
+//! If `convolve` chose the degrees, what is negative is too little to be seen, and becomes 0. With degrees of
+//! yours a truncated series rings, so that a map of a material that is much sharper than its lighting's degree can
+//! hold negative values. A note counts them. OpenEXR keeps them, because they are part of the function;
 //! Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh` prevents
 //! them.
 //!
@@ -58,7 +59,7 @@
 use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::{Image, ToneMap, to_srgb8};
-use sh::{Expansion, Synthesis, energy_per_degree, lambda, synthesise_cube};
+use sh::{Synthesis, energy_per_degree, lambda, synthesise_cube};
 use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
@@ -132,8 +133,8 @@ impl Kind for ExportReflectionMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-reflection-map";
-    const REVISION: u32 = 2;
-    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM];
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
     fn ports() -> Vec<Port> {
@@ -185,8 +186,7 @@ impl Kind for ExportReflectionMap {
                 share(lost)
             ));
         }
-        let field = reflection.0.plain(plain);
-        let images = images(parameters, &field)?;
+        let images = images(parameters, &reflection.0)?;
         context.check_cancelled()?;
         report_negatives(parameters.format, &images, context);
         write(parameters, &images, context)
@@ -231,12 +231,22 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
     if total > 0.0 { dependent / total } else { 0.0 }
 }
 
-/// The field on the images of a layout.
-fn images(parameters: &Parameters, field: &Expansion) -> Result<Vec<Image>, Failure> {
-    let pixels = match grid(parameters) {
-        MapGrid::LatLong(grid) => Synthesis::new(grid, field.degree())?.synthesise(field),
-        MapGrid::Cube(cube) => synthesise_cube(field, cube)?,
+/// The field on the images of a layout, with the lamps beside it.
+fn images(parameters: &Parameters, reflection: &Reflection) -> Result<Vec<Image>, Failure> {
+    let PlainName(plain) = parameters.view;
+    let (field, grid) = (reflection.plain(plain), grid(parameters));
+    let mut pixels: Vec<[f32; 3]> = match grid {
+        MapGrid::LatLong(grid) => Synthesis::new(grid, field.degree())?.synthesise(&field),
+        MapGrid::Cube(cube) => synthesise_cube(&field, cube)?,
     };
+    if let Some(lamps) = reflection.lamps() {
+        for (pixel, lamps) in pixels.iter_mut().zip(lamps.plain(plain, grid)) {
+            (0..3).for_each(|channel| pixel[channel] += lamps[channel]);
+        }
+    }
+    if reflection.is_for_light() {
+        pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value.max(0.0)));
+    }
     arrange(parameters, pixels)
 }
 

@@ -16,6 +16,17 @@
 //! A preset with a lower degree than the lighting holds the first coefficients (nine for degree 2), and the
 //! build notes it. A diffuse surface loses little: degree 2 holds over 99 % of the energy of its cosine.
 //!
+//! ## Suns
+//!
+//! Few coefficients cannot hold a sun: the irradiance that they give is negative on the far side. So up to degree 8
+//! the coefficients are multiplied with the least window, 1 / (1 + lambda l^2 (l + 1)^2), under which it is nowhere
+//! negative (`window = "none"` does not). Softer light needs none, and is not changed.
+//!
+//! With `lamps = "separate"` the coefficients hold the light without suns and lamps, and `lights` has these, as
+//! directional lights of an engine: a row for each with its direction in the preset's frame, its angular radius in
+//! radians, and the irradiance r, g, b of a surface that faces it. `project-sh` separates lamps if neither a degree
+//! nor a tolerance is given to it.
+//!
 //! ## The presets in full
 //!
 //! Each of these is a member of the file, under the same name. A preset loses nothing but the degrees above
@@ -109,11 +120,15 @@
 //! path = "{environment}/sh"
 //! ```
 
+use std::f64::consts::PI;
+
 use containers::lighting_json::{self, Preset};
 use containers::tensors;
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use sh::{Degree, Expansion, Penalty, non_negative};
 
 use crate::artifacts;
+use crate::choices::LampsName;
 
 choice! {
     /// The container.
@@ -145,6 +160,19 @@ choice! {
     }
 }
 
+choice! {
+    /// The window against ringing.
+    pub(crate) enum Window {
+        /// The least one under which the irradiance is nowhere negative.
+        Auto = "auto",
+        /// None.
+        None = "none",
+    }
+}
+
+/// The highest degree that a window is sought for: probes of few coefficients.
+const MOST_WINDOWED: usize = 8;
+
 parameters! {
     /// Parameters of `export-sh`.
     pub(crate) struct Parameters {
@@ -152,6 +180,14 @@ parameters! {
         format: Format = Format::Json,
         /// With format "json": the convention of the coefficients; see the table.
         preset: PresetName = PresetName(Preset::Specula),
+        /// The highest l that is written, 2 for the nine coefficients of a probe. Default: that of the lighting, or
+        /// of the preset.
+        #[range(0..=Degree::MAX.get())]
+        degree: Option<usize> = None,
+        /// Whether suns and lamps are in the coefficients or beside them; see Suns.
+        lamps: LampsName = LampsName::Baked,
+        /// Up to degree 8: the window against ringing; see Suns.
+        window: Window = Window::Auto,
     }
 }
 
@@ -162,7 +198,8 @@ impl Kind for ExportSh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-sh";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] = &[sh::revisions::WINDOW];
     const TEXT: &'static str = include_str!("export_sh.rs");
 
     fn ports() -> Vec<Port> {
@@ -188,20 +225,95 @@ impl Kind for ExportSh {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let lighting = &context.get::<artifacts::Lighting>("lighting")?.0;
+        let mut lighting = match parameters.lamps {
+            LampsName::Baked => lighting.whole().into(),
+            LampsName::Separate => lighting.clone(),
+        };
+        if let Some(degree) = parameters.degree {
+            lighting.series = lighting.series.to_degree(Degree::new(degree)?);
+        }
+        if parameters.window == Window::Auto && lighting.series.degree().get() <= MOST_WINDOWED {
+            lighting.series = windowed(lighting.series, context);
+        }
         let recipe = Some(context.recipe());
         if parameters.format == Format::Safetensors {
-            return Ok(Output::Files(vec![tensors::encode_lighting(lighting, recipe)?]));
+            return Ok(Output::Files(vec![tensors::encode_lighting(&lighting, recipe)?]));
         }
         let PresetName(preset) = parameters.preset;
-        let (given, written) = (lighting.degree().get(), preset.degree(lighting.degree()));
+        let (given, written) = (lighting.series.degree().get(), preset.degree(lighting.series.degree()));
         if written < given {
             context.note(format!(
                 "preset {} holds degree {written}: the first {} of {} coefficients",
                 preset.name(),
                 (written + 1) * (written + 1),
-                lighting.degree().rows()
+                lighting.series.degree().rows()
             ));
         }
-        Ok(Output::Files(vec![lighting_json::encode(lighting, preset, recipe)?]))
+        Ok(Output::Files(vec![lighting_json::encode(&lighting, preset, recipe)?]))
+    }
+}
+
+/// The series with the least window under which the irradiance is nowhere negative.
+fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
+    let mut irradiance = series.clone();
+    for l in 0..=series.degree().get() {
+        let factor = cosine(l);
+        for row in &mut irradiance.coefficients_mut()[l * l..(l + 1) * (l + 1)] {
+            *row = row.map(|value| value * factor);
+        }
+    }
+    match non_negative(&irradiance) {
+        Ok(found) if found.penalty > Penalty::ZERO => {
+            context.note(format!(
+                "window laplacian with lambda {:.3e}: the least irradiance is {:.4} instead of {:.4}",
+                found.penalty.get(),
+                found.after.value,
+                found.before.value
+            ));
+            sh::Window::Laplacian(found.penalty).apply(&series)
+        }
+        // Without a positive mean no window helps, and nothing is changed.
+        _ => series,
+    }
+}
+
+/// A_l, the factor of the clamped cosine: pi, 2 pi / 3, pi / 4, 0, -pi / 24 ... (Ramamoorthi and Hanrahan 2001).
+fn cosine(l: usize) -> f64 {
+    match l {
+        0 => PI,
+        1 => 2.0 * PI / 3.0,
+        l if l % 2 == 1 => 0.0,
+        l => {
+            // l! / (2^l (l/2)!^2), factor by factor.
+            let central: f64 = (1..=l / 2).map(|k| (2 * k - 1) as f64 / (2 * k) as f64).product();
+            let sign = if l % 4 == 2 { 1.0 } else { -1.0 };
+            2.0 * PI * sign * central / ((l + 2) * (l - 1)) as f64
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The integral of the cosine over the upper half times P_l, by the midpoint rule.
+    #[test]
+    fn the_cosine_has_its_factors() {
+        for l in 0..=MOST_WINDOWED {
+            let steps = 20_000;
+            let mut row = vec![0.0; l + 1];
+            let mut sum = 0.0;
+            for step in 0..steps {
+                let x = (f64::from(step) + 0.5) / f64::from(steps);
+                sh::zonal_into(x, &mut row);
+                sum += 2.0 * PI * x * row[l] / f64::from(steps);
+            }
+            assert!(
+                (sum * sh::lambda(l) - cosine(l)).abs() < 1e-6,
+                "{l}: {} {}",
+                sum * sh::lambda(l),
+                cosine(l)
+            );
+        }
     }
 }

@@ -15,7 +15,7 @@
 //!
 //! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
 //! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an
-//! edge of 5 F texels, F being the degree. The build notes the degrees, the resolution, the estimated error
+//! edge of 5 F texels, F being the degree, and no more than 64 MB of 32-bit numbers. The build notes the degrees, the resolution, the estimated error
 //! and the file's size.
 //!
 //! ## Files
@@ -39,6 +39,19 @@
 //!
 //! Lat-long maps have the image's centre along +X, its left quarter along +Y and row 0 toward +Z, the frame
 //! being right-handed with +Z up. A cube is sampled with (-y, z, x) and looks unmirrored from inside.
+//!
+//! ## Lamps
+//!
+//! If neither `project-sh` nor `project-brdf` names a degree, suns and lamps are not cut with the rest but kept as
+//! lights. With `lamps = "baked"` the map holds them too: so that no cut rings into dark views, the coefficients of
+//! each texel are then fitted to its views by relative least squares, with P = 16. For roughness below 0.2 that is
+//! too little, and `"separate"` serves better.
+//!
+//! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the lights: in
+//! safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON array of arrays. A
+//! light is its direction x, y, z, its angular radius in radians, and the irradiance r, g, b of a surface that faces
+//! it. A renderer adds, for each light, irradiance times BRDF times the cosine between light and normal, by the
+//! material's own formula, to what the map gives.
 //!
 //! ## From a map
 //!
@@ -136,10 +149,14 @@ use std::ops::Range;
 use containers::{
     Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
 };
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use sh::Light;
 use shrm::{MapLayout, Shrm, Terms};
 
-use crate::choices::{MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of};
+use crate::artifacts;
+use crate::choices::{
+    LampsName, MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of,
+};
 use crate::export_reflection_map::report_overflow;
 use crate::map_input::{self, MapInput};
 
@@ -170,6 +187,8 @@ parameters! {
         error: Option<f64> = None,
         /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
         view: Option<ViewName> = None,
+        /// Whether suns and lamps are in the map or beside it; see Lamps.
+        lamps: LampsName = LampsName::Baked,
         /// The container; see Files.
         format: Format = Format::Safetensors,
         /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
@@ -183,7 +202,7 @@ parameters! {
 impl Parameters {
     fn input(&self) -> MapInput {
         let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
-        MapInput { layout, resolution: self.resolution, error: self.error, view }
+        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps }
     }
 }
 
@@ -233,13 +252,16 @@ impl Kind for ExportShrm {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let map = parameters.input().map(context)?;
+        let beside = beside(parameters, context)?;
         context.check_cancelled()?;
         let recipe = Some(context.recipe());
         let PrecisionName(precision) = parameters.precision;
         let file = match parameters.format {
-            Format::Safetensors => Encoded { bytes: tensors::encode_shrm(&map.0, recipe)?, clamped: 0 },
-            Format::Exr => layers(&map.0, precision, recipe)?,
-            Format::Ktx2 => texture(&map.0, precision, recipe)?,
+            Format::Safetensors => {
+                Encoded { bytes: tensors::encode_shrm(&map.0, &beside, recipe)?, clamped: 0 }
+            }
+            Format::Exr => layers(&map.0, &beside, precision, recipe)?,
+            Format::Ktx2 => texture(&map.0, &beside, precision, recipe)?,
         };
         report_overflow(file.clamped, parameters.overflow, context)?;
         context.note(format!("{} bytes", file.bytes.len()));
@@ -247,11 +269,29 @@ impl Kind for ExportShrm {
     }
 }
 
+/// The lights that the map does not hold.
+fn beside(parameters: &Parameters, context: &Context<'_>) -> Result<Vec<Light>, Failure> {
+    if parameters.lamps == LampsName::Baked || context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
+        return Ok(Vec::new());
+    }
+    let reflection = context.get::<artifacts::Reflection>("reflection")?;
+    Ok(reflection.0.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default())
+}
+
 /// The file's entries, and the names of its rows.
-fn entries(map: &Shrm, rows: &[String]) -> Vec<(String, String)> {
+fn entries(map: &Shrm, beside: &[Light], rows: &[String]) -> Vec<(String, String)> {
     let entries = shrm_metadata(map).map(|(key, value)| (format!("specula.{key}"), value));
     let rows = ("specula.rows".to_owned(), rows.join(" "));
-    entries.into_iter().chain([rows]).collect()
+    let light = |light: &Light| {
+        let ([x, y, z], [r, g, b]) = (light.direction.vector().to_array(), light.irradiance);
+        serde_json::json!([x, y, z, light.radius, r, g, b])
+    };
+    let lights: serde_json::Value = beside.iter().map(light).collect();
+    let lamps = [
+        ("specula.lamps".to_owned(), "separate".to_owned()),
+        ("specula.lights".to_owned(), lights.to_string()),
+    ];
+    entries.into_iter().chain([rows]).chain(lamps.into_iter().filter(|_| !beside.is_empty())).collect()
 }
 
 fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {
@@ -264,17 +304,27 @@ fn row(map: &Shrm, row: usize, texels: Range<usize>) -> impl Iterator<Item = [f3
 }
 
 /// A layer for each coefficient that the map keeps.
-fn texture(map: &Shrm, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+fn texture(
+    map: &Shrm,
+    beside: &[Light],
+    precision: Precision,
+    recipe: Option<&str>,
+) -> Result<Encoded, Failure> {
     let [faces, height, width] = map.grid().shape();
     let layers = map.rows();
     let pixels = (0..layers).flat_map(|layer| row(map, layer, 0..map.grid().len())).collect();
     let texture = Texture { width, height, depth: 1, layers, faces, pixels };
-    let entries = entries(map, &row_names(map.p().get(), map.terms()));
+    let entries = entries(map, beside, &row_names(map.p().get(), map.terms()));
     Ok(write_ktx2(&texture, precision, recipe, &borrowed(&entries))?)
 }
 
 /// A layer for each of the (P+1)^2 coefficients, the first without a name.
-fn layers(map: &Shrm, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Failure> {
+fn layers(
+    map: &Shrm,
+    beside: &[Light],
+    precision: Precision,
+    recipe: Option<&str>,
+) -> Result<Encoded, Failure> {
     let [faces, height, width] = map.grid().shape();
     let names = row_names(map.p().get(), Terms::All);
     let kept = row_names(map.p().get(), map.terms());
@@ -290,6 +340,6 @@ fn layers(map: &Shrm, precision: Precision, recipe: Option<&str>) -> Result<Enco
             (if position == 0 { String::new() } else { name.clone() }, pixels)
         })
         .collect();
-    let entries = entries(map, &names);
+    let entries = entries(map, beside, &names);
     Ok(write_exr_layers(width, faces * height, &layers, precision, recipe, &borrowed(&entries))?)
 }

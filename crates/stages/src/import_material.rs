@@ -1,20 +1,43 @@
-//! Reads a material: a TOML file that names a reflection model and its parameters, or a measured BRDF.
+//! Reads a material: a TOML file that names a reflection model and its parameters, a measured BRDF, or a
+//! material of a glTF file.
 //!
 //! Every file that `source` matches gives one item. All errors of a file are reported together, each with its
 //! line and column. A colour is `[red, green, blue]` in linear Rec. 709, or one number for a grey.
 //!
 //! ```toml
 //! # gold.toml
-//! model = "ggx"
+//! model = "standard"
+//! base_color = [1.0, 0.77, 0.34]
+//! metallic = 1
 //! roughness = 0.3
-//! n = [0.14, 0.37, 1.45]
-//! k = [4.0, 2.4, 1.9]
 //! ```
 //!
 //! A material that reflects more light than falls on it is accepted with a warning. `specula inspect` shows
 //! the albedo of a material file by angle, and whether the material is reciprocal.
 //!
 //! ## Models
+//!
+//! ### `standard`
+//!
+//! The material of glTF: a dielectric or a metal, with a coat, sheen or neither.
+//!
+//! Start here: these are the parameters of glTF 2.0 and of most tools for artists. Light that the highlight
+//! loses between facets is added to the body of the material, so that a white material is white at any
+//! roughness. A file without `metallic` is a dielectric, such as plastic or varnished wood; in a glTF file
+//! without `metallicFactor` the material is a metal, and is imported as one.
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `base_color` | a colour, each a number from 0 to 1; default 1 | the colour of the matte base, or of the metal |
+//! | `metallic` | a number from 0 to 1; default 0 | 0 for a dielectric, 1 for a metal, or between for a mixture |
+//! | `roughness` | a number from 0.01 to 1; required | the width of the highlight: alpha is its square |
+//! | `ior` | a number from 1 to 10; default 1.5 | the index of refraction of the dielectric (glass 1.5, water 1.33) |
+//! | `specular` | a number from 0 to 1; default 1 | the weight of the dielectric's highlight |
+//! | `specular_color` | a colour, each a number from 0 to 1e6; default 1 | a factor on the dielectric's reflectance at normal incidence; the product is at most 1 |
+//! | `clearcoat` | a number from 0 to 1; default 0 | the weight of the clear coat |
+//! | `clearcoat_roughness` | a number from 0.01 to 1; default 0.01 | the width of the coat's highlight |
+//! | `sheen` | a colour, each a number from 0 to 1; default 0 | the colour of the sheen |
+//! | `sheen_roughness` | a number from 0.1 to 1; default 0.5 | how far the fibres of the sheen lean: small values shine toward grazing only |
 //!
 //! ### `lambert`
 //!
@@ -142,6 +165,34 @@
 //!
 //! `source` may also name such a file itself.
 //!
+//! ## Materials of glTF files
+//!
+//! `source` may name a `.gltf` or `.glb` file. If it has several materials, `material` says which one is
+//! meant:
+//!
+//! ```toml
+//! [stage.lens]
+//! kind = "import-material"
+//! source = "assets/helmet.glb"
+//! material = "LensesMat"
+//! ```
+//!
+//! A stage reads one material of a file. For several, write a material file for each, which `source` can
+//! match together, with `model = "gltf"`:
+//!
+//! | key | value | meaning |
+//! | --- | --- | --- |
+//! | `file` | a path from this file's folder; required | the `.gltf` or `.glb` file |
+//! | `material` | a name, or a number from 0 on; required if there are several | the material of the file |
+//!
+//! The material becomes one of the model `standard`: `pbrMetallicRoughness` and the extensions
+//! `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_clearcoat` and `KHR_materials_sheen` are
+//! read. A material here is the same everywhere, so a texture becomes the mean of all its texels (colours
+//! decoded from sRGB first, alpha ignored, whatever part of it the mesh shows), times its factor; notes name
+//! what was averaged. Textures are read as PNG, JPEG or WebP, also from files beside a `.gltf`: the item is
+//! rerun if one of them changes. Normal and occlusion textures are ignored, a roughness below the least of
+//! the model becomes the least, and a warning names other extensions, transparency and emitted light.
+//!
 //! ## Layers
 //!
 //! `layers` sums several materials, each a table with its `model`. A layer's weight is in its own parameters.
@@ -169,11 +220,15 @@
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 
 use crate::artifacts;
+use crate::choices::ChosenMaterial;
 use crate::material_file::read_material;
 
 parameters! {
-    /// `import-material` has no parameters: the parameters of a material are in its file.
-    pub(crate) struct Parameters {}
+    /// Parameters of `import-material`; those of a material are in its file.
+    pub(crate) struct Parameters {
+        /// The material of a glTF file. Default: the only one.
+        material: Option<ChosenMaterial> = None,
+    }
 }
 
 /// The kind `import-material`.
@@ -195,7 +250,7 @@ impl Kind for ImportMaterial {
         Product::Artifact(artifacts::Material::TYPE)
     }
 
-    fn run(_: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let path = context.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         let bytes = context.read(path).map_err(|failure| match context.is_folder(path) {
@@ -203,8 +258,10 @@ impl Kind for ImportMaterial {
                 .help("name a file, or every file in it: source = \"folder/*.toml\""),
             false => failure,
         })?;
-        let found = read_material(&file, &bytes, &|path| context.read(path))?;
+        let choice = parameters.material.as_ref().map(|ChosenMaterial(choice)| choice);
+        let found = read_material(&file, &bytes, choice, &|path| context.read(path))?;
         found.notes.into_iter().for_each(|note| context.note(note));
+        found.warnings.into_iter().for_each(|warning| context.warn(warning));
         warn_of_excess(&found.material, context);
         Output::artifact(artifacts::Material(found.material))
     }

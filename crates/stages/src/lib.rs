@@ -37,9 +37,11 @@ mod rotate;
 mod share;
 mod sheet;
 mod six_faces;
+#[cfg(test)]
+mod testkit;
 
 pub use colour::Rgb;
-pub use material_file::{MaterialFile, ReadFile, is_measured_file, read_material};
+pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_schema::material_schema;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
 

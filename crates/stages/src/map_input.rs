@@ -4,11 +4,12 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Context, Failure, Port};
+use shrm::degrees::MOST_P;
 use shrm::{MapGrid, MapLayout, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::choices::{MOST, Resolution};
+use crate::choices::{LampsName, MOST, Resolution};
 
 /// The revisions of the kernels that make maps.
 pub(crate) const KERNELS: &[u32] = &[
@@ -17,7 +18,12 @@ pub(crate) const KERNELS: &[u32] = &[
     shrm::revisions::SYNTHESIS,
     shrm::revisions::RESAMPLING,
     shrm::revisions::FIT,
+    shrm::revisions::BAKING,
+    brdf::revisions::MODELS,
 ];
+
+/// The most numbers of a map of `"auto"` resolution: 64 MB in 32 bits.
+const MOST_AUTO: usize = 1 << 24;
 
 /// The interpolation error for `"auto"`, if none is given.
 pub(crate) const ERROR: f64 = 0.01;
@@ -34,6 +40,8 @@ pub(crate) struct MapInput {
     pub(crate) error: Option<f64>,
     /// Default: local.
     pub(crate) view: Option<View>,
+    /// Whether a reflection's lamps are in the map.
+    pub(crate) lamps: LampsName,
 }
 
 impl MapInput {
@@ -66,7 +74,12 @@ impl MapInput {
             let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
             let (grid, error_note) = self.grid(reflection);
             context.check_cancelled()?;
-            let map = reflection.synthesise(grid, self.view.unwrap_or(View::Local))?;
+            let view = self.view.unwrap_or(View::Local);
+            let map = match self.lamps {
+                LampsName::Baked => reflection.bake(grid, view, &|| context.check_cancelled().is_err())?,
+                LampsName::Separate => reflection.synthesise(grid, view)?,
+            };
+            context.check_cancelled()?;
             (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), error_note)
         };
         context.note(format!("{degrees}: {}{error_note}", describe(&map.0)));
@@ -77,10 +90,13 @@ impl MapInput {
     fn grid(&self, reflection: &shrm::Reflection) -> (MapGrid, String) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
         let error = self.error.unwrap_or(ERROR);
-        let auto = reflection.resolution(layout, error);
+        let auto = match (self.lamps, reflection.lamps()) {
+            (LampsName::Baked, Some(_)) => reflection.with_whole_light().resolution(layout, error),
+            _ => reflection.resolution(layout, error),
+        };
         let resolution = match self.resolution.unwrap_or(Resolution::Auto) {
             Resolution::Fixed(resolution) => resolution,
-            Resolution::Auto => auto.texels.min(MOST),
+            Resolution::Auto => auto.texels.min(MOST).min(self.affordable(reflection)),
         };
         // The error falls with the square of the resolution.
         let estimate = auto.estimated_error * (auto.texels as f64 / resolution as f64).powi(2);
@@ -95,6 +111,20 @@ impl MapInput {
             MapLayout::LatLong => MapGrid::LatLong(LatLong::with_rows(resolution)),
         };
         (grid, error_note)
+    }
+
+    /// The highest resolution at which a map has [`MOST_AUTO`] numbers, a multiple of 4.
+    fn affordable(&self, reflection: &shrm::Reflection) -> usize {
+        let p = match (self.lamps, reflection.lamps(), reflection.brdf().p().get()) {
+            (LampsName::Baked, Some(_), p @ 1..) => p.max(MOST_P),
+            (_, _, p) => p,
+        };
+        let rows = if reflection.is_azimuth_free() { p + 1 } else { (p + 1) * (p + 1) };
+        let shapes = match self.layout.unwrap_or(MapLayout::Cube) {
+            MapLayout::Cube => 6,
+            MapLayout::LatLong => 2,
+        };
+        ((MOST_AUTO / (3 * rows * shapes)).isqrt() / 4 * 4).max(4)
     }
 
     /// The map that arrives, made global if that is asked for.

@@ -8,7 +8,7 @@ use shrm::{MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
-use crate::choices::{MapsFormat, Overflow, Resolution};
+use crate::choices::{LampsName, MapsFormat, Overflow, Resolution};
 use crate::export_reflection_map::{image, report_overflow};
 use crate::map_input::MapInput;
 
@@ -52,7 +52,13 @@ impl MapSource {
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let map = match self {
             Self::Reflection(_) => {
-                let input = MapInput { layout: Some(layout), resolution, error: None, view: Some(view) };
+                let input = MapInput {
+                    layout: Some(layout),
+                    resolution,
+                    error: None,
+                    view: Some(view),
+                    lamps: LampsName::Baked,
+                };
                 return input.map(context);
             }
             Self::Shrm(map) => map,

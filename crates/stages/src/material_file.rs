@@ -1,4 +1,4 @@
-//! Material files: TOML that names models by [`brdf::MODELS`], and measured files.
+//! Material files: TOML that names models by [`brdf::MODELS`], measured files, and materials of glTF files.
 //!
 //! One mechanism reads every model: the model's list of parameters defines the keys, their types and their
 //! ranges. All errors of a file are reported together, each with its place.
@@ -8,15 +8,19 @@ use std::path::Path;
 use std::sync::Arc;
 
 use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
-use containers::measured::{Format, read_with_notes};
+use containers::measured::{Format, Reading, read_with_notes};
+use containers::{GltfMaterial, MaterialChoice, read_gltf_material};
 use engine::{
     Diagnostic, Diagnostics, Document, Entry, Failure, Parameter as _, Table, Value as Toml, ValueKind,
     nearest, unexpected, unknown_keys,
 };
 
+use crate::choices::ChosenMaterial;
+
 /// The values of `model` that are not analytic models.
 pub(crate) const MEASURED: &str = "measured";
 pub(crate) const LAYERS: &str = "layers";
+pub(crate) const GLTF: &str = "gltf";
 
 /// How deep layers may be nested: the JSON reader of material artifacts limits the depth to about 60.
 const DEEPEST: usize = 32;
@@ -26,23 +30,44 @@ const DEEPEST: usize = 32;
 pub struct MaterialFile {
     /// The material.
     pub material: Material,
-    /// Notes on measured files: values that were missing, out of gamut or interpolated.
+    /// Notes on measured files (values that were missing, out of gamut or interpolated) and on textures that
+    /// were averaged.
     pub notes: Vec<String>,
+    /// What a glTF file says of the material and is not read.
+    pub warnings: Vec<String>,
 }
 
 /// Reads a file. Relative paths start at the material file's folder.
 pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
 
-/// The material of a file: a material file's text, or a measured BRDF by its name's ending.
+/// The material of a file: a material file's text, or by its name's ending a measured BRDF or a material of a
+/// glTF file, `choice` if there are several.
 ///
 /// `name` is the file's name, for messages. Files that it names are read by `read`.
 ///
 /// # Errors
 /// If the file has errors: all of them, each on its own line with its place.
-pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<MaterialFile, Failure> {
+pub fn read_material(
+    name: &str,
+    bytes: &[u8],
+    choice: Option<&MaterialChoice>,
+    read: &ReadFile<'_>,
+) -> Result<MaterialFile, Failure> {
+    if is_gltf_file(name) {
+        let found = read_gltf_material(bytes, choice, &mut |path: &str| read(Path::new(path)));
+        let GltfMaterial { material, notes, warnings } = found.map_err(|failure| failure.context(name))?;
+        return Ok(MaterialFile { material: Material::Standard(material), notes, warnings });
+    }
+    if choice.is_some() {
+        return Err(Failure::new(format!(
+            "{name} is not a glTF file, of whose materials one could be chosen"
+        ))
+        .help("remove `material`, or name a .gltf or .glb file"));
+    }
     if Format::of_name(name).is_some() {
-        let reading = read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
-        return Ok(MaterialFile { material: Material::Measured(reading.measured), notes: reading.notes });
+        let Reading { measured, notes, .. } =
+            read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
+        return Ok(MaterialFile { material: Material::Measured(measured), notes, warnings: Vec::new() });
     }
     let document = Document::parse(name, bytes).map_err(|errors| {
         if name.to_lowercase().ends_with(".toml") {
@@ -51,11 +76,14 @@ pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<Ma
         // Probably a picture or a table with another extension: its syntax errors would not help.
         let wrong = format!("{name} is not TOML, and does not have the extension of a measured BRDF");
         let chain = [wrong].into_iter().chain(errors.to_string().lines().next().map(str::to_owned)).collect();
-        Failure { help: Some(format!("expected .toml, or one of: {}", endings())), ..failure_of(chain) }
+        let help = format!("expected .toml, .gltf, .glb, or one of: {}", endings());
+        Failure { help: Some(help), ..failure_of(chain) }
     })?;
-    let mut reader = Reader { read, errors: Vec::new(), notes: Vec::new(), depth: 0 };
+    let mut reader = Reader { read, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
     match reader.material(&document.table) {
-        Some(material) if reader.errors.is_empty() => Ok(MaterialFile { material, notes: reader.notes }),
+        Some(material) if reader.errors.is_empty() => {
+            Ok(MaterialFile { material, notes: reader.notes, warnings: reader.warnings })
+        }
         _ => Err(failure(&document.diagnostics(reader.errors))),
     }
 }
@@ -63,6 +91,12 @@ pub fn read_material(name: &str, bytes: &[u8], read: &ReadFile<'_>) -> Result<Ma
 /// Whether a file's name is that of a measured BRDF.
 pub fn is_measured_file(name: &str) -> bool {
     Format::of_name(name).is_some()
+}
+
+/// Whether a file's name is that of a glTF file.
+pub fn is_gltf_file(name: &str) -> bool {
+    let ending = Path::new(name).extension().unwrap_or_default();
+    ["gltf", "glb"].iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// All errors of a file, each on its own line.
@@ -86,7 +120,7 @@ pub(crate) fn endings() -> String {
 
 /// Every name that `model` may have.
 fn names() -> impl Iterator<Item = &'static str> {
-    MODELS.iter().map(|model| model.name).chain([MEASURED, LAYERS])
+    MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, LAYERS])
 }
 
 /// The expected form of a value, for messages and the manual.
@@ -107,6 +141,7 @@ struct Reader<'a> {
     read: &'a ReadFile<'a>,
     errors: Vec<Diagnostic>,
     notes: Vec<String>,
+    warnings: Vec<String>,
     /// How many layers the current one is nested in.
     depth: usize,
 }
@@ -150,6 +185,7 @@ impl Reader<'_> {
         }
         match name.as_str() {
             MEASURED => self.measured(&rest),
+            GLTF => self.gltf(&rest),
             LAYERS => self.layers(&rest),
             _ => match MODELS.iter().find(|model| model.name == name) {
                 Some(model) => self.analytic(model, &rest),
@@ -338,6 +374,46 @@ impl Reader<'_> {
             .ok()
     }
 
+    /// `file` and `material`.
+    fn gltf(&mut self, table: &Table) -> Option<Material> {
+        let before = self.errors.len();
+        unknown_keys(table, &["file", "material"].map(str::to_owned), &mut self.errors);
+        let choice = match table.get("material").map(|entry| ChosenMaterial::parse(&entry.value)) {
+            Some(Ok(ChosenMaterial(choice))) => Some(choice),
+            Some(Err(error)) => return self.refuse(Diagnostic { expected: None, ..error }, "material"),
+            None => None,
+        };
+        let Some(entry) = table.get("file") else {
+            let error = Diagnostic::at(table.span.clone(), "\"file\" is missing");
+            self.errors.push(
+                error.expected("expected file = the path of a .gltf or .glb file, from this file's folder"),
+            );
+            return None;
+        };
+        let file = match String::parse(&entry.value) {
+            Ok(file) => file,
+            Err(error) => return self.refuse(error, "file"),
+        };
+        if self.errors.len() > before {
+            return None;
+        }
+        let folder = Path::new(&file).parent().unwrap_or(Path::new(""));
+        let mut beside = |path: &str| (self.read)(&folder.join(path));
+        let found = (self.read)(Path::new(&file))
+            .and_then(|bytes| read_gltf_material(&bytes, choice.as_ref(), &mut beside));
+        match found {
+            Ok(GltfMaterial { material, notes, warnings }) => {
+                self.notes.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
+                self.warnings.extend(warnings.into_iter().map(|warning| format!("{file}: {warning}")));
+                Some(Material::Standard(material))
+            }
+            Err(failure) => {
+                let error = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));
+                self.refuse(error, "file")
+            }
+        }
+    }
+
     /// The content of a measured file.
     fn table(&mut self, file: &str, entry: &Entry, format: Option<Format>) -> Option<brdf::Measured> {
         let read = (self.read)(Path::new(file)).and_then(|bytes| Ok(read_with_notes(file, &bytes, format)?));
@@ -413,8 +489,8 @@ mod tests {
         let rows = manual.lines().filter(|line| line.starts_with("//! | `")).count();
         let expected = lines.iter().filter(|line| line.starts_with("//! | `")).count();
         assert!(
-            missing.is_empty() && rows == expected + 3,
-            "{rows} rows of parameters, not {expected} and the 3 of measured files; import_material.rs should have these lines:\n{}",
+            missing.is_empty() && rows == expected + 5,
+            "{rows} rows of parameters, not {expected} and the 5 of measured and glTF files; import_material.rs should have these lines:\n{}",
             lines.join("\n")
         );
     }

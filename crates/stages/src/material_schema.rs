@@ -6,16 +6,18 @@
 
 use brdf::{Absent, MODELS, ModelText, Parameter, Range, ValueType};
 use containers::measured::Format;
+use engine::Parameter as _;
 use serde_json::{Map, Value, json};
 
-use crate::material_file::{LAYERS, MEASURED, endings};
+use crate::choices::ChosenMaterial;
+use crate::material_file::{GLTF, LAYERS, MEASURED, endings};
 
 /// The JSON Schema (draft 2020-12) of material files.
 pub fn material_schema() -> Value {
-    let names = MODELS.iter().map(|model| model.name).chain([MEASURED, LAYERS]);
+    let names = MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, LAYERS]);
     let branches = names.map(|name| json!({ "$ref": format!("#/$defs/{name}") })).collect::<Vec<_>>();
-    let description =
-        "A material: a reflection model with its parameters, a measured file, or layers of materials.";
+    let description = "A material: a reflection model with its parameters, a measured file, a material of a glTF file, or layers of \
+         materials.";
     let mut definitions = Map::new();
     definitions.insert(
         "material".into(),
@@ -23,6 +25,7 @@ pub fn material_schema() -> Value {
     );
     definitions.extend(MODELS.iter().map(|model| (model.name.to_owned(), of_model(model))));
     definitions.insert(MEASURED.into(), measured());
+    definitions.insert(GLTF.into(), gltf());
     definitions.insert(LAYERS.into(), layers());
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -96,6 +99,21 @@ fn measured() -> Value {
         ("file", json!({ "type": "string", "description": file })),
         ("format", json!({ "type": "string", "enum": names, "description": format })),
         ("scale", scale),
+    ];
+    let properties = properties.map(|(name, schema)| (name.to_owned(), schema));
+    object(summary, properties.into_iter().collect(), &["model", "file"])
+}
+
+fn gltf() -> Value {
+    let summary = "a material of a glTF file";
+    let mut material = ChosenMaterial::schema();
+    material["description"] =
+        "The name of the material, or its number from 0 on. Optional if the file has only one.".into();
+    let file = "The .gltf or .glb file, from this file's folder.";
+    let properties = [
+        ("model", json!({ "const": GLTF, "description": summary })),
+        ("file", json!({ "type": "string", "description": file })),
+        ("material", material),
     ];
     let properties = properties.map(|(name, schema)| (name.to_owned(), schema));
     object(summary, properties.into_iter().collect(), &["model", "file"])

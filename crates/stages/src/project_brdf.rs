@@ -20,7 +20,11 @@
 //!
 //! ## Degrees
 //!
-//! `degree = [F, P]` sets the degrees. Without it `tolerance` is the share of the energy, the integral of
+//! How many degrees show depends on the light as much as on the material. So without `degree` and `tolerance` the
+//! coefficients have more than enough of them (F up to 255, P = 24), and `convolve` takes the least that do for
+//! each light. This takes less than a second for any material. The build notes the energy that they hold.
+//!
+//! `degree = [F, P]` sets the degrees for every light. `tolerance` is the share of the energy, the integral of
 //! rho_hat squared over all directions, that may be lost (thesis, equations 5.17 and 5.18): P is lowered as
 //! far as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS
 //! error of 17 % under one small lamp, and less under soft light. A `report` finds the degrees for the error
@@ -47,7 +51,6 @@
 //! [stage.coefficients]
 //! kind = "project-brdf"
 //! input = "material"
-//! tolerance = 0.03
 //! ```
 
 use brdf::{Choice, Projection, project};
@@ -62,17 +65,12 @@ use crate::share::share;
 parameters! {
     /// Parameters of `project-brdf`.
     pub(crate) struct Parameters {
-        /// The degrees [F, P]. Default: those that meet the tolerance.
+        /// The degrees [F, P]. Default: those that meet the tolerance, or without one those that `convolve` finds
+        /// for each light.
         degree: Option<DegreePair> = None,
-        /// The share of the energy that may be lost. Default, if there is no degree either: 0.01.
+        /// The share of the energy that may be lost.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
-    }
-}
-
-impl Parameters {
-    fn tolerance(&self) -> f64 {
-        self.tolerance.unwrap_or(0.01)
     }
 }
 
@@ -127,9 +125,10 @@ impl Kind for ProjectBrdf {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let material = context.get::<artifacts::Material>("material")?;
-        let choice = match parameters.degree {
-            Some(DegreePair { f, p }) => Choice::Degree { f, p },
-            None => Choice::Tolerance(Tolerance::new(parameters.tolerance())?),
+        let choice = match (parameters.degree, parameters.tolerance) {
+            (Some(DegreePair { f, p }), _) => Choice::Degree { f, p },
+            (None, Some(tolerance)) => Choice::Tolerance(Tolerance::new(tolerance)?),
+            (None, None) => Choice::Full,
         };
         let projection = project(&material.0, choice)?;
         if projection.anisotropic {
@@ -138,11 +137,14 @@ impl Kind for ProjectBrdf {
                 material.0.name()
             ));
         }
-        if projection.captured < 1.0 - parameters.tolerance() - 1e-9 && parameters.degree.is_none() {
+        if let Some(tolerance) = parameters.tolerance
+            && projection.captured < 1.0 - tolerance - 1e-9
+        {
             context.warn(format!(
                 "these are the highest degrees that are tried, and they hold less than the {} that the tolerance \
-                 requires; most of the rest is at grazing views: set `degree`, such as [30, 8], or a larger tolerance",
-                share(1.0 - parameters.tolerance())
+                 requires; most of the rest is at grazing views: name neither `degree` nor `tolerance`, and `convolve` \
+                 chooses degrees for each light",
+                share(1.0 - tolerance)
             ));
         }
         if projection.uncertainty > UNCERTAIN {
@@ -152,6 +154,7 @@ impl Kind for ProjectBrdf {
             ));
         }
         context.note(described(&projection));
-        Output::artifact(artifacts::Brdf(projection.coefficients))
+        let material = (choice == Choice::Full).then(|| material.0.clone());
+        Output::artifact(artifacts::Brdf { coefficients: projection.coefficients, material })
     }
 }

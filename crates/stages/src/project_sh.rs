@@ -6,10 +6,21 @@
 //! rule, and up to H - 1 after its rows are resampled in theta; the number of columns must be more than twice
 //! the degree. If the degree is too high, the error names the highest possible one.
 //!
+//! ## Lamps
+//!
+//! Photographs hold suns 10^5 times brighter than their mean. Every series that is cut rings around them, in
+//! stops. So if you name neither a degree nor a tolerance, suns and lamps leave the series: pixels more than 10
+//! times brighter than the mean over the sphere are cut down to that, and what is cut off becomes a few `lights`,
+//! disks with a direction, an angular radius and an irradiance, beside the series. The series then has the degree
+//! of the image, at most 255, and `convolve` takes from it what each material shows. Exports put the lights back
+//! into their maps, or write them beside these (`lamps` of `export-shrm`).
+//!
+//! `lamps = "separate"` does this for a given degree too, and `lamps = "series"` never.
+//!
 //! ## Choosing a degree
 //!
-//! `degree = "auto"` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations
-//! 5.15 and 5.16):
+//! A `tolerance` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations 5.15 and
+//! 5.16), of the whole light:
 //!
 //! > sum over l <= F, m of L_lm^2 >= (1 - tolerance) * integral of L(w)^2 dw
 //!
@@ -47,7 +58,7 @@
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use sh::{
-    Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree,
+    Degree, Expansion, Light, Minimum, Penalty, Tolerance, Transform, degree_holding, energy_per_degree,
     image_energy, minimum, non_negative,
 };
 use sphere::LatLong;
@@ -72,15 +83,29 @@ choice! {
     }
 }
 
+choice! {
+    /// Where suns and lamps go.
+    pub(crate) enum Lamps {
+        /// They become lights beside the series.
+        Separate = "separate",
+        /// They stay in the series.
+        Series = "series",
+    }
+}
+
 parameters! {
     /// Parameters of `project-sh`.
     pub(crate) struct Parameters {
-        /// The highest l, inclusive, or "auto" for the least degree that meets `tolerance`.
+        /// The highest l, inclusive, or "auto": without a `tolerance` as many as a material may show, with one
+        /// the least degree that meets it.
         #[range(0..=Degree::MAX.get())]
         degree: OrAuto<usize> = OrAuto::Auto,
-        /// With degree "auto": the share of the energy that may be lost. Default: 0.01.
+        /// With degree "auto": the share of the energy that may be lost.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
+        /// Where suns and lamps go; see Lamps. Default: "separate" if neither `degree` nor `tolerance` is given,
+        /// otherwise "series".
+        lamps: Option<Lamps> = None,
         /// The window, which reduces ringing; see Windows.
         window: Window = Window::None,
         /// With window "laplacian": the weight of the penalty.
@@ -90,10 +115,17 @@ parameters! {
 }
 
 impl Parameters {
-    fn tolerance(&self) -> f64 {
-        self.tolerance.unwrap_or(0.01)
+    fn lamps(&self) -> Lamps {
+        let default = match (self.degree, self.tolerance) {
+            (OrAuto::Auto, None) => Lamps::Separate,
+            _ => Lamps::Series,
+        };
+        self.lamps.unwrap_or(default)
     }
 }
+
+/// The highest degree of a series that `convolve` cuts later: see [`brdf::Choice::Full`].
+const FULL: usize = 255;
 
 /// The minimum of the function is searched and noted up to this degree.
 const MINIMUM_UP_TO: usize = 128;
@@ -105,8 +137,9 @@ impl Kind for ProjectSh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-sh";
-    const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, sh::revisions::WINDOW];
+    const REVISION: u32 = 2;
+    const KERNELS: &'static [u32] =
+        &[sh::revisions::TRANSFORM, sh::revisions::WINDOW, envmap::revisions::LAMPS];
     const TEXT: &'static str = include_str!("project_sh.rs");
 
     fn ports() -> Vec<Port> {
@@ -133,10 +166,26 @@ impl Kind for ProjectSh {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let environment = &context.get::<artifacts::Environment>("environment")?.0;
-        let lighting = match parameters.degree {
-            OrAuto::Fixed(degree) => fixed(environment, Degree::new(degree)?, context)?,
-            OrAuto::Auto => least(environment, Tolerance::new(parameters.tolerance())?, context)?,
+        let environment = context.get::<artifacts::Environment>("environment")?;
+        let soft;
+        let (environment, lights) = match parameters.lamps() {
+            Lamps::Series => (&environment.0, Vec::new()),
+            Lamps::Separate => {
+                let separated = environment.0.separate_lamps();
+                soft = separated.soft;
+                (&soft, separated.lights)
+            }
+        };
+        if let Some(text) = told(&lights, environment) {
+            context.note(text);
+        }
+        let lighting = match (parameters.degree, parameters.tolerance) {
+            (OrAuto::Fixed(degree), _) => fixed(environment, Degree::new(degree)?, context)?,
+            (OrAuto::Auto, Some(tolerance)) => least(environment, Tolerance::new(tolerance)?, context)?,
+            (OrAuto::Auto, None) => {
+                let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
+                fixed(environment, degree, context)?
+            }
         };
         context.check_cancelled()?;
         let lighting = match parameters.window {
@@ -155,14 +204,29 @@ impl Kind for ProjectSh {
                     describe(found.before),
                     describe(found.after)
                 ));
-                return Output::artifact(artifacts::Lighting(found.expansion));
+                return Output::artifact(artifacts::Lighting(sh::Lighting {
+                    series: found.expansion,
+                    lights,
+                }));
             }
         };
         if lighting.degree().get() <= MINIMUM_UP_TO {
             context.note(format!("minimum {}", describe(minimum(&lighting))));
         }
-        Output::artifact(artifacts::Lighting(lighting))
+        Output::artifact(artifacts::Lighting(sh::Lighting { series: lighting, lights }))
     }
+}
+
+/// `2 lamps hold 75.1 % of the light and are kept beside the series`
+fn told(lights: &[Light], soft: &Environment) -> Option<String> {
+    let flux: f64 = lights.iter().flat_map(Light::flux).sum();
+    let rest: f64 = soft.integral().iter().sum();
+    let count = match lights.len() {
+        0 => return None,
+        1 => "1 lamp holds".to_owned(),
+        count => format!("{count} lamps hold"),
+    };
+    Some(format!("{count} {} of the light, beside the series", share(flux / (flux + rest))))
 }
 
 /// The coefficients up to a degree that the manifest gives.

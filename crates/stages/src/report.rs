@@ -156,7 +156,7 @@ impl Kind for ReportKind {
             context.check_cancelled()?;
             let name = name(key, "material");
             let exported = match coefficients.iter().find(|(other, _)| holds(other, key)) {
-                Some((_, coefficients)) => Exported::Made(&coefficients.0),
+                Some((_, coefficients)) => Exported::Made(&coefficients.coefficients),
                 None if coefficients.is_empty() => choice(parameters)?,
                 None => {
                     return Err(Failure::new(format!(

@@ -128,6 +128,6 @@ impl Kind for Rotate {
             return Output::artifact(artifacts::Environment(environment.0.rotated(rotation)));
         }
         let lighting = context.get::<artifacts::Lighting>("lighting")?;
-        Output::artifact(artifacts::Lighting(sh::rotate(&lighting.0, rotation)))
+        Output::artifact(artifacts::Lighting(lighting.0.rotated(rotation)))
     }
 }

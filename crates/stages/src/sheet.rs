@@ -14,7 +14,7 @@ pub(crate) mod theme;
 
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
-use shrm::Shrm;
+use shrm::{Lamps, Shrm};
 use sphere::LatLong;
 
 use layout::{Layout, Section};
@@ -65,6 +65,8 @@ pub(crate) struct MaterialPictures {
     pub(crate) detail: String,
     /// Reflected radiance by central direction and view.
     pub(crate) field: Shrm,
+    /// The lamps that the field does not hold.
+    pub(crate) lamps: Option<Lamps>,
     /// Reflected radiance by central direction, the mean over views.
     pub(crate) map: Environment,
 }
@@ -114,7 +116,12 @@ impl Sheet<'_> {
                 .par_iter()
                 .zip(&layout.materials)
                 .map(|(material, panel)| {
-                    let ball = ball::ball(self.environment, &material.field, panel.ball.width);
+                    let ball = ball::ball(
+                        self.environment,
+                        &material.field,
+                        material.lamps.as_ref(),
+                        panel.ball.width,
+                    );
                     (self.shown(&material.map, panel.map), to_srgb8(&ball, self.exposure, self.tone))
                 })
                 .collect();
@@ -227,6 +234,7 @@ mod tests {
                     name: (*name).into(),
                     detail: "about the reflection vector · degree 20".into(),
                     field: field(&sky(64)),
+                    lamps: None,
                     map: sky(64),
                 })
                 .collect(),

@@ -1,5 +1,7 @@
 //! The half vector of light and view, for the models of small facets.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 use sphere::Direction;
 
@@ -45,6 +47,16 @@ impl Half {
     /// L.h = V.h, above 0.
     pub(crate) fn facet(&self) -> f64 {
         0.5 * self.length_squared.sqrt()
+    }
+
+    /// D G / (4 N.V) of facets that reflect everything: GGX's distribution and Smith's masking, correlated by
+    /// height, with alpha^2 as in `ggx`. Finite at grazing.
+    pub(crate) fn ggx(&self, alpha2: f64) -> f64 {
+        let (light, view) = (self.light, self.view);
+        let across = self.sin2() + alpha2 * self.cos2();
+        let d = alpha2 / (PI * across * across);
+        let masked = |cosine: f64| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
+        d * 0.5 * light / (light * masked(view) + view * masked(light))
     }
 
     /// tan^2(theta_h) weighted by 1 / `x`^2 along +X and 1 / `y`^2 along +Y; infinite if h is on the horizon.

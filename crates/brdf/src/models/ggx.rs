@@ -66,13 +66,7 @@ impl Model for Ggx {
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let Some(half) = Half::new(incident, outgoing) else { return [0.0; 3] };
-        let alpha2 = self.roughness.powi(4);
-        let (light, view) = (half.light, half.view);
-        let across = half.sin2() + alpha2 * half.cos2();
-        let d = alpha2 / (PI * across * across);
-        let masked = |cosine: f64| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
-        // G / (4 N.V), finite at grazing.
-        let value = d * 0.5 * light / (light * masked(view) + view * masked(light));
+        let value = half.ggx(self.roughness.powi(4));
         let fresnel = self.fresnel.at(half.facet());
         [0, 1, 2].map(|channel| self.specular[channel] * fresnel[channel] * value)
     }

@@ -21,9 +21,28 @@ fn lobe(cx: f64, cz: f64, n: f64) -> LafortuneLobe {
     LafortuneLobe { cx, cz, n, weight: [1.0; 3] }
 }
 
+/// A coat and sheen over a mixture of metal and dielectric, in colours.
+fn coated() -> Standard {
+    Standard::new(StandardParameters {
+        base_color: [0.9, 0.5, 0.2],
+        metallic: 0.6,
+        roughness: 0.4,
+        ior: 1.7,
+        specular: 0.8,
+        specular_color: [1.0, 0.7, 0.4],
+        clearcoat: 0.7,
+        clearcoat_roughness: 0.15,
+        sheen: [0.3, 0.5, 0.1],
+        sheen_roughness: 0.4,
+    })
+    .unwrap()
+}
+
 /// One of every model, most of them with the greatest weight that makes no light.
 fn every_model() -> Vec<Material> {
     vec![
+        Material::Standard(coated()),
+        Material::Standard(Standard::new(StandardParameters::default()).unwrap()),
         Material::Lambert(Lambert::new([1.0, 0.5, 0.0]).unwrap()),
         Material::OrenNayar(OrenNayar::new([1.0, 0.5, 0.0], 25.0).unwrap()),
         Material::Phong(Phong::new(20.0, [1.0, 0.5, 0.0]).unwrap()),
@@ -48,6 +67,7 @@ fn the_list_has_every_model_once() {
     assert_eq!(
         names,
         [
+            "standard",
             "lambert",
             "oren-nayar",
             "phong",
@@ -193,7 +213,23 @@ fn above() -> impl Iterator<Item = Direction> + Clone {
 
 #[test]
 fn every_value_is_finite_and_not_negative() {
+    let standard = |roughness: f64, clearcoat: f64, sheen_roughness: f64| {
+        Material::Standard(
+            Standard::new(StandardParameters {
+                metallic: 0.5,
+                roughness,
+                clearcoat,
+                specular_color: [1e6; 3],
+                sheen: [1.0; 3],
+                sheen_roughness,
+                ..StandardParameters::default()
+            })
+            .unwrap(),
+        )
+    };
     let extreme = [
+        standard(0.01, 1.0, 0.1),
+        standard(1.0, 0.0, 1.0),
         Material::Microfacet(Microfacet::new(1e-4, [1e6; 3]).unwrap()),
         Material::Ggx(Ggx::new(0.01, gold(), [1e6; 3]).unwrap()),
         Material::Ggx(Ggx::new(1.0, Fresnel::Dielectric(1.0), [1e6; 3]).unwrap()),

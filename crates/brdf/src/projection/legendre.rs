@@ -70,6 +70,18 @@ impl Legendre {
             }
         }
     }
+
+    /// Calls `visit(l, f_lq)` for one q, at most the highest order, and every l >= q.
+    pub(super) fn order(&self, q: usize, cosine: f64, sine: f64, mut visit: impl FnMut(usize, f64)) {
+        let (mut below, mut value) = (0.0, self.start[q] * sine.powi(q as i32));
+        visit(q, value);
+        // Order k has f - k steps.
+        let first = (0..q).map(|k| self.f - k).sum();
+        for (l, [a, b]) in (q + 1..=self.f).zip(&self.climb[first..]) {
+            (below, value) = (value, a * cosine * value - b * below);
+            visit(l, value);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -94,6 +106,12 @@ mod tests {
                 count += 1;
             });
             assert_eq!(count, (0..=7).map(|q| 41 - q).sum::<usize>());
+            for q in [0, 3, 7] {
+                Legendre::new(40, 7).order(q, theta.cos(), theta.sin(), |l, value| {
+                    let expected = rows[l * l + l + q] / if q > 0 { 2f64.sqrt() } else { 1.0 };
+                    assert!((value - expected).abs() < 1e-12, "{l} {q} {theta}: {value} {expected}");
+                });
+            }
         }
     }
 }

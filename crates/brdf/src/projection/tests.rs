@@ -491,3 +491,41 @@ fn an_isotropic_material_is_its_own_mean() {
     let (found, expected) = (mean(&material, light, view), material.rho_hat(light, view));
     assert!((found[1] - expected[1]).abs() < 1e-13 * expected[1]);
 }
+
+/// The fixed grid gives the coefficients of the adaptive one.
+#[test]
+fn full_coefficients_are_the_exact_ones() {
+    let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
+    let materials = [
+        Material::Microfacet(Microfacet::new(0.2, [1.0, 0.5, 0.2]).unwrap()),
+        Material::Ggx(Ggx::new(0.5, metal, [1.0; 3]).unwrap()),
+        Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap()),
+    ];
+    for material in materials {
+        let full = project(&material, Choice::Full).unwrap();
+        let exact = project(&material, degree(20, 8)).unwrap().coefficients;
+        let (mut apart, mut norm) = (0.0, 0.0);
+        for l in 0..=20 {
+            for p in 0..=8 {
+                for q in 0..=p {
+                    let (a, b) = (full.coefficients.get(l, p, q), exact.get(l, p, q));
+                    for channel in 0..3 {
+                        apart += (a[channel] - b[channel]).powi(2);
+                        norm += b[channel].powi(2);
+                    }
+                }
+            }
+        }
+        let share: f64 = (apart / norm).sqrt();
+        assert!(share < 2e-3, "{}: {share:.1e}", material.name());
+        assert!(full.captured > 0.9, "{}: {}", material.name(), full.captured);
+    }
+}
+
+/// Phong about R in closed form needs no view, and its F is the least that keeps all but 1e-7.
+#[test]
+fn full_coefficients_of_a_radial_material_have_no_view() {
+    let full = project(&phong(150.0), Choice::Full).unwrap();
+    assert_eq!(full.coefficients.p(), Degree::ZERO);
+    assert!((30..120).contains(&full.coefficients.f().get()), "{}", full.coefficients.f().get());
+}

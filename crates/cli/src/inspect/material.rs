@@ -26,7 +26,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             return Err(Failure::new(format!("{name} is a manifest, not a material"))
                 .help("`specula graph` shows its stages"));
         }
-        let found = stages::read_material(&name, bytes, &read)?;
+        let found = stages::read_material(&name, bytes, None, &read)?;
         let format = Format::of_name(&name).map_or("TOML", Format::name);
         let mut facts: Facts = vec![("what", "material".into()), ("format", format.into())];
         facts.extend(checked(&found.material));

@@ -99,7 +99,8 @@ mod tests {
         let values = vec![[0.5; 3]; 6 * 2];
         let map = Shrm::new(grid, View::Local, Centre::Normal, Degree::new(1).unwrap(), Terms::Zonal, values)
             .unwrap();
-        let facts = by_label(super::super::describe(&tensors::encode_shrm(&map, None).unwrap()).unwrap());
+        let facts =
+            by_label(super::super::describe(&tensors::encode_shrm(&map, &[], None).unwrap()).unwrap());
         assert_eq!((&facts["what"], &facts["degree"]), (&json!("shrm"), &json!("1")));
         assert_eq!((&facts["layout"], &facts["centre"]), (&json!("cube"), &json!("normal")));
         assert_eq!(facts["shape"], json!(["shrm [6, 1, 1, 4, 3] F32"]));

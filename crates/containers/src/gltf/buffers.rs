@@ -176,7 +176,7 @@ impl Meshopt {
 }
 
 /// The bytes of a `data:` URI (RFC 2397), which glTF embeds in base64.
-fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
+pub(super) fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
     let config = GeneralPurposeConfig::new()
         .with_decode_padding_mode(DecodePaddingMode::Indifferent)
         .with_decode_allow_trailing_bits(true);
@@ -189,7 +189,7 @@ fn embedded(uri: &str) -> Result<Vec<u8>, Error> {
 }
 
 /// The path that a URI names beside the file.
-fn relative(uri: &str) -> Result<String, Error> {
+pub(super) fn relative(uri: &str) -> Result<String, Error> {
     let damaged = || Error::damaged(format!("the uri {uri:?} is not percent-encoded UTF-8"));
     // The crate leaves a `%` as it is that no two digits follow.
     let whole = |digits: &str| {

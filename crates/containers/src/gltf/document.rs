@@ -61,10 +61,16 @@ pub(super) fn size(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }
 
-/// The document of a file, and the second chunk of a binary one.
-pub(super) fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Error> {
+/// The JSON of a file, and the second chunk of a binary one.
+pub(super) struct Chunks<'a> {
+    pub(super) json: Map<String, Value>,
+    pub(super) binary: Option<&'a [u8]>,
+}
+
+/// The chunks of a file; the JSON may be anything.
+pub(super) fn read(bytes: &[u8]) -> Result<Chunks<'_>, Error> {
     refuse_non_files(bytes)?;
-    let (json, chunk) = match bytes.starts_with(b"glTF") {
+    let (json, binary) = match bytes.starts_with(b"glTF") {
         true => chunks(bytes)?,
         false => (bytes, None),
     };
@@ -75,15 +81,20 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Error> {
             "this is not a glTF file: it is not JSON, and does not begin with the letters glTF",
         ));
     }
-    let other = |error| Error::damaged(format!("the JSON is not that of glTF 2.0: {error}"));
-    let mut parts: Map<String, Value> = serde_json::from_slice(text).map_err(other)?;
+    Ok(Chunks { json: serde_json::from_slice(text).map_err(not_gltf)?, binary })
+}
+
+fn not_gltf(error: serde_json::Error) -> Error {
+    Error::damaged(format!("the JSON is not that of glTF 2.0: {error}"))
+}
+
+/// The document of a file, and the second chunk of a binary one.
+pub(super) fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Error> {
+    let Chunks { json: mut parts, binary } = read(bytes)?;
     let normal_sets = keep_meshes(&mut parts);
-    let root: Root = serde_json::from_value(Value::Object(parts)).map_err(other)?;
+    let root: Root = serde_json::from_value(Value::Object(parts)).map_err(not_gltf)?;
     let (version, least) = (&root.asset.version, root.asset.min_version.as_ref());
-    let needed = least.unwrap_or(version);
-    if needed.split('.').next() != Some("2") || least.is_some_and(|least| least != "2.0") {
-        return Err(Error::unsupported(format!("the file is of glTF {needed}; 2.0 is read")));
-    }
+    check_version(version, least.map(String::as_str))?;
     let is_read = |name: &&String| READ.iter().any(|read| name.starts_with(read));
     let missing: Vec<_> =
         root.extensions_required.iter().filter(|name| !is_read(name)).map(String::as_str).collect();
@@ -94,7 +105,16 @@ pub(super) fn open(bytes: &[u8]) -> Result<(Document, Option<&[u8]>), Error> {
         )));
     }
     validate(&root)?;
-    Ok((Document { root, normal_sets }, chunk))
+    Ok((Document { root, normal_sets }, binary))
+}
+
+/// Refuses a file of another version, or one that needs a later version.
+pub(super) fn check_version(version: &str, least: Option<&str>) -> Result<(), Error> {
+    let needed = least.unwrap_or(version);
+    if needed.split('.').next() != Some("2") || least.is_some_and(|least| least != "2.0") {
+        return Err(Error::unsupported(format!("the file is of glTF {needed}; 2.0 is read")));
+    }
+    Ok(())
 }
 
 /// Removes what meshes do not need, and what the `gltf` crate refuses although the specification allows it.

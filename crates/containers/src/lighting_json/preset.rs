@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Light};
 use sphere::{DVec3, to_cube, to_file};
 
 use super::frame;
@@ -180,6 +180,16 @@ impl Preset {
                 single: false,
             }],
         }
+    }
+
+    /// Lights in the engine's frame: direction, angular radius in radians, irradiance.
+    pub(super) fn lights(self, lights: &[Light]) -> Table {
+        let row = |light: &Light| {
+            let direction = light.direction.vector();
+            let direction = self.frame().map_or(direction, |to| to(direction));
+            [&direction.to_array()[..], &[light.radius], &light.irradiance].concat()
+        };
+        Table { name: "lights", rows: lights.iter().map(row).collect(), single: false }
     }
 
     /// From our frame to the engine's.
@@ -376,7 +386,8 @@ mod tests {
         for preset in Preset::ALL {
             for degree in [0, 1, 2, 5, 7] {
                 let lighting = lighting(degree);
-                let file: Value = serde_json::from_slice(&encode(&lighting, preset, None).unwrap()).unwrap();
+                let file: Value =
+                    serde_json::from_slice(&encode(&lighting.clone().into(), preset, None).unwrap()).unwrap();
                 assert_eq!(file["preset"], preset.name());
                 let kept = Degree::new(preset.degree(lighting.degree())).unwrap();
                 assert_eq!(file["degree"], kept.get());
@@ -460,11 +471,11 @@ mod tests {
         for degree in [0, 3, 12] {
             let lighting = lighting(degree);
             let recipe = r#"{"kind":"project-sh","parameters":{"degree":0.1}}"#;
-            let bytes = encode(&lighting, Preset::Specula, Some(recipe)).unwrap();
+            let bytes = encode(&lighting.clone().into(), Preset::Specula, Some(recipe)).unwrap();
             assert_eq!(decode(&bytes).unwrap(), lighting);
             assert_eq!(super::super::read_recipe(&bytes).as_deref(), Some(recipe));
         }
-        let error = decode(&encode(&lighting(2), Preset::Three, None).unwrap()).unwrap_err();
+        let error = decode(&encode(&lighting(2).into(), Preset::Three, None).unwrap()).unwrap_err();
         assert_eq!(error.to_string(), "`preset`: expected `specula`, found `three`");
     }
 }

@@ -1,16 +1,21 @@
 //! The file itself: its header, its tensors and their errors.
 
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
 use brdf::{BrdfCoefficients, Centre};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::json;
-use sh::{Degree, Expansion};
+use sh::{Degree, Expansion, Light};
+use sphere::{DVec3, Direction};
 
 use crate::error::{Error, ErrorKind};
 use crate::format::refuse_non_files;
 use crate::recipe::KEY;
 use crate::shrm_metadata::centre_name;
+
+/// The numbers of a light: direction x, y, z, angular radius, irradiance RGB.
+const LIGHT: usize = 7;
 
 /// A file being written.
 pub(super) struct Writer {
@@ -30,6 +35,28 @@ impl Writer {
 
     pub(super) fn lighting(&mut self, lighting: &Expansion) -> Result<(), Error> {
         self.coefficients("sh", lighting.coefficients(), &[lighting.degree().rows(), 3])
+    }
+
+    /// Lights, unless there are none: a row for each.
+    pub(super) fn lights(&mut self, lights: &[Light]) -> Result<(), Error> {
+        if lights.is_empty() {
+            return Ok(());
+        }
+        let row = |light: &Light| {
+            let ([x, y, z], [r, g, b]) = (light.direction.vector().to_array(), light.irradiance);
+            [x, y, z, light.radius, r, g, b]
+        };
+        let values: Vec<f64> = lights.iter().flat_map(row).collect();
+        if let Some(first) = values.iter().position(|value| !value.is_finite()) {
+            let (row, column) = (first / LIGHT, first % LIGHT);
+            return Err(Error::new(
+                ErrorKind::Unwritable,
+                format!("tensor `lights`: expected finite values; row {row}, column {column} is not"),
+            ));
+        }
+        self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        self.tensor("lights", "F64", &[lights.len(), LIGHT]);
+        Ok(())
     }
 
     pub(super) fn brdf(&mut self, brdf: &BrdfCoefficients) -> Result<(), Error> {
@@ -145,6 +172,38 @@ impl<'a> File<'a> {
         let degree = degree(NAME, side - 1)?;
         Expansion::from_coefficients(degree, coefficients(NAME, &tensor)?)
             .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))
+    }
+
+    /// The lights; none if there is no such tensor.
+    pub(super) fn lights(&self) -> Result<Vec<Light>, Error> {
+        const NAME: &str = "lights";
+        const SHAPE: &str = "[lights, 7]";
+        if !self.has(NAME) {
+            return Ok(Vec::new());
+        }
+        let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
+        let &[_, LIGHT] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
+        let value = |b: &[u8]| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
+        let values: Vec<f64> = tensor.data().chunks_exact(8).map(value).collect();
+        let light = |(index, row): (usize, &[f64])| {
+            let direction = Direction::new(DVec3::new(row[0], row[1], row[2]));
+            let irradiance = [row[4], row[5], row[6]];
+            let sound =
+                (0.0..=FRAC_PI_2).contains(&row[3]) && irradiance.iter().all(|value| value.is_finite());
+            match direction {
+                Some(direction) if sound => Ok(Light { direction, radius: row[3], irradiance }),
+                _ => Err(Error::damaged(format!(
+                    "tensor `lights`: expected a direction, a radius from 0 to pi / 2 and a finite irradiance; row \
+                     {index} is {row:?}"
+                ))),
+            }
+        };
+        values.chunks_exact(LIGHT).enumerate().map(light).collect()
+    }
+
+    /// Whether there is a tensor of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.tensors.names().contains(&name)
     }
 
     pub(super) fn centre(&self) -> Result<Centre, Error> {

@@ -24,9 +24,15 @@ const SHAPE: &str = "[n_h, n_d, n_phi, 3]";
 /// If the material is an empty sum.
 pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("material", recipe);
-    let tree = write(material, &mut file)?;
-    file.metadata.insert(KEY, tree.to_string());
+    add(material, &mut file)?;
     Ok(file.finish())
+}
+
+/// Adds a material to a file: its tables come last.
+pub(super) fn add(material: &Material, file: &mut Writer) -> Result<(), Error> {
+    let tree = write(material, file)?;
+    file.metadata.insert(KEY, tree.to_string());
+    Ok(())
 }
 
 /// A material, from a file of kind `material`.
@@ -36,16 +42,22 @@ pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<
 /// parameter or the tensor and what was expected.
 pub fn decode_material(bytes: &[u8]) -> Result<Material, Error> {
     let file = File::open_as(bytes, "material")?;
-    let text = file.metadata.get(KEY).ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
-    let tree: Json = serde_json::from_str(text)
-        .map_err(|error| Error::damaged(format!("metadata `material`: no sound JSON: {error}")))?;
-    let mut tables = 0;
-    let material = read(&tree, &file, &mut tables)?;
+    let (material, tables) = of(&file)?.ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
     let found = file.tensors.len();
     if found != tables {
         return Err(Error::damaged(format!("expected {tables} tensors, one for each table, found {found}")));
     }
     Ok(material)
+}
+
+/// The material of a file and the number of its tables; `None` if it has none.
+pub(super) fn of(file: &File<'_>) -> Result<Option<(Material, usize)>, Error> {
+    let Some(text) = file.metadata.get(KEY) else { return Ok(None) };
+    let tree: Json = serde_json::from_str(text)
+        .map_err(|error| Error::damaged(format!("metadata `material`: no sound JSON: {error}")))?;
+    let mut tables = 0;
+    let material = read(&tree, file, &mut tables)?;
+    Ok(Some((material, tables)))
 }
 
 fn write(material: &Material, file: &mut Writer) -> Result<Json, Error> {
@@ -66,7 +78,7 @@ fn write(material: &Material, file: &mut Writer) -> Result<Json, Error> {
         }
         Material::Measured(measured) => {
             let [n_h, n_d, n_phi] = measured.shape();
-            let number = file.tensors.len();
+            let number = file.tensors.iter().filter(|(name, _)| name.starts_with("table")).count();
             file.extend_f32(measured.values().as_flattened());
             file.tensor(format!("table{number}"), "F32", &[n_h, n_d, n_phi, 3]);
             object.insert("table".into(), number.into());

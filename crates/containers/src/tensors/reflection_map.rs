@@ -1,6 +1,7 @@
 //! A spherical harmonic reflection map, with what a person needs to read it in the metadata.
 
 use safetensors::tensor::Dtype;
+use sh::Light;
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
@@ -8,11 +9,12 @@ use super::file::{File, Writer, degree, not_finite, wrong_shape};
 use crate::error::{Error, ErrorKind};
 use crate::shrm_metadata;
 
-/// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included.
+/// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included. `beside`
+/// are the lights that the map does not hold: `lights` [n, 7] f64, if there are any.
 ///
 /// # Errors
 /// If a value is not finite.
-pub fn encode_shrm(map: &Shrm, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+pub fn encode_shrm(map: &Shrm, beside: &[Light], recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let rows = map.p().rows();
     let [faces, height, width] = map.grid().shape();
     if let Some(first) = map.values().as_flattened().iter().position(|value| !value.is_finite()) {
@@ -28,6 +30,10 @@ pub fn encode_shrm(map: &Shrm, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     }
     let mut file = Writer::new("shrm", recipe);
     file.metadata.extend(shrm_metadata::entries(map));
+    if !beside.is_empty() {
+        file.metadata.insert("lamps", "separate".to_owned());
+        file.lights(beside)?;
+    }
     file.data.reserve_exact(4 * 3 * rows * map.grid().len());
     for texel in 0..map.grid().len() {
         let values = map.texel(texel);
@@ -131,7 +137,7 @@ mod tests {
                 [(View::Local, Terms::All), (View::Local, Terms::Zonal), (View::Global, Terms::All)]
             {
                 let map = map(grid, view, terms);
-                let bytes = encode_shrm(&map, Some("{}")).unwrap();
+                let bytes = encode_shrm(&map, &[], Some("{}")).unwrap();
                 assert_eq!(decode_shrm(&bytes).unwrap(), map);
                 assert_eq!(read_recipe(&bytes).as_deref(), Some("{}"));
                 let description = describe(&bytes).unwrap();
@@ -149,7 +155,7 @@ mod tests {
     #[test]
     fn zonal_rows_stand_at_q_zero() {
         let map = map(CUBE, View::Local, Terms::Zonal);
-        let bytes = encode_shrm(&map, None).unwrap();
+        let bytes = encode_shrm(&map, &[], None).unwrap();
         let tensors = SafeTensors::deserialize(&bytes).unwrap();
         let data = tensors.tensor("shrm").unwrap().data();
         let value = |texel: usize, row: usize| {
@@ -171,7 +177,7 @@ mod tests {
 
     /// A file of a map with one text of its header replaced by another of the same length.
     fn changed(map: &Shrm, from: &str, to: &str) -> String {
-        let mut bytes = encode_shrm(map, None).unwrap();
+        let mut bytes = encode_shrm(map, &[], None).unwrap();
         assert_eq!(from.len(), to.len());
         let at = bytes.windows(from.len()).position(|window| window == from.as_bytes()).unwrap();
         bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
@@ -223,7 +229,7 @@ mod tests {
         values[13][1] = f32::NAN;
         let broken = Shrm::new(CUBE, View::Local, Centre::Normal, cube.p(), Terms::All, values).unwrap();
         assert_eq!(
-            encode_shrm(&broken, None).unwrap_err().to_string(),
+            encode_shrm(&broken, &[], None).unwrap_err().to_string(),
             "tensor `shrm`: expected finite values; texel 1, coefficient 4, channel 1 is not"
         );
     }
@@ -231,12 +237,12 @@ mod tests {
     #[test]
     fn zonal_terms_are_held_to_their_word() {
         let all = map(CUBE, View::Local, Terms::All);
-        let bytes = encode_shrm(&all, None).unwrap();
+        let bytes = encode_shrm(&all, &[], None).unwrap();
         let zonal = replace_word(&bytes, "\"terms\":\"all\"", "\"terms\":\"zonal\"");
         let message = decode_shrm(&zonal).unwrap_err().to_string();
         assert!(message.contains("`terms` is `zonal`: expected 0 where q is not 0"), "{message}");
         assert!(message.contains("in row 1 of texel 0"), "{message}");
-        let local = encode_shrm(&map(CUBE, View::Local, Terms::Zonal), None).unwrap();
+        let local = encode_shrm(&map(CUBE, View::Local, Terms::Zonal), &[], None).unwrap();
         let global = replace_word(&local, "\"view\":\"local\"", "\"view\":\"global\"");
         assert!(decode_shrm(&global).unwrap_err().to_string().contains("a rotation mixes q"));
     }

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 mod damage;
 mod files;
+mod materials;
 mod skins;
 
 /// The message for an index that does not exist.

@@ -25,7 +25,7 @@ mod tests;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use brdf::{MODELS, Material};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::angles::angle;
 use crate::RenderError;
@@ -56,6 +56,8 @@ shader_constants!("MATERIAL_":
     OPPOSITE: f32 = 1e-20;
     /// The square of a sine below which the logarithm of the cosine comes from a series.
     NEAR: f32 = 0.1;
+    /// The least cosine of light and view in the masking of fibres.
+    GRAZING: f32 = 1e-4;
     /// A number with a logarithm that is less than any cosine that matters.
     TINY: f32 = 1e-30;
 );
@@ -156,6 +158,24 @@ impl Layer<'_> {
         Vec3::new(self.number(k), self.number(k + 1), self.number(k + 2))
     }
 
+    fn standard(self, light: Vec3, view: Vec3) -> Vec3 {
+        let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
+        let of_light = self.at_cosine(24, half.light);
+        let of_view = self.at_cosine(24, half.view);
+        let grazing = fifth((1.0 - half.facet()).max(0.0));
+        let coat =
+            (self.number(6) + (self.number(7) - self.number(6)) * grazing) * half.facets(self.number(5));
+        let (f_0, f_90) = (self.colour(1), Vec3::splat(self.number(4)));
+        let highlight = of_light.y.min(of_view.y) * half.facets(self.number(0));
+        let mut sum = Vec3::splat(coat) + (f_0 + (f_90 - f_0) * grazing) * highlight;
+        let sheen = self.colour(8);
+        if sheen.max_element() > 0.0 {
+            sum += sheen * (of_light.x.min(of_view.x) * self.charlie(11, half) * half.light);
+        }
+        sum + self.colour(18) * (of_light.z * of_view.z * half.light)
+            + self.colour(21) * (of_light.w * of_view.w * half.light)
+    }
+
     fn lambert(self, light: Vec3, _: Vec3) -> Vec3 {
         self.colour(0) * light.z.max(0.0)
     }
@@ -207,11 +227,7 @@ impl Layer<'_> {
 
     fn ggx(self, light: Vec3, view: Vec3) -> Vec3 {
         let Some(half) = Half::new(light, view) else { return Vec3::ZERO };
-        let alpha2 = self.number(0);
-        let across = (half.across() + alpha2 * half.sum.z * half.sum.z) / half.length_squared;
-        let masked = |cosine: f32| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
-        let visible = half.light / (half.light * masked(half.view) + half.view * masked(half.light));
-        self.colour(1) * self.fresnel(4, half) * (visible / (across * across))
+        self.colour(1) * self.fresnel(4, half) * half.facets(self.number(0))
     }
 
     fn ward(self, light: Vec3, view: Vec3) -> Vec3 {
@@ -284,6 +300,40 @@ impl Layer<'_> {
         self.colour(3) * (near * (1.0 - to_h) + far * to_h) * light.z
     }
 
+    /// Four functions at a cosine: between the nodes of tables, whose number is at `k`.
+    fn at_cosine(self, k: usize, cosine: f32) -> Vec4 {
+        let last = self.number(k) as usize - 1;
+        let place = cosine.min(1.0).sqrt() * last as f32;
+        let node = (place as usize).min(last - 1);
+        let [low, high] = [node, node + 1]
+            .map(|node| Vec4::from_array([0, 1, 2, 3].map(|column| self.number(k + 1 + 4 * node + column))));
+        low + (high - low) * (place - node as f32)
+    }
+
+    /// The sheen of fibres: a power of sin(theta_h) and the masking of light and view, whose constants begin
+    /// at `k`.
+    fn charlie(self, k: usize, half: Half) -> f32 {
+        let sin2 = half.across() / half.length_squared;
+        let cos2 = half.sum.z * half.sum.z / half.length_squared;
+        let ln = if cos2 < NEAR { 2.0 * ln_cosine(cos2) } else { sin2.max(TINY).ln() };
+        let [light, view] = [half.light, half.view].map(|cosine| cosine.max(GRAZING));
+        let masked = (1.0 + self.charlie_lambda(k, light) + self.charlie_lambda(k, view)) * light * view;
+        bounded_exp(self.number(k) * ln) / masked
+    }
+
+    fn charlie_lambda(self, k: usize, cosine: f32) -> f32 {
+        let ln = |x: f32| {
+            let power = bounded_exp(self.number(k + 3) * x.max(TINY).ln());
+            self.number(k + 1) / (1.0 + self.number(k + 2) * power)
+                + self.number(k + 4) * x
+                + self.number(k + 5)
+        };
+        match cosine < 0.5 {
+            true => bounded_exp(ln(cosine)),
+            false => bounded_exp(self.number(k + 6) - ln((1.0 - cosine).max(0.0))),
+        }
+    }
+
     /// The share that a smooth facet reflects: its constants begin at `k`.
     fn fresnel(self, k: usize, half: Half) -> Vec3 {
         let (cosine, sin2) = (half.facet(), half.turn);
@@ -326,6 +376,14 @@ impl Half {
     /// The square of the part of L + V along the surface.
     fn across(self) -> f32 {
         self.sum.x * self.sum.x + self.sum.y * self.sum.y
+    }
+
+    /// What GGX's facets reflect if their Fresnel is 1, over alpha^2 / (2 pi).
+    fn facets(self, alpha2: f32) -> f32 {
+        let across = (self.across() + alpha2 * self.sum.z * self.sum.z) / self.length_squared;
+        let masked = |cosine: f32| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
+        let visible = self.light / (self.light * masked(self.view) + self.view * masked(self.light));
+        visible / (across * across)
     }
 
     /// L.h.

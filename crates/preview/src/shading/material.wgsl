@@ -25,6 +25,31 @@ fn material_colour(at: u32) -> vec3f {
     return vec3f(material_number(at), material_number(at + 1u), material_number(at + 2u));
 }
 
+fn material_standard(at: u32, light: vec3f, view: vec3f) -> vec3f {
+    let half_vector = material_half(light, view);
+    if !half_vector.seen {
+        return vec3f(0.0);
+    }
+    let cos_i = half_vector.light;
+    let of_light = material_at_cosine(at + 24u, cos_i);
+    let of_view = material_at_cosine(at + 24u, half_vector.view);
+    let grazing = material_fifth(max(1.0 - half_vector.facet, 0.0));
+    let coat_0 = material_number(at + 6u);
+    let coat_90 = material_number(at + 7u);
+    let coat = (coat_0 + (coat_90 - coat_0) * grazing) * material_facets(material_number(at + 5u), half_vector);
+    let f_0 = material_colour(at + 1u);
+    let f_90 = vec3f(material_number(at + 4u));
+    let highlight = min(of_light.y, of_view.y) * material_facets(material_number(at), half_vector);
+    var sum = vec3f(coat) + (f_0 + (f_90 - f_0) * grazing) * highlight;
+    let sheen = material_colour(at + 8u);
+    if max(max(sheen.x, sheen.y), sheen.z) > 0.0 {
+        sum += sheen * (min(of_light.x, of_view.x) * material_charlie(at + 11u, half_vector) * cos_i);
+    }
+    return sum
+        + material_colour(at + 18u) * (of_light.z * of_view.z * cos_i)
+        + material_colour(at + 21u) * (of_light.w * of_view.w * cos_i);
+}
+
 fn material_lambert(at: u32, light: vec3f, view: vec3f) -> vec3f {
     return material_colour(at) * max(light.z, 0.0);
 }
@@ -88,15 +113,7 @@ fn material_ggx(at: u32, light: vec3f, view: vec3f) -> vec3f {
     if !half_vector.seen {
         return vec3f(0.0);
     }
-    let alpha2 = material_number(at);
-    let sum_z = half_vector.sum.z;
-    let across = (half_vector.across + alpha2 * sum_z * sum_z) / half_vector.length_squared;
-    let cos_i = half_vector.light;
-    let cos_o = half_vector.view;
-    let masked_light = sqrt(alpha2 + (1.0 - alpha2) * cos_i * cos_i);
-    let masked_view = sqrt(alpha2 + (1.0 - alpha2) * cos_o * cos_o);
-    let visible = cos_i / (cos_i * masked_view + cos_o * masked_light);
-    let lobe = visible / (across * across);
+    let lobe = material_facets(material_number(at), half_vector);
     return material_colour(at + 1u) * material_fresnel(at + 4u, half_vector) * lobe;
 }
 
@@ -224,6 +241,59 @@ fn material_half(light: vec3f, view: vec3f) -> Half {
     let turn = 0.25 * dot(difference, difference);
     let facet = 0.5 * sqrt(length_squared);
     return Half(seen, sum, length_squared, across, light.z, max(view.z, 0.0), facet, turn);
+}
+
+// What GGX's facets reflect if their Fresnel is 1, over alpha^2 / (2 pi).
+fn material_facets(alpha2: f32, half_vector: Half) -> f32 {
+    let sum_z = half_vector.sum.z;
+    let across = (half_vector.across + alpha2 * sum_z * sum_z) / half_vector.length_squared;
+    let cos_i = half_vector.light;
+    let cos_o = half_vector.view;
+    let masked_light = sqrt(alpha2 + (1.0 - alpha2) * cos_i * cos_i);
+    let masked_view = sqrt(alpha2 + (1.0 - alpha2) * cos_o * cos_o);
+    let visible = cos_i / (cos_i * masked_view + cos_o * masked_light);
+    return visible / (across * across);
+}
+
+// Four functions at a cosine: between the nodes of tables.
+fn material_at_cosine(at: u32, cosine: f32) -> vec4f {
+    let last = u32(material_number(at)) - 1u;
+    let place = sqrt(min(cosine, 1.0)) * f32(last);
+    let node = min(u32(place), last - 1u);
+    let low = material_four(at + 1u + 4u * node);
+    let high = material_four(at + 5u + 4u * node);
+    return low + (high - low) * (place - f32(node));
+}
+
+fn material_four(at: u32) -> vec4f {
+    return vec4f(material_colour(at), material_number(at + 3u));
+}
+
+// The sheen of fibres: a power of sin(theta_h) and the masking of light and view.
+fn material_charlie(at: u32, half_vector: Half) -> f32 {
+    let sin2 = half_vector.across / half_vector.length_squared;
+    let cos2 = half_vector.sum.z * half_vector.sum.z / half_vector.length_squared;
+    var ln = log(max(sin2, MATERIAL_TINY));
+    if cos2 < MATERIAL_NEAR {
+        ln = 2.0 * material_ln_cosine(cos2);
+    }
+    let light = max(half_vector.light, MATERIAL_GRAZING);
+    let view = max(half_vector.view, MATERIAL_GRAZING);
+    let masked = (1.0 + material_charlie_lambda(at, light) + material_charlie_lambda(at, view)) * light * view;
+    return material_bounded_exp(material_number(at) * ln) / masked;
+}
+
+fn material_charlie_lambda(at: u32, cosine: f32) -> f32 {
+    if cosine < 0.5 {
+        return material_bounded_exp(material_charlie_ln(at, cosine));
+    }
+    return material_bounded_exp(material_number(at + 6u) - material_charlie_ln(at, max(1.0 - cosine, 0.0)));
+}
+
+fn material_charlie_ln(at: u32, x: f32) -> f32 {
+    let power = material_bounded_exp(material_number(at + 3u) * log(max(x, MATERIAL_TINY)));
+    let share = material_number(at + 1u) / (1.0 + material_number(at + 2u) * power);
+    return share + material_number(at + 4u) * x + material_number(at + 5u);
 }
 
 // (N.h)^(2 s).

@@ -136,7 +136,7 @@ pub(super) fn write_input(
         }
         (Lighting::TYPE, Format::Json) => {
             let lighting = context.get::<Lighting>(port)?;
-            lighting_json::encode(&lighting.0, lighting_json::Preset::Specula, None)?
+            lighting_json::encode(&lighting.0.whole().into(), lighting_json::Preset::Specula, None)?
         }
         _ => context.bytes(port)?,
     };
@@ -368,7 +368,7 @@ fn decode(name: &str, format: Format, bytes: &[u8], context: &Context<'_>) -> Re
     match (name, format) {
         (Environment::TYPE, Format::Exr) => image(containers::Format::OpenExr, bytes, context),
         (Environment::TYPE, Format::Hdr) => image(containers::Format::Radiance, bytes, context),
-        (Lighting::TYPE, Format::Json) => Output::artifact(Lighting(lighting_json::decode(bytes)?)),
+        (Lighting::TYPE, Format::Json) => Output::artifact(Lighting(lighting_json::decode(bytes)?.into())),
         _ => match ARTIFACTS.iter().find(|(known, _)| *known == name) {
             Some((_, decode)) => decode(bytes),
             None => Err(Failure::new(format!("{name} is not an artifact that a program can make"))),

@@ -66,33 +66,15 @@ fn failure(error: RenderError) -> Failure {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-    use std::path::Path;
     use std::sync::Arc;
 
     use brdf::{Choice, Lambert, Material, project};
-    use engine::Files;
     use preview::{Background, Camera, Light, Look, MapSizes, Mode, Show};
     use sh::{Degree, Expansion};
     use sphere::{LatLong, Rotation};
 
     use super::*;
-
-    struct NoFiles;
-
-    impl Files for NoFiles {
-        fn read(&self, _: &Path) -> io::Result<Arc<Vec<u8>>> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn list(&self, _: &Path) -> io::Result<Vec<(String, bool)>> {
-            Err(io::ErrorKind::NotFound.into())
-        }
-
-        fn is_folder(&self, _: &Path) -> bool {
-            false
-        }
-    }
+    use crate::testkit::NoFiles;
 
     /// Returns this many black pictures of one pixel, then the error.
     struct FakeRenderer(usize, RenderError);

@@ -176,7 +176,7 @@ fn light(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> Result
     let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
     let environment = if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
     let lighting = entry.lighting.map(|item| handle(plan, results, item)?.get::<artifacts::Lighting>());
-    Ok(Light::new(environment, lighting.transpose()?.map(|lighting| lighting.0.clone())))
+    Ok(Light::new(environment, lighting.transpose()?.map(|lighting| lighting.0.whole())))
 }
 
 /// The values that were used last, the latest first.

@@ -6,7 +6,7 @@
 
 use envmap::Environment;
 use rayon::prelude::*;
-use shrm::{Lookup, Shrm};
+use shrm::{Lamps, Lookup, Shrm};
 use sphere::{DVec3, Direction};
 
 /// Half the picture's width at distance 1: a view of 53 degrees.
@@ -16,8 +16,14 @@ const OUTLINE: f64 = 0.8;
 /// Samples along each side of a pixel: of the background, on the outline, on the ball.
 const SAMPLES: [usize; 3] = [1, 6, 2];
 
-/// The radiance that an `edge` x `edge` picture sees, of a ball whose reflected light is in `field`.
-pub(crate) fn ball(environment: &Environment, field: &Shrm, edge: usize) -> Vec<[f32; 3]> {
+/// The radiance that an `edge` x `edge` picture sees, of a ball whose reflected light is in `field`, and that of the
+/// lamps beside it.
+pub(crate) fn ball(
+    environment: &Environment,
+    field: &Shrm,
+    lamps: Option<&Lamps>,
+    edge: usize,
+) -> Vec<[f32; 3]> {
     // A unit ball at a distance with tan(asin(1 / distance)) = outline.
     let outline = OUTLINE * HALF_WIDTH;
     let distance = (1.0 + 1.0 / (outline * outline)).sqrt();
@@ -25,7 +31,12 @@ pub(crate) fn ball(environment: &Environment, field: &Shrm, edge: usize) -> Vec<
         // Looking along +X, the picture's right is -Y.
         let ray = DVec3::new(1.0, -x * HALF_WIDTH, -y * HALF_WIDTH).normalize();
         match hit(ray, distance) {
-            Some(normal) => reflected(lookup, field, ray, normal).map(f64::from),
+            Some(normal) => {
+                let (central, view) = seen(field, ray, normal);
+                let soft = lookup.radiance(central, view);
+                let lamps = lamps.map_or([0.0; 3], |lamps| lamps.radiance(central, view));
+                std::array::from_fn(|c| f64::from(soft[c]) + lamps[c])
+            }
             None => environment.radiance(Direction::normalised(ray)),
         }
     };
@@ -56,11 +67,11 @@ fn hit(ray: DVec3, distance: f64) -> Option<DVec3> {
     (discriminant > 0.0).then(|| ray * (along - discriminant.sqrt()) - DVec3::X * distance)
 }
 
-/// What the ball reflects against a ray that meets it at this normal.
-fn reflected(lookup: &mut Lookup<'_>, field: &Shrm, ray: DVec3, normal: DVec3) -> [f32; 3] {
+/// The central direction and the view of a ray that meets the ball at this normal.
+fn seen(field: &Shrm, ray: DVec3, normal: DVec3) -> (Direction, Direction) {
     let view = Direction::normalised(-ray);
     let tangent = Direction::new(DVec3::Z.cross(normal)).unwrap_or(Direction::Y);
-    lookup.radiance(field.centre().central(Direction::normalised(normal), tangent, view), view)
+    (field.centre().central(Direction::normalised(normal), tangent, view), view)
 }
 
 #[cfg(test)]
@@ -92,7 +103,7 @@ mod tests {
     fn the_ball_covers_its_outline() {
         let (white, black) = (field(Centre::Normal, |_| [1.0; 3]), environment(|_| [0.0; 3]));
         let edge = 200;
-        let picture = ball(&black, &white, edge);
+        let picture = ball(&black, &white, None, edge);
         let area = picture.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / (edge * edge) as f64;
         // A circle of radius 0.8 in a square of edge 2; 6 x 6 samples along its edge.
         assert!((area - std::f64::consts::PI * 0.16).abs() < 1e-3, "{area}");
@@ -107,13 +118,13 @@ mod tests {
             // Bilinear interpolation between 2.8 degree texels errs by up to (0.049)^2 / 8.
             assert!((0..3).all(|c| (pixel[c] - expected[c]).abs() < 2e-3), "{pixel:?}, not {expected:?}");
         };
-        let mirror = ball(&black, &field(Centre::Reflection, position), edge);
+        let mirror = ball(&black, &field(Centre::Reflection, position), None, edge);
         close(mirror[middle * edge + middle], [-1.0, 0.0, 0.0]);
-        let diffuse = ball(&black, &field(Centre::Normal, position), edge);
+        let diffuse = ball(&black, &field(Centre::Normal, position), None, edge);
         close(diffuse[middle * edge + middle], [-1.0, 0.0, 0.0]);
         // Up in the picture is +Z, right is -Y; the background looks along +X.
         assert!(diffuse[30 * edge + middle][2] > 0.6 && diffuse[middle * edge + 170][1] < -0.6);
-        let background = ball(&environment(position), &field(Centre::Normal, |_| [0.0; 3]), edge);
+        let background = ball(&environment(position), &field(Centre::Normal, |_| [0.0; 3]), None, edge);
         let corner = DVec3::new(1.0, 0.5, 0.5).normalize();
         assert!((f64::from(background[0][1]) - corner.y).abs() < 5e-3, "{:?}", background[0]);
         assert!((f64::from(background[0][2]) - corner.z).abs() < 5e-3, "{:?}", background[0]);
@@ -142,7 +153,7 @@ mod tests {
         let field =
             Shrm::new(MapGrid::LatLong(grid), View::Local, centre, degree, Terms::Zonal, values).unwrap();
         let edge = 201;
-        let picture = ball(&environment(|_| [0.0; 3]), &field, edge);
+        let picture = ball(&environment(|_| [0.0; 3]), &field, None, edge);
         let y_10 = (0.75 / std::f64::consts::PI).sqrt();
         assert!((f64::from(picture[100 * edge + 100][0]) - y_10).abs() < 1e-3);
         for column in [60, 140, 170] {

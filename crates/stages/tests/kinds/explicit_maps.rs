@@ -29,7 +29,7 @@ pub(crate) fn reflection(p: usize, azimuth: usize) -> Reflection {
         })
     });
     let brdf = BrdfCoefficients::new(Centre::Reflection, f, Degree::new(p).unwrap(), rho.collect()).unwrap();
-    Reflection(shrm::Reflection::convolve(&sky_lighting().0, &brdf))
+    Reflection(shrm::Reflection::convolve(&sky_lighting().0.series, &brdf))
 }
 
 fn export(kind: &'static str, parameters: &str, reflection: Reflection) -> Case {
@@ -464,7 +464,7 @@ fn values_past_the_largest_half_are_reported() {
 
 #[test]
 fn negative_values_that_rgbe_cannot_hold_are_reported() {
-    let mut lighting = sky_lighting().0;
+    let mut lighting = sky_lighting().0.series;
     lighting.coefficients_mut().iter_mut().for_each(|row| *row = row.map(|value| -value));
     let dark = Reflection(shrm::Reflection::convolve(&lighting, reflection(2, 2).0.brdf()));
     let ran =

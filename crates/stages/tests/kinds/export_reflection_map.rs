@@ -131,7 +131,7 @@ fn bright(parameters: &str) -> Case {
     let lighting = lighting.artifact::<stages::artifacts::Lighting>();
     let choice = brdf::Choice::Degree { f: sh::Degree::new(2).unwrap(), p: sh::Degree::ZERO };
     let brdf = brdf::project(&lambert(1.0), choice).unwrap().coefficients;
-    let reflection = Reflection(shrm::Reflection::convolve(&lighting.0, &brdf));
+    let reflection = Reflection(shrm::Reflection::convolve(&lighting.0.series, &brdf));
     case("export-reflection-map", parameters).input("reflection", reflection)
 }
 
@@ -180,7 +180,7 @@ fn rough() -> Reflection {
     let degree = |l| sh::Degree::new(l).unwrap();
     let choice = brdf::Choice::Degree { f: degree(2), p: degree(2) };
     let brdf = brdf::project(&material, choice).unwrap().coefficients;
-    Reflection(shrm::Reflection::convolve(&crate::fixture::sky_lighting().0, &brdf))
+    Reflection(shrm::Reflection::convolve(&crate::fixture::sky_lighting().0.series, &brdf))
 }
 
 #[test]

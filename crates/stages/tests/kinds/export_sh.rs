@@ -14,13 +14,13 @@ fn json(case: &Case) -> Value {
 
 #[test]
 fn json_and_safetensors_hold_every_coefficient() {
-    let expected = sky_lighting().0;
+    let expected = sky_lighting().0.series;
     assert_eq!(export("").product(), Product::Files(vec![".json".into()]));
     assert_eq!(containers::lighting_json::decode(&export("").files()[0]).unwrap(), expected);
     let case = export("format = \"safetensors\"");
     assert_eq!(case.product(), Product::Files(vec![".safetensors".into()]));
     let file = &case.files()[0];
-    assert_eq!(containers::tensors::decode_lighting(file).unwrap(), expected);
+    assert_eq!(containers::tensors::decode_lighting(file).unwrap().series, expected);
     assert_eq!(containers::read_recipe(file).as_deref(), Some("{\"kind\":\"export-sh\"}"));
 }
 
@@ -34,7 +34,7 @@ fn a_preset_takes_the_degrees_that_it_holds_and_says_so() {
     assert_eq!(rows.len(), 9);
     // three.js has our +Z as +Y: its row 1 (y) is our row 2 (z).
     let found = rows[1][0].as_f64().unwrap();
-    assert!((found - lighting.0.coefficients()[2][0]).abs() < 1e-12, "{found}");
+    assert!((found - lighting.0.series.coefficients()[2][0]).abs() < 1e-12, "{found}");
 }
 
 #[test]

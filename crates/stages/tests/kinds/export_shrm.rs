@@ -22,7 +22,7 @@ pub(crate) fn made_up(azimuth: bool) -> Reflection {
         })
         .collect();
     let brdf = BrdfCoefficients::new(Centre::Reflection, two, two, rho).unwrap();
-    Reflection(shrm::Reflection::convolve(&sky_lighting().0, &brdf))
+    Reflection(shrm::Reflection::convolve(&sky_lighting().0.series, &brdf))
 }
 
 fn export(parameters: &str) -> Case {

@@ -245,14 +245,14 @@ pub(crate) fn sky(w: DVec3) -> [f64; 3] {
 pub(crate) fn sky_lighting() -> artifacts::Lighting {
     let environment = environment(16, sky);
     let transform = Transform::new(LatLong::with_rows(16), Degree::new(2).unwrap()).unwrap();
-    artifacts::Lighting(transform.analyse(environment.0.pixels()))
+    artifacts::Lighting(transform.analyse(environment.0.pixels()).into())
 }
 
 /// The reflection of [`sky`] by a material.
 pub(crate) fn reflection(material: brdf::Material, degree: usize) -> artifacts::Reflection {
     let f = Degree::new(degree).unwrap();
     let brdf = brdf::project(&material, brdf::Choice::Degree { f, p: Degree::ZERO }).unwrap();
-    artifacts::Reflection(shrm::Reflection::convolve(&sky_lighting().0, &brdf.coefficients))
+    artifacts::Reflection(shrm::Reflection::convolve(&sky_lighting().0.series, &brdf.coefficients))
 }
 
 /// A matte material of this albedo.

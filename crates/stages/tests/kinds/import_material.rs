@@ -1,13 +1,15 @@
 use std::path::Path;
 
-use brdf::{Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Material as Model, Phong};
+use brdf::{
+    Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Material as Model, Phong, Standard, StandardParameters,
+};
 use engine::{Artifact, Output};
 use stages::artifacts::Material;
 
 use crate::fixture::{Case, case};
 
-const MODELS: &str = "lambert, oren-nayar, phong, blinn-phong, microfacet, torrance-sparrow, ggx, ward, \
-                      ashikhmin-shirley, lafortune, kajiya-kay, measured, layers";
+const MODELS: &str = "standard, lambert, oren-nayar, phong, blinn-phong, microfacet, torrance-sparrow, ggx, ward, \
+                      ashikhmin-shirley, lafortune, kajiya-kay, measured, gltf, layers";
 
 fn import(text: &str) -> Case {
     case("import-material", "").file("materials/gold.toml", text).source("materials/gold.toml")
@@ -49,6 +51,7 @@ fn models_take_their_parameters() {
 #[test]
 fn every_model_can_be_imported() {
     for (model, rest) in [
+        ("standard", "roughness = 0.5"),
         ("lambert", "albedo = 0.5"),
         ("oren-nayar", "albedo = 0.5\nsigma = 20"),
         ("phong", "exponent = 9"),
@@ -64,7 +67,7 @@ fn every_model_can_be_imported() {
         let found = import(&format!("model = \"{model}\"\n{rest}")).artifact::<Material>();
         assert_eq!(found.0.name(), model);
     }
-    assert_eq!(brdf::MODELS.len(), 11, "add the new model here");
+    assert_eq!(brdf::MODELS.len(), 12, "add the new model here");
 }
 
 #[test]
@@ -118,6 +121,132 @@ fn a_measured_file_is_part_of_the_material() {
     let named = import("model = \"measured\"\nfile = \"paint.txt\"\nformat = \"table\"")
         .file("materials/paint.txt", csv());
     assert!(matches!(named.artifact::<Material>().0, Model::Measured(_)));
+}
+
+/// A file of two materials, one of them with a texture in a file beside it.
+const PAINTED: &str = r#"{
+    "asset": { "version": "2.0" },
+    "images": [{ "uri": "textures/red.png" }],
+    "textures": [{ "source": 0 }],
+    "materials": [
+        { "name": "red", "alphaMode": "BLEND", "pbrMetallicRoughness": {
+            "metallicFactor": 0, "roughnessFactor": 0.5, "baseColorTexture": { "index": 0 } } },
+        { "name": "steel", "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.5, 0.5, 1], "roughnessFactor": 0.4 } }
+    ]
+}"#;
+
+fn painted(parameters: &str) -> Case {
+    let red = containers::write_png(2, 1, &[[255, 0, 0]; 2], None).unwrap();
+    case("import-material", parameters)
+        .file("models/painted.gltf", PAINTED)
+        .file("models/textures/red.png", red)
+        .source("models/painted.gltf")
+}
+
+fn standard(base_color: [f64; 3], metallic: f64, roughness: f64) -> Model {
+    let parameters = StandardParameters {
+        base_color,
+        metallic,
+        roughness,
+        sheen_roughness: 0.1,
+        ..StandardParameters::default()
+    };
+    Model::Standard(Standard::new(parameters).unwrap())
+}
+
+#[test]
+fn a_material_of_a_gltf_file_is_chosen_by_name_or_number() {
+    let ran = painted("material = \"red\"").run().unwrap();
+    assert_eq!(ran.artifact::<Material>().0, standard([1.0, 0.0, 0.0], 0.0, 0.5));
+    let read: Vec<_> = ran.reads.iter().map(|read| read.path.clone()).collect();
+    assert_eq!(read, ["painted.gltf", "textures/red.png"].map(|name| Path::new("/memory/models").join(name)));
+    assert_eq!(ran.notes, ["base_color: averaged over 2 x 1 texels of textures/red.png"]);
+    assert_eq!(ran.warnings, ["the alphaMode BLEND of the material is not read: the material is opaque"]);
+    // Only the textures of the material are read.
+    let steel = painted("material = 1").run().unwrap();
+    assert_eq!(steel.artifact::<Material>().0, standard([0.5; 3], 1.0, 0.4));
+    assert_eq!(steel.reads.len(), 1);
+}
+
+/// A glob of such files makes an item of each material.
+#[test]
+fn a_material_file_may_name_a_material_of_a_gltf_file() {
+    let named = |text: &str| {
+        let red = containers::write_png(1, 1, &[[255, 0, 0]], None).unwrap();
+        import(text)
+            .file("materials/helmet/painted.gltf", PAINTED)
+            .file("materials/helmet/textures/red.png", red)
+    };
+    let red = named("model = \"gltf\"\nfile = \"helmet/painted.gltf\"\nmaterial = \"red\"").run().unwrap();
+    assert_eq!(red.artifact::<Material>().0, standard([1.0, 0.0, 0.0], 0.0, 0.5));
+    assert_eq!(
+        red.notes,
+        ["helmet/painted.gltf: base_color: averaged over 1 x 1 texels of textures/red.png"]
+    );
+    assert_eq!(red.reads.len(), 3);
+    let layers = "layers = [{ model = \"gltf\", file = \"helmet/painted.gltf\", material = 1 }]";
+    let Model::Layers(layers) = named(layers).artifact::<Material>().0.clone() else { panic!("no layers") };
+    assert_eq!(layers, [standard([0.5; 3], 1.0, 0.4)]);
+    for (text, expected) in [
+        (
+            "model = \"gltf\"\nfile = \"helmet/painted.gltf\"",
+            "gold.toml:2:8: file: the file has 2 materials; expected `material` to be one of: \"red\", \"steel\"",
+        ),
+        (
+            "model = \"gltf\"\nfile = \"helmet/painted.gltf\"\nmaterial = 0.5",
+            "gold.toml:3:12: material: 0.5 is not the name of a material, or its number from 0 on",
+        ),
+        (
+            "model = \"gltf\"",
+            "gold.toml:1:1: \"file\" is missing; expected file = the path of a .gltf or .glb file, from this file's folder",
+        ),
+        (
+            "model = \"gltf\"\nfile = \"b.glb\"\nlens = 3",
+            "gold.toml:3:1: unknown key \"lens\"; expected one of: file, material",
+        ),
+        ("model = \"gltf\"\nfile = \"b.glb\"", "gold.toml:2:8: file: cannot read /memory/materials/b.glb"),
+    ] {
+        let failure = named(text).failure();
+        assert!(failure.starts_with(expected), "{failure}");
+    }
+}
+
+#[test]
+fn errors_of_gltf_materials_name_the_file() {
+    let failure = painted("").failure();
+    assert_eq!(
+        failure,
+        "painted.gltf: the file has 2 materials; expected `material` to be one of: \"red\", \"steel\""
+    );
+    let failure = painted("material = \"blue\"").failure();
+    assert_eq!(failure, "painted.gltf: there is no material \"blue\"; expected one of: \"red\", \"steel\"");
+    let without = painted("material = \"red\"").file("models/textures/red.png", "PNG").failure();
+    let place = "painted.gltf: materials[0].pbrMetallicRoughness.baseColorTexture: textures/red.png: ";
+    assert!(without.starts_with(place), "{without}");
+    let toml =
+        case("import-material", "material = \"red\"").file("a.toml", "model = \"lambert\"").source("a.toml");
+    assert!(toml.failure().starts_with("a.toml is not a glTF file, of whose materials one could be chosen"));
+    assert_eq!(case("import-material", "material = -1").errors().len(), 1);
+}
+
+/// The helmet's materials, with their textures beside.
+#[test]
+fn materials_of_the_corpus_are_imported() {
+    let Some(corpus) = test_data::folder("materials_of_the_corpus_are_imported", "SPECULA_CORPUS") else {
+        return;
+    };
+    let folder = corpus.join("mesh/FlightHelmet");
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    let mut case = case("import-material", "material = \"LeatherPartsMat\"")
+        .file("FlightHelmet.gltf", read("FlightHelmet.gltf"))
+        .source("FlightHelmet.gltf");
+    for part in ["BaseColor", "OcclusionRoughMetal"] {
+        let name = format!("FlightHelmet_Materials_LeatherPartsMat_{part}.png");
+        case = case.file(&name, read(&name));
+    }
+    let ran = case.run().unwrap();
+    assert_eq!((ran.reads.len(), ran.notes.len(), ran.warnings.len()), (3, 2, 0));
+    assert_eq!(ran.artifact::<Material>().0.name(), "standard");
 }
 
 fn case_of(name: &str, text: &str) -> Case {
@@ -280,7 +409,7 @@ fn a_file_that_is_not_a_material_is_reported_as_such() {
             failure.chain[0],
             "sky.exr is not TOML, and does not have the extension of a measured BRDF"
         );
-        assert!(failure.help.unwrap().contains(".toml, or one of: .binary (merl)"));
+        assert!(failure.help.unwrap().contains(".toml, .gltf, .glb, or one of: .binary (merl)"));
     }
     // TOML under any name is a material.
     assert_eq!(

@@ -49,6 +49,6 @@ impl Pipeline {
 
     /// The coefficients in a published file.
     pub(crate) fn lighting(&self, file: &str) -> sh::Expansion {
-        containers::tensors::decode_lighting(&self.out(file)).unwrap()
+        containers::tensors::decode_lighting(&self.out(file)).unwrap().series
     }
 }

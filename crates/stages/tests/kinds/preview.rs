@@ -30,7 +30,7 @@ fn rough() -> Reflection {
 fn rough_under(lighting: &Lighting) -> Reflection {
     let (f, p) = (Degree::new(2).unwrap(), Degree::new(2).unwrap());
     let brdf = brdf::project(&microfacet(0.5), Choice::Degree { f, p }).unwrap();
-    Reflection(shrm::Reflection::convolve(&lighting.0, &brdf.coefficients))
+    Reflection(shrm::Reflection::convolve(&lighting.0.series, &brdf.coefficients))
 }
 
 /// A preview of a rough knot under the sky.

@@ -15,7 +15,7 @@ fn a_constant_sky_has_one_coefficient() {
     let one = (4.0 * PI).sqrt();
     let mut expected = vec![[0.0; 3]; 25];
     expected[0] = [one, 2.0 * one, 0.5 * one];
-    assert!(difference(lighting.0.coefficients(), &expected) < 1e-13);
+    assert!(difference(lighting.0.series.coefficients(), &expected) < 1e-13);
 }
 
 #[test]
@@ -24,7 +24,7 @@ fn auto_takes_the_least_degree_that_holds_enough() {
     // the whole; xy the rest, 4 pi / 15 0.04, less than a thousandth.
     for (tolerance, degree) in [(0.2, 0), (0.01, 1), (1e-5, 2)] {
         let ran = project(&format!("degree = \"auto\"\ntolerance = {tolerance}")).run().unwrap();
-        assert_eq!(ran.artifact::<Lighting>().0.degree().get(), degree, "{tolerance}");
+        assert_eq!(ran.artifact::<Lighting>().0.series.degree().get(), degree, "{tolerance}");
     }
     let ran = project("").run().unwrap();
     assert!(ran.notes[0].starts_with("degree 1 holds 99.9"), "{:?}", ran.notes);
@@ -37,7 +37,7 @@ fn a_light_too_small_for_any_degree_takes_the_highest_and_says_so() {
     let lamp =
         environment(16, |w| if w.z > 0.99 && w.x > 0.0 && w.y.abs() < 0.02 { [9e4; 3] } else { [0.01; 3] });
     let ran = case("project-sh", "tolerance = 0.001").input("environment", lamp).run().unwrap();
-    assert_eq!(ran.artifact::<Lighting>().0.degree().get(), 15);
+    assert_eq!(ran.artifact::<Lighting>().0.series.degree().get(), 15);
     assert!(
         ran.warnings[0].starts_with("no degree of this image meets tolerance 0.001: degree 15"),
         "{:?}",
@@ -52,12 +52,12 @@ fn a_degree_too_high_names_the_highest() {
         failure.starts_with("degree 16 is too high for an image of 32 x 16: the highest possible is 15"),
         "{failure}"
     );
-    assert_eq!(project("degree = 15").artifact::<Lighting>().0.degree().get(), 15);
+    assert_eq!(project("degree = 15").artifact::<Lighting>().0.series.degree().get(), 15);
 }
 
 #[test]
 fn windows_scale_each_degree() {
-    let plain = sky_lighting().0;
+    let plain = sky_lighting().0.series;
     for (window, factors) in [
         ("window = \"none\"", [1.0, 1.0, 1.0]),
         ("window = \"hanning\"", [1.0, 0.75, 0.25]),
@@ -68,7 +68,7 @@ fn windows_scale_each_degree() {
         let expected: Vec<_> = (0..9_usize)
             .map(|row| plain.coefficients()[row].map(|value| value * factors[row.isqrt()]))
             .collect();
-        assert!(difference(windowed.0.coefficients(), &expected) < 1e-12, "{window}");
+        assert!(difference(windowed.0.series.coefficients(), &expected) < 1e-12, "{window}");
     }
 }
 
@@ -78,7 +78,7 @@ fn the_non_negative_window_leaves_nothing_negative() {
     let ran =
         case("project-sh", "degree = 8\nwindow = \"non-negative\"").input("environment", sun).run().unwrap();
     let lighting = ran.artifact::<Lighting>();
-    assert!(sh::minimum(&lighting.0).value >= 0.0);
+    assert!(sh::minimum(&lighting.0.series).value >= 0.0);
     let note = &ran.notes[1];
     assert!(note.contains("minimum -") && note.contains(" before, ") && note.contains(" after"), "{note}");
 }

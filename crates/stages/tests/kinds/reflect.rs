@@ -13,7 +13,7 @@ fn a_tolerance_chooses_the_degrees() {
     for (parameters, degrees) in [("", (17, 0)), ("tolerance = 0.03", (15, 0)), ("degree = [5, 0]", (5, 0))] {
         let ran = case("project-brdf", parameters).input("material", Material(phong(64.0))).run().unwrap();
         let brdf = ran.artifact::<Brdf>();
-        assert_eq!((brdf.0.f().get(), brdf.0.p().get()), degrees, "{parameters}");
+        assert_eq!((brdf.coefficients.f().get(), brdf.coefficients.p().get()), degrees, "{parameters}");
         assert!(ran.notes[0].starts_with(&format!("degrees [{}, {}] hold ", degrees.0, degrees.1)));
     }
 }
@@ -25,7 +25,7 @@ fn a_rough_surface_depends_on_the_view_and_the_note_says_how_much() {
     let material = Material(brdf::Material::Microfacet(model));
     let ran = case("project-brdf", "tolerance = 0.03").input("material", material).run().unwrap();
     let brdf = ran.artifact::<Brdf>();
-    assert_eq!((brdf.0.f().get(), brdf.0.p().get()), (11, 2));
+    assert_eq!((brdf.coefficients.f().get(), brdf.coefficients.p().get()), (11, 2));
     assert_eq!(ran.notes, ["degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %"]);
     assert!(ran.warnings.is_empty());
 }
@@ -36,7 +36,7 @@ fn lambert_has_the_coefficients_of_the_irradiance_paper() {
         case("project-brdf", "degree = [3, 0]").input("material", Material(lambert(1.0))).artifact::<Brdf>();
     // A_l / pi = Lambda_l rho_l Y_00 = 1, 2/3, 1/4, 0.
     for (l, expected) in [1.0, 2.0 / 3.0, 0.25, 0.0].into_iter().enumerate() {
-        let factor = sh::lambda(l) * brdf.0.get(l, 0, 0)[0] / (4.0 * PI).sqrt();
+        let factor = sh::lambda(l) * brdf.coefficients.get(l, 0, 0)[0] / (4.0 * PI).sqrt();
         assert!((factor - expected).abs() < 1e-15, "{l}: {factor}");
     }
 }
@@ -60,7 +60,7 @@ fn convolution_works_to_the_smaller_degree() {
     let reflection = reflection.artifact::<Reflection>();
     assert_eq!(reflection.0.lighting().degree().get(), 2);
     let field = reflection.0.radial().unwrap();
-    let lighting = sky_lighting().0;
+    let lighting = sky_lighting().0.series;
     for (row, factor) in [(0, 0.5), (2, 0.5 * 2.0 / 3.0), (4, 0.5 * 0.25)] {
         for channel in 0..3 {
             let expected = lighting.coefficients()[row][channel] * factor;

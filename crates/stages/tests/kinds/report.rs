@@ -7,7 +7,7 @@ use sh::{Degree, Tolerance, Transform};
 use shrm::Reflection;
 use shrm::reference::{Cull, Reference};
 use sphere::{DVec3, Direction};
-use stages::artifacts::{Brdf, Material};
+use stages::artifacts::Material;
 
 use crate::fixture::{Case, case, environment, lambert, phong, sky};
 
@@ -213,11 +213,16 @@ fn a_black_material_has_no_error() {
 fn connected_coefficients_are_those_that_are_shown() {
     let brdf = project(&phong(8.0), Choice::Degree { f: Degree::new(5).unwrap(), p: Degree::ZERO }).unwrap();
     let base = with_material(with_environment(case("report", SMALL), "day", sky), "gold", phong(8.0));
-    let connected = base.keyed_input("brdf", &[("material", "gold")], Brdf(brdf.coefficients.clone()));
+    let connected = base.keyed_input(
+        "brdf",
+        &[("material", "gold")],
+        stages::artifacts::Brdf::from(brdf.coefficients.clone()),
+    );
     let (json, _) = report(&connected);
     assert_eq!((&json["materials"][0]["f"], &json["materials"][0]["p"]), (&5.into(), &0.into()));
     let other = with_material(with_environment(case("report", SMALL), "day", sky), "gold", phong(8.0));
-    let other = other.keyed_input("brdf", &[("material", "brass")], Brdf(brdf.coefficients));
+    let other =
+        other.keyed_input("brdf", &[("material", "brass")], stages::artifacts::Brdf::from(brdf.coefficients));
     assert_eq!(other.failure(), "gold: the port brdf receives no coefficients of this material");
 }
 

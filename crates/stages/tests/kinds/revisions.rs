@@ -111,8 +111,8 @@ fn numbers(case: &Case) -> Vec<f64> {
                 let environment = Environment::decode(&bytes).unwrap().0;
                 environment.pixels().as_flattened().iter().map(|&value| value.into()).collect()
             }
-            Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.coefficients()),
-            Brdf::TYPE => colours(Brdf::decode(&bytes).unwrap().0.rho()),
+            Lighting::TYPE => colours(Lighting::decode(&bytes).unwrap().0.series.coefficients()),
+            Brdf::TYPE => colours(Brdf::decode(&bytes).unwrap().coefficients.rho()),
             Reflection::TYPE => {
                 let reflection = Reflection::decode(&bytes).unwrap().0;
                 [colours(reflection.lighting().coefficients()), colours(reflection.brdf().rho())].concat()

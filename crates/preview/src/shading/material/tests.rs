@@ -2,7 +2,7 @@
 
 use brdf::{
     AshikhminShirley, BlinnPhong, Fresnel, Ggx, KajiyaKay, Lafortune, LafortuneLobe, Lambert, MODELS,
-    Measured, Microfacet, OrenNayar, Phong, TorranceSparrow, Ward,
+    Measured, Microfacet, OrenNayar, Phong, Standard, StandardParameters, TorranceSparrow, Ward,
 };
 use glam::DVec3;
 use sphere::Direction;
@@ -30,7 +30,24 @@ pub(crate) fn materials() -> Vec<(Material, f64)> {
         Material::AshikhminShirley(AshikhminShirley::new([x, y], [0.5, 0.2, 0.1], [0.04, 0.5, 1.0]).unwrap())
     };
     let kajiya_kay = |s: f64| Material::KajiyaKay(KajiyaKay::new(s, rgb).unwrap());
+    let standard = |roughness: f64, clearcoat: f64, sheen: f64| {
+        Standard::new(StandardParameters {
+            base_color: rgb,
+            metallic: 0.3,
+            roughness,
+            clearcoat,
+            clearcoat_roughness: 0.1,
+            sheen: [0.0, 0.5 * sheen, sheen],
+            sheen_roughness: 0.3,
+            ..StandardParameters::default()
+        })
+        .unwrap()
+    };
     let mut materials = vec![
+        (Material::Standard(standard(0.3, 0.0, 0.0)), 120.0),
+        (Material::Standard(standard(0.5, 0.6, 0.0)), 1e4),
+        (Material::Standard(standard(0.4, 0.0, 1.0)), 120.0),
+        (Material::Standard(standard(0.02, 1.0, 0.8)), 6.25e6),
         (lambert(), 1.0),
         (Material::Lafortune(Lafortune::new([0.3, 0.2, 0.1], vec![]).unwrap()), 1.0),
         (
@@ -47,6 +64,9 @@ pub(crate) fn materials() -> Vec<(Material, f64)> {
         (Material::layers(vec![Material::layers(vec![lambert()]).unwrap(), chalk(), chalk()]).unwrap(), 1.0),
         (chalk(), 1.0),
     ];
+    for part in standard(0.4, 0.3, 0.5).parts() {
+        materials.push((Material::Standard(part), 1e4));
+    }
     for sigma in [0.0, 25.0, 90.0] {
         materials.push((Material::OrenNayar(OrenNayar::new([0.8, 0.4, 0.0], sigma).unwrap()), 1.0));
     }

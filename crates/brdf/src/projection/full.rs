@@ -1,0 +1,200 @@
+//! Coefficients up to degrees that are cut later, when the light is known.
+//!
+//! How many degrees show depends on the light as much as on the material, so this projection makes more than any
+//! light needs, quickly: rho_hat is sampled on a fixed grid. Its nodes are those of Gauss and Legendre over the
+//! cosine of theta_o; midpoints over half a turn of phi; and panels of theta_i that are narrow about the central
+//! direction, where highlights are, and nowhere wider than the highest degree resolves. So the work is the same for
+//! every material, and what a kink or a peak at grazing views loses is far less than the cut that follows.
+//!
+//! A view below the surface (about the normal) is seen by nobody. There the material is continued as its mirror
+//! image, which leaves no edge at the horizon to ring.
+
+use std::f64::consts::{PI, TAU};
+
+use rayon::prelude::*;
+use sh::quadrature::gauss_legendre;
+use sphere::Direction;
+
+use super::error::ProjectionError;
+use super::legendre::Legendre;
+use super::slice::{NotFinite, Source};
+use super::tabulation::{Table, energies};
+use crate::Centre;
+
+/// The highest F: finer than what a soft light and a highlight of GGX roughness 0.1 share.
+pub(super) const F: usize = 255;
+
+/// The highest P: above the 16 that maps have, so that a cut at 16 can be compared with something.
+const P: usize = 24;
+
+/// Nodes of theta_o.
+const OUTGOING: usize = 80;
+
+/// Nodes of phi over half a turn.
+const AZIMUTHS: usize = 48;
+
+/// Nodes of a panel of theta_i.
+const NODES: usize = 6;
+
+/// The widest panel: 6 nodes on it resolve degree 255 (two nodes for each half wave).
+const WIDEST: f64 = 0.05;
+
+/// The share of the energy that may be lost with the highest degrees.
+const NEGLIGIBLE: f64 = 1e-7;
+
+/// The coefficients of rho_hat up to F = 255 and P = 24, the F that is enough, and P.
+pub(super) fn full(source: Source<'_>) -> Result<(Table, usize, usize), ProjectionError> {
+    let incident = incident_nodes();
+    let views = Views::new(source.centre);
+    let slices: Vec<Slice> =
+        incident.par_iter().map(|(theta, _)| views.slice(source, *theta)).collect::<Result<_, _>>()?;
+    let total =
+        incident.iter().zip(&slices).map(|((theta, weight), slice)| weight * theta.sin() * slice.energy);
+    let total: f64 = TAU * total.sum::<f64>();
+
+    let side = P + 1;
+    let mut rho = vec![[0.0; 3]; (F + 1) * side * side];
+    let columns: Vec<Vec<[f64; 3]>> =
+        (0..=P).into_par_iter().map(|q| incident_moments(&incident, &slices, q)).collect();
+    for (q, column) in columns.iter().enumerate() {
+        for l in q..=F {
+            for p in q..=P {
+                rho[(l * side + p) * side + q] = column[l * side + p];
+            }
+        }
+    }
+    // Rounding leaves traces of an azimuth that the material does not depend on.
+    let largest = |azimuth: bool| {
+        let entries = rho.iter().enumerate().filter(|(index, _)| (index % side > 0) == azimuth);
+        entries.flat_map(|(_, rgb)| rgb).fold(0.0, |most: f64, value| most.max(value.abs()))
+    };
+    if largest(true) < 1e-13 * largest(false) {
+        rho.iter_mut().enumerate().filter(|(index, _)| index % side > 0).for_each(|(_, rgb)| *rgb = [0.0; 3]);
+    }
+    let energy: Vec<f64> = energies(&rho, P).chunks_exact(side).map(|row| row.iter().sum()).collect();
+    let evaluations = incident.len() * OUTGOING * AZIMUTHS;
+    let total = total.max(energy.iter().sum());
+    Ok((Table { p: P, rho, total, error: 0.0, evaluations }, enough(&energy), P))
+}
+
+/// The least degree that loses at most the negligible share of these energies.
+pub(super) fn enough(energy: &[f64]) -> usize {
+    let (whole, mut left) = (energy.iter().sum::<f64>(), 0.0);
+    let last = (0..energy.len()).rev().find(|l| {
+        left += energy[*l];
+        left > NEGLIGIBLE * whole
+    });
+    last.unwrap_or(0)
+}
+
+/// Nodes and weights of theta_i over 0 to pi.
+fn incident_nodes() -> Vec<(f64, f64)> {
+    let mut edges = vec![0.0];
+    let mut edge: f64 = 2e-4;
+    while edge < PI - WIDEST / 2.0 {
+        edges.push(edge);
+        edge += (0.6 * edge).min(WIDEST);
+    }
+    edges.push(PI);
+    let (angles, weights) = gauss_legendre(NODES);
+    let panel = |ends: &[f64]| {
+        let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
+        let node = |(angle, weight): (&f64, &f64)| (middle - half * angle.cos(), half * weight);
+        angles.iter().zip(&weights).map(node).collect::<Vec<_>>()
+    };
+    edges.windows(2).flat_map(panel).collect()
+}
+
+/// The nodes of the outgoing directions, and the functions at them.
+struct Views {
+    centre: Centre,
+    /// theta_o and its weight over the cosine.
+    outgoing: Vec<(f64, f64)>,
+    /// f_pq at each theta_o, [node, p, q].
+    functions: Vec<f64>,
+    /// cos(q phi) at each azimuth times its weight over a whole turn, [azimuth, q].
+    cosines: Vec<f64>,
+}
+
+/// rho_hat of one theta_i over the outgoing directions.
+struct Slice {
+    /// 2 pi times the integral of rho_hat f_pq cos(q phi), [p, q].
+    moments: Vec<[f64; 3]>,
+    /// The integral of rho_hat^2 over theta_o and phi.
+    energy: f64,
+}
+
+impl Views {
+    fn new(centre: Centre) -> Self {
+        let (angles, weights) = gauss_legendre(OUTGOING);
+        let side = P + 1;
+        let legendre = Legendre::new(P, P);
+        let mut functions = vec![0.0; OUTGOING * side * side];
+        for (node, theta) in angles.iter().enumerate() {
+            legendre.visit(&[theta.cos(); 16], &[theta.sin(); 16], |p, q, value| {
+                functions[(node * side + p) * side + q] = value[0];
+            });
+        }
+        let cosines = (0..AZIMUTHS)
+            .flat_map(|j| (0..=P).map(move |q| TAU / AZIMUTHS as f64 * (q as f64 * azimuth(j)).cos()))
+            .collect();
+        Self { centre, outgoing: angles.into_iter().zip(weights).collect(), functions, cosines }
+    }
+
+    fn slice(&self, source: Source<'_>, theta_i: f64) -> Result<Slice, NotFinite> {
+        let side = P + 1;
+        let mut moments = vec![[0.0; 3]; side * side];
+        let mut energy = 0.0;
+        for (node, (theta_o, weight)) in self.outgoing.iter().enumerate() {
+            let outgoing = Direction::from_angles(self.visible(*theta_o), 0.0);
+            let mut series = [[0.0; 3]; P + 1];
+            for (j, cosines) in self.cosines.chunks_exact(side).enumerate() {
+                let incident = Direction::from_angles(theta_i, azimuth(j));
+                let [incident, outgoing] = self.centre.surface(incident, outgoing);
+                let value = (source.rho_hat)(incident, outgoing);
+                if !value.iter().all(|value| value.is_finite()) {
+                    return Err(NotFinite { theta_i, theta_o: *theta_o, phi: azimuth(j) });
+                }
+                energy += weight * cosines[0] * value.iter().map(|value| value * value).sum::<f64>();
+                for (sum, cosine) in series.iter_mut().zip(cosines) {
+                    (0..3).for_each(|channel| sum[channel] += cosine * value[channel]);
+                }
+            }
+            for p in 0..=P {
+                for q in 0..=p {
+                    let factor = TAU * weight * self.functions[(node * side + p) * side + q];
+                    (0..3).for_each(|channel| moments[p * side + q][channel] += factor * series[q][channel]);
+                }
+            }
+        }
+        Ok(Slice { moments, energy })
+    }
+
+    /// The view, or its mirror image if it is below the surface.
+    fn visible(&self, theta_o: f64) -> f64 {
+        if self.centre == Centre::Normal { theta_o.min(PI - theta_o) } else { theta_o }
+    }
+}
+
+/// The middle of an interval of half a turn.
+fn azimuth(j: usize) -> f64 {
+    PI * (j as f64 + 0.5) / AZIMUTHS as f64
+}
+
+/// The integrals over theta_i for one q, [l, p]: those of the moments times f_lq sin(theta_i).
+fn incident_moments(incident: &[(f64, f64)], slices: &[Slice], q: usize) -> Vec<[f64; 3]> {
+    let side = P + 1;
+    let mut sums = vec![[0.0; 3]; (F + 1) * side];
+    let legendre = Legendre::new(F, P);
+    for ((theta, weight), slice) in incident.iter().zip(slices) {
+        let moments: Vec<[f64; 3]> = (q..=P)
+            .map(|p| slice.moments[p * side + q].map(|moment| moment * weight * theta.sin()))
+            .collect();
+        legendre.order(q, theta.cos(), theta.sin(), |l, value| {
+            for (sum, moment) in sums[l * side + q..][..side - q].iter_mut().zip(&moments) {
+                (0..3).for_each(|channel| sum[channel] += value * moment[channel]);
+            }
+        });
+    }
+    sums
+}

@@ -1,0 +1,102 @@
+//! Texels that are far brighter than their surroundings, and how resampling preserves their energy.
+//!
+//! Resampling blends texels at points of the new grid. Over a smooth picture the small errors of that
+//! quadrature cancel, but those of a sun of one texel do not. So resampling sums, for each such texel, the
+//! solid angles of its weights to c, and scales its radiance by w / c, with w its own solid angle: its energy
+//! is then preserved exactly, and values stay non-negative.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::texels::Texels;
+
+/// A bright texel is this many times brighter than the mean of the 5 x 5 pixels around it that the layout uses.
+const BRIGHTER: f32 = 2.0;
+
+/// Solid angles are summed as whole numbers of 2^-58 sr, so that the order of threads does not matter; 4 pi
+/// fits into 64 bits.
+const UNIT: f64 = (1u64 << 58) as f64;
+
+/// The bright texels of a picture.
+pub(crate) struct BrightTexels {
+    /// Whether each texel is bright; empty if none is.
+    is_bright: Vec<bool>,
+    /// The bright texels, ascending.
+    texels: Vec<usize>,
+    /// The solid angle that each received.
+    given: Vec<AtomicU64>,
+}
+
+impl BrightTexels {
+    /// Finds the bright texels of a picture of `width` columns; all layouts are searched as flat pictures.
+    pub(crate) fn find<T: Texels>(picture: T, width: usize, pixels: &[[f32; 3]]) -> Self {
+        let height = pixels.len() / width;
+        // The brightness, and 1 for a pixel that the layout uses.
+        let weighed: Vec<[f32; 2]> = (pixels.iter().enumerate())
+            .map(|(texel, &[r, g, b])| match picture.uses(texel) {
+                true => [r.abs() + g.abs() + b.abs(), 1.0],
+                false => [0.0, 0.0],
+            })
+            .collect();
+        let mut is_bright = vec![false; pixels.len()];
+        let mut texels = Vec::new();
+        let mut columns = vec![[0.0; 2]; width];
+        for row in 0..height {
+            columns.fill([0.0; 2]);
+            for near in row.saturating_sub(2)..(row + 3).min(height) {
+                for (sum, value) in columns.iter_mut().zip(&weighed[near * width..]) {
+                    *sum = [sum[0] + value[0], sum[1] + value[1]];
+                }
+            }
+            for column in 0..width {
+                let near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
+                let [light, count] =
+                    near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
+                let texel = row * width + column;
+                // light / count is the mean; unused pixels are 0, so that they are never brighter.
+                if weighed[texel][0] * count > BRIGHTER * light {
+                    is_bright[texel] = true;
+                    texels.push(texel);
+                }
+            }
+        }
+        if texels.is_empty() {
+            is_bright = Vec::new();
+        }
+        let given = texels.iter().map(|_| AtomicU64::new(0)).collect();
+        Self { is_bright, texels, given }
+    }
+
+    /// Whether the picture has none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.texels.is_empty()
+    }
+
+    /// Adds to the solid angle that a texel received; returns whether the texel is bright.
+    pub(crate) fn give(&self, texel: usize, solid_angle: f64) -> bool {
+        if !self.is_bright[texel] {
+            return false;
+        }
+        if let Ok(index) = self.texels.binary_search(&texel) {
+            self.given[index].fetch_add((solid_angle * UNIT) as u64, Ordering::Relaxed);
+        }
+        true
+    }
+
+    /// Scales the bright texels among `pixels` so that they keep their energy, and returns those that no point of
+    /// the new grid has sampled, with their solid angles.
+    pub(crate) fn balance<T: Texels>(&self, picture: T, pixels: &mut [[f32; 3]]) -> Vec<(usize, f64)> {
+        let mut unseen = Vec::new();
+        for (&texel, given) in self.texels.iter().zip(&self.given) {
+            let own = picture.solid_angle(texel);
+            let given = given.load(Ordering::Relaxed) as f64 / UNIT;
+            if given < 1e-3 * own {
+                unseen.push((texel, own));
+                continue;
+            }
+            for value in &mut pixels[texel] {
+                *value = ((f64::from(*value) * own / given) as f32).clamp(f32::MIN, f32::MAX);
+            }
+        }
+        unseen
+    }
+}

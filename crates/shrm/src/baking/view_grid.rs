@@ -1,0 +1,91 @@
+//! A grid of views, on which real harmonics are evaluated by rows and columns.
+//!
+//! Columns lie symmetrically about both axes: phi, pi - phi, pi + phi and -phi for each phi of a quarter turn. So a
+//! sum over q is four sums over a quarter: cosines and sines of even and of odd q.
+
+use std::f64::consts::{PI, TAU};
+
+use brdf::Centre;
+use sh::{Basis, Degree};
+use sphere::Direction;
+
+use crate::Terms;
+use crate::reflection::mean_views;
+
+/// Views and the harmonics at them.
+pub(super) struct ViewGrid {
+    pub(super) p: usize,
+    pub(super) terms: Terms,
+    /// theta_o and the weight of each row.
+    pub(super) rows: Vec<(f64, f64)>,
+    /// The azimuths of a quarter turn.
+    pub(super) quarter: Vec<f64>,
+    /// f_pq(theta_o) times sqrt(2) for q > 0: [row, q, p - q], the rows of q one after the other.
+    pub(super) functions: Vec<f32>,
+    /// cos(q phi) and sin(q phi): [azimuth, q].
+    pub(super) waves: Vec<[f32; 2]>,
+    /// 4 pi over the number of views.
+    pub(super) solid_angle: f32,
+}
+
+/// What a quarter's azimuth stands for: phi, pi - phi, pi + phi, -phi.
+pub(super) const MIRRORED: usize = 4;
+
+impl ViewGrid {
+    /// The grid for maps of degree P about this centre: about (2 P + 8)^2 views.
+    pub(super) fn new(p: usize, terms: Terms, centre: Centre) -> Self {
+        let count = (2 * p + 8).next_multiple_of(MIRRORED);
+        let rows: Vec<(f64, f64)> = mean_views(centre, count).collect();
+        let columns = if terms == Terms::Zonal { MIRRORED } else { count };
+        let quarter: Vec<f64> =
+            (0..columns / MIRRORED).map(|j| TAU * (j as f64 + 0.5) / columns as f64).collect();
+        let degree = Degree::new(p).unwrap_or(Degree::ZERO);
+        let basis = Basis::new(degree);
+        let mut y = vec![0.0; degree.rows()];
+        let orders = if terms == Terms::Zonal { 0 } else { p };
+        let mut functions = Vec::new();
+        for (theta, _) in &rows {
+            // At phi = 0 the harmonics of q > 0 are f_pq times sqrt(2).
+            basis.evaluate_into(Direction::from_angles(*theta, 0.0), &mut y);
+            for q in 0..=orders {
+                functions.extend((q..=p).map(|p| y[p * p + p + q] as f32));
+            }
+        }
+        let wave = |phi: f64| {
+            (0..=orders).map(move |q| [(q as f64 * phi).cos() as f32, (q as f64 * phi).sin() as f32])
+        };
+        let waves = quarter.iter().flat_map(|phi| wave(*phi)).collect();
+        let solid_angle = (4.0 * PI / (rows.len() * columns) as f64) as f32;
+        Self { p, terms, rows, quarter, functions, waves, solid_angle }
+    }
+
+    /// The highest q.
+    pub(super) fn orders(&self) -> usize {
+        if self.terms == Terms::Zonal { 0 } else { self.p }
+    }
+
+    /// The number of views.
+    pub(super) fn len(&self) -> usize {
+        self.rows.len() * self.quarter.len() * MIRRORED
+    }
+
+    /// The functions of a row.
+    pub(super) fn functions_of(&self, row: usize) -> &[f32] {
+        let count = self.functions.len() / self.rows.len();
+        &self.functions[row * count..][..count]
+    }
+
+    /// The four azimuths that the j-th of a quarter stands for.
+    pub(super) fn azimuths(&self, j: usize) -> [f64; MIRRORED] {
+        let phi = self.quarter[j];
+        [phi, PI - phi, PI + phi, -phi]
+    }
+
+    /// The row of a map's coefficients that holds (p, q), q of either sign.
+    pub(super) fn coefficient(&self, p: usize, q: isize) -> usize {
+        match self.terms {
+            Terms::Zonal => p,
+            Terms::All => (p * p + p).wrapping_add_signed(q),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! The suns and lamps beside a reflected field, and the material that reflects them.
+//!
+//! A field cut at degrees F and P rings around the reflection of a small bright light. So such lights are not in
+//! it: whoever can evaluate the material adds
+//!
+//! > sum over the lights of flux times rho_hat(direction of the light, V),
+//!
+//! and for readers that cannot, [`Reflection::bake`](crate::Reflection::bake) puts them into the map.
+
+use std::f64::consts::PI;
+
+use brdf::{Centre, Material};
+use rayon::prelude::*;
+use sh::Light;
+use sphere::{DMat3, Direction};
+
+use crate::reflection::mean_views;
+use crate::{MapGrid, Plain, frame, into_frame};
+
+/// Lights, and the material that reflects them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lamps {
+    /// The lights.
+    pub lights: Vec<Light>,
+    /// What reflects them.
+    pub material: Material,
+}
+
+/// Light in the frame of a central direction.
+pub(crate) struct LocalLight {
+    pub(crate) direction: Direction,
+    pub(crate) flux: [f64; 3],
+}
+
+impl Lamps {
+    /// The radiance of the lights alone toward `view`, in the world's frame, from a surface whose central
+    /// direction is `central`.
+    pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
+        self.seen(&self.about(central), into_frame(central, view))
+    }
+
+    /// The lights in the frame of a central direction.
+    pub(crate) fn about(&self, central: Direction) -> Vec<LocalLight> {
+        let world: DMat3 = frame(central).matrix().transpose();
+        let local = |light: &Light| LocalLight {
+            direction: Direction::normalised(world * light.direction.vector()),
+            flux: light.flux(),
+        };
+        self.lights.iter().map(local).collect()
+    }
+
+    /// Their radiance toward a view in that frame.
+    pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for light in lights {
+            let rho = self.material.rho_hat_about_centre(light.direction, outgoing);
+            (0..3).for_each(|channel| sum[channel] += light.flux[channel] * rho[channel]);
+        }
+        sum
+    }
+
+    /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or head
+    /// on, as [`crate::Reflection::plain`] has the rest.
+    pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
+        let profile = Profile::new(&self.material, plain);
+        let add = |texel: usize| {
+            let central = grid.direction(texel);
+            let mut sum = [0.0; 3];
+            for light in &self.lights {
+                let (cross, dot) =
+                    (central.vector().cross(light.direction.vector()).length(), central.dot(light.direction));
+                let (rho, flux) = (profile.at(cross.atan2(dot)), light.flux());
+                (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
+            }
+            sum.map(|value| value as f32)
+        };
+        (0..grid.len()).into_par_iter().map(add).collect()
+    }
+}
+
+/// Angles from the central direction, dense about it: steps of `share` of the angle, from `least` to `most`.
+pub(crate) fn angles(least: f64, share: f64, most: f64) -> Vec<f64> {
+    let mut angles = vec![0.0];
+    let mut angle: f64 = 0.0;
+    while angle < PI {
+        angle = (angle + (share * angle).clamp(least, most)).min(PI);
+        angles.push(angle);
+    }
+    angles
+}
+
+/// The index k and the share of an angle between two of a table's angles k and k + 1.
+pub(crate) fn place(angles: &[f64], angle: f64) -> (usize, f64) {
+    let k = angles.partition_point(|node| *node <= angle).clamp(1, angles.len() - 1) - 1;
+    (k, ((angle - angles[k]) / (angles[k + 1] - angles[k])).clamp(0.0, 1.0))
+}
+
+/// rho_hat of one representative of all views, by the angle between light and central direction.
+struct Profile {
+    angles: Vec<f64>,
+    values: Vec<[f64; 3]>,
+}
+
+impl Profile {
+    /// Views of the mean: rows, and columns over half a turn.
+    const VIEWS: [usize; 2] = [80, 48];
+
+    fn new(material: &Material, plain: Plain) -> Self {
+        let angles = angles(1e-4, 0.04, 0.02);
+        let views = Self::views(material.centre(), plain);
+        let value = |angle: &f64| {
+            let incident = Direction::from_angles(*angle, 0.0);
+            let mut sum = [0.0; 3];
+            for (view, weight) in &views {
+                let rho = material.rho_hat_about_centre(incident, *view);
+                (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
+            }
+            sum
+        };
+        let values = angles.par_iter().map(value).collect();
+        Self { angles, values }
+    }
+
+    /// Views and their weights, which sum to 1.
+    fn views(centre: Centre, plain: Plain) -> Vec<(Direction, f64)> {
+        let [rows, columns] = Self::VIEWS;
+        let azimuths = (0..columns).map(|j| PI * (j as f64 + 0.5) / columns as f64);
+        match (plain, centre) {
+            (Plain::Mean, _) => {
+                let row = |(theta, weight): (f64, f64)| {
+                    azimuths
+                        .clone()
+                        .map(move |phi| (Direction::from_angles(theta, phi), weight / columns as f64))
+                };
+                mean_views(centre, rows).flat_map(row).collect()
+            }
+            (Plain::HeadOn, Centre::Tangent) => {
+                azimuths.map(|phi| (Direction::from_angles(PI / 2.0, phi), 1.0 / columns as f64)).collect()
+            }
+            (Plain::HeadOn, _) => vec![(Direction::Z, 1.0)],
+        }
+    }
+
+    fn at(&self, angle: f64) -> [f64; 3] {
+        let (k, share) = place(&self.angles, angle);
+        let [a, b] = [self.values[k], self.values[k + 1]];
+        std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
+    }
+}
