@@ -17,24 +17,32 @@ fn root() -> PathBuf {
 }
 
 /// What `cargo tree` lists below a crate of the workspace with these features, dependencies of tests left
-/// out.
-fn dependencies(package: &str, features: &[&str]) -> BTreeSet<String> {
+/// out; `None` if cargo has not downloaded a crate that only these features need, and cannot now.
+fn dependencies(package: &str, features: &[&str]) -> Option<BTreeSet<String>> {
     let output = Command::new(env!("CARGO"))
-        .args(["tree", "--locked", "--offline", "--edges", "normal,build", "--prefix", "none"])
+        .args(["tree", "--locked", "--edges", "normal,build", "--prefix", "none"])
         .args(["--format", "{p}", "--package", package, "--features", &features.join(",")])
         .current_dir(root())
         .output()
         .unwrap();
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{package}: {}", String::from_utf8_lossy(&output.stderr));
+    let (text, errors) =
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8_lossy(&output.stderr).into_owned());
+    if !output.status.success() && errors.contains("failed to download") {
+        test_data::skip(
+            "architecture",
+            &format!("`cargo fetch` gets what {package} needs with the features {features:?}"),
+        );
+        return None;
+    }
+    assert!(output.status.success(), "{package}: {errors}");
     let mut names = text.lines().map(|line| line.split(' ').next().unwrap().to_owned());
     assert_eq!(names.next().as_deref(), Some(package));
-    names.collect()
+    Some(names.collect())
 }
 
 /// Asserts that a crate with these features depends on none of these.
 fn assert_absent(package: &str, features: &[&str], forbidden: &[&str]) {
-    let found = dependencies(package, features);
+    let Some(found) = dependencies(package, features) else { return };
     let found: Vec<_> = forbidden.iter().filter(|name| found.contains(**name)).collect();
     assert!(found.is_empty(), "{package} must not depend on {found:?}");
 }
@@ -67,7 +75,7 @@ fn nothing_compiles_a_window_that_did_not_ask_for_one() {
         assert_absent(package, &[], &WINDOW);
     }
     assert_absent("cli", &["gpu"], &["eframe", "egui", "preview-window", "winit"]);
-    let asked = dependencies("cli", &["window"]);
+    let Some(asked) = dependencies("cli", &["window"]) else { return };
     assert!(WINDOW.iter().all(|name| asked.contains(*name)), "the names above are those of today: {asked:?}");
 }
 
@@ -128,7 +136,7 @@ fn asks_the_terminal(call: &str) -> bool {
 
 #[test]
 fn only_one_module_of_the_command_line_prints() {
-    let linked = dependencies("cli", &["window"]);
+    let Some(linked) = dependencies("cli", &["window"]) else { return };
     let shipping: Vec<_> =
         crates("crates").into_iter().filter(|name| name == "cli" || linked.contains(name)).collect();
     assert!(shipping.len() >= 12, "what the binary is made of: {shipping:?}");

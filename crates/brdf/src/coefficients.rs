@@ -115,8 +115,8 @@ impl BrdfCoefficients {
         self.cut_to(f, self.p)
     }
 
-    /// The same coefficients cut to lower degrees in the incident and the outgoing direction, as far as these are
-    /// lower.
+    /// The same coefficients cut to lower degrees in the incident and the outgoing direction, as far as these
+    /// are lower.
     pub fn cut_to(&self, f: Degree, p: Degree) -> Self {
         let (f, p) = (f.min(self.f), p.min(self.p));
         let (side, kept) = (self.p.get() + 1, p.get() + 1);

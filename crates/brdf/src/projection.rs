@@ -50,8 +50,9 @@ pub enum Choice {
     /// what they hold.
     Tolerance(Tolerance),
     /// Degrees that are high enough to be cut later, when the light is known: P = 24 and the least F, at most
-    /// 255, that loses at most 1e-7 of what F = 255 holds. Fast, because every material is sampled on the same
-    /// nodes; tests: within 0.2 % of the norm of the exact coefficients, for all models that 255 degrees hold.
+    /// 255, that loses at most 1e-7 of what F = 255 holds. Fast, because every material is sampled on the
+    /// same nodes; tests: within 0.2 % of the norm of the exact coefficients, for all models that 255 degrees
+    /// hold.
     Full,
     /// The given degrees, whatever they lose.
     Degree {

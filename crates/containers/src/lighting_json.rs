@@ -12,8 +12,9 @@
 //! }
 //! ```
 //!
-//! `lights` is there if lights are beside the series: directions in the preset's frame, angular radii in radians, and
-//! the irradiance of a surface that faces them. Numbers are the shortest that read back as the same f64. Presets differ in the members that hold them.
+//! `lights` is there if lights are beside the series: directions in the preset's frame, angular radii in
+//! radians, and the irradiance of a surface that faces them. Numbers are the shortest that read back as the
+//! same f64. Presets differ in the members that hold them.
 
 mod frame;
 mod preset;

@@ -10,8 +10,8 @@
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
-//! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance RGB of a
-//! surface that faces it ([`sh::Light`]).
+//! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance
+//! RGB of a surface that faces it ([`sh::Light`]).
 //!
 //! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) if a BRDF had a part, and
 //! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` if those with q
@@ -92,7 +92,8 @@ pub fn decode_lighting(bytes: &[u8]) -> Result<Lighting, Error> {
     Ok(Lighting { series: file.lighting()?, lights: file.lights()? })
 }
 
-/// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre, and the material that it is of, if that is to travel with it.
+/// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre, and the material that it is of, if that is to travel with
+/// it.
 ///
 /// # Errors
 /// If a coefficient is not finite, or not zero where q > min(l, p).

@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::texels::Texels;
 
-/// A bright texel is this many times brighter than the mean of the 5 x 5 pixels around it that the layout uses.
+/// A bright texel is this many times brighter than the mean of the 5 x 5 pixels around it that the layout
+/// uses.
 const BRIGHTER: f32 = 2.0;
 
 /// Solid angles are summed as whole numbers of 2^-58 sr, so that the order of threads does not matter; 4 pi
@@ -82,8 +83,8 @@ impl BrightTexels {
         true
     }
 
-    /// Scales the bright texels among `pixels` so that they keep their energy, and returns those that no point of
-    /// the new grid has sampled, with their solid angles.
+    /// Scales the bright texels among `pixels` so that they keep their energy, and returns those that no
+    /// point of the new grid has sampled, with their solid angles.
     pub(crate) fn balance<T: Texels>(&self, picture: T, pixels: &mut [[f32; 3]]) -> Vec<(usize, f64)> {
         let mut unseen = Vec::new();
         for (&texel, given) in self.texels.iter().zip(&self.given) {

@@ -1,12 +1,13 @@
 //! The suns and lamps of an environment, taken out of the image.
 //!
-//! Photographs hold suns 10^5 times brighter than their mean, around which every truncated series rings. A pixel
-//! whose radiance is more than [`BRIGHTER`] times the mean over the sphere is cut down to that, colour kept, and
-//! what is cut off is gathered into [`Light`]s, each from the pixels that are nearest to it. From the brightest
-//! pixel on, one that is farther than [`REACH`] from all others begins a group; then the groups' centres move to
-//! the mean of their pixels' directions, weighted by flux, and weaker ones within [`REACH`] of a stronger one
-//! join it ([`ROUNDS`] times). A light's radius is that of the disk with the spread of its pixels. Groups with little flux ([`LEAST`])
-//! ring so little that their pixels stay in the image; of very many lights the strongest are kept.
+//! Photographs hold suns 10^5 times brighter than their mean, around which every truncated series rings. A
+//! pixel whose radiance is more than [`BRIGHTER`] times the mean over the sphere is cut down to that, colour
+//! kept, and what is cut off is gathered into [`Light`]s, each from the pixels that are nearest to it. From
+//! the brightest pixel on, one that is farther than [`REACH`] from all others begins a group; then the
+//! groups' centres move to the mean of their pixels' directions, weighted by flux, and weaker ones within
+//! [`REACH`] of a stronger one join it ([`ROUNDS`] times). A light's radius is that of the disk with the
+//! spread of its pixels. Groups with little flux ([`LEAST`]) ring so little that their pixels stay in the
+//! image; of very many lights the strongest are kept.
 //!
 //! The soft image and the lights together have the integral of the environment.
 
@@ -160,7 +161,8 @@ impl Group {
         let weight = |excess: &Excess| mean(excess.flux);
         let total: f64 = self.pixels.iter().map(weight).sum();
         let centre = self.centre();
-        // A disk of radius a has the mean square distance a^2 / 2 from its centre; a pixel has its own spread.
+        // A disk of radius a has the mean square distance a^2 / 2 from its centre; a pixel has its own
+        // spread.
         let spread = |excess: &Excess| {
             let apart = (excess.direction - centre).length_squared();
             weight(excess) * (apart + excess.solid_angle / (2.0 * std::f64::consts::PI))

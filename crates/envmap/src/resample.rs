@@ -3,8 +3,8 @@
 //! The value of a new texel is the mean over its area of the bilinearly interpolated picture, taken at points
 //! so dense that at least [`PER_TEXEL`]^2 of them fall on each of the picture's texels (if those are so large
 //! that one point per new texel suffices for this, one is taken). The weights of a new texel sum to 1, so
-//! that a constant picture stays constant up to rounding. [`BrightTexels`] preserves the energy of small bright
-//! lights.
+//! that a constant picture stays constant up to rounding. [`BrightTexels`] preserves the energy of small
+//! bright lights.
 //!
 //! If f is smooth, interpolation over texels of size h adds h^2 / 12 of the Laplacian of f and the mean over
 //! new texels of size g adds g^2 / 24: both are second order. Interpolation at one point is off by no more

@@ -27,7 +27,7 @@ pub use expansion::{Degree, DegreeTooHigh, Expansion};
 pub use light::{Light, Lighting};
 pub use minimum::{Minimum, minimum};
 pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
-pub use rotation::{rotate, rotate_into};
+pub use rotation::{rotate, rotate_into, rotate_orders};
 pub use transform::{GaussGrid, Grid, Sample, Synthesis, Transform, TransformError};
 pub use window::{Penalty, PenaltyOutOfRange, Window};
 

@@ -51,8 +51,21 @@ pub fn rotate(expansion: &Expansion, rotation: Rotation) -> Expansion {
 /// # Panics
 /// If the two expansions differ in degree.
 pub fn rotate_into(expansion: &Expansion, rotation: Rotation, rotated: &mut Expansion) {
+    rotate_up_to(expansion, rotation, expansion.degree().get(), rotated);
+}
+
+/// The orders |m| <= `highest` of [`rotate`]'s result, which cost less than all; the others are zero.
+pub fn rotate_orders(expansion: &Expansion, rotation: Rotation, highest: usize) -> Expansion {
+    let mut rotated = Expansion::zero(expansion.degree());
+    rotate_up_to(expansion, rotation, highest, &mut rotated);
+    rotated
+}
+
+/// Sets the orders |m| <= `highest`.
+fn rotate_up_to(expansion: &Expansion, rotation: Rotation, highest: usize, rotated: &mut Expansion) {
     assert_eq!(expansion.degree(), rotated.degree(), "a rotation keeps the degree");
     let degree = expansion.degree().get();
+    let highest = highest.min(degree);
     let Zyz { alpha, beta, gamma } = rotation.zyz();
     let (sine, cosine) = (beta / 2.0).sin_cos();
     let flip = sine > cosine;
@@ -61,14 +74,14 @@ pub fn rotate_into(expansion: &Expansion, rotation: Rotation, rotated: &mut Expa
 
     let input = gather(expansion.coefficients(), degree, gamma, flip);
     let run = |block: usize| about_y.apply(block, &input);
-    let count = degree / LANES + 1;
+    let count = highest / LANES + 1;
     let blocks: Vec<Vec<Row>> = if degree < PARALLEL_FROM {
         (0..count).map(run).collect()
     } else {
         // The first blocks are the longest: one task each keeps the threads evenly busy.
         (0..count).into_par_iter().with_max_len(1).map(run).collect()
     };
-    scatter(&blocks, alpha, flip, rotated.coefficients_mut(), degree);
+    scatter(&blocks, alpha, flip, rotated.coefficients_mut(), highest);
 }
 
 /// cos(m angle) and sin(m angle), for m = 0 to `degree`, by repeated multiplication.
@@ -107,13 +120,14 @@ fn gather(coefficients: &[[f64; 3]], degree: usize, gamma: f64, flip: bool) -> V
     parts
 }
 
-/// The last turn about +Z, by `alpha` and by pi if asked for, from blocks of four orders.
-fn scatter(blocks: &[Vec<Row>], alpha: f64, flip: bool, coefficients: &mut [[f64; 3]], degree: usize) {
-    let turns = turns(alpha, degree);
+/// The last turn about +Z, by `alpha` and by pi if asked for, from blocks of four orders; of orders up to
+/// `highest`.
+fn scatter(blocks: &[Vec<Row>], alpha: f64, flip: bool, coefficients: &mut [[f64; 3]], highest: usize) {
+    let turns = turns(alpha, highest);
     for (first, block) in (0..).step_by(LANES).zip(blocks) {
         for (l, row) in (first..).zip(block) {
             let middle = l * l + l;
-            for m in first..(first + LANES).min(l + 1) {
+            for m in first..(first + LANES).min(l + 1).min(highest + 1) {
                 let part = |i: usize| row[i].0[m - first];
                 let [mut x, mut y] = turns[m];
                 if flip && m % 2 == 1 {
@@ -230,6 +244,23 @@ mod tests {
             }
         }
         println!("largest error of a coefficient: {worst:e}");
+    }
+
+    #[test]
+    fn a_part_of_the_orders_is_that_of_the_whole() {
+        for (degree, highest) in [(0, 0), (3, 0), (30, 5), (64, 24), (10, 30)] {
+            let f = noise(degree);
+            for rotation in rotations() {
+                let (whole, part) = (rotate(&f, rotation), rotate_orders(&f, rotation, highest));
+                for l in 0..=degree as i32 {
+                    for m in -l..=l {
+                        let inside = m.unsigned_abs() as usize <= highest;
+                        let get = |f: &Expansion| f.coefficients()[(l * l + l + m) as usize];
+                        assert_eq!(get(&part), if inside { get(&whole) } else { [0.0; 3] }, "{l} {m}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -1,15 +1,16 @@
 //! Lamps put into a map, for readers that only look it up.
 //!
-//! Cut at degree P, the reflection of a sun rings into all views: the view opposite to the reflection vector is
-//! singular, the horizon cuts the highlight off, and dark views show in stops what bright ones lose. So the views of
-//! each texel are not cut but fitted: its coefficients x minimise the relative error over a grid of views w_k,
+//! Cut at degree P, the reflection of a sun rings into all views: the view opposite to the reflection vector
+//! is singular, the horizon cuts the highlight off, and dark views show in stops what bright ones lose. So
+//! the views of each texel are not cut but fitted: its coefficients x minimise the relative error over a grid
+//! of views w_k,
 //!
 //! > sum over k of ((sum over rows of x Y(w_k) - b_k) / (b_k + e))^2,
 //!
-//! where b_k is the soft field and the lamps together, and e the radiance below which black is black. The views are
-//! weighted by their projected area, as a ball shows them to a distant camera; about R they are uniform over the
-//! sphere. The method of conjugate gradients starts at the projection and takes [`STEPS`] steps; on the grid of
-//! views, harmonics are sums over p and then over q, so that a step takes O(P^3).
+//! where b_k is the soft field and the lamps together, and e the radiance below which black is black. The
+//! views are weighted by their projected area, as a ball shows them to a distant camera; about R they are
+//! uniform over the sphere. The method of conjugate gradients starts at the projection and takes [`STEPS`]
+//! steps; on the grid of views, harmonics are sums over p and then over q, so that a step takes O(P^3).
 //!
 //! A material that is the same from every view needs no fit: its lamps are added exactly.
 
@@ -111,7 +112,7 @@ impl Reflection {
 /// The lamps on a map without a view.
 fn added(mut map: Shrm, lamps: &Lamps) -> Shrm {
     let scale = (4.0 * PI).sqrt() as f32;
-    let plain = lamps.plain(crate::Plain::HeadOn, map.grid());
+    let plain = lamps.plain(crate::plain::Plain::HeadOn, map.grid());
     for (value, lamps) in map.values.iter_mut().zip(plain) {
         (0..3).for_each(|channel| value[channel] += scale * lamps[channel]);
     }
@@ -149,7 +150,8 @@ mod tests {
         ]
     }
 
-    /// Errors in stops of what `value` gives at texels and views against the soft field and the lamps together.
+    /// Errors in stops of what `value` gives at texels and views against the soft field and the lamps
+    /// together.
     fn stops(reflection: &Reflection, map: &Shrm, dark: f64) -> Vec<f64> {
         let lamps = reflection.lamps().unwrap();
         let mut errors = Vec::new();
@@ -170,8 +172,8 @@ mod tests {
         errors
     }
 
-    /// The limits of a baked map: 0.15 stops for 95 % of views, 0.5 for 99 %. A cut of the same degree misses them
-    /// by far, which shows that they are worth something.
+    /// The limits of a baked map: 0.15 stops for 95 % of views, 0.5 for 99 %. A cut of the same degree misses
+    /// them by far, which shows that they are worth something.
     #[test]
     fn a_baked_sun_stays_within_the_limits() {
         let (lighting, grid) = (lighting(), MapGrid::Cube(Cube { edge: 5 }));

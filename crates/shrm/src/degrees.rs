@@ -1,15 +1,15 @@
 //! The degrees of a reflection, chosen for its light (paper 1, section 5, with the eye's measure).
 //!
-//! What a cut at (F, P) loses is a share of the *product* of this light with this material, and the eye reads it in
-//! stops: |log2((cut + e) / (uncut + e))|, e being [`DARK`] of the mean radiance, so that black does not count. It is
-//! measured, not estimated: at central directions spread over the sphere and at views as a ball shows them to a
-//! distant camera, B is evaluated at the highest degrees and at lower ones, with what the lights beside the series
-//! add to both. Chosen are the least P whose errors in 95 and in 99 of 100 samples stay below [`SHOWS`], and then the
-//! least F that adds no more than [`SHOWS_BESIDE`] to them.
+//! What a cut at (F, P) loses is a share of the *product* of this light with this material, and the eye reads
+//! it in stops: |log2((cut + e) / (uncut + e))|, e being [`DARK`] of the mean radiance, so that black does
+//! not count. It is measured, not estimated: at central directions spread over the sphere and at views as a
+//! ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with what
+//! the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
+//! samples stay below [`SHOWS`], and then the least F that adds no more than [`SHOWS_BESIDE`] to them.
 
 use brdf::{BrdfCoefficients, Centre};
 use rayon::prelude::*;
-use sh::{Basis, Degree, Expansion, rotate};
+use sh::{Basis, Degree, Expansion, rotate_orders};
 use sphere::Direction;
 
 use crate::lamps::Lamps;
@@ -55,8 +55,8 @@ pub struct Cut {
 
 /// The least degrees at which a cut of this light on this material does not show; if none do, the highest.
 ///
-/// `lighting` is the light without the lamps, `brdf` has degrees that are high enough ([`brdf::Choice::Full`]), and
-/// `dark` is the radiance e.
+/// `lighting` is the light without the lamps, `brdf` has degrees that are high enough
+/// ([`brdf::Choice::Full`]), and `dark` is the radiance e.
 pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamps>, dark: f64) -> Cut {
     let trial = Trial::new(lighting, brdf);
     let samples: Vec<Sample> = (0..SAMPLES[0])
@@ -115,7 +115,7 @@ impl Trial {
     ) -> Vec<Sample> {
         let central = spread(index, SAMPLES[0]);
         let most = Degree::new(self.f[self.f.len() - 1]).unwrap_or(Degree::ZERO);
-        let light = rotate(&lighting.to_degree(most), frame(central).inverse());
+        let light = rotate_orders(&lighting.to_degree(most), frame(central).inverse(), self.reference_p);
         let lights = lamps.map(|lamps| (lamps, lamps.about(central)));
         let side = self.reference_p;
         let degree = Degree::new(side).unwrap_or(Degree::ZERO);
@@ -236,8 +236,9 @@ mod tests {
         let mut rows = vec![[0.0; 3]; degree.rows()];
         rows[0] = [3.5; 3];
         for l in 1..=degree.get() {
-            rows[l * l + l] = [1.0 / (l * l) as f64; 3];
-            rows[l * l] = [0.5 / (l * l) as f64; 3];
+            // As rough as a photograph without its lamps.
+            rows[l * l + l] = [2.0 / l as f64; 3];
+            rows[l * l] = [1.0 / l as f64; 3];
         }
         Expansion::from_coefficients(degree, rows).unwrap()
     }

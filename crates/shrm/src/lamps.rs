@@ -1,7 +1,7 @@
 //! The suns and lamps beside a reflected field, and the material that reflects them.
 //!
-//! A field cut at degrees F and P rings around the reflection of a small bright light. So such lights are not in
-//! it: whoever can evaluate the material adds
+//! A field cut at degrees F and P rings around the reflection of a small bright light. So such lights are not
+//! in it: whoever can evaluate the material adds
 //!
 //! > sum over the lights of flux times rho_hat(direction of the light, V),
 //!
@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use sh::Light;
 use sphere::{DMat3, Direction};
 
-use crate::reflection::mean_views;
-use crate::{MapGrid, Plain, frame, into_frame};
+use crate::plain::{Plain, mean_views};
+use crate::{MapGrid, frame, into_frame};
 
 /// Lights, and the material that reflects them.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,8 +59,8 @@ impl Lamps {
         sum
     }
 
-    /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or head
-    /// on, as [`crate::Reflection::plain`] has the rest.
+    /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or
+    /// head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
         let profile = Profile::new(&self.material, plain);
         let add = |texel: usize| {

@@ -13,49 +13,19 @@ use brdf::{BrdfCoefficients, Centre};
 use sh::{Expansion, lambda, zonal_into};
 
 use crate::lamps::Lamps;
+use crate::plain::{Plain, mean_views};
 
-/// B_lmpq = L_lm rho_lpq, held as its two factors, both cut to the smaller degree, and the lamps beside it: what
-/// this crate calls the field is without them unless it says otherwise.
+/// Rows of views in a mean: far more than a map has degrees.
+const MEAN_ROWS: usize = 256;
+
+/// B_lmpq = L_lm rho_lpq, held as its two factors, both cut to the smaller degree, and the lamps beside it:
+/// what this crate calls the field is without them unless it says otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reflection {
     lighting: Expansion,
     brdf: BrdfCoefficients,
     lamps: Option<Lamps>,
     for_light: bool,
-}
-
-/// Which one map stands for a reflection that depends on the view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Plain {
-    /// The mean over all views as a ball shows them to a distant camera, weighted by projected area: about the
-    /// reflection vector they are spread evenly over all w_o, and the mean is the terms p = 0.
-    Mean,
-    /// The surface seen head on, V = N. For a map of reflection vectors or normals the view is the central
-    /// direction itself; for a map of tangents it is at a right angle to it, and the mean around the tangent
-    /// is taken.
-    HeadOn,
-}
-
-/// Rows of views in a mean: far more than a map has degrees.
-const MEAN_ROWS: usize = 256;
-
-/// Colatitudes of views w_o about a central direction and their weights, which sum to 1: as a ball shows views to
-/// a distant camera, the squared sine of the angle between view and normal is spread evenly. About the tangent
-/// that is the mean over all normals at right angles to it.
-pub(crate) fn mean_views(centre: Centre, rows: usize) -> impl Iterator<Item = (f64, f64)> {
-    (0..rows).map(move |row| {
-        let share = (row as f64 + 0.5) / rows as f64;
-        let even = 1.0 / rows as f64;
-        match centre {
-            Centre::Reflection => ((1.0 - 2.0 * share).acos(), even),
-            Centre::Normal => (share.sqrt().asin(), even),
-            Centre::Tangent => {
-                let theta = (1.0 - 2.0 * share).acos();
-                // The mean of a sine over the sphere is pi / 4.
-                (theta, even * theta.sin() * 4.0 / PI)
-            }
-        }
-    })
 }
 
 /// A reflection depends on the view beyond the central direction, but one map cannot.
@@ -94,14 +64,14 @@ impl Reflection {
         Self { for_light: true, ..self }
     }
 
-    /// Whether the degrees were chosen for this light, so that what the cut leaves below zero is too little to be
-    /// seen: exports set it to zero.
+    /// Whether the degrees were chosen for this light, so that what the cut leaves below zero is too little
+    /// to be seen: exports set it to zero.
     pub fn is_for_light(&self) -> bool {
         self.for_light
     }
 
-    /// The lights beside the lighting's series, and the material that reflects them; `None` if the series holds
-    /// all light.
+    /// The lights beside the lighting's series, and the material that reflects them; `None` if the series
+    /// holds all light.
     pub fn lamps(&self) -> Option<&Lamps> {
         self.lamps.as_ref()
     }

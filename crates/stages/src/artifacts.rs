@@ -68,7 +68,8 @@ impl Artifact for Material {
 pub struct Brdf {
     /// The coefficients.
     pub coefficients: brdf::BrdfCoefficients,
-    /// The material, if `convolve` chooses the degrees for each light: then the coefficients have more than enough.
+    /// The material, if `convolve` chooses the degrees for each light: then the coefficients have more than
+    /// enough.
     pub material: Option<brdf::Material>,
 }
 

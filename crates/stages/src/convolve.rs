@@ -17,16 +17,17 @@
 //!
 //! ## Degrees
 //!
-//! If neither `project-sh` nor `project-brdf` names a degree, this stage chooses F and P for each pair: the least
-//! P, at most 16, and then the least F, at which the cut does not show. It tries them: at views as a ball shows them,
-//! B is evaluated with all degrees and with fewer, and both are compared in stops, |log2((cut + e) / (uncut + e))|
-//! with e = 1 % of the mean radiance. P leaves 95 % of the views within 0.06
-//! stops and 99 % within 0.15, if any P up to 16 does, and F adds at most 0.015 and 0.05 to these. The build notes F, P and these errors. Suns and lamps are not cut: they stay beside the
-//! coefficients, with the material that reflects them, until an export puts them into its map.
+//! If neither `project-sh` nor `project-brdf` names a degree, this stage chooses F and P for each pair: the
+//! least P, at most 16, and then the least F, at which the cut does not show. It tries them: at views as a
+//! ball shows them, B is evaluated with all degrees and with fewer, and both are compared in stops,
+//! |log2((cut + e) / (uncut + e))| with e = 1 % of the mean radiance. P leaves 95 % of the views within 0.06
+//! stops and 99 % within 0.15, if any P up to 16 does, and F adds at most 0.015 and 0.05 to these. The build
+//! notes F, P and these errors. Suns and lamps are not cut: they stay beside the coefficients, with the
+//! material that reflects them, until an export puts them into its map.
 //!
-//! If `project-brdf` names degrees, lighting and material are cut to the smaller of them: light that the material
-//! blurs away, or detail that the lighting does not hold, costs nothing. If the lighting's degree is the smaller
-//! one, the note says so, because the material then looks blurrier than it is.
+//! If `project-brdf` names degrees, lighting and material are cut to the smaller of them: light that the
+//! material blurs away, or detail that the lighting does not hold, costs nothing. If the lighting's degree is
+//! the smaller one, the note says so, because the material then looks blurrier than it is.
 //!
 //! ## Example
 //!

@@ -35,10 +35,10 @@
 //! ## Negative values
 //!
 //! If `convolve` chose the degrees, what is negative is too little to be seen, and becomes 0. With degrees of
-//! yours a truncated series rings, so that a map of a material that is much sharper than its lighting's degree can
-//! hold negative values. A note counts them. OpenEXR keeps them, because they are part of the function;
-//! Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh` prevents
-//! them.
+//! yours a truncated series rings, so that a map of a material that is much sharper than its lighting's
+//! degree can hold negative values. A note counts them. OpenEXR keeps them, because they are part of the
+//! function; Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh`
+//! prevents them.
 //!
 //! ## Values past the largest half
 //!

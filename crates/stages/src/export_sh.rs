@@ -18,14 +18,14 @@
 //!
 //! ## Suns
 //!
-//! Few coefficients cannot hold a sun: the irradiance that they give is negative on the far side. So up to degree 8
-//! the coefficients are multiplied with the least window, 1 / (1 + lambda l^2 (l + 1)^2), under which it is nowhere
-//! negative (`window = "none"` does not). Softer light needs none, and is not changed.
+//! Few coefficients cannot hold a sun: the irradiance that they give is negative on the far side. So up to
+//! degree 8 the coefficients are multiplied with the least window, 1 / (1 + lambda l^2 (l + 1)^2), under
+//! which it is nowhere negative (`window = "none"` does not). Softer light needs none, and is not changed.
 //!
-//! With `lamps = "separate"` the coefficients hold the light without suns and lamps, and `lights` has these, as
-//! directional lights of an engine: a row for each with its direction in the preset's frame, its angular radius in
-//! radians, and the irradiance r, g, b of a surface that faces it. `project-sh` separates lamps if neither a degree
-//! nor a tolerance is given to it.
+//! With `lamps = "separate"` the coefficients hold the light without suns and lamps, and `lights` has these,
+//! as directional lights of an engine: a row for each with its direction in the preset's frame, its angular
+//! radius in radians, and the irradiance r, g, b of a surface that faces it. `project-sh` separates lamps if
+//! neither a degree nor a tolerance is given to it.
 //!
 //! ## The presets in full
 //!
@@ -180,8 +180,8 @@ parameters! {
         format: Format = Format::Json,
         /// With format "json": the convention of the coefficients; see the table.
         preset: PresetName = PresetName(Preset::Specula),
-        /// The highest l that is written, 2 for the nine coefficients of a probe. Default: that of the lighting, or
-        /// of the preset.
+        /// The highest l that is written, 2 for the nine coefficients of a probe. Default: that of the
+        /// lighting, or of the preset.
         #[range(0..=Degree::MAX.get())]
         degree: Option<usize> = None,
         /// Whether suns and lamps are in the coefficients or beside them; see Suns.
@@ -277,7 +277,8 @@ fn windowed(series: Expansion, context: &Context<'_>) -> Expansion {
     }
 }
 
-/// A_l, the factor of the clamped cosine: pi, 2 pi / 3, pi / 4, 0, -pi / 24 ... (Ramamoorthi and Hanrahan 2001).
+/// A_l, the factor of the clamped cosine: pi, 2 pi / 3, pi / 4, 0, -pi / 24 ... (Ramamoorthi and Hanrahan
+/// 2001).
 fn cosine(l: usize) -> f64 {
     match l {
         0 => PI,

@@ -15,8 +15,8 @@
 //!
 //! `resolution = "auto"` takes the lowest resolution, a multiple of 4, at which bilinear look-ups have an
 //! estimated error of at most `error` times the RMS radiance, but at most 10 F rows of a lat-long map or an
-//! edge of 5 F texels, F being the degree, and no more than 64 MB of 32-bit numbers. The build notes the degrees, the resolution, the estimated error
-//! and the file's size.
+//! edge of 5 F texels, F being the degree, and no more than 64 MB of 32-bit numbers. The build notes the
+//! degrees, the resolution, the estimated error and the file's size.
 //!
 //! ## Files
 //!
@@ -42,16 +42,16 @@
 //!
 //! ## Lamps
 //!
-//! If neither `project-sh` nor `project-brdf` names a degree, suns and lamps are not cut with the rest but kept as
-//! lights. With `lamps = "baked"` the map holds them too: so that no cut rings into dark views, the coefficients of
-//! each texel are then fitted to its views by relative least squares, with P = 16. For roughness below 0.2 that is
-//! too little, and `"separate"` serves better.
+//! If neither `project-sh` nor `project-brdf` names a degree, suns and lamps are not cut with the rest but
+//! kept as lights. With `lamps = "baked"` the map holds them too: so that no cut rings into dark views, the
+//! coefficients of each texel are then fitted to its views by relative least squares, with P = 16. For
+//! roughness below 0.2 that is too little, and `"separate"` serves better.
 //!
-//! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the lights: in
-//! safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON array of arrays. A
-//! light is its direction x, y, z, its angular radius in radians, and the irradiance r, g, b of a surface that faces
-//! it. A renderer adds, for each light, irradiance times BRDF times the cosine between light and normal, by the
-//! material's own formula, to what the map gives.
+//! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
+//! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
+//! array of arrays. A light is its direction x, y, z, its angular radius in radians, and the irradiance r, g,
+//! b of a surface that faces it. A renderer adds, for each light, irradiance times BRDF times the cosine
+//! between light and normal, by the material's own formula, to what the map gives.
 //!
 //! ## From a map
 //!

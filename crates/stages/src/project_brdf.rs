@@ -20,13 +20,14 @@
 //!
 //! ## Degrees
 //!
-//! How many degrees show depends on the light as much as on the material. So without `degree` and `tolerance` the
-//! coefficients have more than enough of them (F up to 255, P = 24), and `convolve` takes the least that do for
-//! each light. This takes less than a second for any material. The build notes the energy that they hold.
+//! How many degrees show depends on the light as much as on the material. So without `degree` and `tolerance`
+//! the coefficients have more than enough of them (F up to 255, P = 24), and `convolve` takes the least that
+//! do for each light. This takes less than a second for any material. The build notes the energy that they
+//! hold.
 //!
-//! `degree = [F, P]` sets the degrees for every light. `tolerance` is the share of the energy, the integral of
-//! rho_hat squared over all directions, that may be lost (thesis, equations 5.17 and 5.18): P is lowered as
-//! far as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS
+//! `degree = [F, P]` sets the degrees for every light. `tolerance` is the share of the energy, the integral
+//! of rho_hat squared over all directions, that may be lost (thesis, equations 5.17 and 5.18): P is lowered
+//! as far as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS
 //! error of 17 % under one small lamp, and less under soft light. A `report` finds the degrees for the error
 //! that you accept. The build notes the degrees, the energy that they hold, and how much of it each p adds.
 //! If P is too low, a map cannot show how a highlight changes toward grazing views.
@@ -65,8 +66,8 @@ use crate::share::share;
 parameters! {
     /// Parameters of `project-brdf`.
     pub(crate) struct Parameters {
-        /// The degrees [F, P]. Default: those that meet the tolerance, or without one those that `convolve` finds
-        /// for each light.
+        /// The degrees [F, P]. Default: those that meet the tolerance, or without one those that `convolve`
+        /// finds for each light.
         degree: Option<DegreePair> = None,
         /// The share of the energy that may be lost.
         #[range(SHARE)]

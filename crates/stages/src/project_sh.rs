@@ -9,18 +9,18 @@
 //! ## Lamps
 //!
 //! Photographs hold suns 10^5 times brighter than their mean. Every series that is cut rings around them, in
-//! stops. So if you name neither a degree nor a tolerance, suns and lamps leave the series: pixels more than 10
-//! times brighter than the mean over the sphere are cut down to that, and what is cut off becomes a few `lights`,
-//! disks with a direction, an angular radius and an irradiance, beside the series. The series then has the degree
-//! of the image, at most 255, and `convolve` takes from it what each material shows. Exports put the lights back
-//! into their maps, or write them beside these (`lamps` of `export-shrm`).
+//! stops. So if you name neither a degree nor a tolerance, suns and lamps leave the series: pixels more than
+//! 10 times brighter than the mean over the sphere are cut down to that, and what is cut off becomes a few
+//! `lights`, disks with a direction, an angular radius and an irradiance, beside the series. The series then
+//! has the degree of the image, at most 255, and `convolve` takes from it what each material shows. Exports
+//! put the lights back into their maps, or write them beside these (`lamps` of `export-shrm`).
 //!
 //! `lamps = "separate"` does this for a given degree too, and `lamps = "series"` never.
 //!
 //! ## Choosing a degree
 //!
-//! A `tolerance` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations 5.15 and
-//! 5.16), of the whole light:
+//! A `tolerance` takes the least degree F that holds 1 - `tolerance` of the energy (thesis, equations 5.15
+//! and 5.16), of the whole light:
 //!
 //! > sum over l <= F, m of L_lm^2 >= (1 - tolerance) * integral of L(w)^2 dw
 //!
@@ -96,15 +96,15 @@ choice! {
 parameters! {
     /// Parameters of `project-sh`.
     pub(crate) struct Parameters {
-        /// The highest l, inclusive, or "auto": without a `tolerance` as many as a material may show, with one
-        /// the least degree that meets it.
+        /// The highest l, inclusive, or "auto": without a `tolerance` as many as a material may show, with
+        /// one the least degree that meets it.
         #[range(0..=Degree::MAX.get())]
         degree: OrAuto<usize> = OrAuto::Auto,
         /// With degree "auto": the share of the energy that may be lost.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Where suns and lamps go; see Lamps. Default: "separate" if neither `degree` nor `tolerance` is given,
-        /// otherwise "series".
+        /// Where suns and lamps go; see Lamps. Default: "separate" if neither `degree` nor `tolerance` is
+        /// given, otherwise "series".
         lamps: Option<Lamps> = None,
         /// The window, which reduces ringing; see Windows.
         window: Window = Window::None,

@@ -3,8 +3,8 @@
 //! BRDF = D(h) / ((1 + Lambda(N.L) + Lambda(N.V)) 4 N.L N.V) with alpha = roughness^2 and
 //!
 //! - D = (2 + 1 / alpha) sin(theta_h)^(1 / alpha) / (2 pi),
-//! - Lambda(x) = e^l(x) for x < 1/2, e^(2 l(1/2) - l(1 - x)) otherwise: the authors' fit of the masking, l(x) =
-//!   a / (1 + b x^c) + d x + e, its constants between those of two widths by (1 - alpha)^2
+//! - Lambda(x) = e^l(x) for x < 1/2, e^(2 l(1/2) - l(1 - x)) otherwise: the authors' fit of the masking, l(x)
+//!   = a / (1 + b x^c) + d x + e, its constants between those of two widths by (1 - alpha)^2
 //!
 //! (Conty Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", 2017; KHR_materials_sheen). The fit
 //! is too low for narrow lobes: below a roughness of 0.25 a grazing view sees up to four times the light that

@@ -21,11 +21,12 @@
 //! BRDF = `clearcoat` D_c G_c F_c / (4 N.L N.V) + min(u_L, u_V) `sheen` sheen + min(s_L, s_V) D G F / (4 N.L
 //! N.V) + F_m w_L w_V / (pi mean(w)) + `base_color` (1 - `metallic`) t_L t_V / (pi mean(t))
 //!
-//! where w is what coat, sheen and highlight would leave if the facets reflected everything, F_m = Favg^2 Eavg
-//! / (1 - Favg (1 - Eavg)) is the share of light that remains after several reflections, Favg = F_0 + (F_90 -
-//! F_0) / 21, Eavg the mean albedo of the facets (Kulla and Conty, "Revisiting Physically Based Shading at
-//! Imageworks", 2017), and t is what all of these leave of the greatest channel of a dielectric. u, s, w and t
-//! are functions of one cosine, tabulated when the model is made; mean(w) is twice the integral of w(x) x.
+//! where w is what coat, sheen and highlight would leave if the facets reflected everything, F_m = Favg^2
+//! Eavg / (1 - Favg (1 - Eavg)) is the share of light that remains after several reflections, Favg = F_0 +
+//! (F_90 - F_0) / 21, Eavg the mean albedo of the facets (Kulla and Conty, "Revisiting Physically Based
+//! Shading at Imageworks", 2017), and t is what all of these leave of the greatest channel of a dielectric.
+//! u, s, w and t are functions of one cosine, tabulated when the model is made; mean(w) is twice the integral
+//! of w(x) x.
 //!
 //! The model is reciprocal. A white material reflects all light, at any roughness and with any coat: every
 //! view sees 1 within 0.2 percent. The two last terms, and sheen, vary slowly and belong to the normal; the
@@ -384,10 +385,10 @@ impl Model for Standard {
         })
     }
 
-    /// The highlight: alpha^2, and F_0 (3) and F_90 times alpha^2 / (2 pi); the same of the coat, whose F_0 is
-    /// grey: alpha^2, F_0 and F_90; sheen: its colour times its scale (3), the power of sin^2(theta_h), a to e
-    /// of its masking and 2 l(1/2); the factors of w_L w_V (3) and t_L t_V (3); the number of nodes of the
-    /// tables, and u, s, w and t at each.
+    /// The highlight: alpha^2, and F_0 (3) and F_90 times alpha^2 / (2 pi); the same of the coat, whose F_0
+    /// is grey: alpha^2, F_0 and F_90; sheen: its colour times its scale (3), the power of sin^2(theta_h), a
+    /// to e of its masking and 2 l(1/2); the factors of w_L w_V (3) and t_L t_V (3); the number of nodes of
+    /// the tables, and u, s, w and t at each.
     fn constants(&self) -> Vec<f64> {
         let formula = &*self.formula;
         let [peak, coat] =
@@ -517,9 +518,9 @@ mod tests {
         }
     }
 
-    /// Four pairs of (theta, phi) of light and view, against values that a program without this project's code
-    /// computed from the textbook forms: tangents, Smith's Lambda, and albedos by quadrature over the light's
-    /// height and azimuth at 160 cosines, for which it takes a parabola between them.
+    /// Four pairs of (theta, phi) of light and view, against values that a program without this project's
+    /// code computed from the textbook forms: tangents, Smith's Lambda, and albedos by quadrature over the
+    /// light's height and azimuth at 160 cosines, for which it takes a parabola between them.
     #[test]
     fn fingerprints_of_every_term() {
         let rows = [

@@ -1,13 +1,14 @@
 //! Coefficients up to degrees that are cut later, when the light is known.
 //!
-//! How many degrees show depends on the light as much as on the material, so this projection makes more than any
-//! light needs, quickly: rho_hat is sampled on a fixed grid. Its nodes are those of Gauss and Legendre over the
-//! cosine of theta_o; midpoints over half a turn of phi; and panels of theta_i that are narrow about the central
-//! direction, where highlights are, and nowhere wider than the highest degree resolves. So the work is the same for
-//! every material, and what a kink or a peak at grazing views loses is far less than the cut that follows.
+//! How many degrees show depends on the light as much as on the material, so this projection makes more than
+//! any light needs, quickly: rho_hat is sampled on a fixed grid. Its nodes are those of Gauss and Legendre
+//! over the cosine of theta_o; midpoints over half a turn of phi; and panels of theta_i that are narrow about
+//! the central direction, where highlights are, and nowhere wider than the highest degree resolves. So the
+//! work is the same for every material, and what a kink or a peak at grazing views loses is far less than the
+//! cut that follows.
 //!
-//! A view below the surface (about the normal) is seen by nobody. There the material is continued as its mirror
-//! image, which leaves no edge at the horizon to ring.
+//! A view below the surface (about the normal) is seen by nobody. There the material is continued as its
+//! mirror image, which leaves no edge at the horizon to ring.
 
 use std::f64::consts::{PI, TAU};
 

@@ -9,8 +9,8 @@ use super::file::{File, Writer, degree, not_finite, wrong_shape};
 use crate::error::{Error, ErrorKind};
 use crate::shrm_metadata;
 
-/// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included. `beside`
-/// are the lights that the map does not hold: `lights` [n, 7] f64, if there are any.
+/// A spherical harmonic reflection map: `shrm` [faces, height, width, (P+1)^2, 3] f32, zeros included.
+/// `beside` are the lights that the map does not hold: `lights` [n, 7] f64, if there are any.
 ///
 /// # Errors
 /// If a value is not finite.

@@ -1,7 +1,7 @@
 //! rho_hat at the views of a grid, tabulated by the angle between light and central direction.
 //!
-//! All lights and texels share one table: about its central direction, an isotropic material depends on the light's
-//! angle and on the azimuth between light and view alone. Between the nodes it is interpolated.
+//! All lights and texels share one table: about its central direction, an isotropic material depends on the
+//! light's angle and on the azimuth between light and view alone. Between the nodes it is interpolated.
 
 use std::f64::consts::PI;
 

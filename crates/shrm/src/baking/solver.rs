@@ -1,4 +1,5 @@
-//! Relative least squares over the views of eight texels at once: conjugate gradients on the normal equations.
+//! Relative least squares over the views of eight texels at once: conjugate gradients on the normal
+//! equations.
 
 use pulp::{Simd, WithSimd};
 

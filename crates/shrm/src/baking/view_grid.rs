@@ -1,7 +1,7 @@
 //! A grid of views, on which real harmonics are evaluated by rows and columns.
 //!
-//! Columns lie symmetrically about both axes: phi, pi - phi, pi + phi and -phi for each phi of a quarter turn. So a
-//! sum over q is four sums over a quarter: cosines and sines of even and of odd q.
+//! Columns lie symmetrically about both axes: phi, pi - phi, pi + phi and -phi for each phi of a quarter
+//! turn. So a sum over q is four sums over a quarter: cosines and sines of even and of odd q.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +10,7 @@ use sh::{Basis, Degree};
 use sphere::Direction;
 
 use crate::Terms;
-use crate::reflection::mean_views;
+use crate::plain::mean_views;
 
 /// Views and the harmonics at them.
 pub(super) struct ViewGrid {

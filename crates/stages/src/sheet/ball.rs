@@ -16,8 +16,8 @@ const OUTLINE: f64 = 0.8;
 /// Samples along each side of a pixel: of the background, on the outline, on the ball.
 const SAMPLES: [usize; 3] = [1, 6, 2];
 
-/// The radiance that an `edge` x `edge` picture sees, of a ball whose reflected light is in `field`, and that of the
-/// lamps beside it.
+/// The radiance that an `edge` x `edge` picture sees, of a ball whose reflected light is in `field`, and that
+/// of the lamps beside it.
 pub(crate) fn ball(
     environment: &Environment,
     field: &Shrm,
