@@ -6,10 +6,11 @@
 //! the reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
 
 use brdf::Centre;
+use rayon::prelude::*;
 use sh::Degree;
 use sphere::Direction;
 
-use crate::{Fit, FitError, MapGrid, Shrm, View, fit_views, icosahedron};
+use crate::{Fit, FitError, Lamps, MapGrid, Shrm, View, fit_views, icosahedron};
 
 /// Twelve view maps at the vertices of an icosahedron.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +25,19 @@ impl Cabral {
     pub fn from_shrm(map: &Shrm) -> Self {
         let maps = icosahedron::vertices().into_iter().flat_map(|view| map.view_map(view)).collect();
         Self { grid: map.grid(), centre: map.centre(), maps }
+    }
+
+    /// The same with lamps that the map did not hold: exact at the twelve views.
+    #[must_use]
+    pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
+        let grid = self.grid;
+        let maps = self.maps.chunks_exact_mut(grid.len()).zip(icosahedron::vertices());
+        for (map, view) in maps {
+            map.par_iter_mut().enumerate().for_each(|(texel, value)| {
+                *value = lamps.added(*value, grid.direction(texel), view);
+            });
+        }
+        self
     }
 
     /// The maps as a renderer has them, shape [12, texels], in the order of [`icosahedron::vertices`]; `None`

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use sh::{Basis, Degree, lambda, zonal_into};
 use sphere::Direction;
 
-use crate::{Fit, FitError, MapGrid, Shrm, Terms, View, fit_angles};
+use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_angles, frame};
 
 /// Reflection maps for some angles theta_o.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +60,18 @@ impl KautzMcCool {
             }
         });
         Some(Self { grid, centre: map.centre(), angles, slices })
+    }
+
+    /// The same with lamps that the map did not hold, in the mean about each texel's central direction.
+    #[must_use]
+    pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
+        let grid = self.grid;
+        for (slice, angle) in self.slices.chunks_exact_mut(grid.len()).zip(&self.angles) {
+            for (value, lamps) in slice.iter_mut().zip(lamps.ring(*angle, grid)) {
+                *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);
+            }
+        }
+        self
     }
 
     /// The slices as a renderer has them, shape [angles, texels]; `None` if their number does not fit, or as
@@ -127,8 +139,11 @@ impl KautzMcCool {
 
 /// The share of a map's energy that is in terms with q > 0 about each texel's central direction, and that a
 /// 3D texture loses: 0 to 1. Energies are weighted by the solid angles of texels and summed over channels; 0
-/// for a black map.
-pub fn azimuthal_share(map: &Shrm) -> f64 {
+/// for a black map. With lamps beside the map it is measured at some texels and views.
+pub fn azimuthal_share(map: &Shrm, lamps: Option<&Lamps>) -> f64 {
+    if let Some(lamps) = lamps {
+        return sampled_share(map, lamps);
+    }
     if map.terms() == Terms::Zonal {
         return 0.0;
     }
@@ -141,6 +156,41 @@ pub fn azimuthal_share(map: &Shrm) -> f64 {
         let all = map.texel(texel).as_flattened().iter().map(|&value| f64::from(value));
         total += solid_angle * all.fold(0.0, energy);
     }
+    if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Texels at which a share is measured, angles theta_o of each, and azimuths of each angle.
+const SAMPLED: [usize; 3] = [512, 24, 16];
+
+/// [`azimuthal_share`] of a soft map with lamps, by sums over views.
+fn sampled_share(map: &Shrm, lamps: &Lamps) -> f64 {
+    let [most, angles, azimuths] = SAMPLED;
+    let step = map.grid().len().div_ceil(most).max(1);
+    let texel = |texel: usize| -> [f64; 2] {
+        let central = map.grid().direction(texel);
+        let (into_world, mut lookup) = (frame(central), map.lookup());
+        let (mut kept, mut total) = (0.0, 0.0);
+        for row in 0..angles {
+            let theta = std::f64::consts::PI * (row as f64 + 0.5) / angles as f64;
+            let (mut sum, mut squares) = ([0.0; 3], 0.0);
+            for column in 0..azimuths {
+                let phi = std::f64::consts::TAU * column as f64 / azimuths as f64;
+                let view = into_world.apply(Direction::from_angles(theta, phi));
+                let soft = lookup.texel(texel, view).map(|value| value as f32);
+                let value = lamps.added(soft, central, view);
+                for channel in 0..3 {
+                    sum[channel] += f64::from(value[channel]);
+                    squares += f64::from(value[channel]).powi(2);
+                }
+            }
+            kept += theta.sin() * sum.iter().map(|sum| sum * sum).sum::<f64>() / azimuths as f64;
+            total += theta.sin() * squares;
+        }
+        [kept, total].map(|energy| energy * map.grid().solid_angle(texel))
+    };
+    let texels = (0..map.grid().len().div_ceil(step)).into_par_iter();
+    let sums: Vec<[f64; 2]> = texels.map(|index| texel(index * step)).collect();
+    let [kept, total] = sums.iter().fold([0.0; 2], |[a, b], [kept, total]| [a + kept, b + total]);
     if total > 0.0 { (1.0 - kept / total).clamp(0.0, 1.0) } else { 0.0 }
 }
 

@@ -62,19 +62,37 @@ impl Lamps {
     /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or
     /// head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
-        let profile = Profile::new(&self.material, plain);
-        let add = |texel: usize| {
-            let central = grid.direction(texel);
-            let mut sum = [0.0; 3];
-            for light in &self.lights {
-                let (cross, dot) =
-                    (central.vector().cross(light.direction.vector()).length(), central.dot(light.direction));
-                let (rho, flux) = (profile.at(cross.atan2(dot)), light.flux());
-                (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
-            }
-            sum.map(|value| value as f32)
-        };
-        (0..grid.len()).into_par_iter().map(add).collect()
+        let views = plain_views(self.material.centre(), plain);
+        let profile = Profile::new(&self.material, &views);
+        let value = |texel: usize| self.mean(&profile, grid.direction(texel)).map(|value| value as f32);
+        (0..grid.len()).into_par_iter().map(value).collect()
+    }
+
+    /// What the lights add at each texel in the mean over all views at an angle theta_o from its central
+    /// direction.
+    pub(crate) fn ring(&self, theta: f64, grid: MapGrid) -> Vec<[f64; 3]> {
+        let weight = 1.0 / AZIMUTHS as f64;
+        let views: Vec<_> = azimuths().map(|phi| (Direction::from_angles(theta, phi), weight)).collect();
+        let profile = Profile::new(&self.material, &views);
+        (0..grid.len()).into_par_iter().map(|texel| self.mean(&profile, grid.direction(texel))).collect()
+    }
+
+    /// The lights' radiance in the mean that a profile holds.
+    fn mean(&self, profile: &Profile, central: Direction) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for light in &self.lights {
+            let (cross, dot) =
+                (central.vector().cross(light.direction.vector()).length(), central.dot(light.direction));
+            let (rho, flux) = (profile.at(cross.atan2(dot)), light.flux());
+            (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
+        }
+        sum
+    }
+
+    /// The look-up of a soft field with the lamps added; what a cut left below zero is black.
+    pub(crate) fn added(&self, soft: [f32; 3], central: Direction, view: Direction) -> [f32; 3] {
+        let lamps = self.radiance(central, view);
+        std::array::from_fn(|channel| soft[channel].max(0.0) + lamps[channel] as f32)
     }
 }
 
@@ -95,23 +113,47 @@ pub(crate) fn place(angles: &[f64], angle: f64) -> (usize, f64) {
     (k, ((angle - angles[k]) / (angles[k + 1] - angles[k])).clamp(0.0, 1.0))
 }
 
-/// rho_hat of one representative of all views, by the angle between light and central direction.
+/// Azimuths of views over half a turn.
+const AZIMUTHS: usize = 48;
+
+fn azimuths() -> impl Iterator<Item = f64> + Clone {
+    (0..AZIMUTHS).map(|j| PI * (j as f64 + 0.5) / AZIMUTHS as f64)
+}
+
+/// Rows of the views of a mean.
+const ROWS: usize = 80;
+
+/// The views that a plain map stands for and their weights, which sum to 1.
+fn plain_views(centre: Centre, plain: Plain) -> Vec<(Direction, f64)> {
+    let share = 1.0 / AZIMUTHS as f64;
+    match (plain, centre) {
+        (Plain::Mean, _) => {
+            let row = |(theta, weight): (f64, f64)| {
+                azimuths().map(move |phi| (Direction::from_angles(theta, phi), weight * share))
+            };
+            mean_views(centre, ROWS).flat_map(row).collect()
+        }
+        (Plain::HeadOn, Centre::Tangent) => {
+            azimuths().map(|phi| (Direction::from_angles(PI / 2.0, phi), share)).collect()
+        }
+        (Plain::HeadOn, _) => vec![(Direction::Z, 1.0)],
+    }
+}
+
+/// The mean of rho_hat over some views, by the angle between light and central direction.
 struct Profile {
     angles: Vec<f64>,
     values: Vec<[f64; 3]>,
 }
 
 impl Profile {
-    /// Views of the mean: rows, and columns over half a turn.
-    const VIEWS: [usize; 2] = [80, 48];
-
-    fn new(material: &Material, plain: Plain) -> Self {
+    /// For views of half a turn of azimuths: the other half is its mirror image.
+    fn new(material: &Material, views: &[(Direction, f64)]) -> Self {
         let angles = angles(1e-4, 0.04, 0.02);
-        let views = Self::views(material.centre(), plain);
         let value = |angle: &f64| {
             let incident = Direction::from_angles(*angle, 0.0);
             let mut sum = [0.0; 3];
-            for (view, weight) in &views {
+            for (view, weight) in views {
                 let rho = material.rho_hat_about_centre(incident, *view);
                 (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
             }
@@ -119,26 +161,6 @@ impl Profile {
         };
         let values = angles.par_iter().map(value).collect();
         Self { angles, values }
-    }
-
-    /// Views and their weights, which sum to 1.
-    fn views(centre: Centre, plain: Plain) -> Vec<(Direction, f64)> {
-        let [rows, columns] = Self::VIEWS;
-        let azimuths = (0..columns).map(|j| PI * (j as f64 + 0.5) / columns as f64);
-        match (plain, centre) {
-            (Plain::Mean, _) => {
-                let row = |(theta, weight): (f64, f64)| {
-                    azimuths
-                        .clone()
-                        .map(move |phi| (Direction::from_angles(theta, phi), weight / columns as f64))
-                };
-                mean_views(centre, rows).flat_map(row).collect()
-            }
-            (Plain::HeadOn, Centre::Tangent) => {
-                azimuths.map(|phi| (Direction::from_angles(PI / 2.0, phi), 1.0 / columns as f64)).collect()
-            }
-            (Plain::HeadOn, _) => vec![(Direction::Z, 1.0)],
-        }
     }
 
     fn at(&self, angle: f64) -> [f64; 3] {

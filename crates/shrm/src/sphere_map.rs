@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use sh::{Basis, Degree, Expansion, Transform, TransformError, rotate};
 use sphere::{DVec3, Direction, LatLong, MirrorBall, Rotation};
 
-use crate::{MapGrid, Shrm};
+use crate::{Lamps, MapGrid, Shrm};
 
 /// The axes of the sphere map of a view, in the world's frame: right, up, and the view itself; right-handed.
 pub fn sphere_map_axes(view: Direction) -> [Direction; 3] {
@@ -42,15 +42,12 @@ pub fn sphere_map_rows(f: Degree, p: Degree) -> usize {
 pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[f32; 3]>, TransformError> {
     let mut maps = vec![[0.0; 3]; views.len() * edge * edge];
     let ball = MirrorBall { edge };
-    // Past the rim, its one direction.
-    let look =
-        |texel: usize| ball.direction(texel / edge, texel % edge).unwrap_or(Direction::normalised(-DVec3::X));
     let MapGrid::LatLong(grid) = map.grid() else {
         maps.par_chunks_mut(edge).enumerate().for_each(|(row, values)| {
             let (view, row) = (views[row / edge], row % edge);
             let (turn, mut lookup) = (ball_to_world(view), map.lookup());
             for (column, value) in values.iter_mut().enumerate() {
-                *value = lookup.radiance(turn.apply(look(row * edge + column)), view);
+                *value = lookup.radiance(turn.apply(look(ball, row * edge + column)), view);
             }
         });
         return Ok(maps);
@@ -66,7 +63,7 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
     let rows = (0..edge * edge).into_par_iter().map_init(
         || vec![0.0; degree.rows()],
         |y, texel| {
-            basis.evaluate_into(look(texel), y);
+            basis.evaluate_into(look(ball, texel), y);
             fields.iter().map(|field| sum(field, y)).collect::<Vec<_>>()
         },
     );
@@ -76,6 +73,25 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
         }
     }
     Ok(maps)
+}
+
+/// Adds lamps that the map did not hold to its sphere maps, exactly at each texel.
+///
+/// # Panics
+/// If there are fewer texels than maps of `edge` x `edge`.
+pub fn add_to_sphere_maps(maps: &mut [[f32; 3]], lamps: &Lamps, views: &[Direction], edge: usize) {
+    let ball = MirrorBall { edge };
+    for (map, &view) in maps.chunks_exact_mut(edge * edge).zip(views) {
+        let turn = ball_to_world(view);
+        map.par_iter_mut().enumerate().for_each(|(texel, value)| {
+            *value = lamps.added(*value, turn.apply(look(ball, texel)), view);
+        });
+    }
+}
+
+/// The direction of a texel in the ball's frame; past the rim, its one direction.
+fn look(ball: MirrorBall, texel: usize) -> Direction {
+    ball.direction(texel / ball.edge, texel % ball.edge).unwrap_or(Direction::normalised(-DVec3::X))
 }
 
 /// Sphere maps looked up on another grid: for each map its axes as [`sphere_map_axes`] gives them, and pixels

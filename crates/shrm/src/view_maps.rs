@@ -21,7 +21,7 @@ use sh::f64x4::SimdLevel;
 use sh::{Basis, Degree};
 use sphere::{Direction, LatLong};
 
-use crate::{Fit, FitError, MapGrid, Shrm, Terms, View, fit_views, into_frame};
+use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_views, frame, into_frame};
 
 /// Reflection maps for the T x T views of a lat-long grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +54,23 @@ impl ViewMaps {
             level.run(Block { views: &terms, values, runs });
         });
         Some(Self { grid, view: map.view(), centre: map.centre(), side, maps })
+    }
+
+    /// The same with lamps that the map did not hold: exact at the T x T views.
+    #[must_use]
+    pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
+        let (grid, kind, views) = (self.grid, self.view, self.views());
+        for (map, view) in self.maps.chunks_exact_mut(grid.len()).zip(views) {
+            map.par_iter_mut().enumerate().for_each(|(texel, value)| {
+                let central = grid.direction(texel);
+                let view = match kind {
+                    View::Global => view,
+                    View::Local => frame(central).apply(view),
+                };
+                *value = lamps.added(*value, central, view);
+            });
+        }
+        self
     }
 
     /// The maps as a renderer has them, shape [T, T, texels], rows of theta, columns of phi; `None` if their

@@ -67,7 +67,8 @@ use std::sync::Arc;
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
 use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
 use shrm::{
-    Cabral, MapGrid, MapLayout, Shrm, Terms, View, icosahedron, sphere_map_axes, sphere_map_rows, sphere_maps,
+    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
+    sphere_map_rows, sphere_maps,
 };
 use sphere::LatLong;
 
@@ -166,7 +167,8 @@ impl Kind for ExportCabral {
             let map = source.map(layout, parameters.resolution, View::Local, context)?;
             map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
             let maps = Cabral::from_shrm(&map.0);
-            Ok((map, map_source::picture_size(maps.grid()), maps.maps().to_vec()))
+            let maps = if let Some(lamps) = source.lamps() { maps.with_lamps(lamps) } else { maps };
+            Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
         };
         let (layout, (map, size, pixels)) = match parameters.layout {
             Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
@@ -174,8 +176,11 @@ impl Kind for ExportCabral {
             Layout::Sphere => {
                 let (map, edge) = for_spheres(&source, parameters.resolution)?;
                 map_source::check_total(edge * edge, vertices.len(), None)?;
-                let pixels = sphere_maps(&map.0, &vertices, edge)?;
-                (FileLayout::Sphere, (map, [edge; 2], pixels))
+                let mut pixels = sphere_maps(&map.0, &vertices, edge)?;
+                if let Some(lamps) = source.lamps() {
+                    add_to_sphere_maps(&mut pixels, lamps, &vertices, edge);
+                }
+                (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
             }
         };
         let map = &map.0;

@@ -113,7 +113,7 @@ impl Kind for ExportKautzMcCool {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let source = MapSource::of(context)?;
         let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
-        let lost = azimuthal_share(&map.0);
+        let lost = azimuthal_share(&map.0, source.lamps());
         // Rounding leaves a share of some 1e-14 in a map that was turned.
         if lost > 1e-9 {
             context.warn(format!(
@@ -136,8 +136,9 @@ impl Kind for ExportKautzMcCool {
             .ok_or_else(|| {
                 Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
             })?;
+        let texture = if let Some(lamps) = source.lamps() { texture.with_lamps(lamps) } else { texture };
         let [width, height] = map_source::picture_size(texture.grid());
-        let (depth, pixels) = (texture.angles().len(), texture.slices().to_vec());
+        let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
         let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };
         let format = (parameters.format, parameters.precision.0, parameters.overflow);
         let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;

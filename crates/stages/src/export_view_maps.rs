@@ -113,6 +113,7 @@ impl Kind for ExportViewMaps {
         context.check_cancelled()?;
         let table = ViewMaps::from_shrm(&map.0, side)
             .ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
+        let table = if let Some(lamps) = source.lamps() { table.with_lamps(lamps) } else { table };
         context.check_cancelled()?;
         if side < 2 * source.p() + 1 {
             context.note(format!(
@@ -123,7 +124,7 @@ impl Kind for ExportViewMaps {
             ));
         }
         let [faces, height, width] = table.grid().shape();
-        let (layers, pixels) = (side * side, table.maps().to_vec());
+        let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
         let array = Texture { width, height, depth: 1, layers, faces, pixels };
         let format = (parameters.format, parameters.precision.0, parameters.overflow);
         let mut files = map_source::encode(&array, format, "view-maps", context)?;

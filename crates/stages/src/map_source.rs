@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
 use engine::{Artifact, Context, Failure, Port};
-use shrm::{MapGrid, MapLayout, View};
+use shrm::{Lamps, MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
@@ -41,7 +41,23 @@ impl MapSource {
         }
     }
 
-    /// The map with texels of this layout. `"auto"`, the default, is the resolution that a reflection needs,
+    /// The lamps that [`MapSource::map`] does not hold; who makes maps of single views from it adds them exactly.
+    pub(crate) fn lamps(&self) -> Option<&Lamps> {
+        match self {
+            Self::Reflection(reflection) => reflection.0.lamps(),
+            Self::Shrm(_) => None,
+        }
+    }
+
+    /// Pixels as a file has them: what a cut at degrees that were chosen for this light leaves below zero is black.
+    pub(crate) fn finished(&self, mut pixels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+        if matches!(self, Self::Reflection(reflection) if reflection.0.is_for_light()) {
+            pixels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
+        }
+        pixels
+    }
+
+    /// The map without lamps, with texels of this layout. `"auto"`, the default, is the resolution that a reflection needs,
     /// or that of the map.
     pub(crate) fn map(
         &self,
@@ -57,7 +73,7 @@ impl MapSource {
                     resolution,
                     error: None,
                     view: Some(view),
-                    lamps: LampsName::Baked,
+                    lamps: LampsName::Separate,
                 };
                 return input.map(context);
             }

@@ -147,11 +147,11 @@ fn synthesise<S: Simd>(simd: S, views: &ViewGrid, x: &[F32x8], out: &mut [F32x8]
         for q in 0..=orders {
             let mut sums = [simd.splat_f32s(0.0); 2];
             for (p, function) in (q..=views.p).zip(&mut functions) {
-                let function = simd.splat_f32s(*function);
-                let at = |q: isize| load(simd, &x[views.coefficient(p, q)]);
-                sums[0] = simd.mul_add_f32s(function, at(q as isize), sums[0]);
+                let (function, q) = (simd.splat_f32s(*function), q as isize);
+                sums[0] = simd.mul_add_f32s(function, load(simd, &x[views.coefficient(p, q)]), sums[0]);
                 if q > 0 {
-                    sums[1] = simd.mul_add_f32s(function, at(-(q as isize)), sums[1]);
+                    let sine = load(simd, &x[views.coefficient(p, -q)]);
+                    sums[1] = simd.mul_add_f32s(function, sine, sums[1]);
                 }
             }
             store(simd, sums[0], &mut cosine[q]);
@@ -185,7 +185,8 @@ fn adjoin<S: Simd>(simd: S, views: &ViewGrid, seen: &[F32x8], out: &mut [F32x8])
         let mut cosine = [F32x8::ZERO; MOST_ORDERS + 1];
         let mut sine = [F32x8::ZERO; MOST_ORDERS + 1];
         for (waves, seen) in views.waves.chunks_exact(orders + 1).zip(seen.chunks_exact(MIRRORED)) {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| load(simd, &seen[k]));
+            let (a, b) = (load(simd, &seen[0]), load(simd, &seen[1]));
+            let (c, d) = (load(simd, &seen[2]), load(simd, &seen[3]));
             let (ab, cd) = (simd.add_f32s(a, b), simd.add_f32s(c, d));
             let (ab_less, dc_less) = (simd.sub_f32s(a, b), simd.sub_f32s(d, c));
             let cosines = [simd.add_f32s(ab, cd), simd.add_f32s(ab_less, dc_less)];
@@ -199,16 +200,14 @@ fn adjoin<S: Simd>(simd: S, views: &ViewGrid, seen: &[F32x8], out: &mut [F32x8])
         }
         let mut functions = views.functions_of(row).iter();
         for q in 0..=orders {
-            let [cosine, sine] = [&cosine[q], &sine[q]].map(|value| load(simd, value));
+            let (cosine, sine) = (load(simd, &cosine[q]), load(simd, &sine[q]));
             for (p, function) in (q..=views.p).zip(&mut functions) {
-                let function = simd.splat_f32s(*function);
-                let mut add = |q: isize, value: S::f32s| {
-                    let out = &mut out[views.coefficient(p, q)];
-                    store(simd, simd.mul_add_f32s(function, value, load(simd, out)), out);
-                };
-                add(q as isize, cosine);
+                let (function, q) = (simd.splat_f32s(*function), q as isize);
+                let right = &mut out[views.coefficient(p, q)];
+                store(simd, simd.mul_add_f32s(function, cosine, load(simd, right)), right);
                 if q > 0 {
-                    add(-(q as isize), sine);
+                    let left = &mut out[views.coefficient(p, -q)];
+                    store(simd, simd.mul_add_f32s(function, sine, load(simd, left)), left);
                 }
             }
         }
