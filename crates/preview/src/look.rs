@@ -186,9 +186,9 @@ impl Look {
     fn map(&self, view: View) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match &self.field {
-            Field::Reflection(reflection) => {
-                reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
-            }
+            Field::Reflection(reflection) => reflection
+                .soft_map(grid, view, &|| false)
+                .map_err(|error| RenderError::maps(error.to_string())),
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {

@@ -28,7 +28,7 @@ pub use lamps::Lamps;
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use plain::Plain;
-pub use reflection::{Reflection, ViewDependent};
+pub use reflection::{MOST_P, Reflection, ViewDependent};
 pub use resolution::{MapLayout, Resolution};
 pub use sphere_map::{add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps};
 pub use synthesis::{MOST_VALUES, SynthesisError};

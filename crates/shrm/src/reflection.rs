@@ -10,10 +10,13 @@
 use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre};
-use sh::{Expansion, lambda, zonal_into};
+use sh::{Degree, Expansion, lambda, zonal_into};
 
 use crate::lamps::Lamps;
 use crate::plain::{Plain, mean_views};
+
+/// The highest P of a map whose degrees were chosen for its light: (16 + 1)^2 coefficients.
+pub const MOST_P: usize = 16;
 
 /// Rows of views in a mean: far more than a map has degrees.
 const MEAN_ROWS: usize = 256;
@@ -68,6 +71,13 @@ impl Reflection {
     /// to be seen: exports set it to zero.
     pub fn is_for_light(&self) -> bool {
         self.for_light
+    }
+
+    /// The degree P of maps: that of the coefficients, but if they were chosen for this light at most
+    /// [`MOST_P`], to which maps are then fitted.
+    pub fn map_p(&self) -> Degree {
+        let most = Degree::new(MOST_P).unwrap_or(Degree::MAX);
+        if self.for_light { self.brdf.p().min(most) } else { self.brdf.p() }
     }
 
     /// The lights beside the lighting's series, and the material that reflects them; `None` if the series

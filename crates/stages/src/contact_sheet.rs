@@ -69,6 +69,9 @@ const BRIGHTEST_MEAN: f64 = 0.72;
 /// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
 const BALL_EDGES: [usize; 2] = [32, 160];
 
+/// The highest edge if each texel is fitted, which takes longer.
+const FITTED_EDGE: usize = 48;
+
 /// The kind `contact-sheet`.
 pub(crate) struct ContactSheet;
 
@@ -196,15 +199,16 @@ fn material(
 ) -> Result<MaterialPictures, Failure> {
     let name = name(own, key);
     let brdf = reflection.brdf();
-    let (f, p) = (brdf.f(), brdf.p().get());
+    let (f, p) = (brdf.f(), reflection.map_p().get());
     let about = match brdf.centre() {
         Centre::Reflection => "reflection vector",
         Centre::Normal => "normal",
         Centre::Tangent => "tangent",
     };
     let detail = format!("F {} · P {p} · by the {about}", f.get());
-    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
-    let field = reflection.synthesise(grid, View::Local);
+    let most = if reflection.map_p() < brdf.p() { FITTED_EDGE } else { BALL_EDGES[1] };
+    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
+    let field = reflection.soft_map(grid, View::Local, &|| false);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {

@@ -232,22 +232,23 @@ impl Kind for ExportSh {
         if let Some(degree) = parameters.degree {
             lighting.series = lighting.series.to_degree(Degree::new(degree)?);
         }
+        let PresetName(preset) = parameters.preset;
+        let (given, written) = (lighting.series.degree(), preset.degree(lighting.series.degree()));
+        if written < given.get() {
+            context.note(format!(
+                "preset {} holds degree {written}: the first {} of {} coefficients",
+                preset.name(),
+                (written + 1) * (written + 1),
+                given.rows()
+            ));
+            lighting.series = lighting.series.to_degree(Degree::new(written)?);
+        }
         if parameters.window == Window::Auto && lighting.series.degree().get() <= MOST_WINDOWED {
             lighting.series = windowed(lighting.series, context);
         }
         let recipe = Some(context.recipe());
         if parameters.format == Format::Safetensors {
             return Ok(Output::Files(vec![tensors::encode_lighting(&lighting, recipe)?]));
-        }
-        let PresetName(preset) = parameters.preset;
-        let (given, written) = (lighting.series.degree().get(), preset.degree(lighting.series.degree()));
-        if written < given {
-            context.note(format!(
-                "preset {} holds degree {written}: the first {} of {} coefficients",
-                preset.name(),
-                (written + 1) * (written + 1),
-                lighting.series.degree().rows()
-            ));
         }
         Ok(Output::Files(vec![lighting_json::encode(&lighting, preset, recipe)?]))
     }

@@ -4,8 +4,7 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Context, Failure, Port};
-use shrm::degrees::MOST_P;
-use shrm::{MapGrid, MapLayout, Shrm, Terms, View};
+use shrm::{MOST_P, MapGrid, MapLayout, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
@@ -71,13 +70,15 @@ impl MapInput {
             (map, degrees, String::new())
         } else {
             let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
-            let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
+            let (f, p) = (reflection.brdf().f().get(), reflection.map_p().get());
             let (grid, error_note) = self.grid(reflection);
             context.check_cancelled()?;
             let view = self.view.unwrap_or(View::Local);
             let map = match self.lamps {
                 LampsName::Baked => reflection.bake(grid, view, &|| context.check_cancelled().is_err())?,
-                LampsName::Separate => reflection.synthesise(grid, view)?,
+                LampsName::Separate => {
+                    reflection.soft_map(grid, view, &|| context.check_cancelled().is_err())?
+                }
             };
             context.check_cancelled()?;
             (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), error_note)
@@ -115,7 +116,7 @@ impl MapInput {
 
     /// The highest resolution at which a map has [`MOST_AUTO`] numbers, a multiple of 4.
     fn affordable(&self, reflection: &shrm::Reflection) -> usize {
-        let p = match (self.lamps, reflection.lamps(), reflection.brdf().p().get()) {
+        let p = match (self.lamps, reflection.lamps(), reflection.map_p().get()) {
             (LampsName::Baked, Some(_), p @ 1..) => p.max(MOST_P),
             (_, _, p) => p,
         };

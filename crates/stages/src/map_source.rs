@@ -36,7 +36,7 @@ impl MapSource {
     /// The degree in the view, P.
     pub(crate) fn p(&self) -> usize {
         match self {
-            Self::Reflection(reflection) => reflection.0.brdf().p().get(),
+            Self::Reflection(reflection) => reflection.0.map_p().get(),
             Self::Shrm(map) => map.0.p().get(),
         }
     }

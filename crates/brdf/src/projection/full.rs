@@ -41,7 +41,7 @@ const NODES: usize = 6;
 const WIDEST: f64 = 0.05;
 
 /// The share of the energy that may be lost with the highest degrees.
-const NEGLIGIBLE: f64 = 1e-7;
+const NEGLIGIBLE: f64 = 1e-11;
 
 /// The coefficients of rho_hat up to F = 255 and P = 24, the F that is enough, and P.
 pub(super) fn full(source: Source<'_>) -> Result<(Table, usize, usize), ProjectionError> {

@@ -19,13 +19,20 @@ impl F32x8 {
 
 /// One channel of eight texels.
 pub(super) struct Solve<'a> {
+    /// The views with the harmonics of the map.
     pub(super) views: &'a ViewGrid,
+    /// The same views with the harmonics of the soft field.
+    pub(super) soft_views: &'a ViewGrid,
     pub(super) steps: usize,
     /// The radiance e below which black is black.
     pub(super) dark: f32,
-    /// Coefficients of the soft field, rows that it does not have zero; becomes the solution.
+    /// Coefficients of the soft field.
+    pub(super) soft: &'a [F32x8],
+    /// Whether the map holds the lamps too.
+    pub(super) baked: bool,
+    /// Becomes the solution.
     pub(super) coefficients: &'a mut [F32x8],
-    /// The lamps' radiance at each view; becomes that of all light.
+    /// The lamps' radiance at each view; becomes what the map is to show.
     pub(super) lit: &'a mut [F32x8],
 }
 
@@ -34,25 +41,34 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { views, steps, dark, coefficients: x, lit } = self;
+        let Self { views, soft_views, steps, dark, soft, baked, coefficients: x, lit } = self;
         let zeros = |count: usize| vec![F32x8::ZERO; count];
         let (mut seen, mut weight, mut direction) = (zeros(lit.len()), zeros(lit.len()), zeros(x.len()));
         let (mut residual, mut image) = (zeros(x.len()), zeros(x.len()));
 
-        // b = soft + lamps; x begins at the projection of both.
-        synthesise(simd, views, x, &mut seen);
-        let scale = views.solid_angle;
-        for (value, lit) in weight.iter_mut().zip(lit.iter()) {
-            store(simd, simd.mul_f32s(simd.splat_f32s(scale), load(simd, lit)), value);
+        // Rows up to the smaller P are the same in both.
+        x.fill(F32x8::ZERO);
+        x.iter_mut().zip(soft).for_each(|(x, soft)| *x = *soft);
+        if baked {
+            // x begins at the projection of the lamps too.
+            let scale = simd.splat_f32s(views.solid_angle);
+            for (value, lit) in weight.iter_mut().zip(lit.iter()) {
+                store(simd, simd.mul_f32s(scale, load(simd, lit)), value);
+            }
+            adjoin(simd, views, &weight, &mut image);
+            for (x, image) in x.iter_mut().zip(&image) {
+                store(simd, simd.add_f32s(load(simd, x), load(simd, image)), x);
+            }
         }
-        adjoin(simd, views, &weight, &mut image);
-        for (x, image) in x.iter_mut().zip(&image) {
-            store(simd, simd.add_f32s(load(simd, x), load(simd, image)), x);
-        }
-        for (lit, seen) in lit.iter_mut().zip(&seen) {
+        // The weights are those of all light; b is what the map is to show of it.
+        synthesise(simd, soft_views, soft, &mut seen);
+        for (lit, seen) in lit.iter_mut().zip(&mut seen) {
             store(simd, simd.add_f32s(load(simd, lit), load(simd, seen)), lit);
         }
         weigh(simd, views, lit, dark, &mut weight);
+        if !baked {
+            lit.copy_from_slice(&seen);
+        }
 
         synthesise(simd, views, x, &mut seen);
         for ((seen, lit), weight) in seen.iter_mut().zip(lit.iter()).zip(&weight) {
@@ -245,7 +261,7 @@ mod tests {
     #[test]
     fn synthesis_is_the_sum_of_harmonics_and_adjoint_to_the_sum_over_views() {
         for (p, terms) in [(5, Terms::All), (8, Terms::Zonal), (16, Terms::All)] {
-            let views = ViewGrid::new(p, terms, Centre::Reflection);
+            let views = ViewGrid::new(p, p, terms, Centre::Reflection);
             let rows = if terms == Terms::Zonal { p + 1 } else { (p + 1) * (p + 1) };
             let (x, v) = (noise(rows, 3), noise(views.len(), 11));
             let (mut seen, mut sums) = (vec![F32x8::ZERO; views.len()], vec![F32x8::ZERO; rows]);
