@@ -26,10 +26,33 @@ fn auto_takes_the_least_degree_that_holds_enough() {
         let ran = project(&format!("degree = \"auto\"\ntolerance = {tolerance}")).run().unwrap();
         assert_eq!(ran.artifact::<Lighting>().0.series.degree().get(), degree, "{tolerance}");
     }
-    let ran = project("").run().unwrap();
+    let ran = project("tolerance = 0.01").run().unwrap();
     assert!(ran.notes[0].starts_with("degree 1 holds 99.9"), "{:?}", ran.notes);
     // min of 1 + z / 2 + 0.3 x is 1 - hypot(0.5, 0.3).
     assert!(ran.notes[1].starts_with("minimum 0.4169 (red, at theta 149.0, phi "), "{:?}", ran.notes);
+}
+
+#[test]
+fn without_degree_and_tolerance_the_series_has_all_degrees_of_the_image_and_lamps_are_beside_it() {
+    let ran = project("").run().unwrap();
+    assert_eq!(ran.notes[0], "degree 15 holds 100 % of the energy");
+    let lighting = &ran.artifact::<Lighting>().0;
+    assert!(lighting.series.degree().get() == 15 && lighting.lights.is_empty());
+
+    let sunny = || environment(64, |w| if w.z > 0.995 { [900.0; 3] } else { [1.0; 3] });
+    let run = |parameters: &str| case("project-sh", parameters).input("environment", sunny()).run().unwrap();
+    let ran = run("");
+    let lighting = &ran.artifact::<Lighting>().0;
+    assert_eq!(lighting.lights.len(), 1);
+    assert!(
+        ran.notes[0].starts_with("1 lamp holds ")
+            && ran.notes[0].ends_with(" of the light, beside the series")
+    );
+    // Together they are what one series holds.
+    let whole = run("degree = 31").artifact::<Lighting>();
+    let whole = &whole.0;
+    assert!(whole.lights.is_empty());
+    assert!((lighting.mean() / whole.mean() - 1.0).abs() < 1e-3);
 }
 
 #[test]

@@ -10,12 +10,31 @@ use crate::fixture::{case, lambert, phong, sky_lighting};
 #[test]
 fn a_tolerance_chooses_the_degrees() {
     // Paper 1, appendix D: an exponent of 64 needs degree 17 for 99 percent.
-    for (parameters, degrees) in [("", (17, 0)), ("tolerance = 0.03", (15, 0)), ("degree = [5, 0]", (5, 0))] {
+    for (parameters, degrees) in
+        [("tolerance = 0.01", (17, 0)), ("tolerance = 0.03", (15, 0)), ("degree = [5, 0]", (5, 0))]
+    {
         let ran = case("project-brdf", parameters).input("material", Material(phong(64.0))).run().unwrap();
         let brdf = ran.artifact::<Brdf>();
         assert_eq!((brdf.coefficients.f().get(), brdf.coefficients.p().get()), degrees, "{parameters}");
         assert!(ran.notes[0].starts_with(&format!("degrees [{}, {}] hold ", degrees.0, degrees.1)));
     }
+}
+
+/// Without degree and tolerance there are more than any light needs, and `convolve` chooses for each.
+#[test]
+fn the_material_travels_with_more_than_enough_degrees() {
+    let brdf = case("project-brdf", "").input("material", Material(phong(64.0))).artifact::<Brdf>();
+    assert!(brdf.coefficients.f().get() > 30 && brdf.material.is_some());
+    let lighting = sky_lighting();
+    let brdf = Brdf { coefficients: brdf.coefficients.clone(), material: brdf.material.clone() };
+    let ran = case("convolve", "").input("lighting", lighting).input("brdf", brdf).run().unwrap();
+    let reflection = &ran.artifact::<Reflection>().0;
+    assert!(
+        reflection.is_for_light() && reflection.brdf().f().get() <= sky_lighting().0.series.degree().get()
+    );
+    assert!(ran.notes[0].contains("95 % of views are within 0.0"), "{:?}", ran.notes);
+    let fixed = case("project-brdf", "degree = [5, 0]").input("material", Material(phong(64.0)));
+    assert!(fixed.artifact::<Brdf>().material.is_none());
 }
 
 /// Paper 1, table 5.
