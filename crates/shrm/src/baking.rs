@@ -12,8 +12,8 @@
 //! uniform over the sphere. The method of conjugate gradients starts at the projection and takes [`STEPS`]
 //! steps; on the grid of views, harmonics are sums over p and then over q, so that a step takes O(P^3).
 //!
-//! A soft field of which a cut shows is fitted in the same way, with the weights of all light, if the lamps stay
-//! beside it. A material that is the same from every view needs no fit: its lamps are added exactly.
+//! A soft field of which a cut shows is fitted in the same way, with the weights of all light, if the lamps
+//! stay beside it. A material that is the same from every view needs no fit: its lamps are added exactly.
 
 mod light_table;
 mod solver;
@@ -79,8 +79,8 @@ impl Reflection {
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
-    /// The spherical harmonic reflection map on a grid without the lamps, which are to be added to its look-ups:
-    /// [`Reflection::synthesise`]'s, or fitted if a cut at [`Reflection::map_p`] would show.
+    /// The spherical harmonic reflection map on a grid without the lamps, which are to be added to its
+    /// look-ups: [`Reflection::synthesise`]'s, or fitted if a cut at [`Reflection::map_p`] would show.
     ///
     /// `cancelled` as for [`Reflection::bake`].
     ///

@@ -41,7 +41,8 @@ impl MapSource {
         }
     }
 
-    /// The lamps that [`MapSource::map`] does not hold; who makes maps of single views from it adds them exactly.
+    /// The lamps that [`MapSource::map`] does not hold; who makes maps of single views from it adds them
+    /// exactly.
     pub(crate) fn lamps(&self) -> Option<&Lamps> {
         match self {
             Self::Reflection(reflection) => reflection.0.lamps(),
@@ -49,7 +50,8 @@ impl MapSource {
         }
     }
 
-    /// Pixels as a file has them: what a cut at degrees that were chosen for this light leaves below zero is black.
+    /// Pixels as a file has them: what a cut at degrees that were chosen for this light leaves below zero is
+    /// black.
     pub(crate) fn finished(&self, mut pixels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
         if matches!(self, Self::Reflection(reflection) if reflection.0.is_for_light()) {
             pixels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
@@ -57,8 +59,8 @@ impl MapSource {
         pixels
     }
 
-    /// The map without lamps, with texels of this layout. `"auto"`, the default, is the resolution that a reflection needs,
-    /// or that of the map.
+    /// The map without lamps, with texels of this layout. `"auto"`, the default, is the resolution that a
+    /// reflection needs, or that of the map.
     pub(crate) fn map(
         &self,
         layout: MapLayout,
