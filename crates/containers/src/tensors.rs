@@ -38,7 +38,7 @@ mod reflection_map;
 
 pub use material::{decode_material, encode_material};
 pub use mesh::{decode_mesh, encode_mesh};
-pub use reflection_map::{decode_shrm, encode_shrm};
+pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
 
 use file::{File, Writer, not_finite, wrong_shape};
 

@@ -210,6 +210,7 @@ fn decode_coefficients(bytes: &[u8]) {
     let _ = tensors::decode_reflection(bytes);
     let _ = tensors::decode_environment(bytes);
     let _ = tensors::decode_shrm(bytes);
+    let _ = tensors::decode_lights(bytes);
     let _ = lighting_json::decode(bytes);
     let _ = read_recipe(bytes);
 }
@@ -264,7 +265,7 @@ fn every_truncated_length_is_an_error() {
                 let cut = &bytes[..length];
                 // The JSON's last byte is a line end.
                 assert!(tensors::decode_lighting(cut).is_err() && tensors::decode_environment(cut).is_err());
-                assert!(tensors::decode_shrm(cut).is_err());
+                assert!(tensors::decode_shrm(cut).is_err() && tensors::decode_lights(cut).is_err());
                 assert!(
                     lighting_json::decode(cut).is_err(),
                     "{name}: {length} of {} bytes were read",

@@ -111,11 +111,22 @@ pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
     })
 }
 
+/// The lights beside a map, from a file of kind `shrm`; none if the map holds them all.
+///
+/// A reader adds, for each, its irradiance times rho_hat of the light's direction and the view.
+///
+/// # Errors
+/// As [`super::decode_lighting`].
+pub fn decode_lights(bytes: &[u8]) -> Result<Vec<Light>, Error> {
+    File::open_as(bytes, "shrm")?.lights()
+}
+
 #[cfg(test)]
 mod tests {
     use brdf::Centre;
     use safetensors::SafeTensors;
     use sh::Degree;
+    use sphere::Direction;
 
     use super::*;
     use crate::tensors::{describe, read_recipe};
@@ -150,6 +161,21 @@ mod tests {
                 assert_eq!(description.metadata["degree"], "2");
             }
         }
+    }
+
+    #[test]
+    fn lights_beside_a_map_come_back_bit_for_bit() {
+        let map = map(CUBE, View::Local, Terms::All);
+        let light = |theta, irradiance| {
+            let direction = Direction::normalised(Direction::from_angles(theta, 0.3).vector());
+            Light { direction, radius: 0.01 * theta, irradiance }
+        };
+        let lights = [light(0.4, [3.0, 2.0, 0.1]), light(2.0, [0.0, 1e-3, 5e4])];
+        let bytes = encode_shrm(&map, &lights, None).unwrap();
+        assert_eq!(decode_lights(&bytes).unwrap(), lights);
+        assert_eq!(decode_shrm(&bytes).unwrap(), map);
+        assert_eq!(describe(&bytes).unwrap().metadata["lamps"], "separate");
+        assert_eq!(decode_lights(&encode_shrm(&map, &[], None).unwrap()).unwrap(), []);
     }
 
     #[test]
