@@ -1,0 +1,65 @@
+//! Maps at default settings, over photographed environments, are as close to brute force as they should be.
+//!
+//! A part of the table that `default-errors` prints: pairs that meet their targets with a margin, at half the
+//! environments' resolution, which is a quarter of the pixels to sum up.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use bench::default_errors::brute_force::Pixels;
+use bench::default_errors::{Case, Effort, Map, Project, Row, cases, measure};
+use containers::{ReadOptions, read_image};
+use envmap::Image;
+
+/// The sun, and many lamps.
+const ENVIRONMENTS: [&str; 2] = ["sunrise", "night"];
+
+/// The first two without CI: one that changes with the view, and one that does not.
+const MATERIALS: [&str; 4] = ["ggx-0.5", "phong-10", "plastic-0.3", "microfacet-0.3"];
+
+const TEST: &str = "maps_at_default_settings_are_close_to_brute_force";
+
+#[test]
+fn maps_at_default_settings_are_close_to_brute_force() {
+    let Some(corpus) = test_data::folder(TEST, "SPECULA_CORPUS") else { return };
+    let environments = &ENVIRONMENTS[..test_data::length(TEST, "environments", 2, 1)];
+    let materials = &MATERIALS[..test_data::length(TEST, "materials", 4, 2)];
+    let images: Vec<Image> = environments
+        .iter()
+        .map(|name| {
+            let bytes = std::fs::read(corpus.join(format!("env/cc0/{name}.hdr"))).unwrap();
+            halved(&read_image(&bytes, &ReadOptions::default()).unwrap().image)
+        })
+        .collect();
+    let cases: Vec<Case> =
+        cases().into_iter().filter(|case| materials.contains(&case.name.as_str())).collect();
+    assert_eq!(cases.len(), materials.len());
+    let sources: Vec<(&str, &Image)> = environments.iter().copied().zip(&images).collect();
+    let project = Project::new(&sources, &cases, (&Map::ALL, 4), &corpus).unwrap();
+    let built = project.build().unwrap();
+    println!("{}", Row::HEAD);
+    let mut missed = Vec::new();
+    for (name, image) in sources {
+        let pixels = Pixels::new(image);
+        for case in &cases {
+            let effort = Effort { samples: 100, seed: 1 };
+            for row in measure(&built, (name, &pixels), case, &Map::ALL, effort).unwrap() {
+                println!("{}", row.markdown());
+                assert!(row.target.is_some() && row.f > 0, "{row:?}");
+                missed.extend((row.is_met() == Some(false)).then_some(row));
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+/// The means of two by two pixels.
+fn halved(image: &Image) -> Image {
+    let (width, height) = (image.width() / 2, image.height() / 2);
+    let mean = |index: usize| {
+        let (row, column) = (2 * (index / width), 2 * (index % width));
+        let at = |row: usize, column: usize| image.pixels()[row * image.width() + column];
+        let four = [at(row, column), at(row, column + 1), at(row + 1, column), at(row + 1, column + 1)];
+        std::array::from_fn(|channel| four.iter().map(|pixel| pixel[channel]).sum::<f32>() / 4.0)
+    };
+    Image::new(width, height, (0..width * height).map(mean).collect()).unwrap()
+}
