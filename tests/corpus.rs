@@ -35,8 +35,6 @@ source = "assets/materials/*.toml"
 [stage.photograph-lighting]
 kind = "project-sh"
 input = "photograph"
-degree = "auto"
-tolerance = 0.01
 
 [stage.probe-lighting]
 kind = "project-sh"
@@ -57,7 +55,6 @@ yaw = 30.0
 [stage.coefficients]
 kind = "project-brdf"
 input = "material"
-tolerance = 0.01
 
 [stage.photograph-reflection]
 kind = "convolve"
