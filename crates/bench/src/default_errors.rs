@@ -12,11 +12,7 @@
 
 use std::error::Error;
 
-<<<<<<< HEAD
-use brdf::Material;
-=======
 use brdf::{Centre, Material};
->>>>>>> defaults-table
 use containers::{ReadOptions, read_image, tensors};
 use rayon::prelude::*;
 use shrm::MapGrid;
@@ -157,12 +153,8 @@ pub fn measure(
     effort: Effort,
 ) -> Result<Vec<Row>, Failure> {
     let material = built.project.material(case)?;
-<<<<<<< HEAD
-    if !material.is_isotropic() {
-=======
     // About the tangent, rho_hat is the same all around it, whatever the normal.
     if !material.is_isotropic() && material.centre() != Centre::Tangent {
->>>>>>> defaults-table
         return Err(format!("{}: brute force takes isotropic materials only", case.name).into());
     }
     let pair = Pair { built, environment, pixels, case, material: &material, effort };
