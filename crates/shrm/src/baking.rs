@@ -115,6 +115,7 @@ impl Reflection {
         let finest = p.get().max(soft.p().get().min(p.get() + FINER));
         let views = ViewGrid::new(p.get(), finest, terms, soft.centre());
         let soft_views = ViewGrid::new(soft.p().get(), finest, terms, soft.centre());
+        let (pairs, soft_pairs) = (views.rows_of_pairs(), soft_views.rows_of_pairs());
         let lamps = self.lamps().map(|lamps| (lamps, LightTable::new(lamps, &views)));
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
         let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
@@ -123,18 +124,23 @@ impl Reflection {
                 return;
             }
             let texels = values.len() / rows;
-            let mut field = [0; 3].map(|_| vec![F32x8::ZERO; soft.rows()]);
+            let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; soft_pairs.len()]);
             let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
             for lane in 0..texels {
                 let texel = block * LANES + lane;
-                for (row, value) in soft.texel(texel).iter().enumerate() {
-                    (0..3).for_each(|channel| field[channel][row].0[lane] = value[channel]);
+                let texel_values = soft.texel(texel);
+                for (index, rows) in soft_pairs.iter().enumerate() {
+                    for (part, row) in rows.iter().enumerate().filter_map(|(part, row)| Some((part, (*row)?)))
+                    {
+                        let value = texel_values[row];
+                        (0..3).for_each(|channel| field[channel][index][part].0[lane] = value[channel]);
+                    }
                 }
                 if let Some((lamps, table)) = &lamps {
                     table.add(&lamps.about(grid.direction(texel)), dark, &views, lane, &mut lit);
                 }
             }
-            let mut solution = vec![F32x8::ZERO; rows];
+            let mut solution = vec![[F32x8::ZERO; 2]; pairs.len()];
             for (channel, (soft, lit)) in field.iter().zip(&mut lit).enumerate() {
                 level.run(Solve {
                     views: &views,
@@ -146,9 +152,11 @@ impl Reflection {
                     coefficients: &mut solution,
                     lit,
                 });
-                for (texel, out) in values.chunks_exact_mut(rows).enumerate() {
-                    for (out, value) in out.iter_mut().zip(&solution) {
-                        out[channel] = value.0[texel];
+                for (lane, out) in values.chunks_exact_mut(rows).enumerate() {
+                    for (rows, values) in pairs.iter().zip(&solution) {
+                        for (row, value) in rows.iter().zip(values) {
+                            row.iter().for_each(|row| out[*row][channel] = value.0[lane]);
+                        }
                     }
                 }
             }

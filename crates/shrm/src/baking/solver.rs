@@ -26,12 +26,12 @@ pub(super) struct Solve<'a> {
     pub(super) steps: usize,
     /// The radiance e below which black is black.
     pub(super) dark: f32,
-    /// Coefficients of the soft field.
-    pub(super) soft: &'a [F32x8],
+    /// Coefficients of the soft field, in pairs as [`ViewGrid::rows_of_pairs`] has them.
+    pub(super) soft: &'a [[F32x8; 2]],
     /// Whether the map holds the lamps too.
     pub(super) baked: bool,
-    /// Becomes the solution.
-    pub(super) coefficients: &'a mut [F32x8],
+    /// Becomes the solution, in pairs too.
+    pub(super) coefficients: &'a mut [[F32x8; 2]],
     /// The lamps' radiance at each view; becomes what the map is to show.
     pub(super) lit: &'a mut [F32x8],
 }
@@ -42,13 +42,19 @@ impl WithSimd for Solve<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { views, soft_views, steps, dark, soft, baked, coefficients: x, lit } = self;
-        let zeros = |count: usize| vec![F32x8::ZERO; count];
-        let (mut seen, mut weight, mut direction) = (zeros(lit.len()), zeros(lit.len()), zeros(x.len()));
-        let (mut residual, mut image) = (zeros(x.len()), zeros(x.len()));
+        let (mut seen, mut weight) = (vec![F32x8::ZERO; lit.len()], vec![F32x8::ZERO; lit.len()]);
+        let mut direction = vec![[F32x8::ZERO; 2]; x.len()];
+        let (mut residual, mut image) = (direction.clone(), direction.clone());
 
-        // Rows up to the smaller P are the same in both.
-        x.fill(F32x8::ZERO);
-        x.iter_mut().zip(soft).for_each(|(x, soft)| *x = *soft);
+        // What both degrees have is the same in both.
+        x.fill([F32x8::ZERO; 2]);
+        let (mut to, mut from) = (&mut *x, soft);
+        for (own, others) in views.counts().zip(soft_views.counts()) {
+            let (x_q, x_rest) = to.split_at_mut(own);
+            let (soft_q, soft_rest) = from.split_at(others);
+            x_q.iter_mut().zip(soft_q).for_each(|(x, soft)| *x = *soft);
+            (to, from) = (x_rest, soft_rest);
+        }
         if baked {
             // x begins at the projection of the lamps too.
             let scale = simd.splat_f32s(views.solid_angle);
@@ -56,7 +62,7 @@ impl WithSimd for Solve<'_> {
                 store(simd, simd.mul_f32s(scale, load(simd, lit)), value);
             }
             adjoin(simd, views, &weight, &mut image);
-            for (x, image) in x.iter_mut().zip(&image) {
+            for (x, image) in x.as_flattened_mut().iter_mut().zip(image.as_flattened()) {
                 store(simd, simd.add_f32s(load(simd, x), load(simd, image)), x);
             }
         }
@@ -86,16 +92,19 @@ impl WithSimd for Solve<'_> {
             adjoin(simd, views, &seen, &mut image);
             let step = ratio(square, dot(simd, &direction, &image));
             let step_v = load(simd, &step);
-            for (i, x) in x.iter_mut().enumerate() {
-                store(simd, simd.mul_add_f32s(step_v, load(simd, &direction[i]), load(simd, x)), x);
-                let less = simd.mul_f32s(step_v, load(simd, &image[i]));
-                store(simd, simd.sub_f32s(load(simd, &residual[i]), less), &mut residual[i]);
+            for (x, direction) in x.as_flattened_mut().iter_mut().zip(direction.as_flattened()) {
+                store(simd, simd.mul_add_f32s(step_v, load(simd, direction), load(simd, x)), x);
+            }
+            for (residual, image) in residual.as_flattened_mut().iter_mut().zip(image.as_flattened()) {
+                let less = simd.mul_f32s(step_v, load(simd, image));
+                store(simd, simd.sub_f32s(load(simd, residual), less), residual);
             }
             let next = dot(simd, &residual, &residual);
             let share = ratio(next, square);
             let share = load(simd, &share);
             square = next;
-            for (direction, residual) in direction.iter_mut().zip(&residual) {
+            for (direction, residual) in direction.as_flattened_mut().iter_mut().zip(residual.as_flattened())
+            {
                 store(simd, simd.mul_add_f32s(share, load(simd, direction), load(simd, residual)), direction);
             }
         }
@@ -119,9 +128,9 @@ fn ratio(over: F32x8, under: F32x8) -> F32x8 {
 }
 
 #[inline(always)]
-fn dot<S: Simd>(simd: S, a: &[F32x8], b: &[F32x8]) -> F32x8 {
+fn dot<S: Simd>(simd: S, a: &[[F32x8; 2]], b: &[[F32x8; 2]]) -> F32x8 {
     let mut sum = simd.splat_f32s(0.0);
-    for (a, b) in a.iter().zip(b) {
+    for (a, b) in a.as_flattened().iter().zip(b.as_flattened()) {
         sum = simd.mul_add_f32s(load(simd, a), load(simd, b), sum);
     }
     let mut out = F32x8::ZERO;
@@ -149,40 +158,38 @@ fn weigh<S: Simd>(simd: S, views: &ViewGrid, lit: &[F32x8], dark: f32, weight: &
     }
 }
 
-/// The most orders of a map: P = 16 and what a manifest may ask for beyond.
-const MOST_ORDERS: usize = 64;
-
-/// The sum over all rows at each view.
+/// The sum over all pairs of coefficients at each view.
 #[inline(always)]
-fn synthesise<S: Simd>(simd: S, views: &ViewGrid, x: &[F32x8], out: &mut [F32x8]) {
-    let (orders, quarters) = (views.orders().min(MOST_ORDERS), views.quarter.len());
-    let mut cosine = [F32x8::ZERO; MOST_ORDERS + 1];
-    let mut sine = [F32x8::ZERO; MOST_ORDERS + 1];
-    for (row, out) in out.chunks_exact_mut(quarters * MIRRORED).enumerate() {
-        let mut functions = views.functions_of(row).iter();
-        for q in 0..=orders {
-            let mut sums = [simd.splat_f32s(0.0); 2];
-            for (p, function) in (q..=views.p).zip(&mut functions) {
-                let (function, q) = (simd.splat_f32s(*function), q as isize);
-                sums[0] = simd.mul_add_f32s(function, load(simd, &x[views.coefficient(p, q)]), sums[0]);
-                if q > 0 {
-                    let sine = load(simd, &x[views.coefficient(p, -q)]);
-                    sums[1] = simd.mul_add_f32s(function, sine, sums[1]);
-                }
+fn synthesise<S: Simd>(simd: S, views: &ViewGrid, x: &[[F32x8; 2]], out: &mut [F32x8]) {
+    let mut terms = vec![[F32x8::ZERO; 2]; views.padded];
+    for (row, out) in out.chunks_exact_mut(views.quarter.len() * MIRRORED).enumerate() {
+        let (mut functions, mut x) = (views.functions_of(row), x);
+        for (term, count) in terms.iter_mut().zip(views.counts()) {
+            let (of_q, others) = functions.split_at(count);
+            let (x_q, rest) = x.split_at(count);
+            (functions, x) = (others, rest);
+            let (mut cosine, mut sine) = (simd.splat_f32s(0.0), simd.splat_f32s(0.0));
+            for (function, [c, s]) in of_q.iter().zip(x_q) {
+                let function = simd.splat_f32s(*function);
+                cosine = simd.mul_add_f32s(function, load(simd, c), cosine);
+                sine = simd.mul_add_f32s(function, load(simd, s), sine);
             }
-            store(simd, sums[0], &mut cosine[q]);
-            store(simd, sums[1], &mut sine[q]);
+            store(simd, cosine, &mut term[0]);
+            store(simd, sine, &mut term[1]);
         }
-        for (waves, out) in views.waves.chunks_exact(orders + 1).zip(out.chunks_exact_mut(MIRRORED)) {
+        for (waves, out) in views.waves.chunks_exact(views.padded).zip(out.chunks_exact_mut(MIRRORED)) {
             // Cosines and sines of even and of odd q.
-            let mut c = [simd.splat_f32s(0.0); 2];
-            let mut s = [simd.splat_f32s(0.0); 2];
-            for (q, [cos, sin]) in waves.iter().enumerate() {
-                c[q % 2] = simd.mul_add_f32s(simd.splat_f32s(*cos), load(simd, &cosine[q]), c[q % 2]);
-                s[q % 2] = simd.mul_add_f32s(simd.splat_f32s(*sin), load(simd, &sine[q]), s[q % 2]);
+            let (mut c0, mut c1) = (simd.splat_f32s(0.0), simd.splat_f32s(0.0));
+            let (mut s0, mut s1) = (c0, c1);
+            for (waves, terms) in waves.chunks_exact(2).zip(terms.chunks_exact(2)) {
+                let ([[cos0, sin0], [cos1, sin1]], [even, odd]) = (pair(waves), pair_of(terms));
+                c0 = simd.mul_add_f32s(simd.splat_f32s(cos0), load(simd, &even[0]), c0);
+                s0 = simd.mul_add_f32s(simd.splat_f32s(sin0), load(simd, &even[1]), s0);
+                c1 = simd.mul_add_f32s(simd.splat_f32s(cos1), load(simd, &odd[0]), c1);
+                s1 = simd.mul_add_f32s(simd.splat_f32s(sin1), load(simd, &odd[1]), s1);
             }
-            let (even, odd) = (simd.add_f32s(c[0], s[1]), simd.add_f32s(c[1], s[0]));
-            let (even_less, odd_less) = (simd.sub_f32s(c[0], s[1]), simd.sub_f32s(c[1], s[0]));
+            let (even, odd) = (simd.add_f32s(c0, s1), simd.add_f32s(c1, s0));
+            let (even_less, odd_less) = (simd.sub_f32s(c0, s1), simd.sub_f32s(c1, s0));
             // phi: all; pi - phi: odd cosines and even sines change sign; pi + phi: all odd; -phi: all sines.
             store(simd, simd.add_f32s(even, odd), &mut out[0]);
             store(simd, simd.sub_f32s(even, odd), &mut out[1]);
@@ -192,42 +199,59 @@ fn synthesise<S: Simd>(simd: S, views: &ViewGrid, x: &[F32x8], out: &mut [F32x8]
     }
 }
 
-/// The adjoint: for each row the sum over all views.
+/// The adjoint: for each pair of coefficients the sum over all views.
 #[inline(always)]
-fn adjoin<S: Simd>(simd: S, views: &ViewGrid, seen: &[F32x8], out: &mut [F32x8]) {
-    let (orders, quarters) = (views.orders().min(MOST_ORDERS), views.quarter.len());
-    out.fill(F32x8::ZERO);
-    for (row, seen) in seen.chunks_exact(quarters * MIRRORED).enumerate() {
-        let mut cosine = [F32x8::ZERO; MOST_ORDERS + 1];
-        let mut sine = [F32x8::ZERO; MOST_ORDERS + 1];
-        for (waves, seen) in views.waves.chunks_exact(orders + 1).zip(seen.chunks_exact(MIRRORED)) {
+fn adjoin<S: Simd>(simd: S, views: &ViewGrid, seen: &[F32x8], out: &mut [[F32x8; 2]]) {
+    out.fill([F32x8::ZERO; 2]);
+    let mut terms = vec![[F32x8::ZERO; 2]; views.padded];
+    for (row, seen) in seen.chunks_exact(views.quarter.len() * MIRRORED).enumerate() {
+        terms.fill([F32x8::ZERO; 2]);
+        for (waves, seen) in views.waves.chunks_exact(views.padded).zip(seen.chunks_exact(MIRRORED)) {
             let (a, b) = (load(simd, &seen[0]), load(simd, &seen[1]));
             let (c, d) = (load(simd, &seen[2]), load(simd, &seen[3]));
             let (ab, cd) = (simd.add_f32s(a, b), simd.add_f32s(c, d));
             let (ab_less, dc_less) = (simd.sub_f32s(a, b), simd.sub_f32s(d, c));
-            let cosines = [simd.add_f32s(ab, cd), simd.add_f32s(ab_less, dc_less)];
-            let sines = [simd.sub_f32s(ab_less, dc_less), simd.sub_f32s(ab, cd)];
-            for (q, [cos, sin]) in waves.iter().enumerate() {
-                let sum = simd.mul_add_f32s(simd.splat_f32s(*cos), cosines[q % 2], load(simd, &cosine[q]));
-                store(simd, sum, &mut cosine[q]);
-                let sum = simd.mul_add_f32s(simd.splat_f32s(*sin), sines[q % 2], load(simd, &sine[q]));
-                store(simd, sum, &mut sine[q]);
+            let (c0, c1) = (simd.add_f32s(ab, cd), simd.add_f32s(ab_less, dc_less));
+            let (s0, s1) = (simd.sub_f32s(ab_less, dc_less), simd.sub_f32s(ab, cd));
+            for (waves, terms) in waves.chunks_exact(2).zip(terms.chunks_exact_mut(2)) {
+                let [[cos0, sin0], [cos1, sin1]] = pair(waves);
+                let [even, odd] = terms else { continue };
+                accumulate(simd, cos0, c0, &mut even[0]);
+                accumulate(simd, sin0, s0, &mut even[1]);
+                accumulate(simd, cos1, c1, &mut odd[0]);
+                accumulate(simd, sin1, s1, &mut odd[1]);
             }
         }
-        let mut functions = views.functions_of(row).iter();
-        for q in 0..=orders {
-            let (cosine, sine) = (load(simd, &cosine[q]), load(simd, &sine[q]));
-            for (p, function) in (q..=views.p).zip(&mut functions) {
-                let (function, q) = (simd.splat_f32s(*function), q as isize);
-                let right = &mut out[views.coefficient(p, q)];
-                store(simd, simd.mul_add_f32s(function, cosine, load(simd, right)), right);
-                if q > 0 {
-                    let left = &mut out[views.coefficient(p, -q)];
-                    store(simd, simd.mul_add_f32s(function, sine, load(simd, left)), left);
-                }
+        let (mut functions, mut out) = (views.functions_of(row), &mut *out);
+        for (term, count) in terms.iter().zip(views.counts()) {
+            let (of_q, others) = functions.split_at(count);
+            let (out_q, rest) = out.split_at_mut(count);
+            (functions, out) = (others, rest);
+            let (cosine, sine) = (load(simd, &term[0]), load(simd, &term[1]));
+            for (function, [c, s]) in of_q.iter().zip(out_q) {
+                accumulate(simd, *function, cosine, c);
+                accumulate(simd, *function, sine, s);
             }
         }
     }
+}
+
+/// Adds a factor times a vector.
+#[inline(always)]
+fn accumulate<S: Simd>(simd: S, factor: f32, vector: S::f32s, sum: &mut F32x8) {
+    store(simd, simd.mul_add_f32s(simd.splat_f32s(factor), vector, load(simd, sum)), sum);
+}
+
+/// A chunk of two waves.
+#[inline(always)]
+fn pair(waves: &[[f32; 2]]) -> [[f32; 2]; 2] {
+    [waves[0], waves[1]]
+}
+
+/// A chunk of two terms.
+#[inline(always)]
+fn pair_of(terms: &[[F32x8; 2]]) -> [&[F32x8; 2]; 2] {
+    [&terms[0], &terms[1]]
 }
 
 #[cfg(test)]
@@ -240,7 +264,7 @@ mod tests {
     use super::*;
     use crate::Terms;
 
-    struct Both<'a>(&'a ViewGrid, &'a [F32x8], &'a [F32x8], &'a mut [F32x8], &'a mut [F32x8]);
+    struct Both<'a>(&'a ViewGrid, &'a [[F32x8; 2]], &'a [F32x8], &'a mut [F32x8], &'a mut [[F32x8; 2]]);
 
     impl WithSimd for Both<'_> {
         type Output = ();
@@ -262,30 +286,32 @@ mod tests {
     fn synthesis_is_the_sum_of_harmonics_and_adjoint_to_the_sum_over_views() {
         for (p, terms) in [(5, Terms::All), (8, Terms::Zonal), (16, Terms::All)] {
             let views = ViewGrid::new(p, p, terms, Centre::Reflection);
-            let rows = if terms == Terms::Zonal { p + 1 } else { (p + 1) * (p + 1) };
-            let (x, v) = (noise(rows, 3), noise(views.len(), 11));
-            let (mut seen, mut sums) = (vec![F32x8::ZERO; views.len()], vec![F32x8::ZERO; rows]);
+            let rows = views.rows_of_pairs();
+            let (mut x, v) = (noise(2 * rows.len(), 3).as_chunks().0.to_vec(), noise(views.len(), 11));
+            // Order 0 has no sine.
+            x.iter_mut().zip(&rows).filter(|(_, row)| row[1].is_none()).for_each(|(x, _)| x[1] = F32x8::ZERO);
+            let (mut seen, mut sums) = (vec![F32x8::ZERO; views.len()], vec![[F32x8::ZERO; 2]; rows.len()]);
             SimdLevel::detect().run(Both(&views, &x, &v, &mut seen, &mut sums));
             let inner = |a: &[F32x8], b: &[F32x8]| -> f64 {
                 a.iter().zip(b).map(|(a, b)| f64::from(a.0[2]) * f64::from(b.0[2])).sum()
             };
-            let (left, right) = (inner(&seen, &v), inner(&x, &sums));
-            assert!((left - right).abs() < 1e-4 * (rows * views.len()) as f64, "{left} {right}");
+            let (left, right) = (inner(&seen, &v), inner(x.as_flattened(), sums.as_flattened()));
+            assert!((left - right).abs() < 1e-4 * (rows.len() * views.len()) as f64, "{left} {right}");
 
             let degree = Degree::new(p).unwrap();
             let mut y = vec![0.0; degree.rows()];
             for (row, (theta, _)) in views.rows.iter().enumerate().step_by(7) {
                 for (k, phi) in views.azimuths(0).into_iter().enumerate() {
                     Basis::new(degree).evaluate_into(Direction::from_angles(*theta, phi), &mut y);
-                    let expected: f64 = (0..=p)
-                        .flat_map(|p| (-(p as isize)..=p as isize).map(move |q| (p, q)))
-                        .filter(|(_, q)| terms == Terms::All || *q == 0)
-                        .map(|(p, q)| {
-                            f64::from(x[views.coefficient(p, q)].0[5]) * y[(p * p + p).wrapping_add_signed(q)]
-                        })
+                    let row_of = |row: usize| if terms == Terms::Zonal { row * row + row } else { row };
+                    let expected: f64 = rows
+                        .iter()
+                        .zip(&x)
+                        .flat_map(|(rows, x)| rows.iter().zip(x))
+                        .filter_map(|(row, x)| Some(f64::from(x.0[5]) * y[row_of((*row)?)]))
                         .sum();
                     let found = f64::from(seen[row * views.quarter.len() * MIRRORED + k].0[5]);
-                    assert!((found - expected).abs() < 1e-4 * rows as f64, "{found} {expected}");
+                    assert!((found - expected).abs() < 1e-4 * rows.len() as f64, "{found} {expected}");
                 }
             }
         }

@@ -22,8 +22,10 @@ pub(super) struct ViewGrid {
     pub(super) quarter: Vec<f64>,
     /// f_pq(theta_o) times sqrt(2) for q > 0: [row, q, p - q], the rows of q one after the other.
     pub(super) functions: Vec<f32>,
-    /// cos(q phi) and sin(q phi): [azimuth, q].
+    /// cos(q phi) and sin(q phi), and zeros up to [`ViewGrid::padded`]: [azimuth, q].
     pub(super) waves: Vec<[f32; 2]>,
+    /// The number of orders q, rounded up to an even one.
+    pub(super) padded: usize,
     /// 4 pi over the number of views.
     pub(super) solid_angle: f32,
 }
@@ -52,12 +54,16 @@ impl ViewGrid {
                 functions.extend((q..=p).map(|p| y[p * p + p + q] as f32));
             }
         }
+        let padded = (orders + 1).next_multiple_of(2);
         let wave = |phi: f64| {
-            (0..=orders).map(move |q| [(q as f64 * phi).cos() as f32, (q as f64 * phi).sin() as f32])
+            (0..padded).map(move |q| match q as f64 * phi {
+                angle if q <= orders => [angle.cos() as f32, angle.sin() as f32],
+                _ => [0.0; 2],
+            })
         };
         let waves = quarter.iter().flat_map(|phi| wave(*phi)).collect();
         let solid_angle = (4.0 * PI / (rows.len() * columns) as f64) as f32;
-        Self { p, terms, rows, quarter, functions, waves, solid_angle }
+        Self { p, terms, rows, quarter, functions, waves, padded, solid_angle }
     }
 
     /// The highest q.
@@ -82,11 +88,20 @@ impl ViewGrid {
         [phi, PI - phi, PI + phi, -phi]
     }
 
-    /// The row of a map's coefficients that holds (p, q), q of either sign.
-    pub(super) fn coefficient(&self, p: usize, q: isize) -> usize {
-        match self.terms {
-            Terms::Zonal => p,
-            Terms::All => (p * p + p).wrapping_add_signed(q),
-        }
+    /// The number of coefficients p = q ..= P of each order q.
+    pub(super) fn counts(&self) -> impl Iterator<Item = usize> + use<> {
+        let p = self.p;
+        (0..=self.orders()).map(move |q| p + 1 - q)
+    }
+
+    /// The rows of a map's coefficients as cosine and sine of each (q, p), q before p: what the sums over p then q
+    /// need. Order 0 has no sine.
+    pub(super) fn rows_of_pairs(&self) -> Vec<[Option<usize>; 2]> {
+        let row = |p: usize, q: usize| match self.terms {
+            Terms::Zonal => [Some(p), None],
+            Terms::All if q == 0 => [Some(p * p + p), None],
+            Terms::All => [Some(p * p + p + q), Some(p * p + p - q)],
+        };
+        (0..=self.orders()).flat_map(|q| (q..=self.p).map(move |p| row(p, q))).collect()
     }
 }
