@@ -6,7 +6,7 @@ use brdf::{Centre, Material};
 use shrm::{Cabral, KautzMcCool, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
-use crate::{Light, RenderError};
+use crate::{Light, Mode, RenderError};
 
 /// The sizes of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +39,7 @@ pub struct Look {
     material: Option<Material>,
     sizes: MapSizes,
     local: OnceLock<Result<Shrm, RenderError>>,
+    baked: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
     cabral: OnceLock<Result<Cabral, RenderError>>,
     kautz_mccool: OnceLock<Result<KautzMcCool, RenderError>>,
@@ -68,6 +69,7 @@ impl Look {
             material,
             sizes,
             local: OnceLock::new(),
+            baked: OnceLock::new(),
             global: OnceLock::new(),
             cabral: OnceLock::new(),
             kautz_mccool: OnceLock::new(),
@@ -111,7 +113,8 @@ impl Look {
         self.sizes
     }
 
-    /// The local SHRM on [`Look::cube`].
+    /// The local SHRM on [`Look::cube`], without the lamps that the reflection has beside it: modes that look it
+    /// up add them ([`crate::shading::lamps`]).
     ///
     /// # Errors
     /// If the map would be too large.
@@ -119,7 +122,46 @@ impl Look {
         self.local.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
     }
 
-    /// The global SHRM on [`Look::cube`].
+    /// The local SHRM with the lamps in it, as the exports write it for readers that cannot add them.
+    fn baked(&self) -> Result<&Shrm, RenderError> {
+        let Some(reflection) = self.reflection().filter(|reflection| reflection.lamps().is_some()) else {
+            return self.local();
+        };
+        let made = self.baked.get_or_init(|| self.with_lamps(reflection, &|| false));
+        made.as_ref().map_err(Clone::clone)
+    }
+
+    /// Makes the map with the lamps in it if a mode needs it: for a material that depends on the view it takes
+    /// seconds to minutes.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`]: no map is kept. Other errors are reported by the mode's map.
+    pub(crate) fn prepare(
+        &self,
+        mode: Mode,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), RenderError> {
+        let needed = matches!(mode, Mode::Cabral | Mode::KautzMcCool) && self.baked.get().is_none();
+        let reflection = self.reflection().filter(|reflection| needed && reflection.lamps().is_some());
+        let Some(reflection) = reflection else { return Ok(()) };
+        let made = self.with_lamps(reflection, cancelled);
+        if cancelled() {
+            return Err(RenderError::Cancelled);
+        }
+        self.baked.get_or_init(|| made);
+        Ok(())
+    }
+
+    fn with_lamps(
+        &self,
+        reflection: &Reflection,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Shrm, RenderError> {
+        let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, cancelled);
+        made.map_err(|error| RenderError::maps(error.to_string()))
+    }
+
+    /// The global SHRM on [`Look::cube`], without lamps as [`Look::local`].
     ///
     /// # Errors
     /// As [`Look::local`].
@@ -134,19 +176,19 @@ impl Look {
         made.as_ref().map_err(Clone::clone)
     }
 
-    /// Cabral's twelve maps.
+    /// Cabral's twelve maps, with all light in them.
     ///
     /// # Errors
     /// As [`Look::local`].
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            Ok(Cabral::from_shrm(self.local()?))
+            Ok(Cabral::from_shrm(self.baked()?))
         });
         made.as_ref().map_err(Clone::clone)
     }
 
-    /// Kautz and McCool's texture.
+    /// Kautz and McCool's texture, with all light in it.
     ///
     /// # Errors
     /// As [`Look::local`], and if there is no slice.
@@ -154,7 +196,7 @@ impl Look {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
-            let texture = KautzMcCool::from_shrm(self.local()?, angles);
+            let texture = KautzMcCool::from_shrm(self.baked()?, angles);
             texture.ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
             })
@@ -172,7 +214,19 @@ impl Look {
             Field::Reflection(reflection) => {
                 within("the reflection map", self.texels(), 1, MAPS)?;
                 let field = reflection.plain(Plain::Mean);
-                sh::synthesise_cube(&field, self.cube()).map_err(|error| RenderError::maps(error.to_string()))
+                let mut texels: Vec<[f32; 3]> = sh::synthesise_cube(&field, self.cube())
+                    .map_err(|error| RenderError::maps(error.to_string()))?;
+                if let Some(lamps) = reflection.lamps() {
+                    let lit = lamps.plain(Plain::Mean, MapGrid::Cube(self.cube()));
+                    for (texel, lit) in texels.iter_mut().zip(lit) {
+                        (0..3).for_each(|channel| texel[channel] += lit[channel]);
+                    }
+                }
+                if reflection.is_for_light() {
+                    let values = texels.as_flattened_mut();
+                    values.iter_mut().for_each(|value| *value = value.max(0.0));
+                }
+                Ok(texels)
             }
             // The mean over all views is the term p = 0, in either frame.
             Field::Map(_) => {

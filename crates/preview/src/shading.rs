@@ -16,6 +16,7 @@ pub mod global_shrm;
 pub mod harmonics;
 pub mod irradiance;
 pub mod kautz_mccool;
+pub mod lamps;
 pub mod lat_long;
 pub mod light_samples;
 pub mod lobe_sampling;

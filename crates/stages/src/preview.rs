@@ -12,14 +12,20 @@
 //!
 //! | mode | the reflected light comes from |
 //! | --- | --- |
-//! | `local-shrm` | the local SHRM, evaluated at every pixel |
-//! | `global-shrm` | the global SHRM, evaluated once a frame into a reflection map for a far viewer |
+//! | `local-shrm` | the local SHRM, evaluated at every pixel, and the lamps |
+//! | `global-shrm` | the global SHRM, evaluated once a frame into a reflection map for a far viewer, and the lamps |
 //! | `cabral` | Cabral's twelve maps, blended by the view |
 //! | `kautz-mccool` | Kautz and McCool's texture, by the angle to the view |
 //! | `prefiltered` | one reflection map, the mean over all views |
 //! | `irradiance` | nine coefficients of the light, for a white matte surface |
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel |
+//!
+//! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each is added
+//! by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of `export-shrm`;
+//! before that, what a map shows below zero becomes 0. The maps of `cabral`, `kautz-mccool` and `prefiltered` hold
+//! all light, as their exports do. The first two start from the map that `lamps = "baked"` makes, which takes long at
+//! a high `resolution` if the highlight changes with the view.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the relative RMS: the root of the mean squared difference
@@ -263,13 +269,14 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
         brdf::revisions::MODELS,
         shrm::revisions::SYNTHESIS,
         shrm::revisions::RESAMPLING,
+        shrm::revisions::BAKING,
         envmap::revisions::RESAMPLING,
     ];
     const TEXT: &'static str = include_str!("preview.rs");
@@ -388,7 +395,9 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         }
         _ => {
             let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
-            if let Some(difference) = light_mismatch::difference(light.environment(), reflection.lighting()) {
+            let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
+            let lighting = sh::Lighting { series: reflection.lighting().clone(), lights };
+            if let Some(difference) = light_mismatch::difference(light.environment(), &lighting) {
                 context.warn(difference);
             }
             Look::new(light, reflection, material, sizes)

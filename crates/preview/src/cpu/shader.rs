@@ -5,12 +5,13 @@ use std::sync::{Arc, OnceLock};
 use brdf::Centre;
 use glam::Vec3;
 
-use super::cancellation::PeriodicCheck;
+use super::cancellation::{Cancellation, PeriodicCheck};
 use crate::shading::brute_force::{Prepared, brute_force};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
 use crate::shading::kautz_mccool::kautz_mccool;
+use crate::shading::lamps::{PackedLamps, lamps};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::prefiltered;
@@ -23,6 +24,7 @@ pub(super) struct LookCache {
     look: Arc<Look>,
     local: OnceLock<LocalShrm>,
     global: OnceLock<GlobalShrm>,
+    lamps: OnceLock<PackedLamps>,
     brute: OnceLock<Prepared>,
 }
 
@@ -33,10 +35,23 @@ impl LookCache {
         for object in &scene.objects {
             if Self::index(caches, &object.look).is_none() {
                 let look = Arc::clone(&object.look);
-                let (local, global, brute) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-                caches.push(Self { look, local, global, brute });
+                caches.push(Self {
+                    look,
+                    local: OnceLock::new(),
+                    global: OnceLock::new(),
+                    lamps: OnceLock::new(),
+                    brute: OnceLock::new(),
+                });
             }
         }
+    }
+
+    /// Makes what a mode needs and takes long to make.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn prepare(&self, mode: Mode, cancellation: &Cancellation<'_>) -> Result<(), RenderError> {
+        self.look.prepare(mode, &|| cancellation.check().is_err())
     }
 
     /// The index of a look's cache.
@@ -48,8 +63,8 @@ impl LookCache {
 /// A mode of a look, which shades surfaces.
 #[derive(Debug)]
 pub(super) enum Shader<'a> {
-    Local(&'a LocalShrm),
-    Global { map: &'a GlobalShrm, radiance: Vec<[f32; 3]> },
+    Local { map: &'a LocalShrm, lamps: &'a PackedLamps },
+    Global { map: &'a GlobalShrm, radiance: Vec<[f32; 3]>, lamps: &'a PackedLamps },
     Cabral { icosahedron: Icosahedron, cube: Cube<'a> },
     KautzMcCool { count: usize, cube: Cube<'a> },
     Prefiltered(Cube<'a>),
@@ -71,16 +86,18 @@ impl<'a> Shader<'a> {
     pub(super) fn new(mode: Mode, cache: &'a LookCache, view: Vec3) -> Result<Self, RenderError> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
+        let lamps = || once(&cache.lamps, || PackedLamps::new(look.reflection()));
         let no_cube = || RenderError::maps("the look's map does not lie on a cube");
         Ok(match mode {
-            Mode::LocalShrm => {
-                Self::Local(once(&cache.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?)
-            }
+            Mode::LocalShrm => Self::Local {
+                map: once(&cache.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?,
+                lamps: lamps()?,
+            },
             Mode::GlobalShrm => {
                 let map = once(&cache.global, || GlobalShrm::new(look.global()?).ok_or_else(no_cube))?;
                 let mut radiance = vec![[0.0; 3]; map.texels()];
                 global_update_into(map, view, &mut radiance);
-                Self::Global { map, radiance }
+                Self::Global { map, radiance, lamps: lamps()? }
             }
             Mode::Cabral => {
                 Self::Cabral { icosahedron: Icosahedron::default(), cube: cube(look.cabral()?.maps()) }
@@ -113,8 +130,10 @@ impl<'a> Shader<'a> {
         check: &mut PeriodicCheck<'_>,
     ) -> Result<Vec3, RenderError> {
         Ok(match self {
-            Self::Local(map) => local_shrm(map, surface),
-            Self::Global { map, radiance } => global_shrm(map, radiance, surface),
+            Self::Local { map, lamps: beside } => lamps(beside, local_shrm(map, surface), surface),
+            Self::Global { map, radiance, lamps: beside } => {
+                lamps(beside, global_shrm(map, radiance, surface), surface)
+            }
             Self::Cabral { icosahedron, cube } => {
                 cabral(icosahedron, cube.edge, cube.texels, cube.centre, surface)
             }

@@ -1,6 +1,7 @@
 //! The CPU's pictures, compared with what is known without rendering.
 
 mod coverage;
+mod lamps;
 mod pictures;
 mod surfaces;
 

@@ -278,6 +278,11 @@ impl<'a> FrameEncoder<'a> {
         for (k, Visible { object, pixels }) in seen.into_iter().enumerate() {
             let look = &self.scene.objects[object].look;
             let maps = self.resources.lights.get(look.light());
+            if mode.adds_lamps() {
+                let maps = self.resources.looks.get(look);
+                let Some(lamps) = maps.and_then(|maps| maps.lamps.as_ref()) else { continue };
+                pass.set_bind_group(3, lamps, &[]);
+            }
             match mode {
                 Mode::BruteForce => {
                     let Some(samples) = self.resources.looks.get(look).and_then(|maps| maps.samples.as_ref())

@@ -1,8 +1,8 @@
 //! The shaders, their bindings and pipelines.
 //!
 //! Group 0 is one sample of each pixel (frame.wgsl), group 1 a map (map.wgsl), group 2 the inputs and outputs
-//! of a pass, and group 3 the light and material of brute force. The files of `shading/` follow these; one
-//! generated line calls the mode.
+//! of a pass, and group 3 the light and material of brute force, or the lamps beside a map and their material. The
+//! files of `shading/` follow these; one generated line calls the mode.
 
 use std::collections::HashMap;
 
@@ -31,6 +31,7 @@ const HARMONICS: &str = include_str!("../shading/harmonics.wgsl");
 const BACKGROUND: &str = include_str!("../shading/background.wgsl");
 const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
 const DEVELOP: &str = include_str!("../shading/develop.wgsl");
+const LAMPS: &str = include_str!("../shading/lamps.wgsl");
 const GLOBAL_SHRM: &str = include_str!("../shading/global_shrm.wgsl");
 
 /// The format of the depth buffer.
@@ -47,6 +48,7 @@ pub(super) struct Layouts {
     pub(super) develop: wgpu::BindGroupLayout,
     pub(super) present: wgpu::BindGroupLayout,
     pub(super) light: wgpu::BindGroupLayout,
+    pub(super) lamps: wgpu::BindGroupLayout,
 }
 
 /// The pipelines. That of a mode is compiled when the mode is first shown.
@@ -115,6 +117,7 @@ impl Layouts {
                 &[entry(0, ShaderStages::FRAGMENT, uniform()), entry(1, ShaderStages::FRAGMENT, read())],
             ),
             light: layout("light and material", &[0, 1, 2].map(|binding| entry(binding, compute, read()))),
+            lamps: layout("lamps and material", &[1, 3].map(|binding| entry(binding, compute, read()))),
         }
     }
 }
@@ -150,9 +153,10 @@ impl Pipelines {
     pub(super) fn prepare(&mut self, layouts: &Layouts, mode: Mode) {
         let device = &self.device;
         self.modes.entry(mode).or_insert_with(|| {
-            let Layouts { frame, map, shade, light, .. } = layouts;
+            let Layouts { frame, map, shade, light, lamps, .. } = layouts;
             let groups = match mode {
                 Mode::BruteForce => &[Some(frame), None, Some(shade), Some(light)][..],
+                mode if mode.adds_lamps() => &[Some(frame), Some(map), Some(shade), Some(lamps)],
                 _ => &[Some(frame), Some(map), Some(shade)],
             };
             compute(device, "shade", groups, &mode_source(mode))
@@ -185,8 +189,11 @@ fn develop_source() -> String {
 fn mode_source(mode: Mode) -> String {
     let (material, lobe_sampling) = (material::shader(), lobe_sampling::shader());
     let (files, value): (&[&str], _) = match mode {
-        Mode::LocalShrm => (&[include_str!("../shading/local_shrm.wgsl")], "local_shrm(surface)"),
-        Mode::GlobalShrm => (&[GLOBAL_SHRM], "global_shrm(surface)"),
+        Mode::LocalShrm => (
+            &[&material, LAMPS, include_str!("../shading/local_shrm.wgsl")],
+            "lamps_added(surface, local_shrm(surface))",
+        ),
+        Mode::GlobalShrm => (&[&material, LAMPS, GLOBAL_SHRM], "lamps_added(surface, global_shrm(surface))"),
         Mode::Cabral => (&[include_str!("../shading/cabral.wgsl")], "cabral(surface)"),
         Mode::KautzMcCool => (&[include_str!("../shading/kautz_mccool.wgsl")], "kautz_mccool(surface)"),
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),

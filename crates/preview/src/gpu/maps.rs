@@ -12,6 +12,7 @@ use super::numbers::centre;
 use crate::shading::brute_force::Prepared;
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
+use crate::shading::lamps::PackedLamps;
 use crate::{Light, Look, Mode, RenderError};
 
 /// The properties of a map: `MapUniforms` of map.wgsl.
@@ -53,6 +54,8 @@ pub(super) struct LookMaps {
     pub(super) degree: usize,
     /// Light, material and lobes of [`Mode::BruteForce`], which has no map.
     pub(super) samples: Option<wgpu::BindGroup>,
+    /// The lamps of the modes that add them, and their material.
+    pub(super) lamps: Option<wgpu::BindGroup>,
     /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
     pub(super) update: Option<Update>,
 }
@@ -153,6 +156,31 @@ impl LookMaps {
             self.samples = Some(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("light and material"),
                 layout: &layouts.light,
+                entries: &entries,
+            }));
+        }
+        Ok(())
+    }
+
+    /// Makes [`LookMaps::lamps`] unless they exist.
+    pub(super) fn prepare_lamps(
+        &mut self,
+        device: &Device,
+        layouts: &Layouts,
+        look: &Look,
+    ) -> Result<(), RenderError> {
+        if self.lamps.is_none() {
+            let packed = PackedLamps::new(look.reflection())?;
+            let usage = BufferUsages::STORAGE;
+            let material = device.filled("the material", usage, packed.material())?;
+            let lamps = device.filled("the lamps", usage, packed.elements())?;
+            let entries = [(1, &material), (3, &lamps)].map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            });
+            self.lamps = Some(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("lamps and material"),
+                layout: &layouts.lamps,
                 entries: &entries,
             }));
         }

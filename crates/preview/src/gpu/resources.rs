@@ -80,6 +80,9 @@ impl Resources {
                     _ => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare(device, layouts, &object.look, mode)?;
+                        if mode.adds_lamps() {
+                            maps.prepare_lamps(device, layouts, &object.look)?;
+                        }
                         if maps.degree > self.degree {
                             let degree = maps.degree.next_power_of_two();
                             self.harmonics = constants(device, degree)?;

@@ -20,7 +20,7 @@
 //! value is infinite or NaN, for any two unit vectors.
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::f32::consts::{FRAC_PI_2, PI};
 

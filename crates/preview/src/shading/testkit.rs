@@ -84,6 +84,16 @@ pub(crate) fn reflection(centre: brdf::Centre, f: usize, p: usize) -> shrm::Refl
     shrm::Reflection::convolve(&sky, &brdf)
 }
 
+/// Lights in irregular directions, strong and weak, some of them below most surfaces.
+pub(crate) fn lights() -> Vec<sh::Light> {
+    let light = |k: usize| {
+        let direction = Direction::from_angles(0.35 + 0.37 * k as f64, 1.3 + 2.4 * k as f64);
+        let flux = [0, 1, 2].map(|channel| 0.1 + 10.0 * f64::from(noise(3 * k + channel + 1)).powi(4));
+        sh::Light::from_flux(direction, 0.004 * k as f64, flux)
+    };
+    (0..8).map(light).collect()
+}
+
 /// A map of [`reflection`] on a cube.
 pub(crate) fn map(centre: brdf::Centre, edge: usize, p: usize, view: shrm::View) -> shrm::Shrm {
     let grid = shrm::MapGrid::Cube(sphere::Cube { edge });

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, LazyLock};
 
-use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, project};
+use brdf::{BrdfCoefficients, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, project};
 use envmap::Environment;
 use preview::{Light, Look, MapSizes};
-use sh::{Degree, Expansion, Transform};
-use shrm::Reflection;
+use sh::{Degree, Expansion, Lighting, Transform};
+use shrm::{Lamps, Reflection};
 use sphere::LatLong;
 
 /// A look, and the names of its light and material.
@@ -17,7 +17,8 @@ const F: usize = 12;
 const P: usize = 5;
 const SIZES: MapSizes = MapSizes { edge: 16, slices: 9 };
 
-/// The looks of four materials under the first environment, then under the second, then under the third.
+/// The looks of four materials under the first environment, then under the second, then under the third; and
+/// under the second once more, with the lamps beside the lighting.
 ///
 /// One material is centred on the normal, one on the tangent, and two on the reflection vector: one of them
 /// is zonal, one has all terms.
@@ -40,6 +41,7 @@ pub(crate) fn looks() -> &'static [Named] {
                 looks.push((format!("{light_name} {name}"), Arc::new(look)));
             }
         }
+        looks.extend(beside_lamps(&pairs));
         looks
     });
     &LOOKS
@@ -50,6 +52,22 @@ pub(crate) fn without_material() -> Arc<Look> {
     let (_, look) = &looks()[0];
     let reflection = look.reflection().unwrap().clone();
     Arc::new(Look::new(Arc::clone(look.light()), reflection, None, SIZES))
+}
+
+/// The looks of materials in the room, with its lamps beside the lighting.
+fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
+    let [_, (_, room), _] = environments();
+    let separated = room.separate_lamps();
+    let lighting = Lighting { series: analysed(&separated.soft), lights: separated.lights };
+    assert!(lighting.lights.len() > 1, "{:?}", lighting.lights);
+    let light = Arc::new(Light::new(room, Some(lighting.whole())));
+    let look = |(name, material, coefficients): &(&str, Material, BrdfCoefficients)| {
+        let lamps = Lamps { lights: lighting.lights.clone(), material: material.clone() };
+        let reflection = Reflection::convolve(&lighting.series, coefficients).with_lamps(lamps);
+        let look = Look::new(Arc::clone(&light), reflection, Some(material.clone()), SIZES);
+        (format!("lamps {name}"), Arc::new(look))
+    };
+    pairs.iter().map(look).collect()
 }
 
 /// The look of a material under an environment, both read from files.
