@@ -82,6 +82,7 @@ use sphere::Rotation;
 use crate::artifacts;
 use crate::choices::{STOPS, ToneMapName};
 use crate::contact_sheet::exposure_of;
+use crate::light_mismatch;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
 use fallback_renderer::FallbackRenderer;
@@ -89,7 +90,6 @@ use values::{Backend, BackgroundChoice, Size};
 
 mod comparison;
 mod fallback_renderer;
-mod light_mismatch;
 mod values;
 
 choice! {
@@ -388,7 +388,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         }
         _ => {
             let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
-            if let Some(difference) = light_mismatch::difference(light.environment(), reflection.lighting()) {
+            if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
                 context.warn(difference);
             }
             Look::new(light, reflection, material, sizes)

@@ -8,6 +8,8 @@
 use brdf::Centre;
 use sphere::{DVec3, Direction};
 
+use crate::report::figures::Errors;
+
 /// The pixels that see the sphere.
 pub(crate) struct Sphere {
     edge: usize,
@@ -54,15 +56,10 @@ impl Sphere {
         self.pixels.iter().map(central).collect()
     }
 
-    /// Whether a pixel, counted as in [`Sphere::central`], sees the sphere and counts in errors.
-    pub(crate) fn sees(&self, pixel: usize) -> bool {
-        self.pixels[pixel].inside
-    }
-
     /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of
     /// the mean of `truth` squared. Both in the order of [`Sphere::central`]. If the truth is black: 0 if
     /// both are equal, infinite otherwise.
-    pub(crate) fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+    fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
         let (mut difference, mut energy) = (0.0, 0.0);
         for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
             if pixel.inside {
@@ -73,6 +70,30 @@ impl Sphere {
             }
         }
         if difference == 0.0 { 0.0 } else { (difference / energy).sqrt() }
+    }
+
+    /// The errors of values that a renderer reads, in the order of [`Sphere::central`]: a value below 0 is
+    /// black to it. `dark` is the radiance below which black is black, e of [`Errors`].
+    pub(crate) fn errors(&self, values: &[[f32; 3]], truth: &[[f32; 3]], dark: f64) -> Errors {
+        let e = dark.max(f64::MIN_POSITIVE);
+        let (mut stops, mut negative) = (Vec::with_capacity(3 * self.pixels.len()), 0_usize);
+        for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
+            if pixel.inside {
+                for (&value, &truth) in value.iter().zip(truth) {
+                    negative += usize::from(f64::from(value) < -0.1 * dark);
+                    let seen = |value: f32| f64::from(value.max(0.0)) + e;
+                    stops.push((seen(value) / seen(truth)).log2().abs());
+                }
+            }
+        }
+        stops.sort_by(f64::total_cmp);
+        let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
+        Errors {
+            rms: self.relative_rms(values, truth),
+            p95: at(0.95),
+            p99: at(0.99),
+            negative: negative as f64 / stops.len().max(1) as f64,
+        }
     }
 
     /// The whole picture, black outside the sphere, of values in the order of [`Sphere::central`].
@@ -122,5 +143,29 @@ mod tests {
         let mut one = truth.clone();
         one[outside] = [9.0; 3];
         assert_eq!(sphere.relative_rms(&one, &truth), 0.0);
+    }
+
+    #[test]
+    fn errors_in_stops_count_what_an_eye_sees() {
+        let sphere = Sphere::new(64);
+        let inside: Vec<usize> =
+            (0..sphere.pixels.len()).filter(|pixel| sphere.pixels[*pixel].inside).collect();
+        let truth = vec![[1.0_f32; 3]; sphere.pixels.len()];
+        let mut values = truth.clone();
+        // 2 % of the pixels are twice as bright, another 0.5 % are far below zero.
+        let count = |share: f64| (share * inside.len() as f64) as usize;
+        for pixel in &inside[..count(0.02)] {
+            values[*pixel] = [2.0; 3];
+        }
+        for pixel in &inside[count(0.5)..count(0.505)] {
+            values[*pixel] = [-7.0; 3];
+        }
+        let errors = sphere.errors(&values, &truth, 0.01);
+        assert!(errors.p95 == 0.0 && (errors.p99 - (2.01_f64 / 1.01).log2()).abs() < 1e-6, "{errors:?}");
+        assert!((errors.negative - 0.005).abs() < 1e-3, "{errors:?}");
+        // Black is black: what is far below the mean radiance does not count, nor does rounding below zero.
+        let dark = vec![[0.0_f32; 3]; truth.len()];
+        let errors = sphere.errors(&vec![[-1e-4; 3]; truth.len()], &dark, 0.01);
+        assert_eq!((errors.p99, errors.negative), (0.0, 0.0));
     }
 }
