@@ -61,15 +61,40 @@ impl Reflection {
             return self.synthesise(grid, view);
         };
         let soft = self.synthesise(grid, View::Local)?;
-        let local =
-            if soft.p().get() == 0 { added(soft, lamps) } else { self.fitted(&soft, lamps, cancelled)? };
+        let local = if soft.p().get() == 0 {
+            added(soft, lamps)
+        } else {
+            self.fitted(&soft, lamps, None, cancelled)?
+        };
         Ok(if view == View::Global { local.to_global() } else { local })
+    }
+
+    /// Some texels of [`Reflection::bake`]'s local map, from the local map that [`Reflection::synthesise`]
+    /// makes; texels that are not listed are black. The work is that of the listed texels.
+    ///
+    /// # Errors
+    /// As [`Reflection::synthesise`].
+    ///
+    /// # Panics
+    /// If a texel is not one of the map.
+    pub fn bake_texels(
+        &self,
+        soft: &Shrm,
+        texels: &[usize],
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Shrm, SynthesisError> {
+        match self.lamps().filter(|lamps| !lamps.lights.is_empty()) {
+            None => Ok(soft.clone()),
+            Some(lamps) if soft.p().get() == 0 => Ok(added(soft.clone(), lamps)),
+            Some(lamps) => self.fitted(soft, lamps, Some(texels), cancelled),
+        }
     }
 
     fn fitted(
         &self,
         soft: &Shrm,
         lamps: &Lamps,
+        listed: Option<&[usize]>,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Shrm, SynthesisError> {
         let (grid, terms) = (soft.grid(), soft.terms());
@@ -81,7 +106,8 @@ impl Reflection {
         let views = ViewGrid::new(p.get(), terms, soft.centre());
         let table = LightTable::new(lamps, &views);
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
-        let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
+        let fitted = listed.map_or(grid.len(), <[usize]>::len);
+        let mut values = vec![[0.0_f32; 3]; fitted * rows];
         values.par_chunks_mut(LANES * rows).enumerate().for_each(|(block, values)| {
             if cancelled() {
                 return;
@@ -91,6 +117,7 @@ impl Reflection {
             let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
             for lane in 0..texels {
                 let texel = block * LANES + lane;
+                let texel = listed.map_or(texel, |listed| listed[texel]);
                 for (row, value) in soft.texel(texel).iter().enumerate() {
                     (0..3).for_each(|channel| start[channel][row].0[lane] = value[channel]);
                 }
@@ -105,6 +132,13 @@ impl Reflection {
                 }
             }
         });
+        if let Some(listed) = listed {
+            let mut whole = vec![[0.0_f32; 3]; grid.len() * rows];
+            for (texel, values) in listed.iter().zip(values.chunks_exact(rows)) {
+                whole[texel * rows..][..rows].copy_from_slice(values);
+            }
+            values = whole;
+        }
         Ok(Shrm { grid, view: View::Local, centre: soft.centre(), p, terms, values })
     }
 }
@@ -207,6 +241,11 @@ mod tests {
             let [a, b] = [&local, &global].map(|map| map.lookup().texel(texel, view));
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-3 * (1.0 + a[c].abs())), "{a:?} {b:?}");
         }
+        // Some texels alone are those of the whole map.
+        let soft = reflection.synthesise(grid, View::Local).unwrap();
+        let some = reflection.bake_texels(&soft, &[3, 17], &|| false).unwrap();
+        assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
+        assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
         let stopped = reflection.bake(grid, View::Local, &|| true).unwrap();
         assert!(stopped.values().iter().all(|value| *value == [0.0; 3]));
     }

@@ -17,8 +17,10 @@ struct Candidate<'a> {
     method: Method,
     environment: &'a str,
     export: &'a Export,
-    /// The most under any environment.
+    /// Under all environments together.
     bytes: u64,
+    /// The least and the most under any environment.
+    p: [usize; 2],
 }
 
 /// The smallest export that is good; if there is none, the smallest of those that come closest.
@@ -39,8 +41,13 @@ pub(crate) fn best<'a>(exports: &'a [Export], limits: &Limits) -> Option<&'a Exp
 }
 
 fn of_exports<'a>(environment: &'a str, exports: &'a [Export]) -> Vec<Candidate<'a>> {
-    let of =
-        |export: &'a Export| Candidate { method: export.method, environment, export, bytes: export.bytes };
+    let of = |export: &'a Export| Candidate {
+        method: export.method,
+        environment,
+        export,
+        bytes: export.bytes,
+        p: [export.p; 2],
+    };
     exports.iter().map(of).collect()
 }
 
@@ -87,13 +94,21 @@ fn under_the_worst<'a>(method: Method, pairs: &[&'a PairFigures], limits: &Limit
     let all = pairs.iter().map(|pair| {
         let same = || if method == Method::ShrmSeparate { find(pair, Method::Shrm) } else { None };
         let export = find(pair, method).or_else(same)?;
-        Some(Candidate { method, environment: &pair.environment, export, bytes: export.bytes })
+        Some(Candidate {
+            method,
+            environment: &pair.environment,
+            export,
+            bytes: export.bytes,
+            p: [export.p; 2],
+        })
     });
     let all = all.collect::<Option<Vec<_>>>()?;
-    let bytes = all.iter().map(|candidate| candidate.bytes).max()?;
+    let bytes = all.iter().map(|candidate| candidate.bytes).sum();
+    let p = |candidate: &Candidate<'_>| candidate.export.p;
+    let p = [all.iter().map(p).min()?, all.iter().map(p).max()?];
     let excess = |candidate: &Candidate<'_>| limits.excess(&candidate.export.errors);
     let worst = all.into_iter().max_by(|a, b| excess(a).total_cmp(&excess(b)))?;
-    Some(Candidate { bytes, ..worst })
+    Some(Candidate { bytes, p, ..worst })
 }
 
 /// What to use, without remedies.
@@ -103,7 +118,7 @@ fn advise(candidates: &[Candidate<'_>], several: bool, limits: &Limits) -> Advic
         return Advice { method: Method::ReflectionMap, good: false, environment, why };
     };
     let good = limits.excess(&chosen.export.errors) <= 1.0;
-    let (name, everywhere) = (named(&chosen), if several { " under every environment" } else { "" });
+    let (name, everywhere) = (named(&chosen, several), if several { " under every environment" } else { "" });
     let (word, figures) = (word(&chosen.export.errors, limits), figures(&chosen.export.errors));
     let environment = chosen.environment;
     let mut why = match (good, several) {
@@ -132,9 +147,9 @@ fn advise(candidates: &[Candidate<'_>], several: bool, limits: &Limits) -> Advic
         say(
             &mut why,
             &format!(
-                "It is for renderers that add its lights by the material's own BRDF. Of the others, {} is the \
-                 best choice: it is {}.",
-                named(&other),
+                "It needs a renderer that adds the lights by the material's own BRDF. For one that only looks maps \
+                 up, {} is the best choice: it is {}.",
+                named(&other, several),
                 brief(&other)
             ),
         );
@@ -205,11 +220,13 @@ pub(crate) fn word(errors: &Errors, limits: &Limits) -> &'static str {
     }
 }
 
-fn named(candidate: &Candidate<'_>) -> String {
+fn named(candidate: &Candidate<'_>, several: bool) -> String {
     let (title, size) = (candidate.method.title(), size(candidate.bytes));
-    match candidate.method {
-        Method::ReflectionMap => format!("{title} ({size})"),
-        _ => format!("{title} (F = {}, P = {}, {size})", candidate.export.f, candidate.export.p),
+    let all = if several { " in all" } else { "" };
+    match (candidate.method, candidate.p) {
+        (Method::ReflectionMap, _) => format!("{title} ({size}{all})"),
+        (_, [least, most]) if least < most => format!("{title} (P = {least} to {most}, {size}{all})"),
+        (_, [p, _]) => format!("{title} (P = {p}, {size}{all})"),
     }
 }
 
@@ -245,7 +262,7 @@ mod tests {
 
     fn export(method: Method, p95: f64, bytes: u64) -> Export {
         let errors = Errors { rms: p95, p95, p99: 2.0 * p95, negative: 0.0 };
-        Export { method, errors, f: 30, p: 8, bytes, texture: String::new() }
+        Export { method, errors, f: 30, p: 8, bytes, texture: String::new(), measured: 1.0 }
     }
 
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.
@@ -297,8 +314,8 @@ mod tests {
         assert_eq!((sunny.method, sunny.good), (Method::ShrmSeparate, true));
         assert!(
             sunny.why.contains(
-                "It is for renderers that add its lights by the material's own BRDF. Of the others, SHRM (F = 30, P = 8, \
-                 60 B) is the best choice: it is good (0.14 and 0.28 stops)."
+                "It needs a renderer that adds the lights by the material's own BRDF. For one that only looks maps up, \
+                 SHRM (P = 8, 60 B) is the best choice: it is good (0.14 and 0.28 stops)."
             ),
             "{}",
             sunny.why
@@ -331,7 +348,7 @@ mod tests {
         assert_eq!((satin.method, satin.good, satin.environment.as_str()), (Method::Shrm, true, "night"));
         assert!(
             satin.why.starts_with(
-                "SHRM (F = 30, P = 8, 60 B) is good under every environment. Where it is worst, under night, 95 % of \
+                "SHRM (P = 8, 120 B in all) is good under every environment. Where it is worst, under night, 95 % of \
                  samples are within 0.12 stops"
             ),
             "{}",

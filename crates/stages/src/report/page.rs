@@ -17,8 +17,8 @@ use crate::sheet::percent;
 pub(crate) struct Pictures {
     /// By brute force.
     pub(crate) truth: Vec<[u8; 3]>,
-    /// In the order of [`PairFigures::exports`].
-    pub(crate) exports: Vec<Vec<[u8; 3]>>,
+    /// In the order of [`PairFigures::exports`]: what each shows, and the truth, where it was measured.
+    pub(crate) exports: Vec<[Vec<[u8; 3]>; 2]>,
 }
 
 /// The HTML of a report; `pictures` in the order of its pairs.
@@ -187,8 +187,9 @@ fn card(
         1 + pair.exports.len()
     ));
     for export in &pair.exports {
+        let part = if export.measured < 1.0 { "<span>measured in patches</span>" } else { "" };
         page.put(format_args!(
-            "<div class=\"head\">{}<span>{:.2} · {:.2} stops</span><span>{}</span></div>",
+            "<div class=\"head\">{}<span>{:.2} · {:.2} stops</span><span>{}</span>{part}</div>",
             export.method.title(),
             export.errors.p95,
             export.errors.p99,
@@ -197,14 +198,14 @@ fn card(
     }
     page.line("\n<div class=\"side\">picture</div>");
     image(page, &pictures.truth, "brute force")?;
-    for (export, picture) in pair.exports.iter().zip(&pictures.exports) {
+    for (export, [picture, _]) in pair.exports.iter().zip(&pictures.exports) {
         image(page, picture, export.method.title())?;
     }
     for (label, amplify) in [("difference", 1.0), ("difference", report.settings.amplify)] {
         page.put(format_args!("\n<div class=\"side\">{label}<br/>× {amplify}</div><div></div>"));
-        for (export, picture) in pair.exports.iter().zip(&pictures.exports) {
+        for (export, [picture, truth]) in pair.exports.iter().zip(&pictures.exports) {
             let what = format!("difference of {} from brute force, times {amplify}", export.method.title());
-            image(page, &difference(picture, &pictures.truth, amplify), &what)?;
+            image(page, &difference(picture, truth, amplify), &what)?;
         }
     }
     page.line("\n</div></div>");
@@ -286,7 +287,7 @@ fn terms(page: &mut Page, report: &Report) {
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
 <dt>Kautz-McCool</dt><dd>A 3D texture, looked up by a direction and by the angle between it and the view. It does not hold what changes around the direction.</dd>
 <dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them.</dd>
-<dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too.</dd>
+<dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so in some patches of the picture and measures these alone.</dd>
 <dt>SHRM with lights</dt><dd>The same without suns and lamps, which the file lists as lights (lamps = "separate"). The renderer adds them by the material's own BRDF.</dd>
 <dt>F and P</dt><dd>The degrees of the coefficients: F is the detail across the map, P the change with the view.</dd>
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>

@@ -14,7 +14,7 @@ use sphere::{Cube, Direction, LatLong};
 use crate::report::advice::{self, best};
 use crate::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
 use crate::report::page::Pictures;
-use crate::report::sphere::Sphere;
+use crate::report::sphere::{Patches, Sphere};
 use crate::report::truth::{SplitEnvironment, mean};
 use crate::{export_reflection_map, project_sh};
 
@@ -26,6 +26,9 @@ const LIGHT_BYTES: usize = 28;
 
 /// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
 const RING: f64 = 0.1;
+
+/// Coefficients of a map with lamps that are fitted for one view: about two seconds of one core.
+const FITTED: usize = 1 << 18;
 
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
@@ -126,8 +129,9 @@ pub(crate) fn pair(
             continue;
         }
         let (export, values) = scene.measure(method, reflection, &soft, settings.resolution)?;
+        let patches = Patches { one_of: (1.0 / export.measured).round() as usize };
+        pictures.exports.push(scene.shown_in(patches, &values, lit.exposure));
         exports.push(export);
-        pictures.exports.push(scene.shown(&values, lit.exposure));
     }
     let tried = scene.trials(lit, material, (reflection, is_default), &exports, settings)?;
     let grid = lit.split.grid();
@@ -181,6 +185,15 @@ impl<'a> Scene<'a> {
         self.sphere.picture(&to_srgb8(values, exposure, ToneMap::Filmic))
     }
 
+    /// The same, and the ground truth, where the patches are; both black outside.
+    fn shown_in(&self, patches: Patches, values: &[[f32; 3]], exposure: f64) -> [Vec<[u8; 3]>; 2] {
+        [values, &self.truth].map(|values| {
+            let within = values.iter().zip(self.sphere.within(patches));
+            let kept: Vec<_> = within.map(|(value, held)| if held { *value } else { [0.0; 3] }).collect();
+            self.shown(&kept, exposure)
+        })
+    }
+
     /// What each pixel sees.
     fn look(&self, of: impl Fn(Direction) -> [f32; 3] + Sync) -> Vec<[f32; 3]> {
         self.central.par_iter().map(|central| of(*central)).collect()
@@ -209,7 +222,7 @@ impl<'a> Scene<'a> {
             let unit = if terms == 1 { "coefficient" } else { "coefficients" };
             (8 * terms * grid.len(), format!("{terms} {unit} × {faces}"))
         };
-        let mut p = reflection.brdf().p().get();
+        let (mut p, mut patches) = (reflection.brdf().p().get(), Patches::ALL);
         let (values, (bytes, texture)) = match method {
             Method::ReflectionMap => {
                 p = 0;
@@ -232,10 +245,8 @@ impl<'a> Scene<'a> {
                 (self.look(|c| maps.radiance(c, view)), (8 * 12 * grid.len(), format!("12 views × {faces}")))
             }
             Method::Shrm if lamps.is_some() => {
-                let cancelled = || self.context.check_cancelled().is_err();
-                let map = reflection.bake(grid, View::Local, &cancelled)?;
-                self.context.check_cancelled()?;
-                p = map.p().get();
+                let (map, measured) = self.baked(reflection, soft)?;
+                (patches, p) = (measured, map.p().get());
                 (self.look(|c| map.radiance(c, view)), of_map(&map))
             }
             Method::Shrm => (self.look(|c| soft.radiance(c, view)), of_map(soft)),
@@ -253,13 +264,35 @@ impl<'a> Scene<'a> {
         };
         let export = Export {
             method,
-            errors: self.sphere.errors(&values, &self.truth, self.dark),
+            errors: self.sphere.errors(&values, &self.truth, self.dark, patches),
             f: reflection.brdf().f().get(),
             p,
             bytes: bytes as u64,
             texture,
+            measured: 1.0 / patches.one_of as f64,
         };
         Ok((export, values))
+    }
+
+    /// The map with lamps in it, as far as the patches see it. To fit a texel takes about a millisecond.
+    fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Patches), Failure> {
+        let p = soft.p().get().max(MOST_P);
+        let rows = match (soft.p().get(), soft.terms()) {
+            (0, _) => 0,
+            (_, Terms::Zonal) => p + 1,
+            (_, Terms::All) => (p + 1) * (p + 1),
+        };
+        let patches = Patches { one_of: (soft.grid().len() * rows).div_ceil(FITTED).max(1) };
+        let mut seen: Vec<usize> = (self.central.iter().zip(self.sphere.within(patches)))
+            .filter(|(_, seen)| *seen)
+            .flat_map(|(central, _)| soft.grid().taps(*central).index)
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let cancelled = || self.context.check_cancelled().is_err();
+        let map = reflection.bake_texels(soft, &seen, &cancelled)?;
+        self.context.check_cancelled()?;
+        Ok((map, patches))
     }
 
     /// What else might help, if no export is good or given degrees show: measured until something is good.

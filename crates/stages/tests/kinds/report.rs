@@ -151,8 +151,8 @@ fn two_environments_and_two_materials_are_four_pairs() {
     }
 }
 
-/// With degrees chosen for the light and lamps beside the map, a sun is right; a map that holds it is good or
-/// almost, and no other form comes near.
+/// With degrees chosen for the light and lamps beside the map, a sun is right; a map that holds it comes
+/// within half a stop, and no other form comes near.
 #[test]
 fn under_a_sun_lights_beside_the_map_are_advised() {
     let case = with_material(with_sun(case("report", SMALL)), "satin", microfacet(0.4));
@@ -168,9 +168,9 @@ fn under_a_sun_lights_beside_the_map_are_advised() {
     );
     let [separate, baked, plain] =
         ["shrm-separate", "shrm", "reflection-map"].map(|method| stops(export(pair, method))[0]);
-    assert!(separate < 0.1 && baked < 0.3 && plain > 1.0, "{separate} {baked} {plain}");
+    assert!(separate < 0.1 && baked < 0.5 && plain > 1.0, "{separate} {baked} {plain}");
     assert!(export(pair, "shrm-separate")["bytes"].as_u64() < export(pair, "shrm")["bytes"].as_u64());
-    assert!(pair["advice"]["why"].as_str().unwrap().contains("Of the others, "));
+    assert!(pair["advice"]["why"].as_str().unwrap().contains("For one that only looks maps up, "));
 }
 
 /// Low degrees ring around a sun. RMS hardly shows it, stops and the share of negative samples do, and what
@@ -331,7 +331,7 @@ fn the_files_are_the_same_for_any_number_of_threads() {
 #[test]
 fn impossible_parameters_are_errors() {
     for (parameters, expected) in [
-        ("accept = 0", "accept: 0 is not a number above 0 and up to 3"),
+        ("accept = 0", "accept: 0 is not a number above 0 and at most 3"),
         ("sphere = 31", "sphere: 31 is not a whole number from 32 to 256"),
         ("resolution = 1000", "resolution: 1000 is not a whole number from 4 to 512"),
         ("reference-rows = 8", "reference-rows: 8 is not a whole number from 32 to 512"),
