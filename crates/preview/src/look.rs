@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{Centre, Material};
-use shrm::{Cabral, KautzMcCool, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
+use shrm::{Cabral, KautzMcCool, Lamps, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
 use crate::{Light, Mode, RenderError};
@@ -39,7 +39,6 @@ pub struct Look {
     material: Option<Material>,
     sizes: MapSizes,
     local: OnceLock<Result<Shrm, RenderError>>,
-    baked: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
     cabral: OnceLock<Result<Cabral, RenderError>>,
     kautz_mccool: OnceLock<Result<KautzMcCool, RenderError>>,
@@ -69,7 +68,6 @@ impl Look {
             material,
             sizes,
             local: OnceLock::new(),
-            baked: OnceLock::new(),
             global: OnceLock::new(),
             cabral: OnceLock::new(),
             kautz_mccool: OnceLock::new(),
@@ -93,6 +91,11 @@ impl Look {
             Field::Reflection(reflection) => Some(reflection),
             Field::Map(_) => None,
         }
+    }
+
+    /// The lamps that the SHRMs do not hold.
+    fn lamps(&self) -> Option<&Lamps> {
+        self.reflection().and_then(Reflection::lamps)
     }
 
     /// The central direction of the maps: reflection vector, normal or tangent.
@@ -119,20 +122,10 @@ impl Look {
     /// # Errors
     /// If the map would be too large.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
-        self.local.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
+        self.local.get_or_init(|| self.map(View::Local, &|| false)).as_ref().map_err(Clone::clone)
     }
 
-    /// The local SHRM with the lamps in it, as the exports write it for readers that cannot add them.
-    fn baked(&self) -> Result<&Shrm, RenderError> {
-        let Some(reflection) = self.reflection().filter(|reflection| reflection.lamps().is_some()) else {
-            return self.local();
-        };
-        let made = self.baked.get_or_init(|| self.with_lamps(reflection, &|| false));
-        made.as_ref().map_err(Clone::clone)
-    }
-
-    /// Makes the map with the lamps in it if a mode needs it: for a material that depends on the view it takes
-    /// seconds to minutes.
+    /// Makes the local SHRM if a mode needs it and it is fitted, which takes seconds.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`]: no map is kept. Other errors are reported by the mode's map.
@@ -141,24 +134,18 @@ impl Look {
         mode: Mode,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), RenderError> {
-        let needed = matches!(mode, Mode::Cabral | Mode::KautzMcCool) && self.baked.get().is_none();
-        let reflection = self.reflection().filter(|reflection| needed && reflection.lamps().is_some());
-        let Some(reflection) = reflection else { return Ok(()) };
-        let made = self.with_lamps(reflection, cancelled);
+        let needed = matches!(mode, Mode::LocalShrm | Mode::GlobalShrm | Mode::Cabral | Mode::KautzMcCool)
+            && self.local.get().is_none();
+        let fitted = |reflection: &&Reflection| needed && reflection.map_p() < reflection.brdf().p();
+        if self.reflection().filter(fitted).is_none() {
+            return Ok(());
+        }
+        let made = self.map(View::Local, cancelled);
         if cancelled() {
             return Err(RenderError::Cancelled);
         }
-        self.baked.get_or_init(|| made);
+        self.local.get_or_init(|| made);
         Ok(())
-    }
-
-    fn with_lamps(
-        &self,
-        reflection: &Reflection,
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Shrm, RenderError> {
-        let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, cancelled);
-        made.map_err(|error| RenderError::maps(error.to_string()))
     }
 
     /// The global SHRM on [`Look::cube`], without lamps as [`Look::local`].
@@ -168,10 +155,10 @@ impl Look {
     pub fn global(&self) -> Result<&Shrm, RenderError> {
         let made = self.global.get_or_init(|| match &self.field {
             Field::Reflection(reflection) => {
-                within("the global SHRM", self.texels(), reflection.brdf().p().rows(), COEFFICIENTS)?;
+                within("the global SHRM", self.texels(), reflection.map_p().rows(), COEFFICIENTS)?;
                 Ok(self.local()?.to_global())
             }
-            Field::Map(_) => self.map(View::Global),
+            Field::Map(_) => self.map(View::Global, &|| false),
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -183,7 +170,8 @@ impl Look {
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            Ok(Cabral::from_shrm(self.baked()?))
+            let maps = Cabral::from_shrm(self.local()?);
+            Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps) } else { maps })
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -196,10 +184,10 @@ impl Look {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
-            let texture = KautzMcCool::from_shrm(self.baked()?, angles);
-            texture.ok_or_else(|| {
+            let texture = KautzMcCool::from_shrm(self.local()?, angles).ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
-            })
+            })?;
+            Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps) } else { texture })
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -237,11 +225,11 @@ impl Look {
         made.as_ref().map(Vec::as_slice).map_err(Clone::clone)
     }
 
-    fn map(&self, view: View) -> Result<Shrm, RenderError> {
+    fn map(&self, view: View, cancelled: &(dyn Fn() -> bool + Sync)) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match &self.field {
             Field::Reflection(reflection) => reflection
-                .soft_map(grid, view, &|| false)
+                .soft_map(grid, view, cancelled)
                 .map_err(|error| RenderError::maps(error.to_string())),
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.

@@ -73,8 +73,7 @@ impl Reflection {
         let local = if soft.p().get() == 0 {
             added(soft, lamps)
         } else {
-            let p = Degree::new(self.map_p().get().max(MOST_P)).unwrap_or(soft.p());
-            self.fitted(&soft, p, true, cancelled)?
+            self.fitted(&soft, self.baked_p(), true, None, cancelled)?
         };
         Ok(if view == View::Global { local.to_global() } else { local })
     }
@@ -95,16 +94,46 @@ impl Reflection {
         if self.map_p() == self.brdf().p() {
             return self.synthesise(grid, view);
         }
-        let local = self.fitted(&self.synthesise(grid, View::Local)?, self.map_p(), false, cancelled)?;
+        let local =
+            self.fitted(&self.synthesise(grid, View::Local)?, self.map_p(), false, None, cancelled)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
-    /// A map of degree `p` fitted to the soft field, and to the lamps if they are to be in it.
+    /// Some texels of [`Reflection::bake`]'s local map, from the local map that [`Reflection::synthesise`]
+    /// makes; texels that are not listed are black. The work is that of the listed texels.
+    ///
+    /// # Errors
+    /// As [`Reflection::synthesise`].
+    ///
+    /// # Panics
+    /// If a texel is not one of the map.
+    pub fn bake_texels(
+        &self,
+        soft: &Shrm,
+        texels: &[usize],
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Shrm, SynthesisError> {
+        match self.lamps().filter(|lamps| !lamps.lights.is_empty()) {
+            None if self.map_p() == soft.p() => Ok(soft.clone()),
+            None => self.fitted(soft, self.map_p(), false, Some(texels), cancelled),
+            Some(lamps) if soft.p().get() == 0 => Ok(added(soft.clone(), lamps)),
+            Some(_) => self.fitted(soft, self.baked_p(), true, Some(texels), cancelled),
+        }
+    }
+
+    /// The degree P of a map with the lamps in it.
+    fn baked_p(&self) -> Degree {
+        self.map_p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX))
+    }
+
+    /// A map of degree `p` fitted to the soft field, and to the lamps if they are to be in it: all texels or those
+    /// that are listed.
     fn fitted(
         &self,
         soft: &Shrm,
         p: Degree,
         baked: bool,
+        listed: Option<&[usize]>,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Shrm, SynthesisError> {
         let (grid, terms) = (soft.grid(), soft.terms());
@@ -118,7 +147,8 @@ impl Reflection {
         let (pairs, soft_pairs) = (views.rows_of_pairs(), soft_views.rows_of_pairs());
         let lamps = self.lamps().map(|lamps| (lamps, LightTable::new(lamps, &views)));
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
-        let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
+        let fitted = listed.map_or(grid.len(), <[usize]>::len);
+        let mut values = vec![[0.0_f32; 3]; fitted * rows];
         values.par_chunks_mut(LANES * rows).enumerate().for_each(|(block, values)| {
             if cancelled() {
                 return;
@@ -128,6 +158,7 @@ impl Reflection {
             let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
             for lane in 0..texels {
                 let texel = block * LANES + lane;
+                let texel = listed.map_or(texel, |listed| listed[texel]);
                 let texel_values = soft.texel(texel);
                 for (index, rows) in soft_pairs.iter().enumerate() {
                     for (part, row) in rows.iter().enumerate().filter_map(|(part, row)| Some((part, (*row)?)))
@@ -161,6 +192,13 @@ impl Reflection {
                 }
             }
         });
+        if let Some(listed) = listed {
+            let mut whole = vec![[0.0_f32; 3]; grid.len() * rows];
+            for (texel, values) in listed.iter().zip(values.chunks_exact(rows)) {
+                whole[texel * rows..][..rows].copy_from_slice(values);
+            }
+            values = whole;
+        }
         Ok(Shrm { grid, view: View::Local, centre: soft.centre(), p, terms, values })
     }
 }
@@ -263,6 +301,11 @@ mod tests {
             let [a, b] = [&local, &global].map(|map| map.lookup().texel(texel, view));
             assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-3 * (1.0 + a[c].abs())), "{a:?} {b:?}");
         }
+        // Some texels alone are those of the whole map.
+        let soft = reflection.synthesise(grid, View::Local).unwrap();
+        let some = reflection.bake_texels(&soft, &[3, 17], &|| false).unwrap();
+        assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
+        assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
         let stopped = reflection.bake(grid, View::Local, &|| true).unwrap();
         assert!(stopped.values().iter().all(|value| *value == [0.0; 3]));
     }

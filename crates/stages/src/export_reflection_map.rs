@@ -234,7 +234,12 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
 /// The field on the images of a layout, with the lamps beside it.
 fn images(parameters: &Parameters, reflection: &Reflection) -> Result<Vec<Image>, Failure> {
     let PlainName(plain) = parameters.view;
-    let (field, grid) = (reflection.plain(plain), grid(parameters));
+    arrange(parameters, texels(reflection, plain, grid(parameters))?)
+}
+
+/// One map of a reflection, with the lamps beside it, at the texels of a grid.
+pub(crate) fn texels(reflection: &Reflection, plain: Plain, grid: MapGrid) -> Result<Vec<[f32; 3]>, Failure> {
+    let field = reflection.plain(plain);
     let mut pixels: Vec<[f32; 3]> = match grid {
         MapGrid::LatLong(grid) => Synthesis::new(grid, field.degree())?.synthesise(&field),
         MapGrid::Cube(cube) => synthesise_cube(&field, cube)?,
@@ -247,7 +252,7 @@ fn images(parameters: &Parameters, reflection: &Reflection) -> Result<Vec<Image>
     if reflection.is_for_light() {
         pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|value| value.max(0.0)));
     }
-    arrange(parameters, pixels)
+    Ok(pixels)
 }
 
 /// The texels that a layout shows.

@@ -21,6 +21,7 @@ mod import_environment;
 mod import_material;
 mod import_mesh;
 mod import_reflection_maps;
+mod light_mismatch;
 mod map_index;
 mod map_input;
 mod map_source;

@@ -24,8 +24,7 @@
 //! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each is added
 //! by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of `export-shrm`;
 //! before that, what a map shows below zero becomes 0. The maps of `cabral`, `kautz-mccool` and `prefiltered` hold
-//! all light, as their exports do. The first two start from the map that `lamps = "baked"` makes, which takes long at
-//! a high `resolution` if the highlight changes with the view.
+//! all light, as their exports do.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the relative RMS: the root of the mean squared difference
@@ -88,6 +87,7 @@ use sphere::Rotation;
 use crate::artifacts;
 use crate::choices::{STOPS, ToneMapName};
 use crate::contact_sheet::exposure_of;
+use crate::light_mismatch;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
 use fallback_renderer::FallbackRenderer;
@@ -95,7 +95,6 @@ use values::{Backend, BackgroundChoice, Size};
 
 mod comparison;
 mod fallback_renderer;
-mod light_mismatch;
 mod values;
 
 choice! {
@@ -395,9 +394,7 @@ fn scene(parameters: &Parameters, context: &Context<'_>) -> Result<Scene, Failur
         }
         _ => {
             let reflection = context.get::<artifacts::Reflection>("reflection")?.0.clone();
-            let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
-            let lighting = sh::Lighting { series: reflection.lighting().clone(), lights };
-            if let Some(difference) = light_mismatch::difference(light.environment(), &lighting) {
+            if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
                 context.warn(difference);
             }
             Look::new(light, reflection, material, sizes)

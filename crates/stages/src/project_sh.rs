@@ -217,6 +217,14 @@ impl Kind for ProjectSh {
     }
 }
 
+/// The lighting as the default parameters make it: lamps beside a series of more than enough degrees.
+pub(crate) fn full(environment: &Environment) -> Result<sh::Lighting, Failure> {
+    let separated = environment.separate_lamps();
+    let degree = highest_degree(environment.grid()).min(Degree::new(FULL)?);
+    let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
+    Ok(sh::Lighting { series, lights: separated.lights })
+}
+
 /// `2 lamps hold 75.1 % of the light and are kept beside the series`
 fn told(lights: &[Light], soft: &Environment) -> Option<String> {
     let flux: f64 = lights.iter().flat_map(Light::flux).sum();

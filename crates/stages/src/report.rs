@@ -1,37 +1,46 @@
 //! Writes a report on which export to use for which material, as one web page with pictures and numbers.
 //!
-//! The page begins with a table: for each material under each environment the advised export (a plain
-//! reflection map, Kautz-McCool's 3D texture, Cabral's view maps, or a spherical harmonic reflection map),
-//! its error, its size and the reason. Below it are
+//! The page begins with advice for each material: the export (a plain reflection map, Kautz-McCool's 3D
+//! texture, Cabral's view maps, or a spherical harmonic reflection map) that serves under all environments,
+//! its error under the worst of them and its size. A table has the same for each pair of a material and an
+//! environment. Below it are, for each pair, a sphere with every export and the ground truth, with pictures
+//! of the differences, and the size of each export.
 //!
-//! - the degrees F and P that each material needs, and the share of its energy that each P holds;
-//! - for each pair, a sphere with every export and the ground truth, which adds up all light for each pixel
-//!   (brute force), with pictures of the differences and the relative RMS error;
-//! - the accuracy against F: measured, and by three estimates that need no picture (the BRDF's energy, the
-//!   better of BRDF and lighting, and a guaranteed bound);
-//! - the same sphere with more and fewer degrees in the view;
-//! - the size of each export.
+//! ## Errors
 //!
-//! The report advises the smallest export with an error of at most `accept`. If there is none, it names the
-//! smallest of those that come closest, and what would help: the least degrees, P first, with which an SHRM
-//! is good enough on that sphere, or more texels. The page says how much of the SHRM's error comes from its
-//! degrees, and how much from its texels.
+//! Errors are in stops, factors of two, because the eye compares: |log2((value + e) / (truth + e))| for each
+//! pixel and channel of the sphere, e being 1 % of the environment's mean radiance, so that black is black.
+//! The report shows within how many stops 95 % and 99 % of these samples are, and the share of negative
+//! samples (below -e / 10), which renderers show as black. An export is good if the first is at most `accept`
+//! and the second at most 10 / 3 of it: 0.15 and 0.5 stops by default. The relative RMS error is shown too,
+//! but the brightest pixels decide it: a picture with rings everywhere can have 5 %.
 //!
-//! A tolerance is a share of energy, the square of an error: a `tolerance` of 0.03 is an RMS error of 17 %
-//! under one small lamp, and less under soft light. For an error of 5 % use the degrees that the page
-//! suggests; a tolerance of 0.0025 needs more than most light requires.
+//! The ground truth adds up all light for each pixel (brute force). Texels of the environment that are more
+//! than ten times brighter than its mean are added one by one, so that no sun is blurred or moved; the rest
+//! is averaged to at most `reference-rows` rows. A material with detail finer than these rows needs more of
+//! them; the page says so.
+//!
+//! ## Advice
+//!
+//! Advised is the smallest export that is good under every environment. If there is none, it is the one whose
+//! error under its worst environment is the least, and the page names that environment and the errors there.
+//!
+//! Where no export is good, or the cut at given degrees shows, the report measures what might help: leaving
+//! out given degrees, twice the resolution, and the highest degrees. It names what was good, or says what
+//! all of it reached.
+//!
+//! In light with suns or lamps an SHRM has two forms: with all light in the map, and with `lamps =
+//! "separate"`, where the file lists them as lights. The second is smaller and more exact, and is advised
+//! for renderers that can evaluate the material's BRDF; the advice then also names the best export for the
+//! others.
 //!
 //! ## What is compared
 //!
-//! Connect `environment` and `material`. Their degrees come from `tolerance` or `degree`, as in
-//! `project-brdf`. If `brdf` is connected, the report shows the coefficients that your graph exports; there
-//! must be one for each material. The lighting is that of each environment: a turn, a window or a lower
-//! degree upstream of your exports is not part of the report. Set `resolution` to that of your exports.
-//!
-//! Brute force is slow, so the environments are scaled to twice as many rows as the degree F, at least 32 and
-//! at most `reference-rows`. All exports on the page are made from the same scaled environment, so scaling
-//! does not add to the errors. The page says the size. On two cores a pair takes about a second, and up to
-//! ten with a measured material of high degrees; fewer `reference-rows` or a smaller `sphere` save time.
+//! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
+//! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
+//! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
+//! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`. Set `resolution`
+//! to that of your exports.
 //!
 //! ## Files
 //!
@@ -43,7 +52,7 @@
 //! ```toml
 //! [stage.report]
 //! kind = "report"
-//! inputs = { environment = "environment", material = "material", brdf = "coefficients" }
+//! inputs = { environment = "environment", material = "material", reflection = "reflection" }
 //! path = "report"
 //! ```
 
@@ -51,33 +60,37 @@ mod advice;
 mod figures;
 mod page;
 mod picture;
-mod plot;
 mod sphere;
 mod study;
+mod truth;
 
-use brdf::Choice;
+use std::ops::Bound;
+use std::sync::Arc;
+
+use brdf::{Centre, Choice};
 use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, parameters};
-use rayon::prelude::*;
 use serde_json::value::RawValue;
 use sh::Tolerance;
+use shrm::Reflection;
 
-use crate::artifacts;
 use crate::choices::SHARE;
 use crate::contact_sheet::exposure_of;
 use crate::degree_pair::DegreePair;
-use crate::sheet::percent;
-use figures::{MaterialFigures, PairFigures, Report, Settings};
-use study::{Exported, ExposedEnvironment};
+use crate::{artifacts, light_mismatch};
+use figures::{Limits, MaterialFigures, PairFigures, Report, Settings};
+use study::{Lit, Studied};
 
 parameters! {
     /// Parameters of `report`.
     pub(crate) struct Parameters {
-        /// The highest relative RMS error of an export that is good enough.
-        #[range(SHARE)]
-        accept: f64 = 0.05,
-        /// The degrees [F, P] of every material. Default: those that meet the tolerance.
+        /// The error in stops within which 95 % of the samples of a good export are; 99 % are within 10 / 3
+        /// of it.
+        #[range(ACCEPT)]
+        accept: f64 = 0.15,
+        /// Without `reflection`: the degrees [F, P] of every material. Default: those that `convolve` finds
+        /// for each light.
         degree: Option<DegreePair> = None,
-        /// The share of a material's energy that may be lost. Default, if there is no degree either: 0.03.
+        /// Without `reflection`: the share of a material's energy that may be lost.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
         /// Texels along the edge of a cube's face, for the exports that are compared.
@@ -86,7 +99,7 @@ parameters! {
         /// Pixels along the edge of a picture of a sphere.
         #[range(32..=256)]
         sphere: usize = 96,
-        /// The maximum number of rows of an environment for brute force.
+        /// The maximum number of rows of an environment, without its bright texels, for brute force.
         #[range(32..=512)]
         reference_rows: usize = 96,
         /// The factor by which the second row of differences is amplified.
@@ -95,9 +108,17 @@ parameters! {
     }
 }
 
+/// Stops that may be accepted.
+const ACCEPT: (Bound<f64>, Bound<f64>) = (Bound::Excluded(0.0), Bound::Included(3.0));
+
 impl Parameters {
-    fn tolerance(&self) -> f64 {
-        self.tolerance.unwrap_or(0.03)
+    /// The degrees, if they are given.
+    fn choice(&self) -> Result<Option<Choice>, Failure> {
+        Ok(match (self.degree, self.tolerance) {
+            (Some(DegreePair { f, p }), _) => Some(Choice::Degree { f, p }),
+            (None, Some(tolerance)) => Some(Choice::Tolerance(Tolerance::new(tolerance)?)),
+            (None, None) => None,
+        })
     }
 }
 
@@ -108,14 +129,18 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
+        sh::revisions::ROTATION,
         brdf::revisions::MODELS,
         brdf::revisions::PROJECTION,
         shrm::revisions::SYNTHESIS,
+        shrm::revisions::DEGREES,
+        shrm::revisions::BAKING,
         shrm::revisions::REFERENCE,
         envmap::revisions::RESAMPLING,
+        envmap::revisions::LAMPS,
     ];
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;
@@ -124,7 +149,7 @@ impl Kind for ReportKind {
         vec![
             Port::many::<artifacts::Environment>("environment"),
             Port::many::<artifacts::Material>("material"),
-            Port::many::<artifacts::Brdf>("brdf").optional(),
+            Port::many::<artifacts::Reflection>("reflection").optional(),
         ]
     }
 
@@ -143,64 +168,55 @@ impl Kind for ReportKind {
         let own = context.key().cloned().unwrap_or_default();
         let environments = context.many::<artifacts::Environment>("environment")?;
         let materials = context.many::<artifacts::Material>("material")?;
-        let coefficients = context.many::<artifacts::Brdf>("brdf")?;
-
+        let reflections = Reflections { all: context.many("reflection")?, choice: parameters.choice()? };
+        if !reflections.all.is_empty() && reflections.choice.is_some() {
+            return Err(Failure::new("`degree` and `tolerance` have no effect on a connected reflection")
+                .help("leave them out, or leave the port reflection unconnected"));
+        }
         let settings = Settings {
-            accept: parameters.accept,
+            limits: Limits::new(parameters.accept),
             resolution: parameters.resolution,
             sphere: parameters.sphere,
             reference_rows: parameters.reference_rows,
             amplify: parameters.amplify,
         };
-        let materials = materials.iter().map(|(key, material)| {
-            context.check_cancelled()?;
-            let name = name(key, "material");
-            let exported = match coefficients.iter().find(|(other, _)| holds(other, key)) {
-                Some((_, coefficients)) => Exported::Made(&coefficients.coefficients),
-                None if coefficients.is_empty() => choice(parameters)?,
-                None => {
-                    return Err(Failure::new(format!(
-                        "{name}: the port brdf receives no coefficients of this material"
-                    ))
-                    .help("connect a project-brdf of the same materials, or leave brdf unconnected"));
-                }
-            };
-            study::material(name.clone(), &material.0, exported).map_err(|failure| failure.context(name))
+        let lit = environments.iter().map(|(key, environment)| {
+            let exposure = exposure_of(&environment.0).0;
+            let name = name(key, "environment");
+            Ok((key, Lit::new(name, &environment.0, exposure, settings.reference_rows)?))
         });
-        let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
-        let environments: Vec<_> = environments
-            .iter()
-            .map(|(key, environment)| ExposedEnvironment {
-                name: name(key, "environment"),
-                environment: &environment.0,
-                exposure: exposure_of(&environment.0).0,
-            })
-            .collect();
-        let pairs: Vec<_> = materials
-            .iter()
-            .flat_map(|material| environments.iter().map(move |environment| (material, environment)))
-            .collect();
-        let measured = pairs
-            .par_iter()
-            .map(|(material, environment)| study::pair(environment, material, &settings, context));
-        let (figures, pictures): (Vec<PairFigures>, Vec<_>) =
-            measured.collect::<Result<Vec<_>, Failure>>()?.into_iter().unzip();
-        context.check_cancelled()?;
+        let lit = lit.collect::<Result<Vec<_>, Failure>>()?;
 
-        let materials = materials.into_iter().map(|material| {
-            let own: Vec<_> = figures.iter().filter(|pair| pair.material == material.figures.name).collect();
-            let verdict = advice::verdict(&material.figures, &own, parameters.accept);
-            MaterialFigures { verdict, ..material.figures }
-        });
-        let materials = materials.collect();
+        // One pair after another: each uses all threads.
+        let (mut pairs, mut pictures, mut figures): (Vec<PairFigures>, Vec<_>, Vec<_>) = Default::default();
+        for (key, material) in &materials {
+            let studied = Studied::new(name(key, "material"), &material.0);
+            let first = pairs.len();
+            for (environment_key, lit) in &lit {
+                context.check_cancelled()?;
+                let made = reflections.of(lit, environment_key, &studied, key, context)?;
+                let is_default = reflections.all.is_empty() && reflections.choice.is_none();
+                let (pair, picture) = study::pair(lit, &studied, (&made, is_default), &settings, context)
+                    .map_err(|failure| failure.context(format!("{} under {}", studied.name, lit.name)))?;
+                pairs.push(pair);
+                pictures.push(picture);
+            }
+            let own: Vec<_> = pairs[first..].iter().collect();
+            figures.push(MaterialFigures {
+                model: material.0.name().to_owned(),
+                centre: match material.0.centre() {
+                    Centre::Reflection => "reflection vector",
+                    Centre::Normal => "normal",
+                    Centre::Tangent => "tangent",
+                },
+                advice: advice::of_material(&own, &settings.limits),
+                name: studied.name,
+            });
+        }
+        context.check_cancelled()?;
         let specula = RawValue::from_string(context.recipe().to_owned())?;
-        let report = Report { schema: 1, specula, settings, materials, pairs: figures };
-        let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
-        context.note(format!(
-            "{good} of {} pairs have an export with an error of at most {}",
-            report.pairs.len(),
-            percent(parameters.accept)
-        ));
+        let report = Report { schema: 2, specula, settings, materials: figures, pairs };
+        note(&report, context);
         let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
         let page = page::page(&title, &report, &pictures, context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
@@ -209,16 +225,56 @@ impl Kind for ReportKind {
     }
 }
 
-/// How the degrees are chosen if no coefficients are connected.
-fn choice(parameters: &Parameters) -> Result<Exported<'static>, Failure> {
-    Ok(match parameters.degree {
-        Some(DegreePair { f, p }) => Exported::Choose(Choice::Degree { f, p }, "given by `degree`".into()),
-        None => {
-            let share = parameters.tolerance();
-            let reason = format!("the lowest that lose at most {} of the energy", percent(share));
-            Exported::Choose(Choice::Tolerance(Tolerance::new(share)?), reason)
+/// Notes how many pairs have a good export.
+fn note(report: &Report, context: &Context<'_>) {
+    let good = report.pairs.iter().filter(|pair| pair.advice.good).count();
+    let Limits { p95, p99 } = report.settings.limits;
+    context.note(format!(
+        "{good} of {} pairs have a good export: 95 % of samples within {p95:.2} stops, 99 % within {p99:.2}",
+        report.pairs.len()
+    ));
+}
+
+/// The reflections that are compared.
+struct Reflections {
+    /// Those that are connected.
+    all: Vec<(ItemKey, Arc<artifacts::Reflection>)>,
+    /// If none are: the degrees, if they are given.
+    choice: Option<Choice>,
+}
+
+impl Reflections {
+    /// That of a pair.
+    fn of(
+        &self,
+        lit: &Lit<'_>,
+        environment: &ItemKey,
+        material: &Studied<'_>,
+        material_key: &ItemKey,
+        context: &Context<'_>,
+    ) -> Result<Reflection, Failure> {
+        if self.all.is_empty() {
+            return study::reflection(lit, material, self.choice);
         }
-    })
+        let found = self.all.iter().find(|(key, _)| holds(key, environment) && holds(key, material_key));
+        let Some((_, reflection)) = found else {
+            let (material, environment) = (&material.name, &lit.name);
+            return Err(Failure::new(format!(
+                "the port reflection receives no reflection of {material} under {environment}"
+            ))
+            .help(
+                "connect a convolve of the same environments and materials, or leave reflection unconnected",
+            ));
+        };
+        if let Some(difference) = light_mismatch::difference(lit.environment, &reflection.0) {
+            context.warn(format!("{} under {}: {difference}", material.name, lit.name));
+        }
+        if reflection.0.brdf().centre() != material.material.centre() {
+            return Err(Failure::new(format!("the reflection of {} is of another material", material.name))
+                .help("connect the material that was projected"));
+        }
+        Ok(reflection.0.clone())
+    }
 }
 
 /// Whether a key names everything that another one does.

@@ -18,40 +18,61 @@ pub(crate) struct Report {
 /// How it was measured.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Settings {
-    /// The relative RMS error up to which an export is called good enough.
-    pub(crate) accept: f64,
+    pub(crate) limits: Limits,
     /// Texels along the edge of a face of the exported maps.
     pub(crate) resolution: usize,
     /// Pixels along the edge of a picture of the sphere.
     pub(crate) sphere: usize,
-    /// The most rows of an environment under which everything was rendered.
+    /// The most rows of an environment, without its bright texels, under which everything was rendered.
     pub(crate) reference_rows: usize,
     /// The factor by which the second row of differences is amplified.
     pub(crate) amplify: f64,
 }
 
-/// A material by itself.
+/// The errors in stops up to which an export is good.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Limits {
+    pub(crate) p95: f64,
+    pub(crate) p99: f64,
+}
+
+impl Limits {
+    /// The limit for 99 of 100 samples is this many times that for 95.
+    const P99: f64 = 10.0 / 3.0;
+
+    /// The limits with this one for 95 of 100 samples.
+    pub(crate) fn new(p95: f64) -> Self {
+        Self { p95, p99: Self::P99 * p95 }
+    }
+
+    /// How many times an error is larger than its limit, the worse of both: at most 1 if it is good.
+    pub(crate) fn excess(&self, errors: &Errors) -> f64 {
+        (errors.p95 / self.p95).max(errors.p99 / self.p99)
+    }
+}
+
+/// The difference of an export from brute force over the sphere's pixels and channels, the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Errors {
+    /// RMS difference divided by the RMS radiance.
+    pub(crate) rms: f64,
+    /// The error in stops that 95 of 100 samples stay below: |log2((value + e) / (truth + e))|, e being 1 % of
+    /// the environment's mean radiance, so that black is black. Negative values count as 0.
+    pub(crate) p95: f64,
+    /// The error in stops that 99 of 100 samples stay below.
+    pub(crate) p99: f64,
+    /// The share of samples below -e / 10.
+    pub(crate) negative: f64,
+}
+
+/// A material under all environments.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct MaterialFigures {
     pub(crate) name: String,
     /// The model and what it is centred on.
     pub(crate) model: String,
     pub(crate) centre: &'static str,
-    /// The degrees that the exports have.
-    pub(crate) f: usize,
-    pub(crate) p: usize,
-    /// The share of the BRDF's energy that they hold.
-    pub(crate) captured: f64,
-    /// Why these degrees.
-    pub(crate) chosen: String,
-    /// Whether any coefficient with p > 0 is not zero.
-    pub(crate) view_dependent: bool,
-    /// The F of `captured_per_p`.
-    pub(crate) high_f: usize,
-    /// The share of the BRDF's energy that F = `high_f` and P = 0, 1, 2 ... hold.
-    pub(crate) captured_per_p: Vec<f64>,
-    /// What to use under all environments, in plain language.
-    pub(crate) verdict: String,
+    pub(crate) advice: Advice,
 }
 
 /// A material under an environment.
@@ -59,19 +80,21 @@ pub(crate) struct MaterialFigures {
 pub(crate) struct PairFigures {
     pub(crate) environment: String,
     pub(crate) material: String,
-    /// The grid of the environment that was rendered: columns and rows.
+    /// The grid of the environment that was added up, without its bright texels: columns and rows.
     pub(crate) rendered: [usize; 2],
-    /// In the order of [`Method::ALL`].
+    /// The bright texels, which were added one by one.
+    pub(crate) bright: usize,
+    /// The degrees of the reflection.
+    pub(crate) f: usize,
+    pub(crate) p: usize,
+    /// The lamps beside it.
+    pub(crate) lamps: usize,
+    /// Whether its degrees were chosen for this light; otherwise they were given.
+    pub(crate) for_light: bool,
+    /// In the order of [`Method::ALL`]; [`Method::ShrmSeparate`] only if there are lamps.
     pub(crate) exports: Vec<Export>,
-    pub(crate) shrm: ShrmError,
-    /// What would help, if no export is good enough.
-    pub(crate) help: Option<Help>,
-    /// The SHRM with F = `high_f` and lower and higher P.
-    pub(crate) per_p: Vec<PerP>,
-    /// Cut at degrees F = 0, 1, 2 ..., with the P of the exports.
-    pub(crate) accuracy: Accuracy,
-    /// Cut at degrees P = 0, 1, 2 ..., with the F of the exports.
-    pub(crate) accuracy_per_p: Accuracy,
+    /// What else was measured, because no export is good or given degrees show.
+    pub(crate) tried: Vec<Trial>,
     pub(crate) advice: Advice,
 }
 
@@ -85,13 +108,16 @@ pub(crate) enum Method {
     KautzMccool,
     /// Twelve view maps, `export-cabral`.
     Cabral,
-    /// The spherical harmonic reflection map, `export-shrm`.
+    /// The spherical harmonic reflection map with all light in it, `export-shrm`.
     Shrm,
+    /// The same with the lamps as lights beside it, `export-shrm` with `lamps = "separate"`.
+    ShrmSeparate,
 }
 
 impl Method {
     /// From the plainest to the most exact.
-    pub(crate) const ALL: [Self; 4] = [Self::ReflectionMap, Self::KautzMccool, Self::Cabral, Self::Shrm];
+    pub(crate) const ALL: [Self; 5] =
+        [Self::ReflectionMap, Self::KautzMccool, Self::Cabral, Self::Shrm, Self::ShrmSeparate];
 
     /// The name in headings.
     pub(crate) fn title(self) -> &'static str {
@@ -100,6 +126,7 @@ impl Method {
             Self::KautzMccool => "Kautz-McCool",
             Self::Cabral => "Cabral",
             Self::Shrm => "SHRM",
+            Self::ShrmSeparate => "SHRM with lights",
         }
     }
 
@@ -110,6 +137,7 @@ impl Method {
             Self::KautzMccool => "export-kautz-mccool",
             Self::Cabral => "export-cabral",
             Self::Shrm => "export-shrm",
+            Self::ShrmSeparate => "export-shrm, lamps = \"separate\"",
         }
     }
 }
@@ -118,67 +146,47 @@ impl Method {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Export {
     pub(crate) method: Method,
-    /// RMS difference from brute force over the sphere's pixels, divided by the RMS radiance.
-    pub(crate) rms: f64,
-    /// Bytes of its texels as RGBA half floats.
+    #[serde(flatten)]
+    pub(crate) errors: Errors,
+    /// The degree in the central direction.
+    pub(crate) f: usize,
+    /// The degree in the view that the file holds, or that its views were made from.
+    pub(crate) p: usize,
+    /// Bytes of its texels as RGBA half floats, and of its lights.
     pub(crate) bytes: u64,
     /// What the bytes are made of.
     pub(crate) texture: String,
+    /// The share of the picture that was measured: 1, or less if the map takes much work.
+    pub(crate) measured: f64,
 }
 
-/// The parts of the SHRM's error, each as [`Export::rms`], over some of the sphere's pixels.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct ShrmError {
-    /// The error of the coefficients themselves, without texels: what the degrees cut off.
-    pub(crate) degrees: f64,
-    /// The error of the map against its coefficients: what the texels blur.
-    pub(crate) texels: f64,
-}
-
-/// What would make an SHRM good enough.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case", tag = "by")]
-pub(crate) enum Help {
-    /// These degrees, with an error as [`Export::rms`].
-    Degrees { f: usize, p: usize, rms: f64 },
-    /// About this many texels along the edge of a face.
-    Resolution { texels: usize },
-    /// No degrees that were tried; these came closest.
-    Missed { f: usize, p: usize, rms: f64 },
-}
-
-/// An SHRM cut at a degree in the view.
+/// An export with other settings than those of the report.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct PerP {
-    pub(crate) p: usize,
-    /// The share of the BRDF's energy up to this P.
-    pub(crate) captured: f64,
-    /// As [`Export::rms`].
-    pub(crate) rms: f64,
+pub(crate) struct Trial {
+    pub(crate) change: Change,
+    pub(crate) export: Export,
 }
 
-/// Accuracies of the reflected light cut at each degree 0, 1, 2 ...: 1 less the share of its energy that is
-/// lost.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Accuracy {
-    /// Measured against the light field at the highest degree.
-    pub(crate) truth: Vec<f64>,
-    /// The estimate from the BRDF's captured energy.
-    pub(crate) brdf: Vec<f64>,
-    /// The estimate from whichever of BRDF and lighting is captured better.
-    pub(crate) better: Vec<f64>,
-    /// The guarantee of the bound on the residual energy, with the part that P cuts off.
-    pub(crate) bound: Vec<f64>,
-    /// The same bound as the thesis prints it, without that part.
-    pub(crate) bound_as_printed: Vec<f64>,
+/// What was changed for a trial.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Change {
+    /// No degree, tolerance or window was given: lamps are kept beside the series, and F and P are what
+    /// shows.
+    pub(crate) no_degree: bool,
+    /// These degrees were given.
+    pub(crate) degree: Option<[usize; 2]>,
+    /// The edge of a face.
+    pub(crate) resolution: Option<usize>,
 }
 
 /// The advised export.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Advice {
     pub(crate) method: Method,
-    /// Whether its error is at most `accept`.
+    /// Whether its errors are within the limits, under every environment.
     pub(crate) good: bool,
+    /// The environment under which it is worst.
+    pub(crate) environment: String,
     /// The reason in plain language.
     pub(crate) why: String,
 }

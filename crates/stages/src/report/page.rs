@@ -8,19 +8,17 @@ use containers::{escape_html as escape, recipe_element};
 use engine::Failure;
 
 use crate::quantity::size;
-use crate::report::figures::{Accuracy, MaterialFigures, Method, PairFigures, Report};
+use crate::report::advice::word;
+use crate::report::figures::{Advice, Export, Limits, Method, PairFigures, Report};
 use crate::report::picture::{data_uri, difference};
-use crate::report::plot::{Curve, Curves, Row, dots};
 use crate::sheet::percent;
 
 /// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.
 pub(crate) struct Pictures {
     /// By brute force.
     pub(crate) truth: Vec<[u8; 3]>,
-    /// In the order of [`Method::ALL`].
-    pub(crate) exports: Vec<Vec<[u8; 3]>>,
-    /// In the order of [`PairFigures::per_p`].
-    pub(crate) per_p: Vec<Vec<[u8; 3]>>,
+    /// In the order of [`PairFigures::exports`]: what each shows, and the truth, where it was measured.
+    pub(crate) exports: Vec<[Vec<[u8; 3]>; 2]>,
 }
 
 /// The HTML of a report; `pictures` in the order of its pairs.
@@ -41,7 +39,6 @@ pub(crate) fn page(
         style = include_str!("style.css")
     ));
     summary(&mut page, title, report);
-    materials(&mut page, report);
     page.line("<h2 id=\"pairs\">Each material under each environment</h2>");
     page.put(format_args!(
         "<p>Every sphere is seen from far away along +X, so it shows the highlight from every angle. The ground truth \
@@ -50,9 +47,7 @@ pub(crate) fn page(
         report.settings.amplify
     ));
     for (index, (pair, pictures)) in report.pairs.iter().zip(pictures).enumerate() {
-        if let Some(material) = report.materials.iter().find(|material| material.name == pair.material) {
-            card(&mut page, report, index, pair, material, pictures)?;
-        }
+        card(&mut page, report, index, pair, pictures)?;
     }
     sizes(&mut page, report);
     terms(&mut page, report);
@@ -77,110 +72,101 @@ impl Page {
 
 /// The first screen: which export to use, for every pair.
 fn summary(page: &mut Page, title: &str, report: &Report) {
-    let settings = &report.settings;
+    let (settings, limits) = (&report.settings, &report.settings.limits);
     page.put(format_args!(
         "<h1>{}: which export to use</h1>\n<p class=\"soft\">For each material and environment, the error of each export \
-         on a sphere, compared with the ground truth, and its size. An error of at most {} is good enough; the report \
-         advises the smallest export that is good enough. Errors are RMS differences as a share of the RMS radiance; \
-         sizes are those of the texels as RGBA half floats, with cube faces of {n} × {n}.</p>\n<h2 class=\"first\">Summary</h2>\n<dl>",
+         on a sphere, compared with the ground truth, and its size. An export is good if 95 % of the samples are within \
+         {:.2} stops of the truth and 99 % within {:.2}; the report advises the smallest one that is good. Sizes are \
+         those of the texels as RGBA half floats, with cube faces of {n} × {n}.</p>\n<h2 \
+         class=\"first\">Summary</h2>\n<dl>",
         escape(title),
-        percent(settings.accept),
+        limits.p95,
+        limits.p99,
         n = settings.resolution
     ));
     for material in &report.materials {
-        page.put(format_args!("<dt>{}</dt><dd>{}</dd>\n", escape(&material.name), escape(&material.verdict)));
+        let (name, model) = (escape(&material.name), escape(&material.model));
+        page.put(format_args!(
+            "<dt>{name}<span class=\"size\">{model}, about the {}</span></dt><dd>{} {}</dd>\n",
+            material.centre,
+            badge(&material.advice),
+            escape(&material.advice.why)
+        ));
     }
     page.line("</dl>");
     page.line("<h2>Each pair</h2>");
+    page.line(
+        "<p>In each field: the stops within which 95 % and 99 % of the samples are; the share of negative samples; the \
+         RMS error, which says little about rings and dark places; F, P and the size.</p>",
+    );
     page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Environment</th><th>Use</th>");
     for method in Method::ALL {
         page.put(format_args!("<th class=\"number\">{}</th>", method.title()));
     }
     page.line("<th>Why</th></tr></thead><tbody>");
     for (index, pair) in report.pairs.iter().enumerate() {
-        let class = if pair.advice.good { "badge" } else { "badge poor" };
         page.put(format_args!(
-            "<tr><th scope=\"row\"><a href=\"#pair-{index}\">{material}</a></th><td>{environment}</td><td><span \
-             class=\"{class}\">{use}</span>{poor}</td>",
-            material = escape(&pair.material),
-            environment = escape(&pair.environment),
-            use = pair.advice.method.title(),
-            poor = if pair.advice.good { "" } else { "<span class=\"size\">closest, not good enough</span>" },
+            "<tr><th scope=\"row\"><a href=\"#pair-{index}\">{}</a></th><td>{}</td><td>{}</td>",
+            escape(&pair.material),
+            escape(&pair.environment),
+            badge(&pair.advice),
         ));
-        for export in &pair.exports {
-            let class = match (export.method == pair.advice.method, pair.advice.good) {
+        for method in Method::ALL {
+            let Some(export) = pair.exports.iter().find(|export| export.method == method) else {
+                page.put(format_args!("<td class=\"number\">–</td>"));
+                continue;
+            };
+            let class = match (method == pair.advice.method, pair.advice.good) {
                 (true, true) => " pick",
                 (true, false) => " poor",
                 (false, _) => "",
             };
-            page.put(format_args!(
-                "<td class=\"number{class}\">{}<span class=\"size\">{}</span></td>",
-                percent(export.rms),
-                size(export.bytes)
-            ));
+            page.put(format_args!("<td class=\"number{class}\">"));
+            figures(page, export, limits);
+            page.put(format_args!("</td>"));
         }
         page.put(format_args!("<td class=\"why\">{}</td></tr>\n", escape(&pair.advice.why)));
     }
     page.line("</tbody></table></div>");
 }
 
-/// The degrees that each material needs (figure 8 of the paper).
-fn materials(page: &mut Page, report: &Report) {
-    page.line("<h2 id=\"materials\">What each material needs</h2>");
-    page.line(
-        "<p>Two degrees determine what a map can hold. F is the detail across the map: a sharper highlight needs a \
-         larger F. P is the change with the view: P = 0 holds none.</p>",
-    );
-    page.put(format_args!(
-        "<p>An error is the square root of an energy. A <code>tolerance</code> of 0.03 loses 3 % of the material's energy, \
-         which is an error of {} under one small lamp, and less under soft light. An error of at most {} under any \
-         light takes {} of the energy; the degrees suggested above are those for the light of each pair.</p>\n",
-        percent(0.03_f64.sqrt()),
-        percent(report.settings.accept),
-        percent(1.0 - report.settings.accept.powi(2))
-    ));
-    page.line(
-        "<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Model</th><th class=\"number\">F</th><th \
-         class=\"number\">P</th><th class=\"number\">Energy held</th><th>Why these degrees</th></tr></thead><tbody>",
-    );
-    for material in &report.materials {
-        page.put(format_args!(
-            "<tr><th scope=\"row\">{}</th><td>{}<span class=\"size\">about the {}</span></td><td \
-             class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td></tr>\n",
-            escape(&material.name),
-            escape(&material.model),
-            material.centre,
-            material.f,
-            material.p,
-            percent(material.captured),
-            escape(&material.chosen)
-        ));
+/// The name of the advised export, marked if it is not good.
+fn badge(advice: &Advice) -> String {
+    match advice.good {
+        true => format!("<span class=\"badge\">{}</span>", advice.method.title()),
+        false => format!(
+            "<span class=\"badge poor\">{}</span><span class=\"size\">the best, but not good</span>",
+            advice.method.title()
+        ),
     }
-    page.line("</tbody></table></div>");
-    let rows: Vec<_> = report
-        .materials
-        .iter()
-        .map(|m| Row { name: &m.name, shares: &m.captured_per_p, chosen: m.p })
-        .collect();
-    let description = "The share of each material's energy that each degree in the view holds; the JSON file has \
-                       the numbers";
-    let svg = dots(&rows, description).replacen("<svg ", "<svg class=\"wide\" ", 1);
-    let f = report.materials.iter().map(|m| m.high_f).min().unwrap_or_default();
-    page.put(format_args!(
-        "<h3>Energy held for each P</h3>\n<figure>{svg}<figcaption>The share of a material's energy that P = 0, 1, 2 \
-         and more hold, from left to right: faint diamonds for low P, a circle for the highest. F = {f}, or that of the \
-         exports if it is higher. A ring marks the P of the exports. If all marks coincide, the highlight does not \
-         change with the view.</figcaption></figure>\n",
-    ));
 }
 
-/// One pair: spheres, differences, accuracy against F, spheres against P.
+/// The figures of an export, one below the other.
+fn figures(page: &mut Page, export: &Export, limits: &Limits) {
+    let errors = &export.errors;
+    page.put(format_args!(
+        "{:.2} · {:.2}<span class=\"size\">{}</span>",
+        errors.p95,
+        errors.p99,
+        word(errors, limits)
+    ));
+    if errors.negative > 0.0 {
+        page.put(format_args!("<span class=\"size\">{} negative</span>", percent(errors.negative)));
+    }
+    page.put(format_args!("<span class=\"size\">RMS {}</span>", percent(errors.rms)));
+    let degrees = match export.method {
+        Method::ReflectionMap => format!("F = {}", export.f),
+        _ => format!("F = {}, P = {}", export.f, export.p),
+    };
+    page.put(format_args!("<span class=\"size\">{degrees} · {}</span>", size(export.bytes)));
+}
+
+/// One pair: spheres and differences.
 fn card(
     page: &mut Page,
     report: &Report,
     index: usize,
     pair: &PairFigures,
-    material: &MaterialFigures,
     pictures: &Pictures,
 ) -> Result<(), Failure> {
     let edge = report.settings.sphere;
@@ -195,156 +181,98 @@ fn card(
     };
     page.put(format_args!(
         "<section class=\"pair\" id=\"pair-{index}\"><h3>{name}</h3>\n<p>{}</p>\n<div class=\"scroll\"><div \
-         class=\"spheres\">\n<div></div><div class=\"head\">Ground truth<span>brute force</span></div>",
-        escape(&pair.advice.why)
+         class=\"spheres\" style=\"--columns: {}\">\n<div></div><div class=\"head\">Ground truth<span>brute \
+         force</span></div>",
+        escape(&pair.advice.why),
+        1 + pair.exports.len()
     ));
     for export in &pair.exports {
+        let part = if export.measured < 1.0 { "<span>measured in patches</span>" } else { "" };
         page.put(format_args!(
-            "<div class=\"head\">{}<span>{} · {}</span></div>",
+            "<div class=\"head\">{}<span>{:.2} · {:.2} stops</span><span>{}</span>{part}</div>",
             export.method.title(),
-            percent(export.rms),
+            export.errors.p95,
+            export.errors.p99,
             size(export.bytes)
         ));
     }
     page.line("\n<div class=\"side\">picture</div>");
     image(page, &pictures.truth, "brute force")?;
-    for (export, picture) in pair.exports.iter().zip(&pictures.exports) {
+    for (export, [picture, _]) in pair.exports.iter().zip(&pictures.exports) {
         image(page, picture, export.method.title())?;
     }
     for (label, amplify) in [("difference", 1.0), ("difference", report.settings.amplify)] {
         page.put(format_args!("\n<div class=\"side\">{label}<br/>× {amplify}</div><div></div>"));
-        for (export, picture) in pair.exports.iter().zip(&pictures.exports) {
+        for (export, [picture, truth]) in pair.exports.iter().zip(&pictures.exports) {
             let what = format!("difference of {} from brute force, times {amplify}", export.method.title());
-            image(page, &difference(picture, &pictures.truth, amplify), &what)?;
+            image(page, &difference(picture, truth, amplify), &what)?;
         }
     }
     page.line("\n</div></div>");
+    let degrees = if pair.for_light { "chosen for this light" } else { "given" };
+    let lamps = match pair.lamps {
+        0 => "no lamps beside the coefficients".to_owned(),
+        1 => "1 lamp beside the coefficients".to_owned(),
+        lamps => format!("{lamps} lamps beside the coefficients"),
+    };
     page.put(format_args!(
-        "<p class=\"small soft\">The SHRM's error: {degrees} because of its degrees, F = {} and P = {}; {texels} because of its \
-         {n} × {n} texels.</p>\n",
-        material.f,
-        material.p,
-        degrees = percent(pair.shrm.degrees),
-        texels = percent(pair.shrm.texels),
-        n = report.settings.resolution
+        "<p class=\"small soft\">F = {} and P = {}, {degrees}; {lamps}. The ground truth adds up {} bright texels one by \
+         one, and the rest of the environment at {} × {} pixels.{}</p>\n</section>\n",
+        pair.f,
+        pair.p,
+        pair.bright,
+        pair.rendered[0],
+        pair.rendered[1],
+        too_coarse(pair)
     ));
-    if pair.per_p.len() > 1 {
-        let f = material.high_f;
-        // A row holds five; if there are more, the highest are shown.
-        let from = pair.per_p.len().saturating_sub(5);
-        let (per_p, spheres) = (&pair.per_p[from..], pictures.per_p.get(from..).unwrap_or_default());
-        page.put(format_args!(
-            "<h4>SHRM with higher and lower degrees in the view, F = {f}</h4>\n<div class=\"scroll\"><div \
-             class=\"spheres\">\n<div></div>"
-        ));
-        for per_p in per_p {
-            page.put(format_args!(
-                "<div class=\"head\">P = {}<span>error {}</span><span>energy {}</span></div>",
-                per_p.p,
-                percent(per_p.rms),
-                percent(per_p.captured)
-            ));
-        }
-        let fill = |page: &mut Page| {
-            for _ in per_p.len()..5 {
-                page.line("<div></div>");
-            }
-        };
-        fill(page);
-        page.line("\n<div class=\"side\">picture</div>");
-        for (per_p, picture) in per_p.iter().zip(spheres) {
-            image(page, picture, &format!("SHRM with P = {}", per_p.p))?;
-        }
-        fill(page);
-        page.line("\n<div class=\"side\">difference<br/>× 1</div>");
-        for (per_p, picture) in per_p.iter().zip(spheres) {
-            let what = format!("difference of the SHRM with P = {} from brute force", per_p.p);
-            image(page, &difference(picture, &pictures.truth, 1.0), &what)?;
-        }
-        fill(page);
-        page.line("\n</div></div>");
-    }
-    if pair.per_p.len() <= 1 {
-        page.line("<p class=\"soft\">Nothing changes with the view, so P = 0 holds everything and a higher P would not help.</p>");
-    }
-    page.line("<h4>Accuracy against the degrees</h4>");
-    accuracy(page, report, pair, material);
-    page.line("</section>");
     Ok(())
 }
 
-/// Accuracy against F and against P with the three estimates (figure 6 of the paper).
-fn accuracy(page: &mut Page, report: &Report, pair: &PairFigures, material: &MaterialFigures) {
-    let plot = |accuracy: &Accuracy, letter: &str, other: String, at: usize| {
-        let curve = |name, class, values| Curve { name, class, values };
-        let curves = vec![
-            curve("measured", "truth", accuracy.truth.as_slice()),
-            curve("BRDF", "by-brdf", &accuracy.brdf),
-            curve("better of both", "by-better", &accuracy.better),
-            curve("guaranteed", "by-bound", &accuracy.bound),
-        ];
-        let what = if letter == "F" { "detail across the map" } else { "change with the view" };
-        Curves {
-            description: &format!("{} under {}: accuracy against {letter}", pair.material, pair.environment),
-            x_label: &format!("{letter}, the degree for {what}"),
-            y_label: &format!("accuracy in %, {other}"),
-            least: 0.0,
-            curves,
-            mark: Some((at, format!("{letter} = {at}"))),
-        }
-        .svg()
-    };
-    let against_f = plot(&pair.accuracy, "F", format!("P = {}", material.p), material.f);
-    page.put(format_args!("<div class=\"sides\"><figure>{against_f}</figure>"));
-    if pair.per_p.len() > 1 {
-        let against_p = plot(&pair.accuracy_per_p, "P", format!("F = {}", material.f), material.p);
-        page.put(format_args!("<figure>{against_p}</figure>"));
+/// A warning, if the ground truth has fewer rows than the reflection has degrees.
+fn too_coarse(pair: &PairFigures) -> String {
+    let rows = 2 * (pair.f + 1);
+    if !pair.for_light || pair.rendered[1] >= rows {
+        return String::new();
     }
-    page.line("</div>");
-    let at = |values: &[f64]| values.get(material.f).or(values.last()).copied().map_or("–".into(), percent);
-    page.put(format_args!(
-        "<p class=\"small soft\">Accuracy is 1 minus the share of the reflected energy that is lost by truncating at this degree. The \
-         thick line is measured against the light field at F = {}, P = {}. The others are estimates without it: from \
-         the energy that the BRDF holds, from the better of BRDF and lighting, and from a guaranteed bound. At \
-         F = {}, P = {}: measured {}, BRDF {}, better of both {}, guaranteed {}. Rendered and measured under the \
-         environment at {} × {} pixels, with at most {} rows.</p>\n",
-        pair.accuracy.truth.len().saturating_sub(1),
-        pair.accuracy_per_p.truth.len().saturating_sub(1),
-        material.f,
-        material.p,
-        at(&pair.accuracy.truth),
-        at(&pair.accuracy.brdf),
-        at(&pair.accuracy.better),
-        at(&pair.accuracy.bound),
-        pair.rendered[0],
-        pair.rendered[1],
-        report.settings.reference_rows
-    ));
+    format!(
+        " This reflection has detail finer than that, which counts as an error here: set reference-rows = {}.",
+        rows.next_multiple_of(16).min(512)
+    )
 }
 
-/// The textures and sizes of each export of a material.
+/// The textures and sizes of each export of a pair.
 fn sizes(page: &mut Page, report: &Report) {
     page.line("<h2 id=\"sizes\">File sizes</h2>");
     page.put(format_args!(
         "<p>The sizes are for texels of RGBA half floats (8 bytes), uncompressed and without mip levels, with cube faces \
          of {n} × {n}. The size of an SHRM grows with (P + 1)², or with P + 1 if nothing changes around the central \
-         direction; the sizes of the others do not depend on the material.</p>\n",
+         direction; the sizes of the others do not depend on P.</p>\n",
         n = report.settings.resolution
     ));
-    page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th>");
+    page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Environment</th>");
     for method in Method::ALL {
-        page.put(format_args!("<th>{}<span class=\"size\">{}</span></th>", method.title(), method.kind()));
+        page.put(format_args!(
+            "<th>{}<span class=\"size\">{}</span></th>",
+            method.title(),
+            escape(method.kind())
+        ));
     }
     page.line("</tr></thead><tbody>");
-    for material in &report.materials {
-        let Some(pair) = report.pairs.iter().find(|pair| pair.material == material.name) else { continue };
-        page.put(format_args!("<tr><th scope=\"row\">{}</th>", escape(&material.name)));
-        for export in &pair.exports {
-            page.put(format_args!(
-                "<td>{}<span class=\"size\">{}</span></td>",
-                size(export.bytes),
-                escape(&export.texture)
-            ));
+    for pair in &report.pairs {
+        page.put(format_args!(
+            "<tr><th scope=\"row\">{}</th><td>{}</td>",
+            escape(&pair.material),
+            escape(&pair.environment)
+        ));
+        for method in Method::ALL {
+            match pair.exports.iter().find(|export| export.method == method) {
+                Some(export) => page.put(format_args!(
+                    "<td>{}<span class=\"size\">{}</span></td>",
+                    size(export.bytes),
+                    escape(&export.texture)
+                )),
+                None => page.put(format_args!("<td>–</td>")),
+            }
         }
         page.line("</tr>");
     }
@@ -358,11 +286,14 @@ fn terms(page: &mut Page, report: &Report) {
 <dl>
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
 <dt>Kautz-McCool</dt><dd>A 3D texture, looked up by a direction and by the angle between it and the view. It does not hold what changes around the direction.</dd>
-<dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them. They hold the same as the SHRM; blending blurs the change with the view, which sometimes hides the errors of too low degrees.</dd>
-<dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view.</dd>
-<dt>Error</dt><dd>The root of the mean squared difference of radiance over the sphere's pixels and channels, divided by the root of the mean squared radiance of the truth. 1 % is hard to see, 10 % is obvious.</dd>
-<dt>Ground truth</dt><dd>The sum over all pixels of the environment, scaled to at most {} rows for this report. Every export is made from that same environment, without a turn.</dd>
-<dt>Energy held</dt><dd>The share of the energy of rho_hat, the BRDF with its cosine, that its coefficients up to F and P hold.</dd>
+<dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them.</dd>
+<dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so in some patches of the picture and measures these alone.</dd>
+<dt>SHRM with lights</dt><dd>The same without suns and lamps, which the file lists as lights (lamps = "separate"). The renderer adds them by the material's own BRDF.</dd>
+<dt>F and P</dt><dd>The degrees of the coefficients: F is the detail across the map, P the change with the view.</dd>
+<dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>
+<dt>Negative</dt><dd>The share of samples below -e / 10, which a renderer shows as black. They come from rings around highlights where a series is cut.</dd>
+<dt>RMS</dt><dd>The root of the mean squared difference of radiance, divided by the root of the mean squared radiance of the truth. The brightest pixels decide it: rings and dark places hardly count.</dd>
+<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel. Texels of more than ten times the mean radiance are added one by one; the rest is first averaged to at most {} rows.</dd>
 </dl>
 "#,
         report.settings.reference_rows

@@ -8,6 +8,31 @@
 use brdf::Centre;
 use sphere::{DVec3, Direction};
 
+use crate::report::figures::Errors;
+
+/// Squares of [`PATCH`] pixels: one of so many, in a pattern that spreads them over the picture. What needs
+/// much work for each texel of a map is measured in some patches alone.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patches {
+    /// One patch of this many.
+    pub(crate) one_of: usize,
+}
+
+/// The edge of a patch.
+const PATCH: usize = 8;
+
+impl Patches {
+    /// The whole picture.
+    pub(crate) const ALL: Self = Self { one_of: 1 };
+
+    fn hold(self, edge: usize, index: usize) -> bool {
+        let [column, row] = [index % edge / PATCH, index / edge / PATCH];
+        // The golden section of so many, so that neighbours of a row, and of a column, are far apart.
+        let step = (0.382 * self.one_of as f64).round() as usize;
+        (column + step * row).is_multiple_of(self.one_of)
+    }
+}
+
 /// The pixels that see the sphere.
 pub(crate) struct Sphere {
     edge: usize,
@@ -54,18 +79,13 @@ impl Sphere {
         self.pixels.iter().map(central).collect()
     }
 
-    /// Whether a pixel, counted as in [`Sphere::central`], sees the sphere and counts in errors.
-    pub(crate) fn sees(&self, pixel: usize) -> bool {
-        self.pixels[pixel].inside
-    }
-
     /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of
     /// the mean of `truth` squared. Both in the order of [`Sphere::central`]. If the truth is black: 0 if
     /// both are equal, infinite otherwise.
-    pub(crate) fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]]) -> f64 {
+    fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]], patches: Patches) -> f64 {
         let (mut difference, mut energy) = (0.0, 0.0);
         for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
-            if pixel.inside {
+            if pixel.inside && patches.hold(self.edge, pixel.index) {
                 for channel in 0..3 {
                     difference += f64::from(value[channel] - truth[channel]).powi(2);
                     energy += f64::from(truth[channel]).powi(2);
@@ -73,6 +93,42 @@ impl Sphere {
             }
         }
         if difference == 0.0 { 0.0 } else { (difference / energy).sqrt() }
+    }
+
+    /// The errors of values that a renderer reads, in the order of [`Sphere::central`]: a value below 0 is
+    /// black to it. `dark` is the radiance below which black is black, e of [`Errors`]. Only the pixels of
+    /// the patches count.
+    pub(crate) fn errors(
+        &self,
+        values: &[[f32; 3]],
+        truth: &[[f32; 3]],
+        dark: f64,
+        patches: Patches,
+    ) -> Errors {
+        let e = dark.max(f64::MIN_POSITIVE);
+        let (mut stops, mut negative) = (Vec::with_capacity(3 * self.pixels.len()), 0_usize);
+        for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
+            if pixel.inside && patches.hold(self.edge, pixel.index) {
+                for (&value, &truth) in value.iter().zip(truth) {
+                    negative += usize::from(f64::from(value) < -0.1 * dark);
+                    let seen = |value: f32| f64::from(value.max(0.0)) + e;
+                    stops.push((seen(value) / seen(truth)).log2().abs());
+                }
+            }
+        }
+        stops.sort_by(f64::total_cmp);
+        let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
+        Errors {
+            rms: self.relative_rms(values, truth, patches),
+            p95: at(0.95),
+            p99: at(0.99),
+            negative: negative as f64 / stops.len().max(1) as f64,
+        }
+    }
+
+    /// Whether each pixel, in the order of [`Sphere::central`], is in the patches.
+    pub(crate) fn within(&self, patches: Patches) -> impl Iterator<Item = bool> {
+        self.pixels.iter().map(move |pixel| patches.hold(self.edge, pixel.index))
     }
 
     /// The whole picture, black outside the sphere, of values in the order of [`Sphere::central`].
@@ -113,14 +169,49 @@ mod tests {
         let sphere = Sphere::new(16);
         let count = sphere.pixels.len();
         let (truth, off) = (vec![[2.0_f32; 3]; count], vec![[2.5_f32; 3]; count]);
-        assert!((sphere.relative_rms(&off, &truth) - 0.25).abs() < 1e-12);
+        assert!((sphere.relative_rms(&off, &truth, Patches::ALL) - 0.25).abs() < 1e-12);
         let black = vec![[0.0_f32; 3]; count];
-        assert_eq!(sphere.relative_rms(&black, &black), 0.0);
-        assert_eq!(sphere.relative_rms(&off, &black), f64::INFINITY);
+        assert_eq!(sphere.relative_rms(&black, &black, Patches::ALL), 0.0);
+        assert_eq!(sphere.relative_rms(&off, &black, Patches::ALL), f64::INFINITY);
         // A pixel that does not see the sphere does not count.
         let outside = sphere.pixels.iter().position(|pixel| !pixel.inside).unwrap();
         let mut one = truth.clone();
         one[outside] = [9.0; 3];
-        assert_eq!(sphere.relative_rms(&one, &truth), 0.0);
+        assert_eq!(sphere.relative_rms(&one, &truth, Patches::ALL), 0.0);
+    }
+
+    #[test]
+    fn errors_in_stops_count_what_an_eye_sees() {
+        let sphere = Sphere::new(64);
+        let inside: Vec<usize> =
+            (0..sphere.pixels.len()).filter(|pixel| sphere.pixels[*pixel].inside).collect();
+        let truth = vec![[1.0_f32; 3]; sphere.pixels.len()];
+        let mut values = truth.clone();
+        // 2 % of the pixels are twice as bright, another 0.5 % are far below zero.
+        let count = |share: f64| (share * inside.len() as f64) as usize;
+        for pixel in &inside[..count(0.02)] {
+            values[*pixel] = [2.0; 3];
+        }
+        for pixel in &inside[count(0.5)..count(0.505)] {
+            values[*pixel] = [-7.0; 3];
+        }
+        let errors = sphere.errors(&values, &truth, 0.01, Patches::ALL);
+        assert!(errors.p95 == 0.0 && (errors.p99 - (2.01_f64 / 1.01).log2()).abs() < 1e-6, "{errors:?}");
+        assert!((errors.negative - 0.005).abs() < 1e-3, "{errors:?}");
+        // Black is black: what is far below the mean radiance does not count, nor does rounding below zero.
+        let dark = vec![[0.0_f32; 3]; truth.len()];
+        let errors = sphere.errors(&vec![[-1e-4; 3]; truth.len()], &dark, 0.01, Patches::ALL);
+        assert_eq!((errors.p99, errors.negative), (0.0, 0.0));
+    }
+
+    #[test]
+    fn patches_are_spread_evenly() {
+        let sphere = Sphere::new(96);
+        for one_of in [2, 3, 6, 24] {
+            let held = sphere.within(Patches { one_of }).filter(|held| *held).count() as f64;
+            let share = held * one_of as f64 / sphere.pixels.len() as f64;
+            assert!((0.6..1.5).contains(&share), "1 of {one_of}: {share}");
+        }
+        assert!(sphere.within(Patches::ALL).all(|held| held));
     }
 }

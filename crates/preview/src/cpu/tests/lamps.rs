@@ -126,10 +126,10 @@ fn the_other_maps_hold_the_lamps_as_their_exports_do() {
         let look = small(&sunny_look(&light, &lighting, &material));
         let reflection = look.reflection().unwrap();
         let grid = MapGrid::Cube(look.cube());
-        let baked = reflection.bake(grid, View::Local, &|| false).unwrap();
-        assert_eq!(look.cabral().unwrap(), &Cabral::from_shrm(&baked));
-        let slices = KautzMcCool::from_shrm(&baked, KautzMcCool::even_angles(SIZES.slices)).unwrap();
-        assert_eq!(look.kautz_mccool().unwrap(), &slices);
+        let (soft, lamps) = (look.local().unwrap(), reflection.lamps().unwrap());
+        assert_eq!(look.cabral().unwrap(), &Cabral::from_shrm(soft).with_lamps(lamps));
+        let slices = KautzMcCool::from_shrm(soft, KautzMcCool::even_angles(SIZES.slices)).unwrap();
+        assert_eq!(look.kautz_mccool().unwrap(), &slices.with_lamps(lamps));
         let soft: Vec<[f32; 3]> = sh::synthesise_cube(&reflection.plain(Plain::Mean), look.cube()).unwrap();
         let lit = reflection.lamps().unwrap().plain(Plain::Mean, grid);
         for (texel, found) in look.prefiltered().unwrap().iter().enumerate() {
@@ -140,9 +140,12 @@ fn the_other_maps_hold_the_lamps_as_their_exports_do() {
 }
 
 #[test]
-fn a_map_with_lamps_is_cancelled_while_it_is_made() {
+fn a_fitted_map_is_cancelled_while_it_is_made() {
     let (light, lighting) = sunny();
-    let look = small(&sunny_look(&light, &lighting, &gold()));
+    let brdf = project(&gold(), Choice::Full).unwrap().coefficients;
+    let field = Reflection::convolve(&lighting.series, &brdf).marked_for_light();
+    assert!(field.map_p() < field.brdf().p());
+    let look = Arc::new(Look::new(light, field, None, MapSizes { edge: 5, ..SIZES }));
     let scene = Scene::of(sphere(), Arc::clone(&look));
     let calls = std::sync::atomic::AtomicU32::new(0);
     let stop = || calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 5;
@@ -150,8 +153,8 @@ fn a_map_with_lamps_is_cancelled_while_it_is_made() {
     let stopped = super::super::Cpu::new().render(&scene, &shot, &stop);
     assert_eq!(stopped, Err(RenderError::Cancelled));
     // Nothing unfinished is kept.
-    let baked = look.reflection().unwrap().bake(MapGrid::Cube(look.cube()), View::Local, &|| false).unwrap();
-    assert_eq!(look.cabral().unwrap(), &Cabral::from_shrm(&baked));
+    let whole = look.reflection().unwrap().soft_map(MapGrid::Cube(look.cube()), View::Local, &|| false);
+    assert_eq!(look.local().unwrap(), &whole.unwrap());
 }
 
 /// The errors of a mode against brute force on a sphere, in stops above a hundredth of the mean radiance, sorted.

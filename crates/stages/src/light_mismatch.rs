@@ -1,7 +1,8 @@
 //! Whether a reflection was made from an environment.
 
 use envmap::Environment;
-use sh::{Degree, Expansion, Lighting, Transform};
+use sh::{Degree, Lighting, Transform};
+use shrm::Reflection;
 
 /// If the cosine between their coefficients of one degree is below this, two lights are different. A window
 /// scales all coefficients of a degree alike, and a turn by 20 degrees leaves 0.94 of a lamp on the horizon.
@@ -10,14 +11,15 @@ const ALIKE: f64 = 0.97;
 /// The degrees that are compared: every lighting holds them, and a turn changes them least.
 const DEGREES: usize = 3;
 
-/// The warning, if an environment and the lighting of a reflection, series and lights together, differ by more
-/// than a window makes them differ.
-pub(super) fn difference(environment: &Environment, lighting: &Lighting) -> Option<String> {
-    let degree = Degree::new(DEGREES.min(lighting.series.degree().get())).ok()?;
-    let series = lighting.series.to_degree(degree);
-    let lighting = Lighting { series, lights: lighting.lights.clone() }.whole();
+/// The warning, if an environment and the lighting of a reflection, lamps included, differ by more than a
+/// window makes them differ.
+pub(crate) fn difference(environment: &Environment, reflection: &Reflection) -> Option<String> {
+    let degree = Degree::new(DEGREES.min(reflection.lighting().degree().get())).ok()?;
+    let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
+    let lighting = Lighting { series: reflection.lighting().to_degree(degree), lights }.whole();
     let own = Transform::new(environment.grid(), degree).ok()?.analyse(environment.pixels());
-    let rows = |expansion: &Expansion, l: usize| expansion.coefficients()[l * l..(l + 1) * (l + 1)].to_vec();
+    let rows =
+        |expansion: &sh::Expansion, l: usize| expansion.coefficients()[l * l..(l + 1) * (l + 1)].to_vec();
     let energy = |values: &[[f64; 3]]| values.as_flattened().iter().map(|value| value * value).sum::<f64>();
     let whole = energy(own.coefficients());
     (1..=degree.get()).find_map(|l| {
@@ -33,9 +35,19 @@ pub(super) fn difference(environment: &Environment, lighting: &Lighting) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use brdf::{BrdfCoefficients, Centre, Lambert, Material};
+    use sh::Expansion;
+    use shrm::Lamps;
     use sphere::{DVec3, LatLong, Rotation};
 
     use super::*;
+
+    fn reflection(lighting: &Expansion) -> Reflection {
+        let degree = lighting.degree();
+        let rho = vec![[1.0; 3]; degree.get() + 1];
+        let brdf = BrdfCoefficients::new(Centre::Normal, degree, Degree::ZERO, rho).unwrap();
+        Reflection::convolve(lighting, &brdf)
+    }
 
     fn environment(radiance: impl Fn(DVec3) -> f64) -> Environment {
         let grid = LatLong::with_rows(32);
@@ -48,35 +60,32 @@ mod tests {
         let lamp = |w: DVec3| 0.1 + (8.0 * (w.x - 1.0)).exp();
         let lit = environment(lamp);
         let degree = Degree::new(8).unwrap();
-        let series = Transform::new(lit.grid(), degree).unwrap().analyse(lit.pixels());
-        assert_eq!(difference(&lit, &sh::Window::Lanczos.apply(&series).into()), None);
-        let lighting = Lighting::from(series);
-        assert_eq!(difference(&lit, &lighting), None);
+        let lighting = Transform::new(lit.grid(), degree).unwrap().analyse(lit.pixels());
+        assert_eq!(difference(&lit, &reflection(&lighting)), None);
+        assert_eq!(difference(&lit, &reflection(&sh::Window::Lanczos.apply(&lighting))), None);
         let turned = |degrees: f64| {
             let turn = Rotation::from_yaw_pitch_roll(degrees.to_radians(), 0.0, 0.0);
-            difference(&lit.rotated(turn), &lighting)
+            difference(&lit.rotated(turn), &reflection(&lighting))
         };
         assert_eq!(turned(1.0), None);
         assert!(turned(30.0).unwrap().contains("turned as the lighting was"));
         // Light from everywhere has no direction to compare.
         let even = environment(|_| 0.7);
         let flat = Transform::new(even.grid(), degree).unwrap().analyse(even.pixels());
-        assert_eq!(difference(&even, &flat.into()), None);
+        assert_eq!(difference(&even, &reflection(&flat)), None);
         let black = environment(|_| 0.0);
-        assert_eq!(difference(&black, &Expansion::zero(degree).into()), None);
+        assert_eq!(difference(&black, &reflection(&Expansion::zero(degree))), None);
     }
 
-    /// The series is the same in every direction; only the sun tells one turn from another.
     #[test]
-    fn the_lights_beside_the_series_are_compared_too() {
-        let sunny = environment(|w: DVec3| if w.x > 0.99 { 500.0 } else { 0.5 });
-        let separated = sunny.separate_lamps();
-        let series = Transform::new(sunny.grid(), Degree::new(6).unwrap()).unwrap();
-        let lighting = Lighting { series: series.analyse(separated.soft.pixels()), lights: separated.lights };
-        assert!(!lighting.lights.is_empty());
-        assert_eq!(difference(&sunny, &lighting), None);
-        let turn = Rotation::from_yaw_pitch_roll(0.6, 0.0, 0.0);
-        assert!(difference(&sunny.rotated(turn), &lighting).is_some());
-        assert_eq!(difference(&sunny.rotated(turn), &lighting.rotated(turn)), None);
+    fn lamps_beside_the_series_are_part_of_the_light() {
+        let lit = environment(|w| if w.x > 0.98 { 300.0 } else { 0.1 });
+        let separated = lit.separate_lamps();
+        let degree = Degree::new(8).unwrap();
+        let soft = Transform::new(lit.grid(), degree).unwrap().analyse(separated.soft.pixels());
+        let material = Material::Lambert(Lambert::new([1.0; 3]).unwrap());
+        assert!(!separated.lights.is_empty());
+        let whole = reflection(&soft).with_lamps(Lamps { lights: separated.lights, material });
+        assert_eq!(difference(&lit, &whole), None);
     }
 }
