@@ -7,14 +7,14 @@
 //!
 //! and for readers that cannot, [`Reflection::bake`](crate::Reflection::bake) puts them into the map.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use brdf::{Centre, Material};
 use rayon::prelude::*;
 use sh::Light;
 use sphere::{DMat3, Direction};
 
-use crate::plain::{Plain, mean_views};
+use crate::plain::Plain;
 use crate::{MapGrid, frame, into_frame};
 
 /// Lights, and the material that reflects them.
@@ -71,8 +71,8 @@ impl Lamps {
     /// What the lights add at each texel in the mean over all views at an angle theta_o from its central
     /// direction.
     pub(crate) fn ring(&self, theta: f64, grid: MapGrid) -> Vec<[f64; 3]> {
-        let weight = 1.0 / AZIMUTHS as f64;
-        let views: Vec<_> = azimuths().map(|phi| (Direction::from_angles(theta, phi), weight)).collect();
+        let views: Vec<_> =
+            graded(AZIMUTHS).map(|(phi, share)| (Direction::from_angles(theta, phi), share)).collect();
         let profile = Profile::new(&self.material, &views);
         (0..grid.len()).into_par_iter().map(|texel| self.mean(&profile, grid.direction(texel))).collect()
     }
@@ -114,30 +114,45 @@ pub(crate) fn place(angles: &[f64], angle: f64) -> (usize, f64) {
 }
 
 /// Azimuths of views over half a turn.
-const AZIMUTHS: usize = 48;
-
-fn azimuths() -> impl Iterator<Item = f64> + Clone {
-    (0..AZIMUTHS).map(|j| PI * (j as f64 + 0.5) / AZIMUTHS as f64)
-}
+const AZIMUTHS: usize = 40;
 
 /// Rows of the views of a mean.
-const ROWS: usize = 80;
+const ROWS: usize = 64;
 
-/// The views that a plain map stands for and their weights, which sum to 1.
+/// Nodes from 0 to pi and their weights, which sum to 1: closer together toward both ends, where highlights of
+/// grazing views are narrow.
+fn graded(count: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
+    (0..count).map(move |j| {
+        let turn = TAU * (j as f64 + 0.5) / count as f64;
+        (0.5 * (turn - turn.sin()), (1.0 - turn.cos()) / count as f64)
+    })
+}
+
+/// The views that a plain map stands for and their weights, which sum to 1: as `plain.rs` has them.
 fn plain_views(centre: Centre, plain: Plain) -> Vec<(Direction, f64)> {
-    let share = 1.0 / AZIMUTHS as f64;
+    let ring = |theta: f64, weight: f64| {
+        graded(AZIMUTHS).map(move |(phi, share)| (Direction::from_angles(theta, phi), weight * share))
+    };
     match (plain, centre) {
-        (Plain::Mean, _) => {
-            let row = |(theta, weight): (f64, f64)| {
-                azimuths().map(move |phi| (Direction::from_angles(theta, phi), weight * share))
-            };
-            mean_views(centre, ROWS).flat_map(row).collect()
-        }
-        (Plain::HeadOn, Centre::Tangent) => {
-            azimuths().map(|phi| (Direction::from_angles(PI / 2.0, phi), share)).collect()
-        }
+        (Plain::HeadOn, Centre::Tangent) => ring(PI / 2.0, 1.0).collect(),
         (Plain::HeadOn, _) => vec![(Direction::Z, 1.0)],
+        (Plain::Mean, Centre::Normal) => {
+            // The half turn of the nodes as the quarter turn of theta_o.
+            let rows = graded(ROWS).map(|(angle, weight)| (angle / 2.0, weight * angle.sin()));
+            normalised(rows.collect()).into_iter().flat_map(|(theta, weight)| ring(theta, weight)).collect()
+        }
+        (Plain::Mean, centre) => {
+            let power = if centre == Centre::Tangent { 2 } else { 1 };
+            let rows = graded(ROWS).map(|(theta, weight)| (theta, weight * theta.sin().powi(power)));
+            normalised(rows.collect()).into_iter().flat_map(|(theta, weight)| ring(theta, weight)).collect()
+        }
     }
+}
+
+/// The same with weights that sum to 1.
+fn normalised(rows: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let sum: f64 = rows.iter().map(|row| row.1).sum();
+    rows.into_iter().map(|(theta, weight)| (theta, weight / sum)).collect()
 }
 
 /// The mean of rho_hat over some views, by the angle between light and central direction.

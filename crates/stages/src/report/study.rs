@@ -7,7 +7,8 @@ use engine::{Context, Failure};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
 use sh::{Degree, Lighting};
-use shrm::degrees::{DARK, MOST_P};
+use shrm::MOST_P;
+use shrm::degrees::DARK;
 use shrm::{Cabral, KautzMcCool, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
 
