@@ -275,7 +275,7 @@ mod tests {
         }
     }
 
-    /// The sequence that serves other centres, and rows that are uniform in cosine, are 5 to 15 % off here.
+    /// As many views that are uniform over the sphere are up to 14 % off here.
     #[test]
     fn twice_as_many_views_do_not_change_the_mean_of_a_sharp_lobe() {
         let plastic = StandardParameters { roughness: 0.2, base_color: [0.05; 3], ..Default::default() };
@@ -283,8 +283,10 @@ mod tests {
             let [few, many] = [1, 2].map(|factor| {
                 MeanOverViews::with_views(&material, MeanOverViews::VIEWS.map(|count| factor * count))
             });
-            for (few, many) in few.values.iter().zip(&many.values) {
-                assert!((few[0] / many[0] - 1.0).abs() < 5e-3, "{}: {few:?} {many:?}", material.name());
+            // Beyond 147 degrees from R the mean is negligible.
+            for step in 0..MeanOverViews::STEPS * 49 / 50 {
+                let (few, many) = (few.values[step][0], many.values[step][0]);
+                assert!((few / many - 1.0).abs() < 5e-3, "{}, step {step}: {few} {many}", material.name());
             }
         }
     }
