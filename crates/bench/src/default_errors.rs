@@ -1,14 +1,14 @@
 //! How close to brute force the maps are that a manifest without degrees makes.
 //!
 //! Each pair of an environment and a material goes through the program at its default settings but for the
-//! resolution, which the errors do not depend on; the files are read back and compared with sums over all pixels ([`brute_force`]) at the
-//! centres of texels, so that interpolation is not measured, and from views as a sphere shows them to a distant
-//! camera. The error is measured in stops,
+//! resolution, which the errors do not depend on; the files are read back and compared with sums over all
+//! pixels ([`brute_force`]) at the centres of texels, so that interpolation is not measured, and from views
+//! as a sphere shows them to a distant camera. The error is measured in stops,
 //!
 //! > |log2((max(got, 0) + e) / (want + e))| in each channel,
 //!
-//! e being [`DARK`] of the environment's mean radiance. What is got is the value of the map plus, if lamps are
-//! beside it, the irradiance of each times rho_hat. A plain map is compared with the mean over all views.
+//! e being [`DARK`] of the environment's mean radiance. What is got is the value of the map plus, if lamps
+//! are beside it, the irradiance of each times rho_hat. A plain map is compared with the mean over all views.
 
 use std::error::Error;
 
@@ -56,7 +56,8 @@ impl Map {
         }
     }
 
-    /// The stops below which 95 and 99 of 100 samples should be; `None` if that is not asked of such a material.
+    /// The stops below which 95 and 99 of 100 samples should be; `None` if that is not asked of such a
+    /// material.
     pub fn target(self, case: &Case) -> Option<[f64; 2]> {
         match self {
             Self::Separate if case.sharp => Some([0.2, 0.5]),

@@ -10,8 +10,8 @@ use bench::default_errors::{Case, Effort, Map, Project, Row, cases, measure};
 use containers::{ReadOptions, read_image};
 use envmap::Image;
 
-/// Environments with the materials that are measured there; only the first two pairs without CI. With three seeds
-/// each error is at most two thirds of its target, so that these samples do not meet it by luck.
+/// Environments with the materials that are measured there; only the first two pairs without CI. With three
+/// seeds each error is at most two thirds of its target, so that these samples do not meet it by luck.
 const PAIRS: [(&str, &[&str]); 2] =
     [("sunrise", &["phong-10", "kajiya-kay-32", "garnet-red"]), ("night", &["ggx-0.5", "lafortune"])];
 

@@ -116,8 +116,8 @@ impl Look {
         self.sizes
     }
 
-    /// The local SHRM on [`Look::cube`], without the lamps that the reflection has beside it: modes that look it
-    /// up add them ([`crate::shading::lamps`]).
+    /// The local SHRM on [`Look::cube`], without the lamps that the reflection has beside it: modes that look
+    /// it up add them ([`crate::shading::lamps`]).
     ///
     /// # Errors
     /// If the map would be too large.

@@ -4,11 +4,11 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
-    /// The local SHRM at every pixel: four texels, each evaluated in its own frame, are blended. Lamps beside it
-    /// are added.
+    /// The local SHRM at every pixel: four texels, each evaluated in its own frame, are blended. Lamps beside
+    /// it are added.
     LocalShrm,
-    /// The global SHRM, evaluated once per frame for a distant viewer (paper 1, equation 12). Lamps beside it are
-    /// added at every pixel.
+    /// The global SHRM, evaluated once per frame for a distant viewer (paper 1, equation 12). Lamps beside it
+    /// are added at every pixel.
     GlobalShrm,
     /// Cabral's twelve maps, blended by the view's weights on the icosahedron.
     Cabral,

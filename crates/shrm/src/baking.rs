@@ -126,8 +126,8 @@ impl Reflection {
         self.map_p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX))
     }
 
-    /// A map of degree `p` fitted to the soft field, and to the lamps if they are to be in it: all texels or those
-    /// that are listed.
+    /// A map of degree `p` fitted to the soft field, and to the lamps if they are to be in it: all texels or
+    /// those that are listed.
     fn fitted(
         &self,
         soft: &Shrm,

@@ -119,8 +119,8 @@ const AZIMUTHS: usize = 40;
 /// Rows of the views of a mean.
 const ROWS: usize = 64;
 
-/// Nodes from 0 to pi and their weights, which sum to 1: closer together toward both ends, where highlights of
-/// grazing views are narrow.
+/// Nodes from 0 to pi and their weights, which sum to 1: closer together toward both ends, where highlights
+/// of grazing views are narrow.
 fn graded(count: usize) -> impl Iterator<Item = (f64, f64)> + Clone {
     (0..count).map(move |j| {
         let turn = TAU * (j as f64 + 0.5) / count as f64;

@@ -21,10 +21,10 @@
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel |
 //!
-//! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each is added
-//! by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of `export-shrm`;
-//! before that, what a map shows below zero becomes 0. The maps of `cabral`, `kautz-mccool` and `prefiltered` hold
-//! all light, as their exports do.
+//! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
+//! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of
+//! `export-shrm`; before that, what a map shows below zero becomes 0. The maps of `cabral`, `kautz-mccool`
+//! and `prefiltered` hold all light, as their exports do.
 //!
 //! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
 //! mode is its absolute difference, amplified, with the relative RMS: the root of the mean squared difference

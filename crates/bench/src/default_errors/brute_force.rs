@@ -67,9 +67,9 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A surface whose central direction is `central`, from a view that three numbers from 0 to 1 choose, such
-    /// that the squared sine of the angle between normal and view is uniform: so a sphere shows its normals to a
-    /// distant camera. With the centre `reflection` the view then is uniform over the sphere.
+    /// A surface whose central direction is `central`, from a view that three numbers from 0 to 1 choose,
+    /// such that the squared sine of the angle between normal and view is uniform: so a sphere shows its
+    /// normals to a distant camera. With the centre `reflection` the view then is uniform over the sphere.
     pub fn new(centre: Centre, central: DVec3, [u, v, w]: [f64; 3]) -> Self {
         let any = DVec3::any_orthonormal_vector;
         match centre {
@@ -82,8 +82,8 @@ impl Pose {
         }
     }
 
-    /// A surface that reflects a view to `central`. The view is at the height 1 - 2 `u` above the plane across
-    /// `central`, and `turn` turns from `x`.
+    /// A surface that reflects a view to `central`. The view is at the height 1 - 2 `u` above the plane
+    /// across `central`, and `turn` turns from `x`.
     fn at(central: DVec3, x: DVec3, u: f64, turn: f64) -> Self {
         let view = about(central, x, 1.0 - 2.0 * u, TAU * turn);
         // The sum of both has the length 2 sqrt(1 - u), which may be small.
@@ -93,8 +93,8 @@ impl Pose {
         Self { axes: [tangent, normal.cross(tangent), normal], view }
     }
 
-    /// A surface with this normal and tangent from a view that is `turn` turns from the tangent, `u` being the
-    /// squared sine of its angle from the normal.
+    /// A surface with this normal and tangent from a view that is `turn` turns from the tangent, `u` being
+    /// the squared sine of its angle from the normal.
     fn seen(normal: DVec3, tangent: DVec3, u: f64, turn: f64) -> Self {
         let view = about(normal, tangent, (1.0 - u).sqrt(), TAU * turn);
         Self { axes: [tangent, normal.cross(tangent), normal], view }
@@ -122,17 +122,18 @@ impl Pose {
     }
 }
 
-/// The direction at an angle from an axis, given by its cosine, and an azimuth from `x`, which is across the axis.
+/// The direction at an angle from an axis, given by its cosine, and an azimuth from `x`, which is across the
+/// axis.
 fn about(axis: DVec3, x: DVec3, cosine: f64, azimuth: f64) -> DVec3 {
     let sine = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
     unit(axis * cosine + (x * azimuth.cos() + axis.cross(x) * azimuth.sin()) * sine)
 }
 
-/// The mean of rho_hat over all views, by the angle between light and central direction: of an isotropic material
-/// it depends on nothing else.
+/// The mean of rho_hat over all views, by the angle between light and central direction: of an isotropic
+/// material it depends on nothing else.
 ///
-/// It is tabulated in steps of u, u^2 being the sine of half the angle: a step is 3e-4 of the angle's 0.01, where
-/// sharp lobes have their width.
+/// It is tabulated in steps of u, u^2 being the sine of half the angle: a step is 3e-4 of the angle's 0.01,
+/// where sharp lobes have their width.
 pub struct MeanOverViews {
     values: Vec<[f64; 3]>,
 }
@@ -176,8 +177,8 @@ impl MeanOverViews {
 
 /// Views about +Z and their weights, which sum to 1.
 ///
-/// About R the rows crowd toward grazing views, V = -R, and the columns toward the plane of R and the light (at
-/// azimuth 0): lobes grow there without bound and become as narrow.
+/// About R the rows crowd toward grazing views, V = -R, and the columns toward the plane of R and the light
+/// (at azimuth 0): lobes grow there without bound and become as narrow.
 fn poses(centre: Centre, [rows, columns]: [usize; 2]) -> Vec<(Pose, f64)> {
     let middle = |index: usize, count: usize| (index as f64 + 0.5) / count as f64;
     let pose = |index: usize| {

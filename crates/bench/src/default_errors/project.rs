@@ -55,7 +55,8 @@ pub struct Built<'a> {
 }
 
 impl Project {
-    /// A project of these environments, materials and maps, cubes of that edge. Measured files are copied from the corpus.
+    /// A project of these environments, materials and maps, cubes of that edge. Measured files are copied
+    /// from the corpus.
     ///
     /// # Errors
     /// If a file cannot be read or written.

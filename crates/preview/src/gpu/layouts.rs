@@ -1,8 +1,8 @@
 //! The shaders, their bindings and pipelines.
 //!
 //! Group 0 is one sample of each pixel (frame.wgsl), group 1 a map (map.wgsl), group 2 the inputs and outputs
-//! of a pass, and group 3 the light and material of brute force, or the lamps beside a map and their material. The
-//! files of `shading/` follow these; one generated line calls the mode.
+//! of a pass, and group 3 the light and material of brute force, or the lamps beside a map and their
+//! material. The files of `shading/` follow these; one generated line calls the mode.
 
 use std::collections::HashMap;
 

@@ -1,10 +1,11 @@
-//! The suns and lamps beside a reflected field (`shrm::Lamps`). A map that is looked up has the soft light; each
-//! lamp adds its flux times rho_hat of the reflection's own material ([`super::material`]), in the surface's frame:
+//! The suns and lamps beside a reflected field (`shrm::Lamps`). A map that is looked up has the soft light;
+//! each lamp adds its flux times rho_hat of the reflection's own material ([`super::material`]), in the
+//! surface's frame:
 //!
 //! > max(soft, 0) + sum over the lamps of flux rho_hat(direction of the lamp, V).
 //!
-//! A lamp is as small as a point here, as in `shrm::Lamps::radiance`, which this is for an isotropic material. The
-//! highlight of an anisotropic one follows the surface's tangent, as in brute force.
+//! A lamp is as small as a point here, as in `shrm::Lamps::radiance`, which this is for an isotropic
+//! material. The highlight of an anisotropic one follows the surface's tangent, as in brute force.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
@@ -94,8 +95,8 @@ mod tests {
         PackedLamps::new(Some(&reflection(lamps.material.centre(), 2, 1).with_lamps(lamps.clone()))).unwrap()
     }
 
-    /// The error of a sum of lamps: the largest of their materials' relative errors ([`allowed`]). Turning the
-    /// light and the view into the surface's frame moves them by three more roundings.
+    /// The error of a sum of lamps: the largest of their materials' relative errors ([`allowed`]). Turning
+    /// the light and the view into the surface's frame moves them by three more roundings.
     fn error(lamps: &Lamps, s: f64, surface: &Surface, radiance: [f64; 3]) -> f64 {
         let largest = radiance.into_iter().fold(0.0, f64::max);
         let of_lamp =

@@ -94,8 +94,8 @@ impl ViewGrid {
         (0..=self.orders()).map(move |q| p + 1 - q)
     }
 
-    /// The rows of a map's coefficients as cosine and sine of each (q, p), q before p: what the sums over p then q
-    /// need. Order 0 has no sine.
+    /// The rows of a map's coefficients as cosine and sine of each (q, p), q before p: what the sums over p
+    /// then q need. Order 0 has no sine.
     pub(super) fn rows_of_pairs(&self) -> Vec<[Option<usize>; 2]> {
         let row = |p: usize, q: usize| match self.terms {
             Terms::Zonal => [Some(p), None],

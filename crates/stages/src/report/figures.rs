@@ -56,8 +56,8 @@ impl Limits {
 pub(crate) struct Errors {
     /// RMS difference divided by the RMS radiance.
     pub(crate) rms: f64,
-    /// The error in stops that 95 of 100 samples stay below: |log2((value + e) / (truth + e))|, e being 1 % of
-    /// the environment's mean radiance, so that black is black. Negative values count as 0.
+    /// The error in stops that 95 of 100 samples stay below: |log2((value + e) / (truth + e))|, e being 1 %
+    /// of the environment's mean radiance, so that black is black. Negative values count as 0.
     pub(crate) p95: f64,
     /// The error in stops that 99 of 100 samples stay below.
     pub(crate) p99: f64,

@@ -157,7 +157,8 @@ fn a_fitted_map_is_cancelled_while_it_is_made() {
     assert_eq!(look.local().unwrap(), &whole.unwrap());
 }
 
-/// The errors of a mode against brute force on a sphere, in stops above a hundredth of the mean radiance, sorted.
+/// The errors of a mode against brute force on a sphere, in stops above a hundredth of the mean radiance,
+/// sorted.
 fn stops(look: &Arc<Look>, mode: Mode) -> Vec<f32> {
     let scene = Scene::of(sphere(), Arc::clone(look));
     let shot = Shot { light_samples: 512, ..shot([40, 40], Show::One(mode)) };
@@ -172,8 +173,8 @@ fn stops(look: &Arc<Look>, mode: Mode) -> Vec<f32> {
     stops
 }
 
-/// `for_light` leaves 0.075 stops, and brute force has a noise of some hundredths: 0.05 in all, and 0.02 for phong.
-/// The same degrees with the sun in the series ring: 1.8 and 5.3.
+/// `for_light` leaves 0.075 stops, and brute force has a noise of some hundredths: 0.05 in all, and 0.02 for
+/// phong. The same degrees with the sun in the series ring: 1.8 and 5.3.
 #[test]
 fn a_sun_leaves_no_rings() {
     let (light, lighting) = sunny();
