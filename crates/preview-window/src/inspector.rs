@@ -52,6 +52,13 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
                 }),
             ),
             ("degree P", known(&|statistics| statistics.p.to_string())),
+            (
+                "lamps beside the map",
+                known(&|statistics| match statistics.lamps {
+                    0 => "none".to_owned(),
+                    lamps => lamps.to_string(),
+                }),
+            ),
             ("maps centre on the", known(&|statistics| statistics.centre.to_owned())),
         ],
     );

@@ -18,7 +18,9 @@ pub(crate) struct SceneStatistics {
     pub(crate) p: usize,
     /// Rows and columns of the environment.
     pub(crate) environment: [usize; 2],
-    /// The share of the environment's energy in each degree.
+    /// The number of lamps beside the lighting's series.
+    pub(crate) lamps: usize,
+    /// The share of the environment's energy in each degree; with lamps, of the environment without them.
     pub(crate) lighting: Vec<f64>,
     /// The share of the reflected field's energy in each degree; empty for an imported map.
     pub(crate) reflected: Vec<f64>,
@@ -33,8 +35,11 @@ impl SceneStatistics {
         let Some(first) = scene.objects.first() else { return Self::default() };
         let look = first.look.as_ref();
         let reflection = look.reflection();
-        let grid = look.light().environment().grid();
-        let total: f64 = image_energy(grid, look.light().environment().pixels()).iter().sum();
+        let environment = look.light().environment();
+        let grid = environment.grid();
+        let lamps = reflection.and_then(|made| made.lamps()).map_or(0, |lamps| lamps.lights.len());
+        let soft = (lamps > 0).then(|| environment.separate_lamps().soft);
+        let total: f64 = image_energy(grid, soft.as_ref().unwrap_or(environment).pixels()).iter().sum();
         let held =
             energy_per_degree(reflection.map_or_else(|| look.light().lighting(), |made| made.lighting()));
         let known: f64 = held.as_flattened().iter().sum();
@@ -55,6 +60,7 @@ impl SceneStatistics {
             f: reflection.map(|reflection| reflection.lighting().degree().get()),
             p,
             environment: [grid.height, grid.width],
+            lamps,
             lighting: held.iter().map(share).collect(),
             reflected: accuracy.as_ref().map(reflected).unwrap_or_default(),
             plain: accuracy.map(|accuracy| 1.0 - accuracy.at(accuracy.f(), 0).truth),
@@ -119,6 +125,28 @@ mod tests {
         assert!(statistics.reflected[0] > statistics.lighting[0], "{:?}", statistics.reflected);
         assert!((statistics.plain.unwrap() - 1.0).abs() < 1e-12);
         assert_eq!(statistics.maps[0], ("SHRM, cube 8, 1 rows".into(), 6 * 64 * 12));
+    }
+
+    /// The whole energy of the soft sky is in the series; the sun is counted, not measured against it.
+    #[test]
+    fn the_energy_of_lamps_is_not_missing_from_the_series() {
+        let grid = sphere::LatLong::with_rows(32);
+        let pixel = |texel: usize| if texel == 20 * 64 + 9 { [3000.0; 3] } else { [1.0; 3] };
+        let sky = envmap::Environment::new(grid, (0..grid.len()).map(pixel).collect()).unwrap();
+        let separated = sky.separate_lamps();
+        let degree = sh::Degree::new(4).unwrap();
+        let series = sh::Transform::new(grid, degree).unwrap().analyse(separated.soft.pixels());
+        let white = brdf::Material::Lambert(brdf::Lambert::new([1.0; 3]).unwrap());
+        let brdf = brdf::project(&white, brdf::Choice::Degree { f: degree, p: sh::Degree::ZERO }).unwrap();
+        let lamps = shrm::Lamps { lights: separated.lights, material: white };
+        let reflection = shrm::Reflection::convolve(&series, &brdf.coefficients).with_lamps(lamps);
+        let light = std::sync::Arc::new(preview::Light::new(sky, None));
+        let look = std::sync::Arc::new(Look::new(light, reflection, None, preview::MapSizes::default()));
+        let statistics =
+            SceneStatistics::of(&Scene::of(std::sync::Arc::new(mesh::shape("plane").unwrap()), look));
+        assert_eq!(statistics.lamps, 1);
+        // The texel of the sun is cut down to ten times the mean, and that is in the image.
+        assert!(statistics.captured() > 0.85, "{}", statistics.captured());
     }
 
     #[test]
