@@ -22,7 +22,7 @@ pub mod brute_force;
 mod materials;
 mod project;
 
-use brute_force::{MeanOverViews, Pixels, Pose, uniform};
+use brute_force::{MeanOverViews, Pixels, Pose, uniform, unit};
 pub use materials::{Case, cases};
 pub use project::{Built, Project};
 
@@ -297,9 +297,4 @@ impl Pair<'_> {
 /// The error in stops.
 fn error(got: f64, want: f64, dark: f64) -> f64 {
     ((got.max(0.0) + dark) / (want + dark)).log2().abs()
-}
-
-/// A vector of length 1.
-fn unit(v: DVec3) -> DVec3 {
-    v.normalize()
 }

@@ -69,9 +69,6 @@ const BRIGHTEST_MEAN: f64 = 0.72;
 /// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
 const BALL_EDGES: [usize; 2] = [32, 160];
 
-/// The highest edge if each texel is fitted, which takes longer.
-const FITTED_EDGE: usize = 48;
-
 /// The kind `contact-sheet`.
 pub(crate) struct ContactSheet;
 
@@ -206,9 +203,10 @@ fn material(
         Centre::Tangent => "tangent",
     };
     let detail = format!("F {} · P {p} · by the {about}", f.get());
-    let most = if reflection.map_p() < brdf.p() { FITTED_EDGE } else { BALL_EDGES[1] };
-    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
-    let field = reflection.soft_map(grid, View::Local, &|| false);
+    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
+    // A ball is small: what a cut loses is not seen on it, and a fit takes long.
+    let cut = shrm::Reflection::convolve(reflection.lighting(), &brdf.cut_to(f, reflection.map_p()));
+    let field = cut.synthesise(grid, View::Local);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {

@@ -10,8 +10,6 @@ use envmap::Image;
 use rayon::prelude::*;
 use sphere::{DVec3, Direction};
 
-use super::unit;
-
 /// The pixels of a lat-long image that are not black.
 #[derive(Clone, Debug)]
 pub struct Pixels {
@@ -205,6 +203,11 @@ pub fn uniform(seed: u64, index: u64) -> f64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// A vector of length 1.
+pub(super) fn unit(v: DVec3) -> DVec3 {
+    v.normalize()
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ pub(crate) fn ball(
                 let (central, view) = seen(field, ray, normal);
                 let soft = lookup.radiance(central, view);
                 let lamps = lamps.map_or([0.0; 3], |lamps| lamps.radiance(central, view));
-                std::array::from_fn(|c| f64::from(soft[c]) + lamps[c])
+                std::array::from_fn(|c| f64::from(soft[c]).max(0.0) + lamps[c])
             }
             None => environment.radiance(Direction::normalised(ray)),
         }
