@@ -16,13 +16,13 @@ use brdf::{Centre, Material};
 use containers::{ReadOptions, read_image, tensors};
 use rayon::prelude::*;
 use shrm::MapGrid;
-use sphere::{Cube, DVec3, Direction};
+use sphere::{Cube, Direction};
 
 pub mod brute_force;
 mod materials;
 mod project;
 
-use brute_force::{MeanOverViews, Pixels, Pose, uniform, unit};
+use brute_force::{MeanOverViews, Pixels, Pose, uniform};
 pub use materials::{Case, cases};
 pub use project::{Built, Project};
 

@@ -205,8 +205,7 @@ fn material(
     let detail = format!("F {} · P {p} · by the {about}", f.get());
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
     // A ball is small: what a cut loses is not seen on it, and a fit takes long.
-    let cut = shrm::Reflection::convolve(reflection.lighting(), &brdf.cut_to(f, reflection.map_p()));
-    let field = cut.synthesise(grid, View::Local);
+    let field = reflection.cut_for_maps().synthesise(grid, View::Local);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {

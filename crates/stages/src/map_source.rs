@@ -69,7 +69,7 @@ impl MapSource {
         context: &Context<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let map = match self {
-            Self::Reflection(_) => {
+            Self::Reflection(reflection) => {
                 let input = MapInput {
                     layout: Some(layout),
                     resolution,
@@ -77,7 +77,7 @@ impl MapSource {
                     view: Some(view),
                     lamps: LampsName::Separate,
                 };
-                return input.map(context);
+                return input.cut_map(&reflection.0, context);
             }
             Self::Shrm(map) => map,
         };

@@ -34,8 +34,10 @@ pub(crate) fn ball(
             Some(normal) => {
                 let (central, view) = seen(field, ray, normal);
                 let soft = lookup.radiance(central, view);
-                let lamps = lamps.map_or([0.0; 3], |lamps| lamps.radiance(central, view));
-                std::array::from_fn(|c| f64::from(soft[c]).max(0.0) + lamps[c])
+                match lamps.map(|lamps| lamps.radiance(central, view)) {
+                    Some(lamps) => std::array::from_fn(|c| f64::from(soft[c]).max(0.0) + lamps[c]),
+                    None => soft.map(f64::from),
+                }
             }
             None => environment.radiance(Direction::normalised(ray)),
         }
