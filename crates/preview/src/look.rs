@@ -1,5 +1,6 @@
 //! Looks: a material under a light, and the maps that renderers shade it with.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use brdf::{Centre, Material};
@@ -125,6 +126,17 @@ impl Look {
         self.local.get_or_init(|| self.map(View::Local, &|| false)).as_ref().map_err(Clone::clone)
     }
 
+    /// The map that Cabral's maps and the 3D texture are made from, as their exports do: cut, not fitted.
+    fn cut(&self) -> Result<Cow<'_, Shrm>, RenderError> {
+        match self.reflection().filter(|reflection| reflection.map_p() < reflection.brdf().p()) {
+            None => Ok(Cow::Borrowed(self.local()?)),
+            Some(reflection) => {
+                let made = reflection.cut_for_maps().synthesise(MapGrid::Cube(self.cube()), View::Local);
+                Ok(Cow::Owned(made.map_err(|error| RenderError::maps(error.to_string()))?))
+            }
+        }
+    }
+
     /// Makes the local SHRM if a mode needs it and it is fitted, which takes seconds.
     ///
     /// # Errors
@@ -134,8 +146,7 @@ impl Look {
         mode: Mode,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), RenderError> {
-        let needed = matches!(mode, Mode::LocalShrm | Mode::GlobalShrm | Mode::Cabral | Mode::KautzMcCool)
-            && self.local.get().is_none();
+        let needed = matches!(mode, Mode::LocalShrm | Mode::GlobalShrm) && self.local.get().is_none();
         let fitted = |reflection: &&Reflection| needed && reflection.map_p() < reflection.brdf().p();
         if self.reflection().filter(fitted).is_none() {
             return Ok(());
@@ -170,7 +181,7 @@ impl Look {
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            let maps = Cabral::from_shrm(self.local()?);
+            let maps = Cabral::from_shrm(&*self.cut()?);
             Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps) } else { maps })
         });
         made.as_ref().map_err(Clone::clone)
@@ -184,7 +195,7 @@ impl Look {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
-            let texture = KautzMcCool::from_shrm(self.local()?, angles).ok_or_else(|| {
+            let texture = KautzMcCool::from_shrm(&*self.cut()?, angles).ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
             })?;
             Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps) } else { texture })

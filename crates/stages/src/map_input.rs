@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use engine::{Artifact, Context, Failure, Port};
-use shrm::{MOST_P, MapGrid, MapLayout, Shrm, Terms, View};
+use shrm::{MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
@@ -64,31 +64,36 @@ impl MapInput {
     /// # Errors
     /// If the parameters ask for a map other than the one that arrives, or for one that is too large.
     pub(crate) fn map(&self, context: &Context<'_>) -> Result<Arc<artifacts::Shrm>, Failure> {
-        let (map, degrees, error_note) = if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
+        if context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
             let map = self.arriving(context.get::<artifacts::Shrm>("reflection")?)?;
-            let degrees = format!("P = {}", map.0.p().get());
-            (map, degrees, String::new())
-        } else {
-            let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
-            let (f, p) = (reflection.brdf().f().get(), reflection.map_p().get());
-            let (grid, error_note) = self.grid(reflection);
-            context.check_cancelled()?;
-            let view = self.view.unwrap_or(View::Local);
-            let map = match self.lamps {
-                LampsName::Baked => reflection.bake(grid, view, &|| context.check_cancelled().is_err())?,
-                LampsName::Separate => {
-                    reflection.soft_map(grid, view, &|| context.check_cancelled().is_err())?
-                }
-            };
-            context.check_cancelled()?;
-            (Arc::new(artifacts::Shrm(map)), format!("F = {f}, P = {p}"), error_note)
+            context.note(format!("P = {}: {}", map.0.p().get(), describe(&map.0)));
+            return Ok(map);
+        }
+        self.map_of(&context.get::<artifacts::Reflection>("reflection")?.0, context)
+    }
+
+    /// [`MapInput::map`] of a reflection.
+    pub(crate) fn map_of(
+        &self,
+        reflection: &Reflection,
+        context: &Context<'_>,
+    ) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let (grid, error_note) = self.grid(reflection);
+        let cancelled = || context.check_cancelled().is_err();
+        context.check_cancelled()?;
+        let view = self.view.unwrap_or(View::Local);
+        let map = match self.lamps {
+            LampsName::Baked => reflection.bake(grid, view, &cancelled)?,
+            LampsName::Separate => reflection.soft_map(grid, view, &cancelled)?,
         };
-        context.note(format!("{degrees}: {}{error_note}", describe(&map.0)));
-        Ok(map)
+        context.check_cancelled()?;
+        let (f, p) = (reflection.brdf().f().get(), reflection.map_p().get());
+        context.note(format!("F = {f}, P = {p}: {}{error_note}", describe(&map)));
+        Ok(Arc::new(artifacts::Shrm(map)))
     }
 
     /// The texels to synthesise, and a note on the error of look-ups.
-    fn grid(&self, reflection: &shrm::Reflection) -> (MapGrid, String) {
+    fn grid(&self, reflection: &Reflection) -> (MapGrid, String) {
         let layout = self.layout.unwrap_or(MapLayout::Cube);
         let error = self.error.unwrap_or(ERROR);
         let auto = match (self.lamps, reflection.lamps()) {
@@ -115,7 +120,7 @@ impl MapInput {
     }
 
     /// The highest resolution at which a map has [`MOST_AUTO`] numbers, a multiple of 4.
-    fn affordable(&self, reflection: &shrm::Reflection) -> usize {
+    fn affordable(&self, reflection: &Reflection) -> usize {
         let p = match (self.lamps, reflection.lamps(), reflection.map_p().get()) {
             (LampsName::Baked, Some(_), p @ 1..) => p.max(MOST_P),
             (_, _, p) => p,

@@ -77,7 +77,8 @@ impl MapSource {
                     view: Some(view),
                     lamps: LampsName::Separate,
                 };
-                return input.cut_map(&reflection.0, context);
+                // What single views and angles lose is more than what this cut does.
+                return input.map_of(&reflection.0.cut_for_maps(), context);
             }
             Self::Shrm(map) => map,
         };

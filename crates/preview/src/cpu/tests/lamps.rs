@@ -149,7 +149,7 @@ fn a_fitted_map_is_cancelled_while_it_is_made() {
     let scene = Scene::of(sphere(), Arc::clone(&look));
     let calls = std::sync::atomic::AtomicU32::new(0);
     let stop = || calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 5;
-    let shot = shot([8, 8], Show::One(Mode::Cabral));
+    let shot = shot([8, 8], Show::One(Mode::LocalShrm));
     let stopped = super::super::Cpu::new().render(&scene, &shot, &stop);
     assert_eq!(stopped, Err(RenderError::Cancelled));
     // Nothing unfinished is kept.
