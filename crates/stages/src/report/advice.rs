@@ -51,22 +51,18 @@ fn of_exports<'a>(environment: &'a str, exports: &'a [Export]) -> Vec<Candidate<
     exports.iter().map(of).collect()
 }
 
-/// What to use for a pair.
+/// What to use for a pair; `given` are the degrees, unless they were chosen for the light.
 pub(crate) fn of_pair(
     environment: &str,
     exports: &[Export],
     tried: &[Trial],
-    for_light: bool,
+    given: Option<[usize; 2]>,
     limits: &Limits,
 ) -> Advice {
     let mut advice = advise(&of_exports(environment, exports), false, limits);
     if !tried.is_empty() {
-        let cut = best(exports, limits).filter(|_| !for_light && tried[0].change.no_degree);
-        if let Some(export) = cut {
-            say(
-                &mut advice.why,
-                &format!("The cut at the given degrees, F = {} and P = {}, shows.", export.f, export.p),
-            );
+        if let Some([f, p]) = given.filter(|_| tried[0].change.no_degree) {
+            say(&mut advice.why, &format!("The cut at the given degrees, F = {f} and P = {p}, shows."));
         }
         say(&mut advice.why, &remedy(tried, limits));
     }
@@ -262,7 +258,7 @@ mod tests {
 
     fn export(method: Method, p95: f64, bytes: u64) -> Export {
         let errors = Errors { rms: p95, p95, p99: 2.0 * p95, negative: 0.0 };
-        Export { method, errors, f: 30, p: 8, bytes, texture: String::new(), measured: 1.0 }
+        Export { method, errors, f: 30, p: 8, bytes, texture: String::new(), step: 1 }
     }
 
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.
@@ -282,7 +278,7 @@ mod tests {
             p: 8,
             lamps: p95.len() - 4,
             for_light: true,
-            advice: of_pair(environment, &exports, &tried, true, &limits()),
+            advice: of_pair(environment, &exports, &tried, None, &limits()),
             exports,
             tried,
         }
@@ -411,9 +407,9 @@ mod tests {
     fn given_degrees_that_show_are_named_with_the_remedy() {
         let exports = exports(&[0.9, 0.8, 0.8, 0.4]);
         let tried = [trial(NO_DEGREE, Method::ShrmSeparate, 0.05), trial(NO_DEGREE, Method::Shrm, 0.2)];
-        let advice = of_pair("sun", &exports, &tried, false, &limits());
+        let advice = of_pair("sun", &exports, &tried, Some([12, 4]), &limits());
         assert!(
-            advice.why.contains("The cut at the given degrees, F = 30 and P = 8, shows. With no degree, tolerance or window in"),
+            advice.why.contains("The cut at the given degrees, F = 12 and P = 4, shows. With no degree, tolerance or window in"),
             "{}",
             advice.why
         );

@@ -156,8 +156,8 @@ pub(crate) struct Export {
     pub(crate) bytes: u64,
     /// What the bytes are made of.
     pub(crate) texture: String,
-    /// The share of the picture that was measured: 1, or less if the map takes much work.
-    pub(crate) measured: f64,
+    /// Every how many rows and columns of the picture it was measured: 1, or more if the map takes much work.
+    pub(crate) step: usize,
 }
 
 /// An export with other settings than those of the report.

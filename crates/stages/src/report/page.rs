@@ -187,7 +187,10 @@ fn card(
         1 + pair.exports.len()
     ));
     for export in &pair.exports {
-        let part = if export.measured < 1.0 { "<span>measured in patches</span>" } else { "" };
+        let part = match export.step {
+            1 => String::new(),
+            step => format!("<span>at 1 of {} pixels</span>", step * step),
+        };
         page.put(format_args!(
             "<div class=\"head\">{}<span>{:.2} · {:.2} stops</span><span>{}</span>{part}</div>",
             export.method.title(),
@@ -287,7 +290,7 @@ fn terms(page: &mut Page, report: &Report) {
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
 <dt>Kautz-McCool</dt><dd>A 3D texture, looked up by a direction and by the angle between it and the view. It does not hold what changes around the direction.</dd>
 <dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them.</dd>
-<dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so in some patches of the picture and measures these alone.</dd>
+<dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so for some pixels and measures these alone.</dd>
 <dt>SHRM with lights</dt><dd>The same without suns and lamps, which the file lists as lights (lamps = "separate"). The renderer adds them by the material's own BRDF.</dd>
 <dt>F and P</dt><dd>The degrees of the coefficients: F is the detail across the map, P the change with the view.</dd>
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>

@@ -10,26 +10,25 @@ use sphere::{DVec3, Direction};
 
 use crate::report::figures::Errors;
 
-/// Squares of [`PATCH`] pixels: one of so many, in a pattern that spreads them over the picture. What needs
-/// much work for each texel of a map is measured in some patches alone.
+/// The pixels in the middle of squares of so many pixels: what takes much work for each texel of a map is
+/// measured at these alone.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Patches {
-    /// One patch of this many.
-    pub(crate) one_of: usize,
+pub(crate) struct Lattice {
+    /// The edge of a square, in pixels.
+    pub(crate) step: usize,
 }
 
-/// The edge of a patch.
-const PATCH: usize = 8;
-
-impl Patches {
+impl Lattice {
     /// The whole picture.
-    pub(crate) const ALL: Self = Self { one_of: 1 };
+    pub(crate) const ALL: Self = Self { step: 1 };
 
-    fn hold(self, edge: usize, index: usize) -> bool {
-        let [column, row] = [index % edge / PATCH, index / edge / PATCH];
-        // The golden section of so many, so that neighbours of a row, and of a column, are far apart.
-        let step = (0.382 * self.one_of as f64).round() as usize;
-        (column + step * row).is_multiple_of(self.one_of)
+    /// The middle of the square that a row or a column is in.
+    fn middle(self, at: usize) -> usize {
+        at - at % self.step + self.step / 2
+    }
+
+    fn holds(self, edge: usize, index: usize) -> bool {
+        [index % edge, index / edge].into_iter().all(|at| self.middle(at) == at)
     }
 }
 
@@ -82,10 +81,10 @@ impl Sphere {
     /// The root of the mean squared difference from `truth` over pixels and channels, divided by the root of
     /// the mean of `truth` squared. Both in the order of [`Sphere::central`]. If the truth is black: 0 if
     /// both are equal, infinite otherwise.
-    fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]], patches: Patches) -> f64 {
+    fn relative_rms(&self, values: &[[f32; 3]], truth: &[[f32; 3]], lattice: Lattice) -> f64 {
         let (mut difference, mut energy) = (0.0, 0.0);
         for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
-            if pixel.inside && patches.hold(self.edge, pixel.index) {
+            if pixel.inside && lattice.holds(self.edge, pixel.index) {
                 for channel in 0..3 {
                     difference += f64::from(value[channel] - truth[channel]).powi(2);
                     energy += f64::from(truth[channel]).powi(2);
@@ -97,18 +96,18 @@ impl Sphere {
 
     /// The errors of values that a renderer reads, in the order of [`Sphere::central`]: a value below 0 is
     /// black to it. `dark` is the radiance below which black is black, e of [`Errors`]. Only the pixels of
-    /// the patches count.
+    /// the lattice count.
     pub(crate) fn errors(
         &self,
         values: &[[f32; 3]],
         truth: &[[f32; 3]],
         dark: f64,
-        patches: Patches,
+        lattice: Lattice,
     ) -> Errors {
         let e = dark.max(f64::MIN_POSITIVE);
         let (mut stops, mut negative) = (Vec::with_capacity(3 * self.pixels.len()), 0_usize);
         for ((pixel, value), truth) in self.pixels.iter().zip(values).zip(truth) {
-            if pixel.inside && patches.hold(self.edge, pixel.index) {
+            if pixel.inside && lattice.holds(self.edge, pixel.index) {
                 for (&value, &truth) in value.iter().zip(truth) {
                     negative += usize::from(f64::from(value) < -0.1 * dark);
                     let seen = |value: f32| f64::from(value.max(0.0)) + e;
@@ -119,16 +118,29 @@ impl Sphere {
         stops.sort_by(f64::total_cmp);
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
         Errors {
-            rms: self.relative_rms(values, truth, patches),
+            rms: self.relative_rms(values, truth, lattice),
             p95: at(0.95),
             p99: at(0.99),
             negative: negative as f64 / stops.len().max(1) as f64,
         }
     }
 
-    /// Whether each pixel, in the order of [`Sphere::central`], is in the patches.
-    pub(crate) fn within(&self, patches: Patches) -> impl Iterator<Item = bool> {
-        self.pixels.iter().map(move |pixel| patches.hold(self.edge, pixel.index))
+    /// Whether each pixel, in the order of [`Sphere::central`], is in a lattice.
+    pub(crate) fn within(&self, lattice: Lattice) -> impl Iterator<Item = bool> {
+        self.pixels.iter().map(move |pixel| lattice.holds(self.edge, pixel.index))
+    }
+
+    /// Values in which each pixel has that of its square's middle; black if that is outside the picture.
+    pub(crate) fn mosaic(&self, lattice: Lattice, values: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let mut whole = vec![[0.0; 3]; self.edge * self.edge];
+        for (pixel, value) in self.pixels.iter().zip(values) {
+            whole[pixel.index] = *value;
+        }
+        let of_middle = |pixel: &Pixel| {
+            let [x, y] = [pixel.index % self.edge, pixel.index / self.edge].map(|at| lattice.middle(at));
+            if x.max(y) < self.edge { whole[y * self.edge + x] } else { [0.0; 3] }
+        };
+        self.pixels.iter().map(of_middle).collect()
     }
 
     /// The whole picture, black outside the sphere, of values in the order of [`Sphere::central`].
@@ -169,15 +181,15 @@ mod tests {
         let sphere = Sphere::new(16);
         let count = sphere.pixels.len();
         let (truth, off) = (vec![[2.0_f32; 3]; count], vec![[2.5_f32; 3]; count]);
-        assert!((sphere.relative_rms(&off, &truth, Patches::ALL) - 0.25).abs() < 1e-12);
+        assert!((sphere.relative_rms(&off, &truth, Lattice::ALL) - 0.25).abs() < 1e-12);
         let black = vec![[0.0_f32; 3]; count];
-        assert_eq!(sphere.relative_rms(&black, &black, Patches::ALL), 0.0);
-        assert_eq!(sphere.relative_rms(&off, &black, Patches::ALL), f64::INFINITY);
+        assert_eq!(sphere.relative_rms(&black, &black, Lattice::ALL), 0.0);
+        assert_eq!(sphere.relative_rms(&off, &black, Lattice::ALL), f64::INFINITY);
         // A pixel that does not see the sphere does not count.
         let outside = sphere.pixels.iter().position(|pixel| !pixel.inside).unwrap();
         let mut one = truth.clone();
         one[outside] = [9.0; 3];
-        assert_eq!(sphere.relative_rms(&one, &truth, Patches::ALL), 0.0);
+        assert_eq!(sphere.relative_rms(&one, &truth, Lattice::ALL), 0.0);
     }
 
     #[test]
@@ -195,23 +207,32 @@ mod tests {
         for pixel in &inside[count(0.5)..count(0.505)] {
             values[*pixel] = [-7.0; 3];
         }
-        let errors = sphere.errors(&values, &truth, 0.01, Patches::ALL);
+        let errors = sphere.errors(&values, &truth, 0.01, Lattice::ALL);
         assert!(errors.p95 == 0.0 && (errors.p99 - (2.01_f64 / 1.01).log2()).abs() < 1e-6, "{errors:?}");
         assert!((errors.negative - 0.005).abs() < 1e-3, "{errors:?}");
         // Black is black: what is far below the mean radiance does not count, nor does rounding below zero.
         let dark = vec![[0.0_f32; 3]; truth.len()];
-        let errors = sphere.errors(&vec![[-1e-4; 3]; truth.len()], &dark, 0.01, Patches::ALL);
+        let errors = sphere.errors(&vec![[-1e-4; 3]; truth.len()], &dark, 0.01, Lattice::ALL);
         assert_eq!((errors.p99, errors.negative), (0.0, 0.0));
     }
 
     #[test]
-    fn patches_are_spread_evenly() {
-        let sphere = Sphere::new(96);
-        for one_of in [2, 3, 6, 24] {
-            let held = sphere.within(Patches { one_of }).filter(|held| *held).count() as f64;
-            let share = held * one_of as f64 / sphere.pixels.len() as f64;
-            assert!((0.6..1.5).contains(&share), "1 of {one_of}: {share}");
+    fn a_mosaic_shows_the_pixels_of_its_lattice() {
+        let sphere = Sphere::new(64);
+        let values: Vec<_> = (0..sphere.pixels.len()).map(|pixel| [pixel as f32; 3]).collect();
+        assert_eq!(sphere.mosaic(Lattice::ALL, &values), values);
+        let lattice = Lattice { step: 3 };
+        let held: Vec<bool> = sphere.within(lattice).collect();
+        let share = 9.0 * held.iter().filter(|held| **held).count() as f64 / held.len() as f64;
+        assert!((0.9..1.1).contains(&share), "{share}");
+        let mosaic = sphere.mosaic(lattice, &values);
+        for (pixel, held) in held.iter().enumerate() {
+            let value = mosaic[pixel][0] as usize;
+            assert!(if *held {
+                value == pixel
+            } else {
+                value == 0 || sphere.within(lattice).nth(value) == Some(true)
+            });
         }
-        assert!(sphere.within(Patches::ALL).all(|held| held));
     }
 }

@@ -15,7 +15,7 @@ use sphere::{Cube, Direction, LatLong};
 use crate::report::advice::{self, best};
 use crate::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
 use crate::report::page::Pictures;
-use crate::report::sphere::{Patches, Sphere};
+use crate::report::sphere::{Lattice, Sphere};
 use crate::report::truth::{SplitEnvironment, mean};
 use crate::{export_reflection_map, project_sh};
 
@@ -28,8 +28,8 @@ const LIGHT_BYTES: usize = 28;
 /// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
 const RING: f64 = 0.1;
 
-/// Coefficients of a map with lamps that are fitted for one view: about two seconds of one core.
-const FITTED: usize = 1 << 18;
+/// Coefficients of a map with lamps that are fitted for one view: about four seconds of one core.
+const FITTED: usize = 1 << 19;
 
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
@@ -130,22 +130,24 @@ pub(crate) fn pair(
             continue;
         }
         let (export, values) = scene.measure(method, reflection, &soft, settings.resolution)?;
-        let patches = Patches { one_of: (1.0 / export.measured).round() as usize };
-        pictures.exports.push(scene.shown_in(patches, &values, lit.exposure));
+        let lattice = Lattice { step: export.step };
+        pictures.exports.push(scene.shown_on(lattice, &values, lit.exposure));
         exports.push(export);
     }
     let tried = scene.trials(lit, material, (reflection, is_default), &exports, settings)?;
     let grid = lit.split.grid();
+    let degrees = [reflection.brdf().f().get(), reflection.brdf().p().get()];
+    let given = (!reflection.is_for_light()).then_some(degrees);
     let figures = PairFigures {
         environment: lit.name.clone(),
         material: material.name.clone(),
         rendered: [grid.width, grid.height],
         bright: lit.split.bright(),
-        f: reflection.brdf().f().get(),
-        p: reflection.brdf().p().get(),
+        f: degrees[0],
+        p: degrees[1],
         lamps: reflection.lamps().map_or(0, |lamps| lamps.lights.len()),
         for_light: reflection.is_for_light(),
-        advice: advice::of_pair(&lit.name, &exports, &tried, reflection.is_for_light(), &settings.limits),
+        advice: advice::of_pair(&lit.name, &exports, &tried, given, &settings.limits),
         exports,
         tried,
     };
@@ -186,13 +188,9 @@ impl<'a> Scene<'a> {
         self.sphere.picture(&to_srgb8(values, exposure, ToneMap::Filmic))
     }
 
-    /// The same, and the ground truth, where the patches are; both black outside.
-    fn shown_in(&self, patches: Patches, values: &[[f32; 3]], exposure: f64) -> [Vec<[u8; 3]>; 2] {
-        [values, &self.truth].map(|values| {
-            let within = values.iter().zip(self.sphere.within(patches));
-            let kept: Vec<_> = within.map(|(value, held)| if held { *value } else { [0.0; 3] }).collect();
-            self.shown(&kept, exposure)
-        })
+    /// The same, and the ground truth, as mosaics of the pixels that were measured.
+    fn shown_on(&self, lattice: Lattice, values: &[[f32; 3]], exposure: f64) -> [Vec<[u8; 3]>; 2] {
+        [values, &self.truth].map(|values| self.shown(&self.sphere.mosaic(lattice, values), exposure))
     }
 
     /// What each pixel sees.
@@ -224,7 +222,7 @@ impl<'a> Scene<'a> {
             let unit = if terms == 1 { "coefficient" } else { "coefficients" };
             (8 * terms * grid.len(), format!("{terms} {unit} × {faces}"))
         };
-        let (mut p, mut patches) = (reflection.brdf().p().get(), Patches::ALL);
+        let (mut p, mut lattice) = (reflection.brdf().p().get(), Lattice::ALL);
         let (values, (bytes, texture)) = match method {
             Method::ReflectionMap => {
                 p = 0;
@@ -248,7 +246,7 @@ impl<'a> Scene<'a> {
             }
             Method::Shrm if lamps.is_some() => {
                 let (map, measured) = self.baked(reflection, soft)?;
-                (patches, p) = (measured, map.p().get());
+                (lattice, p) = (measured, map.p().get());
                 (self.look(|c| map.radiance(c, view)), of_map(&map))
             }
             Method::Shrm => (self.look(|c| soft.radiance(c, view)), of_map(soft)),
@@ -266,26 +264,33 @@ impl<'a> Scene<'a> {
         };
         let export = Export {
             method,
-            errors: self.sphere.errors(&values, &self.truth, self.dark, patches),
+            errors: self.sphere.errors(&values, &self.truth, self.dark, lattice),
             f: reflection.brdf().f().get(),
             p,
             bytes: bytes as u64,
             texture,
-            measured: 1.0 / patches.one_of as f64,
+            step: lattice.step,
         };
         Ok((export, values))
     }
 
-    /// The map with lamps in it, as far as the patches see it. To fit a texel takes about a millisecond.
-    fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Patches), Failure> {
+    /// The map with lamps in it, as far as a lattice of pixels sees it. To fit a texel takes about two
+    /// milliseconds.
+    fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Lattice), Failure> {
         let p = soft.p().get().max(MOST_P);
         let rows = match (soft.p().get(), soft.terms()) {
             (0, _) => 0,
             (_, Terms::Zonal) => p + 1,
             (_, Terms::All) => (p + 1) * (p + 1),
         };
-        let patches = Patches { one_of: (soft.grid().len() * rows).div_ceil(FITTED).max(1) };
-        let mut seen: Vec<usize> = (self.central.iter().zip(self.sphere.within(patches)))
+        let step = if soft.grid().len() * rows <= FITTED {
+            1
+        } else {
+            // Each pixel sees four texels.
+            ((4 * self.central.len() * rows) as f64 / FITTED as f64).sqrt().ceil().max(1.0) as usize
+        };
+        let lattice = Lattice { step };
+        let mut seen: Vec<usize> = (self.central.iter().zip(self.sphere.within(lattice)))
             .filter(|(_, seen)| *seen)
             .flat_map(|(central, _)| soft.grid().taps(*central).index)
             .collect();
@@ -294,7 +299,7 @@ impl<'a> Scene<'a> {
         let cancelled = || self.context.check_cancelled().is_err();
         let map = reflection.bake_texels(soft, &seen, &cancelled)?;
         self.context.check_cancelled()?;
-        Ok((map, patches))
+        Ok((map, lattice))
     }
 
     /// What else might help, if no export is good or given degrees show: measured until something is good.
