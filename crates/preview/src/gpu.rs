@@ -264,9 +264,6 @@ impl Gpu {
     ) -> Result<Picture, RenderError> {
         let go_on = || if stop() { Err(RenderError::Cancelled) } else { Ok(()) };
         go_on()?;
-        for mode in shot.show.modes() {
-            scene.objects.iter().try_for_each(|object| object.look.prepare(mode, stop))?;
-        }
         self.resources.prepare(scene, shot)?;
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);

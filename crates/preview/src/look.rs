@@ -1,13 +1,12 @@
 //! Looks: a material under a light, and the maps that renderers shade it with.
 
-use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use brdf::{Centre, Material};
 use shrm::{Cabral, KautzMcCool, Lamps, MOST_VALUES, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::Cube;
 
-use crate::{Light, Mode, RenderError};
+use crate::{Light, RenderError};
 
 /// The sizes of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,40 +122,7 @@ impl Look {
     /// # Errors
     /// If the map would be too large.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
-        self.local.get_or_init(|| self.map(View::Local, &|| false)).as_ref().map_err(Clone::clone)
-    }
-
-    /// The map that Cabral's maps and the 3D texture are made from, as their exports do: cut, not fitted.
-    fn cut(&self) -> Result<Cow<'_, Shrm>, RenderError> {
-        match self.reflection().filter(|reflection| reflection.map_p() < reflection.brdf().p()) {
-            None => Ok(Cow::Borrowed(self.local()?)),
-            Some(reflection) => {
-                let made = reflection.cut_for_maps().synthesise(MapGrid::Cube(self.cube()), View::Local);
-                Ok(Cow::Owned(made.map_err(|error| RenderError::maps(error.to_string()))?))
-            }
-        }
-    }
-
-    /// Makes the local SHRM if a mode needs it and it is fitted, which takes seconds.
-    ///
-    /// # Errors
-    /// [`RenderError::Cancelled`]: no map is kept. Other errors are reported by the mode's map.
-    pub(crate) fn prepare(
-        &self,
-        mode: Mode,
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<(), RenderError> {
-        let needed = matches!(mode, Mode::LocalShrm | Mode::GlobalShrm) && self.local.get().is_none();
-        let fitted = |reflection: &&Reflection| needed && reflection.map_p() < reflection.brdf().p();
-        if self.reflection().filter(fitted).is_none() {
-            return Ok(());
-        }
-        let made = self.map(View::Local, cancelled);
-        if cancelled() {
-            return Err(RenderError::Cancelled);
-        }
-        self.local.get_or_init(|| made);
-        Ok(())
+        self.local.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
     }
 
     /// The global SHRM on [`Look::cube`], without lamps as [`Look::local`].
@@ -169,7 +135,7 @@ impl Look {
                 within("the global SHRM", self.texels(), reflection.map_p().rows(), COEFFICIENTS)?;
                 Ok(self.local()?.to_global())
             }
-            Field::Map(_) => self.map(View::Global, &|| false),
+            Field::Map(_) => self.map(View::Global),
         });
         made.as_ref().map_err(Clone::clone)
     }
@@ -181,7 +147,7 @@ impl Look {
     pub fn cabral(&self) -> Result<&Cabral, RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            let maps = Cabral::from_shrm(&*self.cut()?);
+            let maps = Cabral::from_shrm(self.local()?);
             Ok(if let Some(lamps) = self.lamps() { maps.with_lamps(lamps) } else { maps })
         });
         made.as_ref().map_err(Clone::clone)
@@ -195,7 +161,7 @@ impl Look {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
             let angles = KautzMcCool::even_angles(self.sizes.slices);
-            let texture = KautzMcCool::from_shrm(&*self.cut()?, angles).ok_or_else(|| {
+            let texture = KautzMcCool::from_shrm(self.local()?, angles).ok_or_else(|| {
                 RenderError::maps(format!("a texture needs at least 1 slice, not {}", self.sizes.slices))
             })?;
             Ok(if let Some(lamps) = self.lamps() { texture.with_lamps(lamps) } else { texture })
@@ -236,11 +202,12 @@ impl Look {
         made.as_ref().map(Vec::as_slice).map_err(Clone::clone)
     }
 
-    fn map(&self, view: View, cancelled: &(dyn Fn() -> bool + Sync)) -> Result<Shrm, RenderError> {
+    fn map(&self, view: View) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match &self.field {
             Field::Reflection(reflection) => reflection
-                .soft_map(grid, view, cancelled)
+                .cut_for_maps()
+                .synthesise(grid, view)
                 .map_err(|error| RenderError::maps(error.to_string())),
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.

@@ -41,10 +41,10 @@ pub const REVISION: u32 = 0;
 const STEPS: usize = 30;
 
 /// Steps for a soft field alone, which starts nearer to its solution.
-const SOFT_STEPS: usize = 12;
+const SOFT_STEPS: usize = 8;
 
 /// How much finer than its own degree a map sees a soft field that it is fitted to.
-const FINER: usize = 4;
+const FINER: usize = 2;
 
 impl Reflection {
     /// The mean radiance of all light, lamps included, times [`DARK`]: e of the module's text.

@@ -80,7 +80,8 @@ impl Reflection {
         if self.for_light { self.brdf.p().min(most) } else { self.brdf.p() }
     }
 
-    /// The reflection cut at [`Reflection::map_p`]: for maps that lose more by what they are than by this cut.
+    /// The reflection cut at [`Reflection::map_p`]: for maps that lose more by what they are than by this
+    /// cut.
     #[must_use]
     pub fn cut_for_maps(&self) -> Self {
         Self { brdf: self.brdf.cut_to(self.brdf.f(), self.map_p()), ..self.clone() }

@@ -69,6 +69,12 @@ const BRIGHTEST_MEAN: f64 = 0.72;
 /// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
 const BALL_EDGES: [usize; 2] = [32, 160];
 
+/// Past this P a texel has so many coefficients that the edge is at most [`MANY_EDGE`].
+const FEW: usize = 4;
+
+/// See [`FEW`].
+const MANY_EDGE: usize = 64;
+
 /// The kind `contact-sheet`.
 pub(crate) struct ContactSheet;
 
@@ -203,7 +209,8 @@ fn material(
         Centre::Tangent => "tangent",
     };
     let detail = format!("F {} · P {p} · by the {about}", f.get());
-    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], BALL_EDGES[1]) });
+    let most = if p > FEW { MANY_EDGE } else { BALL_EDGES[1] };
+    let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
     // A ball is small: what a cut loses is not seen on it, and a fit takes long.
     let field = reflection.cut_for_maps().synthesise(grid, View::Local);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;

@@ -44,7 +44,6 @@ impl<'a> BandRenderer<'a> {
         for mode in shot.show.modes() {
             let of_mode = caches.iter().map(|cache| {
                 cancellation.check()?;
-                cache.prepare(mode, cancellation)?;
                 Shader::new(mode, cache, transform.view)
             });
             shaders.push(of_mode.collect::<Result<_, _>>()?);

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use brdf::Centre;
 use glam::Vec3;
 
-use super::cancellation::{Cancellation, PeriodicCheck};
+use super::cancellation::PeriodicCheck;
 use crate::shading::brute_force::{Prepared, brute_force};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
@@ -44,14 +44,6 @@ impl LookCache {
                 });
             }
         }
-    }
-
-    /// Makes what a mode needs and takes long to make.
-    ///
-    /// # Errors
-    /// [`RenderError::Cancelled`].
-    pub(super) fn prepare(&self, mode: Mode, cancellation: &Cancellation<'_>) -> Result<(), RenderError> {
-        self.look.prepare(mode, &|| cancellation.check().is_err())
     }
 
     /// The index of a look's cache.

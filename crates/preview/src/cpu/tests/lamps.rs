@@ -2,7 +2,7 @@
 
 use brdf::{Fresnel, Ggx, KajiyaKay, Phong};
 use sh::{Lighting, Transform};
-use shrm::{Cabral, KautzMcCool, MapGrid, Plain, View};
+use shrm::{Cabral, KautzMcCool, MapGrid, Plain};
 use sphere::Direction;
 
 use super::*;
@@ -139,26 +139,8 @@ fn the_other_maps_hold_the_lamps_as_their_exports_do() {
     }
 }
 
-#[test]
-fn a_fitted_map_is_cancelled_while_it_is_made() {
-    let (light, lighting) = sunny();
-    let brdf = project(&gold(), Choice::Full).unwrap().coefficients;
-    let field = Reflection::convolve(&lighting.series, &brdf).marked_for_light();
-    assert!(field.map_p() < field.brdf().p());
-    let look = Arc::new(Look::new(light, field, None, MapSizes { edge: 5, ..SIZES }));
-    let scene = Scene::of(sphere(), Arc::clone(&look));
-    let calls = std::sync::atomic::AtomicU32::new(0);
-    let stop = || calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 5;
-    let shot = shot([8, 8], Show::One(Mode::LocalShrm));
-    let stopped = super::super::Cpu::new().render(&scene, &shot, &stop);
-    assert_eq!(stopped, Err(RenderError::Cancelled));
-    // Nothing unfinished is kept.
-    let whole = look.reflection().unwrap().soft_map(MapGrid::Cube(look.cube()), View::Local, &|| false);
-    assert_eq!(look.local().unwrap(), &whole.unwrap());
-}
-
-/// The error of a picture that 95 of 100 values on the sphere stay below, in stops above a hundredth of the mean
-/// radiance.
+/// The error of a picture that 95 of 100 values on the sphere stay below, in stops above a hundredth of the
+/// mean radiance.
 fn p95(picture: &Picture, reference: &Picture, light: &Light) -> f32 {
     let dark = 0.01 * light.lighting().get(0, 0)[1] as f32 / (4.0 * std::f32::consts::PI).sqrt();
     let pixels = picture.radiance.iter().zip(&reference.radiance).filter(|(pixel, _)| pixel[3] == 1.0);
@@ -169,8 +151,8 @@ fn p95(picture: &Picture, reference: &Picture, light: &Light) -> f32 {
     stops[stops.len() * 95 / 100]
 }
 
-/// `for_light` leaves 0.075 stops, and brute force has a noise of some hundredths: 0.05 in all, and 0.02 for phong.
-/// The same degrees with the sun in the series ring: 1.8 and 5.3.
+/// `for_light` leaves 0.075 stops, and brute force has a noise of some hundredths: 0.05 in all, and 0.02 for
+/// phong. The same degrees with the sun in the series ring: 1.8 and 5.3.
 #[test]
 fn a_sun_leaves_no_rings() {
     let (light, lighting) = sunny();
