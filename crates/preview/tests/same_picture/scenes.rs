@@ -6,7 +6,7 @@ use brdf::{BrdfCoefficients, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material,
 use envmap::Environment;
 use preview::{Light, Look, MapSizes};
 use sh::{Degree, Expansion, Lighting, Transform};
-use shrm::{Lamps, Reflection};
+use shrm::Reflection;
 use sphere::LatLong;
 
 /// A look, and the names of its light and material.
@@ -62,8 +62,7 @@ fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
     assert!(lighting.lights.len() > 1, "{:?}", lighting.lights);
     let light = Arc::new(Light::new(room, Some(lighting.whole())));
     let look = |(name, material, coefficients): &(&str, Material, BrdfCoefficients)| {
-        let lamps = Lamps { lights: lighting.lights.clone(), material: material.clone() };
-        let reflection = Reflection::convolve(&lighting.series, coefficients).with_lamps(lamps);
+        let (reflection, _) = Reflection::for_light(&lighting, coefficients, material);
         let look = Look::new(Arc::clone(&light), reflection, Some(material.clone()), SIZES);
         (format!("lamps {name}"), Arc::new(look))
     };

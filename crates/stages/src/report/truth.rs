@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn a_sun_is_neither_blurred_nor_moved() {
         let environment = sunny();
-        let material = Material::Microfacet(brdf::Microfacet::new(0.1, [1.0; 3]).unwrap());
+        let material = Material::Microfacet(brdf::Microfacet::new(0.25, [1.0; 3]).unwrap());
         let split = SplitEnvironment::new(&environment, 16).unwrap();
         assert_eq!((split.bright(), split.grid().height), (2, 16));
         let truth = split.reflected_by(&material).unwrap();
@@ -124,7 +124,7 @@ mod tests {
         for k in 0..40 {
             let central = Direction::from_angles(0.5 + 0.03 * f64::from(k), 1.4 + 0.02 * f64::from(k));
             let stops = |value: f64| (value / whole.radiance(central, view)[1]).log2().abs();
-            assert!(stops(truth.radiance(central, view)[1]) < 0.05);
+            assert!(stops(truth.radiance(central, view)[1]) < 0.1);
             worst = worst.max(stops(blurred.radiance(central, view)[1]));
         }
         assert!(worst > 0.3, "the small image alone is off by {worst} stops");
@@ -133,8 +133,9 @@ mod tests {
     #[test]
     fn very_many_bright_texels_are_averaged() {
         let grid = LatLong::with_rows(512);
-        let bright =
-            |i: usize| if i / grid.width == 255 || i % 16 == 0 && i / grid.width > 200 { 50.0 } else { 0.5 };
+        let bright = |i: usize| {
+            if i / grid.width == 255 || i.is_multiple_of(16) && i / grid.width > 200 { 50.0 } else { 0.5 }
+        };
         let environment = Environment::new(grid, (0..grid.len()).map(|i| [bright(i); 3]).collect()).unwrap();
         let split = SplitEnvironment::new(&environment, 32).unwrap();
         assert!(split.bright() <= MOST_BRIGHT, "{}", split.bright());

@@ -127,6 +127,7 @@ fn probes_imported_at_pixel_centres_give_the_published_tables() {
         kind = "export-sh"
         input = "lighting"
         format = "safetensors"
+        window = "none"
         path = "{probe}"
         "#,
         &corpus,
