@@ -5,7 +5,7 @@
 //! not count. It is measured, not estimated: at central directions spread over the sphere and at views as a
 //! ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with what
 //! the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
-//! samples stay below [`SHOWS`], and then the least F that adds no more than [`SHOWS_BESIDE`] to them.
+//! samples stay below `SHOWS`, and then the least F that adds no more than `SHOWS_BESIDE` to them.
 //!
 //! If no P up to [`MOST_P`] does, all degrees in the view are kept, and maps are fitted to them instead of
 //! cut ([`Reflection::soft_map`](crate::Reflection::soft_map)).

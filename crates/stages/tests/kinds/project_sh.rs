@@ -39,7 +39,7 @@ fn without_degree_and_tolerance_the_series_has_all_degrees_of_the_image_and_lamp
     let lighting = &ran.artifact::<Lighting>().0;
     assert!(lighting.series.degree().get() == 15 && lighting.lights.is_empty());
 
-    let sunny = || environment(64, |w| if w.z > 0.999 { [900.0; 3] } else { [1.0; 3] });
+    let sunny = || environment(64, |w| if w.x > 0.999 { [900.0; 3] } else { [1.0; 3] });
     let run = |parameters: &str| case("project-sh", parameters).input("environment", sunny()).run().unwrap();
     let ran = run("");
     let lighting = &ran.artifact::<Lighting>().0;
@@ -52,7 +52,8 @@ fn without_degree_and_tolerance_the_series_has_all_degrees_of_the_image_and_lamp
     let whole = run("degree = 31").artifact::<Lighting>();
     let whole = &whole.0;
     assert!(whole.lights.is_empty());
-    assert!((lighting.mean() / whole.mean() - 1.0).abs() < 1e-3);
+    // Pixels have solid angles, series the weights of a rule of quadrature.
+    assert!((lighting.mean() / whole.mean() - 1.0).abs() < 0.02);
 }
 
 #[test]
