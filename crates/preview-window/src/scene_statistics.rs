@@ -145,8 +145,8 @@ mod tests {
         let statistics =
             SceneStatistics::of(&Scene::of(std::sync::Arc::new(mesh::shape("plane").unwrap()), look));
         assert_eq!(statistics.lamps, 1);
-        // The sun's texel, 0.009 sr, is cut down to ten times the mean of 3. What is left of it has the energy 8
-        // beside the sky's 4 pi; with the sun it would be 80 000.
+        // The sun's texel, 0.009 sr, is cut down to ten times the mean of 3. What is left of it has the
+        // energy 8 beside the sky's 4 pi; with the sun it would be 80 000.
         assert!(statistics.captured() > 0.5, "{}", statistics.captured());
     }
 
