@@ -132,7 +132,7 @@ impl Look {
     pub fn global(&self) -> Result<&Shrm, RenderError> {
         let made = self.global.get_or_init(|| match &self.field {
             Field::Reflection(reflection) => {
-                within("the global SHRM", self.texels(), reflection.map_p().rows(), COEFFICIENTS)?;
+                within("the global SHRM", self.texels(), reflection.brdf().p().rows(), COEFFICIENTS)?;
                 Ok(self.local()?.to_global())
             }
             Field::Map(_) => self.map(View::Global),
@@ -205,10 +205,9 @@ impl Look {
     fn map(&self, view: View) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match &self.field {
-            Field::Reflection(reflection) => reflection
-                .cut_for_maps()
-                .synthesise(grid, view)
-                .map_err(|error| RenderError::maps(error.to_string())),
+            Field::Reflection(reflection) => {
+                reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
+            }
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {

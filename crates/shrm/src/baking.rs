@@ -12,8 +12,7 @@
 //! uniform over the sphere. The method of conjugate gradients starts at the projection and takes [`STEPS`]
 //! steps; on the grid of views, harmonics are sums over p and then over q, so that a step takes O(P^3).
 //!
-//! A soft field of which a cut shows is fitted in the same way, with the weights of all light, if the lamps
-//! stay beside it. A material that is the same from every view needs no fit: its lamps are added exactly.
+//! A material that is the same from every view needs no fit: its lamps are added exactly.
 
 mod light_table;
 mod solver;
@@ -34,17 +33,10 @@ use view_grid::ViewGrid;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
-/// Steps of the method of conjugate gradients with lamps in the map. Twice as many change p95 by less than a
-/// tenth.
+/// Steps of the method of conjugate gradients. Twice as many change p95 by less than a tenth.
 const STEPS: usize = 30;
-
-/// Steps for a soft field alone, which starts nearer to its solution.
-const SOFT_STEPS: usize = 8;
-
-/// How much finer than its own degree a map sees a soft field that it is fitted to.
-const FINER: usize = 2;
 
 impl Reflection {
     /// The mean radiance of all light, lamps included, times [`DARK`]: e of the module's text.
@@ -54,7 +46,7 @@ impl Reflection {
     }
 
     /// The spherical harmonic reflection map on a grid, with the lamps in it; without lamps it is
-    /// [`Reflection::soft_map`]. With lamps its P is at least 16 if the material depends on the view.
+    /// [`Reflection::synthesise`]'s. With lamps its P is at least 16 if the material depends on the view.
     ///
     /// `cancelled` is asked between blocks of texels; if it says so the map is unfinished.
     ///
@@ -66,41 +58,14 @@ impl Reflection {
         view: View,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Shrm, SynthesisError> {
-        let Some(lamps) = self.lamps().filter(|lamps| !lamps.lights.is_empty()) else {
-            return self.soft_map(grid, view, cancelled);
-        };
-        let soft = self.synthesise(grid, View::Local)?;
-        let local = if soft.p().get() == 0 {
-            added(soft, lamps)
-        } else {
-            self.fitted(&soft, self.baked_p(), true, None, cancelled)?
-        };
-        Ok(if view == View::Global { local.to_global() } else { local })
-    }
-
-    /// The spherical harmonic reflection map on a grid without the lamps, which are to be added to its
-    /// look-ups: [`Reflection::synthesise`]'s, or fitted if a cut at [`Reflection::map_p`] would show.
-    ///
-    /// `cancelled` as for [`Reflection::bake`].
-    ///
-    /// # Errors
-    /// As [`Reflection::synthesise`].
-    pub fn soft_map(
-        &self,
-        grid: MapGrid,
-        view: View,
-        cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Shrm, SynthesisError> {
-        if self.map_p() == self.brdf().p() {
-            return self.synthesise(grid, view);
-        }
-        let local =
-            self.fitted(&self.synthesise(grid, View::Local)?, self.map_p(), false, None, cancelled)?;
+        let texels: Vec<usize> = (0..grid.len()).collect();
+        let local = self.bake_texels(&self.synthesise(grid, View::Local)?, &texels, cancelled)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
     /// Some texels of [`Reflection::bake`]'s local map, from the local map that [`Reflection::synthesise`]
-    /// makes; texels that are not listed are black. The work is that of the listed texels.
+    /// makes; if they have to be fitted, texels that are not listed are black. The work is that of the listed
+    /// texels.
     ///
     /// # Errors
     /// As [`Reflection::synthesise`].
@@ -114,77 +79,50 @@ impl Reflection {
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Shrm, SynthesisError> {
         match self.lamps().filter(|lamps| !lamps.lights.is_empty()) {
-            None if self.map_p() == soft.p() => Ok(soft.clone()),
-            None => self.fitted(soft, self.map_p(), false, Some(texels), cancelled),
+            None => Ok(soft.clone()),
             Some(lamps) if soft.p().get() == 0 => Ok(added(soft.clone(), lamps)),
-            Some(_) => self.fitted(soft, self.baked_p(), true, Some(texels), cancelled),
+            Some(lamps) => self.fitted(soft, lamps, texels, cancelled),
         }
     }
 
-    /// The degree P of a map with the lamps in it.
-    fn baked_p(&self) -> Degree {
-        self.map_p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX))
-    }
-
-    /// A map of degree `p` fitted to the soft field, and to the lamps if they are to be in it: all texels or
-    /// those that are listed.
+    /// The listed texels fitted to the soft field and the lamps.
     fn fitted(
         &self,
         soft: &Shrm,
-        p: Degree,
-        baked: bool,
-        listed: Option<&[usize]>,
+        lamps: &Lamps,
+        texels: &[usize],
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Shrm, SynthesisError> {
         let (grid, terms) = (soft.grid(), soft.terms());
+        let p = soft.p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
         let rows = if terms == Terms::Zonal { p.get() + 1 } else { p.rows() };
         if grid.len().saturating_mul(rows) > MOST_VALUES {
             return Err(SynthesisError::TooLarge { texels: grid.len(), rows });
         }
-        let finest = p.get().max(soft.p().get().min(p.get() + FINER));
-        let views = ViewGrid::new(p.get(), finest, terms, soft.centre());
-        let soft_views = ViewGrid::new(soft.p().get(), finest, terms, soft.centre());
-        let (pairs, soft_pairs) = (views.rows_of_pairs(), soft_views.rows_of_pairs());
-        let lamps = self.lamps().map(|lamps| (lamps, LightTable::new(lamps, &views)));
+        let views = ViewGrid::new(p.get(), terms, soft.centre());
+        let (pairs, table) = (views.rows_of_pairs(), LightTable::new(lamps, &views));
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
-        let fitted = listed.map_or(grid.len(), <[usize]>::len);
-        let mut values = vec![[0.0_f32; 3]; fitted * rows];
-        values.par_chunks_mut(LANES * rows).enumerate().for_each(|(block, values)| {
+        let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
+        let blocks = fitted.par_chunks_mut(LANES * rows).zip(texels.par_chunks(LANES));
+        blocks.for_each(|(values, texels)| {
             if cancelled() {
                 return;
             }
-            let texels = values.len() / rows;
-            let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; soft_pairs.len()]);
+            let mut field = [0; 3].map(|_| vec![[F32x8::ZERO; 2]; pairs.len()]);
             let mut lit = [0; 3].map(|_| vec![F32x8::ZERO; views.len()]);
-            for lane in 0..texels {
-                let texel = block * LANES + lane;
-                let texel = listed.map_or(texel, |listed| listed[texel]);
-                let texel_values = soft.texel(texel);
-                for (index, rows) in soft_pairs.iter().enumerate() {
-                    for (part, row) in rows.iter().enumerate().filter_map(|(part, row)| Some((part, (*row)?)))
-                    {
-                        let value = texel_values[row];
-                        (0..3).for_each(|channel| field[channel][index][part].0[lane] = value[channel]);
+            for (lane, &texel) in texels.iter().enumerate() {
+                for (pair, rows) in pairs.iter().enumerate() {
+                    for (part, row) in rows.iter().enumerate() {
+                        let Some(value) = row.and_then(|row| soft.texel(texel).get(row)) else { continue };
+                        (0..3).for_each(|channel| field[channel][pair][part].0[lane] = value[channel]);
                     }
                 }
-                if let Some((lamps, table)) = &lamps {
-                    table.add(&lamps.about(grid.direction(texel)), dark, &views, lane, &mut lit);
-                }
+                table.add(&lamps.about(grid.direction(texel)), dark, &views, lane, &mut lit);
             }
-            let mut solution = vec![[F32x8::ZERO; 2]; pairs.len()];
-            for (channel, (soft, lit)) in field.iter().zip(&mut lit).enumerate() {
-                level.run(Solve {
-                    views: &views,
-                    soft_views: &soft_views,
-                    steps: if baked { STEPS } else { SOFT_STEPS },
-                    dark,
-                    soft,
-                    baked,
-                    coefficients: &mut solution,
-                    lit,
-                });
+            for (channel, (coefficients, lit)) in field.iter_mut().zip(&mut lit).enumerate() {
+                level.run(Solve { views: &views, steps: STEPS, dark, coefficients, lit });
                 for (lane, out) in values.chunks_exact_mut(rows).enumerate() {
-                    for (rows, values) in pairs.iter().zip(&solution) {
+                    for (rows, values) in pairs.iter().zip(&*coefficients) {
                         for (row, value) in rows.iter().zip(values) {
                             row.iter().for_each(|row| out[*row][channel] = value.0[lane]);
                         }
@@ -192,12 +130,9 @@ impl Reflection {
                 }
             }
         });
-        if let Some(listed) = listed {
-            let mut whole = vec![[0.0_f32; 3]; grid.len() * rows];
-            for (texel, values) in listed.iter().zip(values.chunks_exact(rows)) {
-                whole[texel * rows..][..rows].copy_from_slice(values);
-            }
-            values = whole;
+        let mut values = vec![[0.0_f32; 3]; grid.len() * rows];
+        for (texel, fitted) in texels.iter().zip(fitted.chunks_exact(rows)) {
+            values[texel * rows..][..rows].copy_from_slice(fitted);
         }
         Ok(Shrm { grid, view: View::Local, centre: soft.centre(), p, terms, values })
     }

@@ -6,9 +6,6 @@
 //! ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with what
 //! the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
 //! samples stay below `SHOWS`, and then the least F that adds no more than `SHOWS_BESIDE` to them.
-//!
-//! If no P up to [`MOST_P`] does, all degrees in the view are kept, and maps are fitted to them instead of
-//! cut ([`Reflection::soft_map`](crate::Reflection::soft_map)).
 
 use brdf::{BrdfCoefficients, Centre};
 use rayon::prelude::*;
@@ -21,7 +18,7 @@ use crate::{Reflection, frame};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Radiance below this share of the mean counts as black.
 pub const DARK: f64 = 0.01;
@@ -46,11 +43,9 @@ const TRIED_P: [usize; 11] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12, MOST_P];
 pub struct Cut {
     /// The degree in the central direction.
     pub f: Degree,
-    /// The degree in the view that a map has.
+    /// The degree in the view.
     pub p: Degree,
-    /// Whether a cut at P shows, so that maps are fitted.
-    pub fitted: bool,
-    /// The error of the cut in stops that 95 of 100 samples stay below.
+    /// The error in stops that 95 of 100 samples stay below.
     pub p95: f64,
     /// The error in stops that 99 of 100 samples stay below.
     pub p99: f64,
@@ -73,16 +68,14 @@ pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamp
         stops.sort_by(f64::total_cmp);
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
-        Cut { f: degree(trial.f[f]), p: degree(trial.p[p]), fitted: false, p95: at(0.95), p99: at(0.99) }
+        Cut { f: degree(trial.f[f]), p: degree(trial.p[p]), p95: at(0.95), p99: at(0.99) }
     };
     let within = |cut: &Cut, limits: [f64; 2]| cut.p95 <= limits[0] && cut.p99 <= limits[1];
     let last = trial.p.len() - 1;
     let p = (0..last).find(|p| within(&measure(highest, *p), SHOWS)).unwrap_or(last);
     let reached = measure(highest, p);
-    let fitted = !within(&reached, SHOWS) && trial.p[p] < trial.reference_p;
     let limits = [reached.p95 + SHOWS_BESIDE[0], reached.p99 + SHOWS_BESIDE[1]];
-    let cut = (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached);
-    Cut { fitted, ..cut }
+    (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached)
 }
 
 /// What is tried.
@@ -223,9 +216,8 @@ impl Reflection {
             .then(|| Lamps { lights: lighting.lights.clone(), material: material.clone() });
         let dark = DARK * lighting.mean();
         let cut = choose(&lighting.series, brdf, lamps.as_ref(), dark);
-        let p = if cut.fitted { brdf.p() } else { cut.p };
         let field =
-            Self::convolve(&lighting.series.to_degree(cut.f), &brdf.cut_to(cut.f, p)).marked_for_light();
+            Self::convolve(&lighting.series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p)).marked_for_light();
         (if let Some(lamps) = lamps { field.with_lamps(lamps) } else { field }, cut)
     }
 }
@@ -289,7 +281,7 @@ mod tests {
         let lighting = Lighting { series: sky(40), lights: vec![sun] };
         let (cut_field, cut) = Reflection::for_light(&lighting, &full, &material);
         assert!(cut_field.is_for_light() && cut_field.lamps().is_some());
-        assert_eq!((cut_field.brdf().f(), cut_field.map_p()), (cut.f, cut.p));
+        assert_eq!((cut_field.brdf().f(), cut_field.brdf().p()), (cut.f, cut.p));
         let whole = Reflection::convolve(&lighting.series, &full);
         let (lamps, dark) = (cut_field.lamps().unwrap(), DARK * lighting.mean());
         // Other samples than those of the choice.

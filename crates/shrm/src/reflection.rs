@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre};
-use sh::{Degree, Expansion, lambda, zonal_into};
+use sh::{Expansion, lambda, zonal_into};
 
 use crate::lamps::Lamps;
 use crate::plain::{Plain, mean_views};
@@ -71,20 +71,6 @@ impl Reflection {
     /// to be seen: exports set it to zero.
     pub fn is_for_light(&self) -> bool {
         self.for_light
-    }
-
-    /// The degree P of maps: that of the coefficients, but if they were chosen for this light at most
-    /// [`MOST_P`], to which maps are then fitted.
-    pub fn map_p(&self) -> Degree {
-        let most = Degree::new(MOST_P).unwrap_or(Degree::MAX);
-        if self.for_light { self.brdf.p().min(most) } else { self.brdf.p() }
-    }
-
-    /// The reflection cut at [`Reflection::map_p`]: for maps that lose more by what they are than by this
-    /// cut.
-    #[must_use]
-    pub fn cut_for_maps(&self) -> Self {
-        Self { brdf: self.brdf.cut_to(self.brdf.f(), self.map_p()), ..self.clone() }
     }
 
     /// The lights beside the lighting's series, and the material that reflects them; `None` if the series

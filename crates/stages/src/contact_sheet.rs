@@ -202,7 +202,7 @@ fn material(
 ) -> Result<MaterialPictures, Failure> {
     let name = name(own, key);
     let brdf = reflection.brdf();
-    let (f, p) = (brdf.f(), reflection.map_p().get());
+    let (f, p) = (brdf.f(), brdf.p().get());
     let about = match brdf.centre() {
         Centre::Reflection => "reflection vector",
         Centre::Normal => "normal",
@@ -211,8 +211,7 @@ fn material(
     let detail = format!("F {} · P {p} · by the {about}", f.get());
     let most = if p > FEW { MANY_EDGE } else { BALL_EDGES[1] };
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
-    // A ball is small: what a cut loses is not seen on it, and a fit takes long.
-    let field = reflection.cut_for_maps().synthesise(grid, View::Local);
+    let field = reflection.synthesise(grid, View::Local);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {

@@ -84,10 +84,10 @@ impl MapInput {
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
             LampsName::Baked => reflection.bake(grid, view, &cancelled)?,
-            LampsName::Separate => reflection.soft_map(grid, view, &cancelled)?,
+            LampsName::Separate => reflection.synthesise(grid, view)?,
         };
         context.check_cancelled()?;
-        let (f, p) = (reflection.brdf().f().get(), reflection.map_p().get());
+        let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
         context.note(format!("F = {f}, P = {p}: {}{error_note}", describe(&map)));
         Ok(Arc::new(artifacts::Shrm(map)))
     }
@@ -121,7 +121,7 @@ impl MapInput {
 
     /// The highest resolution at which a map has [`MOST_AUTO`] numbers, a multiple of 4.
     fn affordable(&self, reflection: &Reflection) -> usize {
-        let p = match (self.lamps, reflection.lamps(), reflection.map_p().get()) {
+        let p = match (self.lamps, reflection.lamps(), reflection.brdf().p().get()) {
             (LampsName::Baked, Some(_), p @ 1..) => p.max(MOST_P),
             (_, _, p) => p,
         };

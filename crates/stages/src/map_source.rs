@@ -36,7 +36,7 @@ impl MapSource {
     /// The degree in the view, P.
     pub(crate) fn p(&self) -> usize {
         match self {
-            Self::Reflection(reflection) => reflection.0.map_p().get(),
+            Self::Reflection(reflection) => reflection.0.brdf().p().get(),
             Self::Shrm(map) => map.0.p().get(),
         }
     }
@@ -77,8 +77,7 @@ impl MapSource {
                     view: Some(view),
                     lamps: LampsName::Separate,
                 };
-                // What single views and angles lose is more than what this cut does.
-                return input.map_of(&reflection.0.cut_for_maps(), context);
+                return input.map_of(&reflection.0, context);
             }
             Self::Shrm(map) => map,
         };

@@ -21,8 +21,8 @@ fn lobe(cx: f64, cz: f64, n: f64) -> LafortuneLobe {
     LafortuneLobe { cx, cz, n, weight: [1.0; 3] }
 }
 
-/// A coat and sheen over a mixture of metal and dielectric, in colours.
-fn coated() -> Standard {
+/// A coat and sheen over a mixture of metal and dielectric, in colours: every term of `standard` at once.
+pub(super) fn coated() -> Standard {
     Standard::new(StandardParameters {
         base_color: [0.9, 0.5, 0.2],
         metallic: 0.6,

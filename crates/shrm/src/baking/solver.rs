@@ -19,20 +19,14 @@ impl F32x8 {
 
 /// One channel of eight texels.
 pub(super) struct Solve<'a> {
-    /// The views with the harmonics of the map.
     pub(super) views: &'a ViewGrid,
-    /// The same views with the harmonics of the soft field.
-    pub(super) soft_views: &'a ViewGrid,
     pub(super) steps: usize,
     /// The radiance e below which black is black.
     pub(super) dark: f32,
-    /// Coefficients of the soft field, in pairs as [`ViewGrid::rows_of_pairs`] has them.
-    pub(super) soft: &'a [[F32x8; 2]],
-    /// Whether the map holds the lamps too.
-    pub(super) baked: bool,
-    /// Becomes the solution, in pairs too.
+    /// Coefficients of the soft field, in pairs as [`ViewGrid::rows_of_pairs`] has them; becomes the
+    /// solution.
     pub(super) coefficients: &'a mut [[F32x8; 2]],
-    /// The lamps' radiance at each view; becomes what the map is to show.
+    /// The lamps' radiance at each view; becomes that of all light.
     pub(super) lit: &'a mut [F32x8],
 }
 
@@ -41,40 +35,25 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { views, soft_views, steps, dark, soft, baked, coefficients: x, lit } = self;
+        let Self { views, steps, dark, coefficients: x, lit } = self;
         let (mut seen, mut weight) = (vec![F32x8::ZERO; lit.len()], vec![F32x8::ZERO; lit.len()]);
         let mut direction = vec![[F32x8::ZERO; 2]; x.len()];
         let (mut residual, mut image) = (direction.clone(), direction.clone());
 
-        // What both degrees have is the same in both.
-        x.fill([F32x8::ZERO; 2]);
-        let (mut to, mut from) = (&mut *x, soft);
-        for (own, others) in views.counts().zip(soft_views.counts()) {
-            let (x_q, x_rest) = to.split_at_mut(own);
-            let (soft_q, soft_rest) = from.split_at(others);
-            x_q.iter_mut().zip(soft_q).for_each(|(x, soft)| *x = *soft);
-            (to, from) = (x_rest, soft_rest);
+        // x begins at the projection: the soft field and that of the lamps.
+        let scale = simd.splat_f32s(views.solid_angle);
+        for (value, lit) in weight.iter_mut().zip(lit.iter()) {
+            store(simd, simd.mul_f32s(scale, load(simd, lit)), value);
         }
-        if baked {
-            // x begins at the projection of the lamps too.
-            let scale = simd.splat_f32s(views.solid_angle);
-            for (value, lit) in weight.iter_mut().zip(lit.iter()) {
-                store(simd, simd.mul_f32s(scale, load(simd, lit)), value);
-            }
-            adjoin(simd, views, &weight, &mut image);
-            for (x, image) in x.as_flattened_mut().iter_mut().zip(image.as_flattened()) {
-                store(simd, simd.add_f32s(load(simd, x), load(simd, image)), x);
-            }
-        }
-        // The weights are those of all light; b is what the map is to show of it.
-        synthesise(simd, soft_views, soft, &mut seen);
-        for (lit, seen) in lit.iter_mut().zip(&mut seen) {
+        adjoin(simd, views, &weight, &mut image);
+        synthesise(simd, views, x, &mut seen);
+        for (lit, seen) in lit.iter_mut().zip(&seen) {
             store(simd, simd.add_f32s(load(simd, lit), load(simd, seen)), lit);
         }
-        weigh(simd, views, lit, dark, &mut weight);
-        if !baked {
-            lit.copy_from_slice(&seen);
+        for (x, image) in x.as_flattened_mut().iter_mut().zip(image.as_flattened()) {
+            store(simd, simd.add_f32s(load(simd, x), load(simd, image)), x);
         }
+        weigh(simd, views, lit, dark, &mut weight);
 
         synthesise(simd, views, x, &mut seen);
         for ((seen, lit), weight) in seen.iter_mut().zip(lit.iter()).zip(&weight) {
@@ -285,7 +264,7 @@ mod tests {
     #[test]
     fn synthesis_is_the_sum_of_harmonics_and_adjoint_to_the_sum_over_views() {
         for (p, terms) in [(5, Terms::All), (8, Terms::Zonal), (16, Terms::All)] {
-            let views = ViewGrid::new(p, p, terms, Centre::Reflection);
+            let views = ViewGrid::new(p, terms, Centre::Reflection);
             let rows = views.rows_of_pairs();
             let (mut x, v) = (noise(2 * rows.len(), 3).as_chunks().0.to_vec(), noise(views.len(), 11));
             // Order 0 has no sine.

@@ -34,10 +34,9 @@ pub(super) struct ViewGrid {
 pub(super) const MIRRORED: usize = 4;
 
 impl ViewGrid {
-    /// The harmonics up to degree P about this centre, at the views that resolve degree `finest`: about (2
-    /// `finest` + 8)^2.
-    pub(super) fn new(p: usize, finest: usize, terms: Terms, centre: Centre) -> Self {
-        let count = (2 * finest + 8).next_multiple_of(MIRRORED);
+    /// The harmonics up to degree P about this centre, at about (2 P + 8)^2 views.
+    pub(super) fn new(p: usize, terms: Terms, centre: Centre) -> Self {
+        let count = (2 * p + 8).next_multiple_of(MIRRORED);
         let rows: Vec<(f64, f64)> = mean_views(centre, count).collect();
         let columns = if terms == Terms::Zonal { MIRRORED } else { count };
         let quarter: Vec<f64> =

@@ -201,7 +201,7 @@ impl<'a> Scene<'a> {
     /// The map without lamps.
     fn soft(&self, reflection: &Reflection, edge: usize) -> Result<Shrm, Failure> {
         self.context.check_cancelled()?;
-        Ok(reflection.cut_for_maps().synthesise(MapGrid::Cube(Cube { edge }), View::Local)?)
+        Ok(reflection.synthesise(MapGrid::Cube(Cube { edge }), View::Local)?)
     }
 
     /// One export, and what its readers see; `soft` is the reflection's map without lamps.

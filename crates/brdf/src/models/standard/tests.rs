@@ -1,0 +1,177 @@
+//! Tests of the model `standard`.
+
+use super::*;
+use crate::models::tests::coated;
+use crate::{Material, checks};
+
+fn standard(parameters: StandardParameters) -> Standard {
+    Standard::new(parameters).unwrap()
+}
+
+/// The white furnace: a white material is invisible under a constant sky. `checks` integrates rho_hat
+/// adaptively, to 1e-3, and knows nothing of the tables; a line between two of their nodes is off by as
+/// much again, and narrow sheen by more.
+#[test]
+fn a_white_material_reflects_all_light_toward_every_view() {
+    let mut worst: f64 = 0.0;
+    // Coat and sheen, with their roughnesses.
+    let layers = [
+        ([0.0, 0.3], [0.0, 0.5]),
+        ([1.0, 0.02], [0.0, 0.5]),
+        ([1.0, 0.1], [0.0, 0.5]),
+        ([0.5, 0.6], [0.0, 0.5]),
+        ([0.0, 0.3], [1.0, 0.3]),
+        ([0.0, 0.3], [1.0, 0.1]),
+        ([1.0, 0.1], [1.0, 0.1]),
+    ];
+    for metallic in [0.0, 0.4, 1.0] {
+        for roughness in [0.02, 0.1, 0.2, 0.35, 0.6, 1.0] {
+            for ([clearcoat, clearcoat_roughness], [sheen, sheen_roughness]) in layers {
+                let parameters = StandardParameters {
+                    metallic,
+                    roughness,
+                    clearcoat,
+                    clearcoat_roughness,
+                    sheen: [sheen; 3],
+                    sheen_roughness,
+                    ..StandardParameters::default()
+                };
+                for albedo in checks(&Material::Standard(standard(parameters))).albedo {
+                    let errors = albedo.rgb.map(|value| (value - 1.0).abs());
+                    assert!(greatest(errors) < 4e-3, "{parameters:?}: {albedo:?}");
+                    worst = worst.max(greatest(errors));
+                }
+            }
+        }
+    }
+    eprintln!("the greatest error in a white furnace is {worst:.1e}");
+}
+
+/// Colours and weights take light away and never add any; a dielectric's highlight is only as bright as
+/// `specular` says.
+#[test]
+fn no_standard_material_makes_light() {
+    let mut materials = vec![coated()];
+    for ior in [1.0, 1.2, 2.4, 10.0] {
+        for specular in [0.0, 0.5, 1.0] {
+            for specular_color in [[0.0; 3], [1.0, 0.5, 0.1], [1e6; 3]] {
+                let base_color = [1.0, 0.8, 0.1];
+                materials.push(standard(StandardParameters {
+                    base_color,
+                    ior,
+                    specular,
+                    specular_color,
+                    ..StandardParameters::default()
+                }));
+            }
+        }
+    }
+    for material in materials {
+        let greatest = checks(&Material::Standard(material.clone())).greatest();
+        assert!(greatest.greatest() < 1.002, "{:?}: {greatest:?}", material.parameters());
+    }
+    // Without a highlight the rest is lambert.
+    let matte = standard(StandardParameters { specular: 0.0, ..StandardParameters::default() });
+    for albedo in checks(&Material::Standard(matte)).albedo {
+        assert!((albedo.rgb[0] - 1.0).abs() < 1e-4, "{albedo:?}");
+    }
+}
+
+/// Four pairs of (theta, phi) of light and view, against values that a program without this project's
+/// code computed from the textbook forms: tangents, Smith's Lambda, and albedos by quadrature over the
+/// light's height and azimuth at 160 cosines, for which it takes a parabola between them.
+#[test]
+fn fingerprints_of_every_term() {
+    let rows = [
+        ([(0.3, 0.2), (0.5, 2.9)], [7.930885e-01, 4.448126e-01, 1.829825e-01]),
+        ([(1.1, 1.0), (0.9, -2.3)], [6.911599e-01, 3.960599e-01, 1.752653e-01]),
+        ([(1.45, 0.4), (1.35, -2.6)], [8.404155e-02, 6.402254e-02, 4.919461e-02]),
+        ([(0.7, 0.1), (0.6, 0.5)], [1.040385e-01, 5.888855e-02, 2.242269e-02]),
+    ];
+    let material = coated();
+    let mut worst: f64 = 0.0;
+    for ([light, view], expected) in rows {
+        let [light, view] = [light, view].map(|(theta, phi)| Direction::from_angles(theta, phi));
+        let found = material.rho_hat(light, view);
+        let errors = [0, 1, 2].map(|channel| (found[channel] / expected[channel] - 1.0).abs());
+        worst = worst.max(greatest(errors));
+    }
+    eprintln!("the formula differs by {worst:.1e}");
+    assert!(worst < 2e-4, "{worst:e}");
+}
+
+/// BRDF(L, V) = BRDF(V, L), up to rounding, with every term, also toward grazing.
+#[test]
+fn every_term_is_reciprocal() {
+    let difference = checks(&Material::Standard(coated())).reciprocity;
+    eprintln!("light and view exchanged differ by {difference:.1e}");
+    assert!(difference < 1e-12, "{difference:e}");
+}
+
+/// Pairs of light and view over the hemisphere.
+fn pairs() -> impl Iterator<Item = [Direction; 2]> {
+    (0..400).map(|i| {
+        let at = |k: f64| (f64::from(i) * k).fract();
+        let above = |u: f64, v: f64| Direction::from_angles((1.0 - u).acos(), std::f64::consts::TAU * v);
+        [above(at(0.618), at(0.414)), above(at(0.732), at(0.236))]
+    })
+}
+
+#[test]
+fn parts_sum_to_the_whole() {
+    let plain = StandardParameters::default;
+    let whole = [
+        coated(),
+        standard(plain()),
+        standard(StandardParameters { metallic: 1.0, ..plain() }),
+        standard(StandardParameters { specular: 0.0, ..plain() }),
+        standard(StandardParameters { base_color: [0.0; 3], specular: 0.0, ..plain() }),
+    ];
+    for (material, centres) in whole.into_iter().zip([
+        &[Centre::Reflection, Centre::Normal][..],
+        &[Centre::Reflection, Centre::Normal],
+        &[Centre::Reflection, Centre::Normal],
+        &[Centre::Normal],
+        &[],
+    ]) {
+        let parts = material.parts();
+        assert_eq!(material.centre(), Centre::Reflection);
+        assert_eq!(parts.iter().map(Model::centre).collect::<Vec<_>>(), centres);
+        for [incident, outgoing] in pairs() {
+            let expected = material.rho_hat(incident, outgoing);
+            for channel in 0..3 {
+                let sum: f64 = parts.iter().map(|part| part.rho_hat(incident, outgoing)[channel]).sum();
+                assert!((sum - expected[channel]).abs() <= 1e-13 * expected[channel], "{material:?}");
+            }
+        }
+        for part in parts {
+            assert_eq!(part.parts(), std::slice::from_ref(&part));
+            assert_eq!(Standard::from_values(&part.values()).unwrap(), material);
+        }
+    }
+}
+
+/// A smooth metal seen head on reflects its base colour, and glass 4 percent and its coat's 4 percent.
+#[test]
+fn highlights_have_the_reflectance_of_gltf() {
+    let head_on = |parameters| {
+        let parts = standard(parameters).parts();
+        checks(&Material::Standard(parts[0].clone())).albedo[0].rgb
+    };
+    let plain = StandardParameters { roughness: 0.05, ..StandardParameters::default() };
+    let metal = head_on(StandardParameters { metallic: 1.0, base_color: [0.9, 0.5, 0.1], ..plain });
+    for (found, expected) in metal.into_iter().zip([0.9, 0.5, 0.1]) {
+        assert!((found - expected).abs() < 1e-3, "{metal:?}");
+    }
+    for (parameters, expected) in [
+        (plain, 0.04),
+        (StandardParameters { specular: 0.5, ..plain }, 0.02),
+        (StandardParameters { ior: 2.0, ..plain }, 1.0 / 9.0),
+        (StandardParameters { ior: 2.0, specular_color: [0.5; 3], ..plain }, 0.5 / 9.0),
+        // The coat takes its share of what the base would reflect.
+        (StandardParameters { clearcoat: 1.0, ..plain }, 0.04 + 0.96 * 0.04),
+    ] {
+        let found = head_on(parameters)[0];
+        assert!((found - expected).abs() < 1e-3, "{parameters:?}: {found} {expected}");
+    }
+}
