@@ -9,8 +9,9 @@
 //!
 //! where b_k is the soft field and the lamps together, and e the radiance below which black is black. The
 //! views are weighted by their projected area, as a ball shows them to a distant camera; about R they are
-//! uniform over the sphere. The method of conjugate gradients starts at the projection and takes [`STEPS`]
-//! steps; on the grid of views, harmonics are sums over p and then over q, so that a step takes O(P^3).
+//! uniform over the sphere. The method of conjugate gradients starts at the projection and ends as soon as a
+//! few steps gain little; on the grid of views, harmonics are sums over p and then over q, so that a step
+//! takes O(P^3).
 //!
 //! A material that is the same from every view needs no fit: its lamps are added exactly.
 
@@ -27,16 +28,13 @@ use sh::f64x4::SimdLevel;
 use crate::degrees::DARK;
 use crate::lamps::Lamps;
 use crate::{MOST_P, MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
-use light_table::LightTable;
+use light_table::{AddLights, LightTable};
 use solver::{F32x8, LANES, Solve};
 use view_grid::ViewGrid;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
 pub const REVISION: u32 = 1;
-
-/// Steps of the method of conjugate gradients. Twice as many change p95 by less than a tenth.
-const STEPS: usize = 30;
 
 impl Reflection {
     /// The mean radiance of all light, lamps included, times [`DARK`]: e of the module's text.
@@ -117,10 +115,11 @@ impl Reflection {
                         (0..3).for_each(|channel| field[channel][pair][part].0[lane] = value[channel]);
                     }
                 }
-                table.add(&lamps.about(grid.direction(texel)), dark, &views, lane, &mut lit);
+                let (lights, lit) = (&lamps.about(grid.direction(texel))[..], &mut lit);
+                level.run(AddLights { table: &table, lights, dark, views: &views, lane, lit });
             }
             for (channel, (coefficients, lit)) in field.iter_mut().zip(&mut lit).enumerate() {
-                level.run(Solve { views: &views, steps: STEPS, dark, coefficients, lit });
+                level.run(Solve { views: &views, dark, coefficients, lit });
                 for (lane, out) in values.chunks_exact_mut(rows).enumerate() {
                     for (rows, values) in pairs.iter().zip(&*coefficients) {
                         for (row, value) in rows.iter().zip(values) {

@@ -21,6 +21,7 @@ mod cube;
 mod lat_long;
 mod parity_split_fourier;
 mod plan;
+mod product;
 mod spin;
 
 use crate::{MapGrid, Reflection, Shrm, Terms, View};
@@ -28,7 +29,7 @@ use plan::SynthesisPlan;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// Why a map could not be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

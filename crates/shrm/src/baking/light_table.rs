@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sphere::Direction;
 
@@ -18,13 +19,13 @@ const AZIMUTHS: usize = 64;
 /// A light that adds less than this share of black to every view is left out of a texel.
 const UNSEEN: f32 = 1e-3;
 
-/// rho_hat over [angle, row of views, azimuth].
+/// rho_hat over [angle, azimuth, channel, row of views].
 pub(super) struct LightTable {
     angles: Vec<f64>,
-    values: Vec<[f32; 3]>,
+    values: Vec<f32>,
     /// The largest value of each angle.
     largest: Vec<f32>,
-    /// Azimuths of a row: 1 if the material does not depend on it.
+    /// Azimuths of an angle: 1 if the material does not depend on it.
     azimuths: usize,
 }
 
@@ -32,67 +33,24 @@ impl LightTable {
     pub(super) fn new(lamps: &Lamps, views: &ViewGrid) -> Self {
         let angles = angles(2e-4, 0.08, 0.03);
         let azimuths = if views.orders() == 0 { 1 } else { AZIMUTHS + 1 };
-        let slice = |angle: &f64| -> Vec<[f32; 3]> {
+        let slice = |angle: &f64| -> Vec<f32> {
             let incident = Direction::from_angles(*angle, 0.0);
-            let value = |theta: f64, azimuth: usize| {
+            let mut slice = Vec::with_capacity(azimuths * 3 * views.rows.len());
+            for azimuth in 0..azimuths {
                 let phi = PI * azimuth as f64 / AZIMUTHS as f64;
-                let view = Direction::from_angles(theta, phi);
-                lamps.material.rho_hat_about_centre(incident, view).map(|value| value as f32)
-            };
-            views
-                .rows
-                .iter()
-                .flat_map(|(theta, _)| (0..azimuths).map(move |azimuth| value(*theta, azimuth)))
-                .collect()
-        };
-        let slices: Vec<Vec<[f32; 3]>> = angles.par_iter().map(slice).collect();
-        let largest = slices
-            .iter()
-            .map(|slice| slice.as_flattened().iter().fold(0.0, |most: f32, value| most.max(*value)));
-        let largest = largest.collect();
-        Self { angles, values: slices.concat(), largest, azimuths }
-    }
-
-    /// Adds the light of a texel's lamps, in its own frame, to a lane of every view.
-    pub(super) fn add(
-        &self,
-        lights: &[LocalLight],
-        dark: f32,
-        views: &ViewGrid,
-        lane: usize,
-        lit: &mut [Vec<F32x8>; 3],
-    ) {
-        let count = views.rows.len() * self.azimuths;
-        for light in lights {
-            let (k, share) = place(&self.angles, light.direction.theta());
-            let flux = light.flux.map(|flux| flux as f32);
-            let strongest = flux.iter().fold(0.0, |most: f32, flux| most.max(*flux));
-            if strongest * self.largest[k].max(self.largest[k + 1]) < UNSEEN * dark {
-                continue;
-            }
-            let [below, above] = [k, k + 1].map(|k| &self.values[k * count..][..count]);
-            let share = share as f32;
-            let at = |index: usize| -> [f32; 3] {
-                std::array::from_fn(|c| {
-                    flux[c] * (below[index][c] + share * (above[index][c] - below[index][c]))
-                })
-            };
-            for (j, azimuths) in (0..views.quarter.len()).map(|j| (j, views.azimuths(j))) {
-                for (mirrored, azimuth) in azimuths.into_iter().enumerate() {
-                    let (step, part) = self.step(azimuth - light.direction.phi());
-                    for row in 0..views.rows.len() {
-                        let first = row * self.azimuths + step;
-                        let mut value = at(first);
-                        if part > 0.0 {
-                            let next = at(first + 1);
-                            (0..3).for_each(|c| value[c] += part * (next[c] - value[c]));
-                        }
-                        let view = (row * views.quarter.len() + j) * MIRRORED + mirrored;
-                        (0..3).for_each(|channel| lit[channel][view].0[lane] += value[channel]);
-                    }
+                let value = |row: &(f64, f64)| {
+                    lamps.material.rho_hat_about_centre(incident, Direction::from_angles(row.0, phi))
+                };
+                let values: Vec<[f64; 3]> = views.rows.iter().map(value).collect();
+                for channel in 0..3 {
+                    slice.extend(values.iter().map(|value| value[channel] as f32));
                 }
             }
-        }
+            slice
+        };
+        let slices: Vec<Vec<f32>> = angles.par_iter().map(slice).collect();
+        let largest = slices.iter().map(|slice| slice.iter().copied().fold(0.0, f32::max)).collect();
+        Self { angles, values: slices.concat(), largest, azimuths }
     }
 
     /// The node below an azimuth, and the part of the step to the next.
@@ -104,5 +62,63 @@ impl LightTable {
         let place = folded.min(2.0 * PI - folded) / PI * AZIMUTHS as f64;
         let step = (place as usize).min(AZIMUTHS - 1);
         (step, (place - step as f64) as f32)
+    }
+}
+
+/// The light of a texel's lamps, to be added to a lane of every view.
+pub(super) struct AddLights<'a> {
+    pub(super) table: &'a LightTable,
+    /// In the texel's own frame.
+    pub(super) lights: &'a [LocalLight],
+    /// The radiance e below which black is black.
+    pub(super) dark: f32,
+    pub(super) views: &'a ViewGrid,
+    pub(super) lane: usize,
+    pub(super) lit: &'a mut [Vec<F32x8>; 3],
+}
+
+impl WithSimd for AddLights<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { table, lights, dark, views, lane, lit } = self;
+        let (rows, azimuths) = (views.rows.len(), views.quarter.len() * MIRRORED);
+        let count = table.azimuths * 3 * rows;
+        let mut sums = vec![0.0; azimuths * 3 * rows];
+        for light in lights {
+            let (k, share) = place(&table.angles, light.direction.theta());
+            let flux = light.flux.map(|flux| flux as f32);
+            let strongest = flux.iter().fold(0.0, |most: f32, flux| most.max(*flux));
+            if strongest * table.largest[k].max(table.largest[k + 1]) < UNSEEN * dark {
+                continue;
+            }
+            let (share, turn) = (share as f32, light.direction.phi());
+            let of_azimuths = (0..views.quarter.len()).flat_map(|j| views.azimuths(j));
+            for (azimuth, sums) in of_azimuths.zip(sums.chunks_exact_mut(3 * rows)) {
+                let (step, part) = table.step(azimuth - turn);
+                let next = (step + 1).min(table.azimuths - 1);
+                let nodes = [(k, step), (k, next), (k + 1, step), (k + 1, next)];
+                let [a, b, c, d] =
+                    nodes.map(|(k, step)| &table.values[k * count + step * 3 * rows..][..3 * rows]);
+                for channel in 0..3 {
+                    let of_channel = channel * rows..(channel + 1) * rows;
+                    let [a, b, c, d] = [a, b, c, d].map(|values| &values[of_channel.clone()]);
+                    let [near, far] = [1.0 - share, share].map(|share| flux[channel] * share);
+                    let weights = [near * (1.0 - part), near * part, far * (1.0 - part), far * part];
+                    for (row, sum) in sums[of_channel].iter_mut().enumerate() {
+                        *sum += weights[0] * a[row] + weights[1] * b[row];
+                        *sum += weights[2] * c[row] + weights[3] * d[row];
+                    }
+                }
+            }
+        }
+        for (azimuth, sums) in sums.chunks_exact(3 * rows).enumerate() {
+            for (channel, sums) in sums.chunks_exact(rows).enumerate() {
+                for (row, sum) in sums.iter().enumerate() {
+                    lit[channel][row * azimuths + azimuth].0[lane] += sum;
+                }
+            }
+        }
     }
 }

@@ -5,6 +5,15 @@ use pulp::{Simd, WithSimd};
 
 use super::view_grid::{MIRRORED, ViewGrid};
 
+/// The most steps of the method of conjugate gradients.
+const STEPS: usize = 32;
+
+/// Steps after which the error is compared with the one before them.
+const CHECKED: usize = 4;
+
+/// The part of the squared error that is left if these steps gained too little to go on.
+const GAINED: f32 = 0.9;
+
 /// Texels that are solved at once.
 pub(super) const LANES: usize = 8;
 
@@ -20,13 +29,12 @@ impl F32x8 {
 /// One channel of eight texels.
 pub(super) struct Solve<'a> {
     pub(super) views: &'a ViewGrid,
-    pub(super) steps: usize,
     /// The radiance e below which black is black.
     pub(super) dark: f32,
     /// Coefficients of the soft field, in pairs as [`ViewGrid::rows_of_pairs`] has them; becomes the
     /// solution.
     pub(super) coefficients: &'a mut [[F32x8; 2]],
-    /// The lamps' radiance at each view; becomes that of all light.
+    /// The lamps' radiance at each view; becomes what the map lacks of all light.
     pub(super) lit: &'a mut [F32x8],
 }
 
@@ -35,56 +43,70 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { views, steps, dark, coefficients: x, lit } = self;
+        let Self { views, dark, coefficients: x, lit } = self;
         let (mut seen, mut weight) = (vec![F32x8::ZERO; lit.len()], vec![F32x8::ZERO; lit.len()]);
         let mut direction = vec![[F32x8::ZERO; 2]; x.len()];
-        let (mut residual, mut image) = (direction.clone(), direction.clone());
+        let mut gradient = direction.clone();
 
         // x begins at the projection: the soft field and that of the lamps.
         let scale = simd.splat_f32s(views.solid_angle);
         for (value, lit) in weight.iter_mut().zip(lit.iter()) {
             store(simd, simd.mul_f32s(scale, load(simd, lit)), value);
         }
-        adjoin(simd, views, &weight, &mut image);
+        adjoin(simd, views, &weight, &mut gradient);
         synthesise(simd, views, x, &mut seen);
         for (lit, seen) in lit.iter_mut().zip(&seen) {
             store(simd, simd.add_f32s(load(simd, lit), load(simd, seen)), lit);
         }
-        for (x, image) in x.as_flattened_mut().iter_mut().zip(image.as_flattened()) {
-            store(simd, simd.add_f32s(load(simd, x), load(simd, image)), x);
+        for (x, lamps) in x.as_flattened_mut().iter_mut().zip(gradient.as_flattened()) {
+            store(simd, simd.add_f32s(load(simd, x), load(simd, lamps)), x);
         }
         weigh(simd, views, lit, dark, &mut weight);
 
+        // What is missing, lit - Y x, and its relative square.
         synthesise(simd, views, x, &mut seen);
-        for ((seen, lit), weight) in seen.iter_mut().zip(lit.iter()).zip(&weight) {
-            let missing = simd.sub_f32s(load(simd, lit), load(simd, seen));
-            store(simd, simd.mul_f32s(load(simd, weight), missing), seen);
+        for (lit, seen) in lit.iter_mut().zip(&seen) {
+            store(simd, simd.sub_f32s(load(simd, lit), load(simd, seen)), lit);
         }
-        adjoin(simd, views, &seen, &mut residual);
-        direction.copy_from_slice(&residual);
-        let mut square = dot(simd, &residual, &residual);
-        for _ in 0..steps {
-            synthesise(simd, views, &direction, &mut seen);
-            for (seen, weight) in seen.iter_mut().zip(&weight) {
-                store(simd, simd.mul_f32s(load(simd, weight), load(simd, seen)), seen);
+        let missing = lit;
+        let (mut square, mut error) = (F32x8::ZERO, F32x8([f32::INFINITY; LANES]));
+        for step in 0..=STEPS {
+            let mut relative = simd.splat_f32s(0.0);
+            for ((seen, missing), weight) in seen.iter_mut().zip(&*missing).zip(&weight) {
+                let weighted = simd.mul_f32s(load(simd, weight), load(simd, missing));
+                relative = simd.mul_add_f32s(weighted, load(simd, missing), relative);
+                store(simd, weighted, seen);
             }
-            adjoin(simd, views, &seen, &mut image);
-            let step = ratio(square, dot(simd, &direction, &image));
-            let step_v = load(simd, &step);
+            if step % CHECKED == 0 {
+                let before = std::mem::replace(&mut error, F32x8::ZERO);
+                store(simd, relative, &mut error);
+                if step == STEPS || (0..LANES).all(|lane| error.0[lane] >= GAINED * before.0[lane]) {
+                    break;
+                }
+            }
+            adjoin(simd, views, &seen, &mut gradient);
+            let next = dot(simd, &gradient, &gradient);
+            let share = load(simd, &ratio(next, square));
+            square = next;
+            for (direction, gradient) in direction.as_flattened_mut().iter_mut().zip(gradient.as_flattened())
+            {
+                store(simd, simd.mul_add_f32s(share, load(simd, direction), load(simd, gradient)), direction);
+            }
+            synthesise(simd, views, &direction, &mut seen);
+            let mut length = simd.splat_f32s(0.0);
+            for (seen, weight) in seen.iter().zip(&weight) {
+                let weighted = simd.mul_f32s(load(simd, weight), load(simd, seen));
+                length = simd.mul_add_f32s(weighted, load(simd, seen), length);
+            }
+            let mut step_length = F32x8::ZERO;
+            store(simd, length, &mut step_length);
+            let step_v = load(simd, &ratio(square, step_length));
             for (x, direction) in x.as_flattened_mut().iter_mut().zip(direction.as_flattened()) {
                 store(simd, simd.mul_add_f32s(step_v, load(simd, direction), load(simd, x)), x);
             }
-            for (residual, image) in residual.as_flattened_mut().iter_mut().zip(image.as_flattened()) {
-                let less = simd.mul_f32s(step_v, load(simd, image));
-                store(simd, simd.sub_f32s(load(simd, residual), less), residual);
-            }
-            let next = dot(simd, &residual, &residual);
-            let share = ratio(next, square);
-            let share = load(simd, &share);
-            square = next;
-            for (direction, residual) in direction.as_flattened_mut().iter_mut().zip(residual.as_flattened())
-            {
-                store(simd, simd.mul_add_f32s(share, load(simd, direction), load(simd, residual)), direction);
+            for (missing, seen) in missing.iter_mut().zip(&seen) {
+                let less = simd.negate_mul_add_f32s(step_v, load(simd, seen), load(simd, missing));
+                store(simd, less, missing);
             }
         }
     }

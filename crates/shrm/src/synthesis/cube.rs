@@ -25,37 +25,35 @@ use sphere::{Cube, DVec3, Face, Rotation};
 
 use super::parity_split_fourier::mirror;
 use super::plan::SynthesisPlan;
+use super::product::Product;
 use super::spin::Rows;
 use crate::Terms;
 
 /// The values of all texels, [texels, rows].
 pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Vec<[f32; 3]> {
     let edge = cube.edge;
-    let pairs: Vec<Pair> = PAIRS.par_iter().map(|pair| Pair::new(plan, pair)).collect();
     let half = edge.div_ceil(2);
     let block = half.div_ceil(16).max(4);
     let mut values = vec![[0.0_f32; 3]; cube.len() * plan.rows()];
-    let mut tasks: Vec<Task<'_>> = (0..half)
+    let mut blocks: Vec<Block<'_>> = (0..half)
         .step_by(block)
-        .map(|first| Task {
-            plan,
-            cube,
-            pairs: &pairs,
-            first,
-            last: (first + block).min(half),
-            parts: Vec::new(),
-        })
+        .map(|first| Block { plan, cube, first, last: (first + block).min(half), parts: Vec::new() })
         .collect();
     for row in values.as_flattened_mut().chunks_exact_mut(edge * plan.columns) {
         let (mut left, mut right) = row.split_at_mut(half * plan.columns);
-        for task in &mut tasks {
-            let (part, rest) = left.split_at_mut((task.last - task.first) * plan.columns);
-            let (others, mirrored) = right.split_at_mut(right.len() - task.mirrored() * plan.columns);
-            task.parts.push([part, mirrored]);
+        for block in &mut blocks {
+            let (part, rest) = left.split_at_mut((block.last - block.first) * plan.columns);
+            let (others, mirrored) = right.split_at_mut(right.len() - block.mirrored() * plan.columns);
+            block.parts.push([part, mirrored]);
             (left, right) = (rest, others);
         }
     }
-    tasks.into_par_iter().with_max_len(1).for_each(|task| plan.level.run(task));
+    // One pair after the other: its series take more memory than its faces.
+    for faces in &PAIRS {
+        let pair = Pair::new(plan, faces, cube);
+        let tasks = blocks.par_iter_mut().with_max_len(1);
+        tasks.for_each(|block| plan.level.run(Columns { block, pair: &pair }));
+    }
     values
 }
 
@@ -87,13 +85,13 @@ const PAIRS: [Faces; 3] = [
 /// The field around a pair of faces.
 struct Pair<'a> {
     faces: &'a Faces,
-    /// t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
-    /// sin(k alpha).
-    terms: Vec<f64>,
+    /// The sums over m of t_km at the azimuth of each column of the left half, shape [F + 1, columns, 4 parts,
+    /// padded values].
+    across: Vec<f64>,
 }
 
 impl<'a> Pair<'a> {
-    fn new(plan: &SynthesisPlan<'_>, faces: &'a Faces) -> Self {
+    fn new(plan: &SynthesisPlan<'_>, faces: &'a Faces, cube: Cube) -> Self {
         let lighting: Expansion = rotate(plan.reflection.lighting(), (faces.turn)());
         let count = plan.f + 1;
         let half = count.div_ceil(2);
@@ -101,23 +99,81 @@ impl<'a> Pair<'a> {
         let mut north = vec![0.0; half * plan.series()];
         let mut south = vec![0.0; half * plan.series()];
         let chunk = LANES * plan.series();
-        for (task, (north, south)) in north.chunks_mut(chunk).zip(south.chunks_mut(chunk)).enumerate() {
+        let chunks = north.par_chunks_mut(chunk).zip(south.par_chunks_mut(chunk));
+        chunks.enumerate().for_each(|(task, (north, south))| {
             let rows = north.len() / plan.series();
             let alphas: Vec<f64> =
                 (0..rows).map(|row| PI * ((task * LANES + row) as f64 + 0.5) / count as f64).collect();
             plan.level.run(Rows { plan, lighting: &lighting, alphas: &alphas, north, south });
+        });
+        // t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
+        // sin(k alpha).
+        let width = count * plan.padded;
+        let mut terms = vec![0.0; plan.fourier.len() * width];
+        let waves = Waves::new(count);
+        let mut odd_orders = vec![false; plan.fourier.len()];
+        for m in (1..=plan.f).step_by(2) {
+            odd_orders[plan.fourier.cosine(m)] = true;
+            odd_orders[plan.fourier.sine(m)] = true;
         }
-        let mut terms = vec![0.0; plan.fourier.len() * count * plan.padded];
-        plan.level.run(Colatitude { plan, north: &north, south: &south, terms: &mut terms });
-        Self { faces, terms }
+        let orders = terms.par_chunks_mut(width).zip(odd_orders).enumerate();
+        orders.for_each(|(place, (terms, odd))| {
+            let rows = [&*north, &*south];
+            plan.level.run(Colatitude { plan, waves: &waves, rows, place, odd, terms });
+        });
+        let columns = cube.edge.div_ceil(2);
+        let mut betas = vec![0.0; columns * plan.fourier.len()];
+        for (column, beta) in betas.chunks_exact_mut(plan.fourier.len()).enumerate() {
+            let top = cube.direction(Face::PositiveZ, 0, column);
+            plan.fourier.angle(top.phi().sin_cos(), beta);
+        }
+        let mut across = vec![0.0; count * columns * 4 * plan.padded];
+        let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
+        of_k.for_each(|(k, across)| {
+            let terms = &terms[k * plan.padded..];
+            plan.level.run(Across { plan, betas: &betas, terms, width, across });
+        });
+        Self { faces, across }
     }
 }
 
-/// From samples at the rows to the series in alpha, for every term in beta.
+/// 2 / (F + 1) cos(k alpha) and sin(k alpha) at the northern rows, from which the mirrored ones follow.
+struct Waves {
+    /// [k, row] for even k and for odd k, of cosines and of sines.
+    values: [[Vec<f64>; 2]; 2],
+    /// The number of northern rows.
+    half: usize,
+}
+
+impl Waves {
+    fn new(count: usize) -> Self {
+        let half = count.div_ceil(2);
+        let mut values: [[Vec<f64>; 2]; 2] = Default::default();
+        for k in 0..count {
+            for row in 0..half {
+                // The middle row of an odd number is its own mirror.
+                let mirrors = if 2 * row + 1 == count { 0.5 } else { 1.0 };
+                let size = if k == 0 { 1.0 } else { 2.0 } / count as f64 * mirrors;
+                let (sine, cosine) = (PI * (k * (2 * row + 1)) as f64 / (2 * count) as f64).sin_cos();
+                values[0][k % 2].push(size * cosine);
+                values[1][k % 2].push(size * sine);
+            }
+        }
+        Self { values, half }
+    }
+}
+
+/// From samples at the rows to the series in alpha, for one term in beta.
 struct Colatitude<'a> {
     plan: &'a SynthesisPlan<'a>,
-    north: &'a [f64],
-    south: &'a [f64],
+    waves: &'a Waves,
+    /// North and south.
+    rows: [&'a [f64]; 2],
+    /// The place of the term in beta.
+    place: usize,
+    /// Whether its order m is odd.
+    odd: bool,
+    /// [k, padded values].
     terms: &'a mut [f64],
 }
 
@@ -125,68 +181,73 @@ impl WithSimd for Colatitude<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { plan, north, south, terms } = self;
-        let (f, padded) = (plan.f, plan.padded);
-        let count = f + 1;
-        let half = count.div_ceil(2);
-        // [k, row]: 2 / (F + 1) cos(k alpha), and sin; the middle row of an odd number is its own mirror.
-        let mut weights = vec![[0.0; 2]; count * half];
-        for k in 0..count {
-            for row in 0..half {
-                let mirrors = if 2 * row + 1 == count { 0.5 } else { 1.0 };
-                let size = if k == 0 { 1.0 } else { 2.0 } / count as f64 * mirrors;
-                let (sine, cosine) = (PI * (k * (2 * row + 1)) as f64 / (2 * count) as f64).sin_cos();
-                weights[k * half + row] = [size * cosine, size * sine];
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { plan, waves, rows, place, odd, terms } = self;
+        let [north, south] =
+            rows.map(|rows| rows.chunks_exact(plan.series()).map(|row| &row[place * plan.padded..]));
+        let rows: Vec<(&[f64], &[f64])> = north.zip(south).collect();
+        // Values with m + q even are series of cosines, the others of sines.
+        for (sines, waves_of) in waves.values.iter().enumerate() {
+            let values: Vec<usize> =
+                (0..plan.padded).filter(|i| (plan.odd[*i] != odd) == (sines == 1)).collect();
+            if values.is_empty() {
+                continue;
             }
-        }
-        let mut sums = vec![0.0; 2 * half * padded];
-        let mut line = vec![0.0; 2 * padded];
-        for m in 0..=f {
-            let places = [Some(plan.fourier.cosine(m)), (m > 0).then(|| plan.fourier.sine(m))];
-            for place in places.into_iter().flatten() {
-                // Sums and differences of mirrored rows: cos(k (pi - alpha)) = (-1)^k cos(k alpha), sines the
-                // opposite.
-                let (plus, minus) = sums.split_at_mut(half * padded);
-                for row in 0..half {
-                    let from = row * plan.series() + place * padded;
-                    let (n, s) = (&north[from..][..padded], &south[from..][..padded]);
-                    let plus = &mut plus[row * padded..][..padded];
-                    let minus = &mut minus[row * padded..][..padded];
-                    for i in 0..padded {
-                        (plus[i], minus[i]) = (n[i] + s[i], n[i] - s[i]);
+            let width = values.len().next_multiple_of(LANES);
+            let mut samples = vec![0.0; rows.len() * width];
+            let mut series = vec![0.0; waves_of[0].len() / waves.half * width];
+            for (parity, waves_of) in waves_of.iter().enumerate() {
+                // cos(k (pi - alpha)) = (-1)^k cos(k alpha), sines the opposite: sums of mirrored rows, or
+                // differences.
+                let sign = if parity == sines { 1.0 } else { -1.0 };
+                for ((north, south), samples) in rows.iter().zip(samples.chunks_exact_mut(width)) {
+                    for (sample, &i) in samples.iter_mut().zip(&values) {
+                        *sample = north[i] + sign * south[i];
                     }
                 }
-                let (even, odd) = line.split_at_mut(padded);
-                for k in 0..count {
-                    let (for_cosines, for_sines) =
-                        if k % 2 == 0 { (&*plus, &*minus) } else { (&*minus, &*plus) };
-                    even.fill(0.0);
-                    odd.fill(0.0);
-                    for row in 0..half {
-                        let [cosine, sine] = weights[k * half + row];
-                        let (c, s) =
-                            (&for_cosines[row * padded..][..padded], &for_sines[row * padded..][..padded]);
-                        for i in 0..padded {
-                            even[i] += cosine * c[i];
-                            odd[i] += sine * s[i];
-                        }
-                    }
-                    let out = &mut terms[(place * count + k) * padded..][..padded];
-                    for i in 0..padded {
-                        out[i] = if plan.odd[i] == (m % 2 == 1) { even[i] } else { odd[i] };
-                    }
+                Product {
+                    left: waves_of,
+                    stride: waves.half,
+                    inner: 0..waves.half,
+                    right: S::as_simd_f64s(&samples).0,
+                    right_step: width / LANES,
+                    vectors: width / LANES,
+                }
+                .write(simd, S::as_mut_simd_f64s(&mut series).0, width / LANES);
+                let odd_or_even = terms.chunks_exact_mut(plan.padded).skip(parity).step_by(2);
+                for (terms, series) in odd_or_even.zip(series.chunks_exact(width)) {
+                    values.iter().zip(series).for_each(|(i, value)| terms[*i] = *value);
                 }
             }
         }
     }
 }
 
+/// The sums over m of one k.
+struct Across<'a> {
+    plan: &'a SynthesisPlan<'a>,
+    /// [columns, terms in beta].
+    betas: &'a [f64],
+    /// The values of k, `width` after those of the term before.
+    terms: &'a [f64],
+    width: usize,
+    across: &'a mut [f64],
+}
+
+impl WithSimd for Across<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { plan, betas, terms, width, across } = self;
+        plan.fourier.sum(simd, betas, (terms, width), plan.padded, across);
+    }
+}
+
 /// Some columns from the left of every face, and their mirrors from the right.
-struct Task<'a> {
+struct Block<'a> {
     plan: &'a SynthesisPlan<'a>,
     cube: Cube,
-    pairs: &'a [Pair<'a>],
     /// Columns first .. last.
     first: usize,
     last: usize,
@@ -194,7 +255,7 @@ struct Task<'a> {
     parts: Vec<[&'a mut [f32]; 2]>,
 }
 
-impl Task<'_> {
+impl Block<'_> {
     /// The number of columns that have a mirror: the middle one of an odd edge has none.
     fn mirrored(&self) -> usize {
         self.last.min(self.cube.edge / 2) - self.first
@@ -212,67 +273,57 @@ impl Task<'_> {
     }
 }
 
-impl WithSimd for Task<'_> {
+/// The texels of a block that lie on two faces.
+struct Columns<'t, 'a> {
+    block: &'t mut Block<'a>,
+    pair: &'t Pair<'t>,
+}
+
+impl WithSimd for Columns<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        let (plan, edge) = (self.plan, self.cube.edge);
-        let (fourier, padded, count) = (plan.fourier, plan.padded, plan.f + 1);
-        let (width, half) = (count * padded, edge.div_ceil(2));
-        let columns = self.first..self.last;
-        let direction = |row, column| self.cube.direction(Face::PositiveZ, row, column);
-        let mut betas = vec![0.0; columns.len() * fourier.len()];
-        let mut alphas = vec![0.0; columns.len() * half * fourier.len()];
-        let mut places = Vec::with_capacity(columns.len() * half);
-        for (column, (beta, alpha)) in columns
-            .clone()
-            .zip(betas.chunks_exact_mut(fourier.len()).zip(alphas.chunks_exact_mut(half * fourier.len())))
-        {
-            let top = direction(0, column);
-            fourier.angle(top.phi().sin_cos(), beta);
-            for (row, alpha) in alpha.chunks_exact_mut(fourier.len()).enumerate() {
-                let v = direction(row, column).vector();
-                fourier.angle(((v.x * v.x + v.y * v.y).sqrt(), v.z), alpha);
-                places.push(v);
-            }
-        }
-        let mut across = vec![0.0; columns.len() * 4 * width];
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { block, pair } = self;
+        let (plan, edge) = (block.plan, block.cube.edge);
+        let (fourier, padded, half) = (plan.fourier, plan.padded, edge.div_ceil(2));
+        let mut alphas = vec![0.0; half * fourier.len()];
+        let mut places = Vec::with_capacity(half);
         let mut series = vec![0.0; plan.series()];
         let mut sums = vec![0.0; half * 4 * padded];
         let mut four = vec![0.0; 4 * padded];
         let flip: Vec<f64> = plan.odd.iter().map(|odd| if *odd { -1.0 } else { 1.0 }).collect();
-        for pair in self.pairs {
-            fourier.sum(simd, &betas, &pair.terms, width, &mut across);
-            for (index, column) in columns.clone().enumerate() {
-                let across = &across[index * 4 * width..][..4 * width];
-                let alphas = &alphas[index * half * fourier.len()..][..half * fourier.len()];
-                let places = &places[index * half..][..half];
-                for mirrored in [false, true] {
-                    let column = if mirrored { edge - 1 - column } else { column };
-                    if mirrored && 2 * column + 1 == edge {
-                        continue;
-                    }
-                    circle(plan, across, mirrored, &mut series);
-                    fourier.sum(simd, alphas, &series, padded, &mut sums);
-                    for (row, sums) in sums.chunks_exact(4 * padded).enumerate() {
-                        // At alpha, pi - alpha, -alpha and alpha + pi: the last two on the far face.
-                        mirror(sums, &mut four);
-                        for (i, values) in four.chunks_exact_mut(padded).enumerate() {
-                            if i >= 2 {
-                                for (value, flip) in values.iter_mut().zip(&flip) {
-                                    *value *= flip;
-                                }
+        for column in block.first..block.last {
+            places.clear();
+            for (row, alpha) in alphas.chunks_exact_mut(fourier.len()).enumerate() {
+                let v = block.cube.direction(Face::PositiveZ, row, column).vector();
+                fourier.angle(((v.x * v.x + v.y * v.y).sqrt(), v.z), alpha);
+                places.push(v);
+            }
+            let across = &pair.across[column * 4 * padded..];
+            for mirrored in [false, true] {
+                let column = if mirrored { edge - 1 - column } else { column };
+                if mirrored && 2 * column + 1 == edge {
+                    continue;
+                }
+                circle(plan, (across, half * 4 * padded), mirrored, &mut series);
+                fourier.sum(simd, &alphas, (&series, padded), padded, &mut sums);
+                for (row, sums) in sums.chunks_exact(4 * padded).enumerate() {
+                    // At alpha, pi - alpha, -alpha and alpha + pi: the last two on the far face.
+                    mirror(sums, &mut four);
+                    for (i, values) in four.chunks_exact_mut(padded).enumerate() {
+                        if i >= 2 {
+                            for (value, flip) in values.iter_mut().zip(&flip) {
+                                *value *= flip;
                             }
-                            let mut place = places[row];
-                            place.y *= if mirrored { -1.0 } else { 1.0 };
-                            (place.x, place.y) =
-                                if i >= 2 { (-place.x, -place.y) } else { (place.x, place.y) };
-                            let (row, height) =
-                                if i % 2 == 0 { (row, place.z) } else { (edge - 1 - row, -place.z) };
-                            place.z = height;
-                            self.put(pair.faces, i >= 2, [row, column], place, values);
                         }
+                        let mut place = places[row];
+                        place.y *= if mirrored { -1.0 } else { 1.0 };
+                        (place.x, place.y) = if i >= 2 { (-place.x, -place.y) } else { (place.x, place.y) };
+                        let (row, height) =
+                            if i % 2 == 0 { (row, place.z) } else { (edge - 1 - row, -place.z) };
+                        place.z = height;
+                        block.put(pair.faces, i >= 2, [row, column], place, values);
                     }
                 }
             }
@@ -280,7 +331,7 @@ impl WithSimd for Task<'_> {
     }
 }
 
-impl Task<'_> {
+impl Block<'_> {
     /// Writes a texel, given by its row, column and direction on the near or far side face.
     #[inline(always)]
     fn put(&mut self, faces: &Faces, far: bool, place: [usize; 2], turned: DVec3, values: &mut [f64]) {
@@ -300,13 +351,14 @@ impl Task<'_> {
     }
 }
 
-/// The series in alpha of one column from the partial sums over m: at the column's beta, or at -beta.
+/// The series in alpha of one column from the partial sums over m, which are `step` values apart for each k:
+/// at the column's beta, or at -beta.
 #[inline(always)]
-fn circle(plan: &SynthesisPlan<'_>, across: &[f64], mirrored: bool, series: &mut [f64]) {
-    let (padded, width) = (plan.padded, across.len() / 4);
+fn circle(plan: &SynthesisPlan<'_>, (across, step): (&[f64], usize), mirrored: bool, series: &mut [f64]) {
+    let padded = plan.padded;
     let sign = if mirrored { -1.0 } else { 1.0 };
     for k in 0..=plan.f {
-        let part = |part: usize| &across[part * width + k * padded..][..padded];
+        let part = |part: usize| &across[k * step + part * padded..][..padded];
         let [ce, co, se, so] = [part(0), part(1), part(2), part(3)];
         let cosine = plan.fourier.cosine(k) * padded;
         // Even m makes cosines of k if q is even, and sines if it is odd.

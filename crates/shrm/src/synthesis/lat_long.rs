@@ -70,7 +70,7 @@ impl WithSimd for Line<'_> {
         let mut four = vec![0.0; 4 * padded];
         for (block, angles) in angles.chunks(BLOCK * plan.fourier.len()).enumerate() {
             let count = angles.len() / plan.fourier.len();
-            plan.fourier.sum(simd, angles, series, padded, &mut sums[..count * 4 * padded]);
+            plan.fourier.sum(simd, angles, (series, padded), padded, &mut sums[..count * 4 * padded]);
             for (column, sums) in (block * BLOCK..).zip(sums[..count * 4 * padded].chunks_exact(4 * padded)) {
                 mirror(sums, &mut four);
                 let places = if width.is_multiple_of(2) {

@@ -3,9 +3,11 @@
 //! A real series sum over m of a_m cos(m x) + b_m sin(m x) falls into four parts: cosines and sines of even
 //! and of odd order. At -x the sines change sign, at pi - x the odd cosines and the even sines, and at x + pi
 //! all odd ones. So four partial sums at one angle give the values at four. Each is a product of matrices,
-//! [angles, orders] times [orders, values], and is computed in tiles that stay in registers.
+//! [angles, orders] times [orders, values].
 
 use pulp::Simd;
+
+use super::product::Product;
 
 /// Where the orders of a series of one degree lie: even cosines, odd cosines, even sines, odd sines.
 #[derive(Clone, Copy, Debug)]
@@ -50,88 +52,26 @@ impl ParitySplitFourier {
         }
     }
 
-    /// The four partial sums: `angles` [n, len], `series` [len, values] to `sums` [n, 4, values].
+    /// The four partial sums: `angles` [n, len], `series` [len, values] to `sums` [n, 4, values]. The terms
+    /// of the series are `step` values apart.
     #[inline(always)]
     pub(super) fn sum<S: Simd>(
         &self,
         simd: S,
         angles: &[f64],
-        series: &[f64],
+        (series, step): (&[f64], usize),
         values: usize,
         sums: &mut [f64],
     ) {
         let (series, _) = S::as_simd_f64s(series);
         let (sums, _) = S::as_mut_simd_f64s(sums);
-        let vectors = values / S::F64_LANES;
-        let product = Product { fourier: *self, angles, series, vectors };
-        let mut first = 0;
-        while first < vectors {
-            first += match vectors - first {
-                1 => product.strip::<S, 4, 1>(simd, first, sums),
-                2 => product.strip::<S, 4, 2>(simd, first, sums),
-                3 => product.strip::<S, 4, 3>(simd, first, sums),
-                _ => product.strip::<S, 2, 4>(simd, first, sums),
-            };
-        }
-    }
-}
-
-/// A product of matrices, in vectors.
-struct Product<'a, V> {
-    fourier: ParitySplitFourier,
-    angles: &'a [f64],
-    series: &'a [V],
-    /// Vectors in a row of `series`.
-    vectors: usize,
-}
-
-impl<V: Copy> Product<'_, V> {
-    /// The sums of `WIDE` vectors from `first` on, `TALL` angles at a time; gives `WIDE`.
-    #[inline(always)]
-    fn strip<S: Simd<f64s = V>, const TALL: usize, const WIDE: usize>(
-        &self,
-        simd: S,
-        first: usize,
-        sums: &mut [V],
-    ) -> usize {
-        let count = self.angles.len() / self.fourier.len();
-        let whole = count / TALL * TALL;
-        for part in 0..4 {
-            for angle in (0..whole).step_by(TALL) {
-                self.tile::<S, TALL, WIDE>(simd, first, part, angle, sums);
-            }
-            for angle in whole..count {
-                self.tile::<S, 1, WIDE>(simd, first, part, angle, sums);
-            }
-        }
-        WIDE
-    }
-
-    #[inline(always)]
-    fn tile<S: Simd<f64s = V>, const TALL: usize, const WIDE: usize>(
-        &self,
-        simd: S,
-        first: usize,
-        part: usize,
-        angle: usize,
-        sums: &mut [V],
-    ) {
-        let (start, end) = (self.fourier.starts[part], self.fourier.starts[part + 1]);
-        let len = self.fourier.len();
-        let angles: [&[f64]; TALL] = std::array::from_fn(|i| &self.angles[(angle + i) * len..][start..end]);
-        let mut total = [[simd.splat_f64s(0.0); WIDE]; TALL];
-        for order in 0..end - start {
-            let row = &self.series[(start + order) * self.vectors + first..][..WIDE];
-            for i in 0..TALL {
-                let factor = simd.splat_f64s(angles[i][order]);
-                for j in 0..WIDE {
-                    total[i][j] = simd.mul_add_f64s(factor, row[j], total[i][j]);
-                }
-            }
-        }
-        for i in 0..TALL {
-            let place = ((angle + i) * 4 + part) * self.vectors + first;
-            sums[place..place + WIDE].copy_from_slice(&total[i]);
+        let (vectors, right_step) = (values / S::F64_LANES, step / S::F64_LANES);
+        for (part, ends) in self.starts.windows(2).enumerate() {
+            let inner = ends[0]..ends[1];
+            // A part may be empty.
+            let right = series.get(inner.start * right_step..).unwrap_or_default();
+            let product = Product { left: angles, stride: self.len(), inner, right, right_step, vectors };
+            product.write(simd, &mut sums[part * vectors..], 4 * vectors);
         }
     }
 }

@@ -20,6 +20,8 @@ pub(super) struct SynthesisPlan<'a> {
     pub(super) recurrence: Recurrence,
     /// For each of `padded` values, whether its q is odd.
     pub(super) odd: Vec<bool>,
+    /// rho_lpq by q, p, channel, the parity of l, and l / 2.
+    rho: Vec<f64>,
 }
 
 impl<'a> SynthesisPlan<'a> {
@@ -35,6 +37,14 @@ impl<'a> SynthesisPlan<'a> {
         let columns = odd.len();
         let padded = columns.next_multiple_of(LANES);
         odd.resize(padded, false);
+        let brdf = reflection.brdf();
+        let mut rho = Vec::with_capacity(3 * (p + 1) * (p + 1) * 2 * (f / 2 + 1));
+        for (q, p) in (0..=p).flat_map(|q| (0..=p).map(move |p| (q, p))) {
+            for (channel, parity) in [0, 1, 2].into_iter().flat_map(|channel| [(channel, 0), (channel, 1)]) {
+                let at = |l: usize| if l <= f && q <= p { brdf.get(l, p, q)[channel] } else { 0.0 };
+                rho.extend((0..=f / 2).map(|half| at(2 * half + parity)));
+            }
+        }
         Self {
             reflection,
             level: SimdLevel::detect(),
@@ -45,7 +55,14 @@ impl<'a> SynthesisPlan<'a> {
             fourier: ParitySplitFourier::new(f),
             recurrence: Recurrence::new(f),
             odd,
+            rho,
         }
+    }
+
+    /// rho_lpq of a channel for all even l, or all odd ones, by l / 2.
+    pub(super) fn rho(&self, [q, p]: [usize; 2], channel: usize, parity: usize) -> &[f64] {
+        let (side, count) = (self.reflection.brdf().p().get() + 1, self.f / 2 + 1);
+        &self.rho[(((q * side + p) * 3 + channel) * 2 + parity) * count..][..count]
     }
 
     /// Coefficients of a texel.

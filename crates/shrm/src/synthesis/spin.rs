@@ -58,22 +58,25 @@ impl WithSimd for Rows<'_> {
         let (sines, cosines) = (powers(sine), powers(cosine));
         let sign = |odd: bool| if odd { -1.0 } else { 1.0 };
         let mut sums = vec![[simd.splat_f64s(0.0); PARTS]; 2 * (p + 1)];
+        let mut lit = Lit { first: [0; 2], values: Default::default() };
         let most = if self.plan.terms == Terms::Zonal { 0 } else { p.min(f) };
-        for q in 0..=most {
-            let mut start = [Scaled::ZERO; 2];
-            for m in 0..=f {
+        // m in the outer loop: a term's values lie close together in memory.
+        let mut starts = vec![[Scaled::ZERO; 2]; most + 1];
+        for m in 0..=f {
+            for (q, start) in starts.iter_mut().enumerate() {
                 if m <= q {
                     // T_q,m = sqrt(binomial(2q, q+m)) c^(q+m) s^(q-m)
                     let size = F64x4([binomial(2 * q, q + m).sqrt(); LANES]);
-                    start = [(q + m, q - m), (q - m, q + m)]
+                    *start = [(q + m, q - m), (q - m, q + m)]
                         .map(|(c, s)| cosines[c].times(sines[s]).times_plain(size));
                 } else {
                     let ratio = self.plan.recurrence.ratio_of_starts(m, q);
-                    start = start.map(|value| value.times_plain(F64x4(both.0.map(|both| ratio * both))));
+                    *start = start.map(|value| value.times_plain(F64x4(both.0.map(|both| ratio * both))));
                 }
                 let signs = [sign(m < q && (q + m) % 2 == 1), sign(q % 2 == 1)];
                 let pair = Pair::new(simd, [0, 1].map(|i| start[i].with_sign(signs[i])));
-                self.climb(simd, t, [q, m], pair, &mut sums);
+                self.climb(simd, t, [q, m], pair, &mut lit);
+                self.sum(simd, [q, m], &lit, &mut sums);
                 self.store(simd, [q, m], &sums);
             }
         }
@@ -83,8 +86,17 @@ impl WithSimd for Rows<'_> {
 /// Cosine and sine coefficients of (p, q), then of (p, -q), of three channels each.
 const PARTS: usize = 12;
 
+/// Terms without rho, of one (q, m): E and O times cosine and sine of the lighting.
+struct Lit<V> {
+    /// For even and for odd l, the first l / 2.
+    first: [usize; 2],
+    /// For even and for odd l and each channel, by l / 2 from the first on: coefficients of (p, q), then of
+    /// (p, -q).
+    values: [[Vec<[V; 4]>; 3]; 2],
+}
+
 impl Rows<'_> {
-    /// The sums over l of one (q, m), into `sums` [p - q, parity of l + m].
+    /// The terms of every l of one (q, m).
     #[inline(always)]
     fn climb<S: Simd>(
         &self,
@@ -92,17 +104,30 @@ impl Rows<'_> {
         t: S::f64s,
         [q, m]: [usize; 2],
         mut pair: Pair<S>,
-        sums: &mut [[S::f64s; PARTS]],
+        lit: &mut Lit<S::f64s>,
     ) {
-        let (f, p) = (self.plan.f, self.plan.reflection.brdf().p().get());
         let zero = simd.splat_f64s(0.0);
-        sums[..2 * (p + 1 - q)].fill([zero; PARTS]);
         let norm = [1.0, FRAC_1_SQRT_2, 0.5][usize::from(q == 0) + usize::from(m == 0)];
         let orders = simd.splat_f64s((q * m) as f64);
         let recurrence = &self.plan.recurrence;
-        for l in q.max(m)..=f {
-            if let Some(values) = pair.values(simd) {
-                self.add(simd, [l, m, q], values, norm, sums);
+        lit.values.as_flattened_mut().iter_mut().for_each(Vec::clear);
+        for l in q.max(m)..=self.plan.f {
+            let [g, h] = pair.values(simd).unwrap_or([zero; 2]);
+            if lit.values[l % 2][0].is_empty() {
+                lit.first[l % 2] = l / 2;
+            }
+            let rows = self.lighting.coefficients();
+            let (cosine, sine) = (rows[l * l + l + m], rows[l * l + l - m]);
+            let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
+            for (channel, values) in lit.values[l % 2].iter_mut().enumerate() {
+                let cosine = simd.splat_f64s(norm * cosine[channel]);
+                let sine = simd.splat_f64s(if m == 0 { 0.0 } else { norm * sine[channel] });
+                values.push([
+                    simd.mul_f64s(even, cosine),
+                    simd.mul_f64s(even, sine),
+                    simd.mul_f64s(odd, sine),
+                    simd.neg_f64s(simd.mul_f64s(odd, cosine)),
+                ]);
             }
             let ([a, b, product], steps) = (recurrence.degree(l), recurrence.steps(l));
             let ([inverse_q, ratio_q], [inverse_m, ratio_m]) = (steps[q], steps[m]);
@@ -113,36 +138,25 @@ impl Rows<'_> {
         }
     }
 
-    /// Adds the terms of one l.
+    /// The sums over l of one (q, m), [p - q, parity of l + m].
     #[inline(always)]
-    fn add<S: Simd>(
-        &self,
-        simd: S,
-        [l, m, q]: [usize; 3],
-        [g, h]: [S::f64s; 2],
-        norm: f64,
-        sums: &mut [[S::f64s; PARTS]],
-    ) {
-        let (brdf, zero) = (self.plan.reflection.brdf(), simd.splat_f64s(0.0));
-        let middle = l * l + l;
-        let rows = self.lighting.coefficients();
-        let cosine = rows[middle + m].map(|v| simd.splat_f64s(v * norm));
-        let sine = if m == 0 { [zero; 3] } else { rows[middle - m].map(|v| simd.splat_f64s(v * norm)) };
-        let (even, odd) = (simd.add_f64s(g, h), simd.sub_f64s(g, h));
-        let parity = (l + m) % 2;
-        let parts: [[S::f64s; 3]; 4] = [
-            cosine.map(|c| simd.mul_f64s(even, c)),
-            sine.map(|s| simd.mul_f64s(even, s)),
-            sine.map(|s| simd.mul_f64s(odd, s)),
-            cosine.map(|c| simd.neg_f64s(simd.mul_f64s(odd, c))),
-        ];
-        for p in q..=brdf.p().get() {
-            let rho = brdf.get(l, p, q).map(|v| simd.splat_f64s(v));
-            let sum = &mut sums[2 * (p - q) + parity];
-            for part in 0..if q == 0 { 2 } else { 4 } {
-                for channel in 0..3 {
-                    let place = 3 * part + channel;
-                    sum[place] = simd.mul_add_f64s(rho[channel], parts[part][channel], sum[place]);
+    fn sum<S: Simd>(&self, simd: S, [q, m]: [usize; 2], lit: &Lit<S::f64s>, sums: &mut [[S::f64s; PARTS]]) {
+        let most = self.plan.reflection.brdf().p().get();
+        for (parity, values) in lit.values.iter().enumerate() {
+            for (channel, values) in values.iter().enumerate() {
+                let rho = |p| &self.plan.rho([q, p], channel, parity)[lit.first[parity]..][..values.len()];
+                let mut write = |p: usize, total: [S::f64s; 4]| {
+                    let sums = &mut sums[2 * (p - q) + (parity + m) % 2];
+                    (0..4).for_each(|part| sums[3 * part + channel] = total[part]);
+                };
+                for p in (q..=most).step_by(2) {
+                    if p < most {
+                        let totals = products(simd, [rho(p), rho(p + 1)], values);
+                        (0..2).for_each(|i| write(p + i, totals[i]));
+                    } else {
+                        let [total] = products(simd, [rho(p)], values);
+                        write(p, total);
+                    }
                 }
             }
         }
@@ -179,6 +193,26 @@ impl Rows<'_> {
             }
         }
     }
+}
+
+/// The inner products of some rows of factors with the four columns of values.
+#[inline(always)]
+fn products<S: Simd, const COUNT: usize>(
+    simd: S,
+    factors: [&[f64]; COUNT],
+    values: &[[S::f64s; 4]],
+) -> [[S::f64s; 4]; COUNT] {
+    let mut totals = [[simd.splat_f64s(0.0); 4]; COUNT];
+    let factors = factors.map(|factors| &factors[..values.len()]);
+    for (index, value) in values.iter().enumerate() {
+        for i in 0..COUNT {
+            let factor = simd.splat_f64s(factors[i][index]);
+            for part in 0..4 {
+                totals[i][part] = simd.mul_add_f64s(factor, value[part], totals[i][part]);
+            }
+        }
+    }
+    totals
 }
 
 /// n over k, in f64.
