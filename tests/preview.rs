@@ -163,7 +163,7 @@ fn a_name_that_does_not_exist_is_an_error_with_the_nearest_name() {
         (&["--item", "mesh=sfere"], 2, "there is no mesh \"sfere\"", "did you mean \"sphere\"?"),
         (&["--item", "materials=gold"], 2, "there is no part \"materials\"", "did you mean \"material\"?"),
         (&["--mode", "brute-farce"], 2, "there is no such mode", "did you mean \"brute-force\"?"),
-        (&["--still", "gold.jpg"], 2, "a still is a PNG", "gold.jpg"),
+        (&["--still", "gold.jpg"], 2, "the picture is a PNG", "gold.jpg"),
         (&["--still", "gold.png", "--size", "0x10"], 2, "expected two numbers from 1 to", "0x10"),
         (&["--size", "64x64"], 2, "--still", "required"),
         (&["pipelin.toml"], 3, "cannot read the manifest", "did you mean \"pipeline.toml\"?"),

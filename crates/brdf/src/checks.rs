@@ -4,10 +4,10 @@
 //! sees under a constant sky of radiance 1. Above 1 the material makes light. The integral is taken over the
 //! square that Shirley and Chiu's map ("A Low Distortion Map Between Disk and Square", 1997) maps to the
 //! hemisphere with equal areas: the horizon is the edge of the square, and a panel is divided if two Gauss
-//! rules differ on it. Panels at the mirror direction, the view and the normal are always divided, so that no
-//! highlight falls between nodes, until a highlight as high as rho_hat there and as wide as the panel would
-//! be negligible, or the panel is 1e-5 of the square. The lower half of the sphere counts too, for the models
-//! that reflect light from there.
+//! rules differ on it. Panels at or near the mirror direction, the view and the normal are always
+//! divided, so that no highlight falls between nodes, until a highlight as high as rho_hat there and as wide
+//! as the panel would be negligible, or the panel is 1e-5 of the square. The lower half of the sphere counts
+//! too, for the models that reflect light from there.
 //!
 //! Reciprocity is measured on the BRDF, rho_hat / cos(theta_i), at pairs of directions and at the same pairs
 //! exchanged.
@@ -107,8 +107,19 @@ pub fn checks(material: &Material) -> Checks {
     }
 }
 
-/// The integral of rho_hat over the incident directions.
-fn albedo(material: &Material, view: Direction) -> [f64; 3] {
+/// The albedo of a material toward a view: the integral of rho_hat over the incident directions, RGB.
+///
+/// The view is in the frame of the surface, with z >= 0. Accurate to 1e-3 of itself or of 1, whichever is
+/// greater.
+///
+/// # Example: a highlight of weight 1 reflects all light
+/// ```
+/// let phong = brdf::Material::Phong(brdf::Phong::new(64.0, [1.0; 3])?);
+/// let view = sphere::Direction::from_angles(1.2, 0.0);
+/// assert!(brdf::albedo(&phong, view).iter().all(|channel| (channel - 1.0).abs() < 1e-3));
+/// # Ok::<(), brdf::ParameterError>(())
+/// ```
+pub fn albedo(material: &Material, view: Direction) -> [f64; 3] {
     let v = view.vector();
     let mirror = DVec3::new(-v.x, -v.y, v.z);
     let peaks = [mirror, v, DVec3::Z].map(|peak| {
@@ -191,15 +202,15 @@ impl Integral<'_> {
         }
     }
 
-    /// Whether a panel holds a peak, and is large enough for it to matter.
+    /// Whether a panel holds a peak or comes near one, and is large enough for it to matter. A highlight
+    /// beside a panel may reach over its edge, between the nodes.
     fn is_at_peak(&self, panel: Panel) -> bool {
-        let end = panel.corner + DVec2::splat(panel.size);
+        let near = DVec2::splat(0.25 * panel.size);
+        let (corner, end) = (panel.corner - near, panel.corner + DVec2::splat(panel.size) + near);
         let solid_angle = TAU * panel.size * panel.size;
         panel.size > Self::FINEST
             && self.peaks.iter().any(|(peak, height)| {
-                height * solid_angle > Self::NEGLIGIBLE
-                    && panel.corner.cmple(*peak).all()
-                    && end.cmpge(*peak).all()
+                height * solid_angle > Self::NEGLIGIBLE && corner.cmple(*peak).all() && end.cmpge(*peak).all()
             })
     }
 
@@ -320,6 +331,17 @@ mod tests {
                 );
             }
             assert!(!checks.makes_light());
+        }
+    }
+
+    /// Toward some of these views the mirror direction is just outside of a large panel.
+    #[test]
+    fn a_highlight_at_the_edge_of_a_panel_counts_in_full() {
+        let phong = Material::Phong(Phong::new(1e7, [1.0; 3]).unwrap());
+        for step in 0..720 {
+            let theta = f64::from(step) / 8.0;
+            let found = albedo(&phong, Direction::from_angles(theta.to_radians(), 0.0));
+            assert!((found[0] - 1.0).abs() < ACCURACY, "{theta}: {found:?}");
         }
     }
 

@@ -9,7 +9,7 @@ mod projection;
 pub mod scattered;
 pub mod zernike;
 
-pub use checks::{Albedo, Checks, checks};
+pub use checks::{Albedo, Checks, albedo, checks};
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};

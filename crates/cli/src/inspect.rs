@@ -3,6 +3,7 @@
 mod facts;
 mod material;
 mod mesh;
+mod picture;
 mod texture;
 
 use std::path::Path;
@@ -21,20 +22,36 @@ const SH_FRAME: &str = "right-handed, +Z up; real, orthonormal, no Condon-Shortl
 const IMAGE_FRAME: &str = "row 0 is the top of the image; the file does not say how it maps to the sphere";
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
-pub(crate) fn run(file: &Path, as_json: bool) -> Result<Exit, Exit> {
+/// Describes a file. With a `picture`, a material is drawn to that file too.
+pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<Exit, Exit> {
     let failed = |chain: &[String], help: Option<&str>| {
         print::error(chain, help);
         Exit::Usage
     };
     let bytes = engine::read_file(file)
         .map_err(|error| failed(&[format!("cannot read {}: {error}", file.display())], None))?;
-    let by_name = material::of_file(file, &bytes).or_else(|| mesh::of_file(file, &bytes)).transpose();
-    let by_name = by_name.map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
-    let facts = by_name.map_or_else(|| describe(&bytes), Ok).map_err(|error| {
+    let material = material::read(file, &bytes).transpose();
+    let material = material.map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
+    let by_name = match &material {
+        Some(material) => Some(Ok(material::facts(file, &bytes, material))),
+        None => mesh::of_file(file, &bytes),
+    };
+    let by_name = by_name.transpose().map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
+    let mut facts = by_name.map_or_else(|| describe(&bytes), Ok).map_err(|error| {
         let help = "inspect reads OpenEXR, Radiance, TIFF, PNG, JPEG, TGA, WebP, KTX2, DDS, safetensors, \
                     glTF, JSON lighting, material files and measured BRDFs";
         failed(&[format!("{}: {error}", file.display())], Some(help))
     })?;
+    if let Some(place) = picture {
+        let material = material.map(|found| found.material).or_else(|| material::of_artifact(&bytes));
+        let Some(material) = material else {
+            let message = format!("{} is not a material: --picture draws materials only", file.display());
+            let help = "name a material file, a measured BRDF or a material in `.specula/blobs`; a material \
+                        file with model = \"gltf\" names a material of a glTF file";
+            return Err(failed(&[message], Some(help)));
+        };
+        facts.extend(picture::draw(file, &material, place)?);
+    }
     Ok(if as_json {
         let object = facts.into_iter().map(|(label, value)| (label.to_owned(), value)).collect();
         print::json(Value::Object(object))
@@ -191,7 +208,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.extend(lights(&lighting.lights));
         }
         "brdf" => {
-            let (brdf, _) = tensors::decode_brdf(bytes)?;
+            let brdf = tensors::decode_brdf(bytes)?.coefficients;
             facts.push(("degrees", format!("F = {}, P = {}", brdf.f().get(), brdf.p().get()).into()));
             facts.extend(range("coefficients in 1/sr", brdf.rho().iter().copied()));
         }

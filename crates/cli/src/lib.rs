@@ -24,6 +24,7 @@ mod manifest;
 mod manual;
 mod outstanding;
 mod panics;
+mod png_file;
 mod preview;
 mod print;
 mod quantity;
@@ -65,7 +66,7 @@ fn run(command: Command, kinds: &Kinds) -> Exit {
         Command::Graph(arguments) => graph::run(&arguments, kinds),
         Command::Stages { kind } => Ok(manual::run(kind.as_deref(), kinds)),
         Command::Schema { subject } => Ok(schema::run(subject, kinds)),
-        Command::Inspect { file, json } => inspect::run(&file, json),
+        Command::Inspect { file, json, picture } => inspect::run(&file, json, picture.as_deref()),
         Command::Init { folder } => Ok(init::run(&folder, kinds)),
     };
     // A command that cannot continue returns its exit code as an error.

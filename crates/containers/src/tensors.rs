@@ -3,7 +3,7 @@
 //! | kind | tensors | metadata |
 //! | --- | --- | --- |
 //! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m; `lights` if there are some beside the series | |
-//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; the tables of its material | `centre`, `material` |
+//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
 //! | `reflection` | `sh` and `rho`, of one degree F; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
@@ -92,19 +92,29 @@ pub fn decode_lighting(bytes: &[u8]) -> Result<Lighting, Error> {
     Ok(Lighting { series: file.lighting()?, lights: file.lights()? })
 }
 
+/// The coefficients of a BRDF, and what they are of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Brdf {
+    /// rho_lpq.
+    pub coefficients: BrdfCoefficients,
+    /// The material, if it is known.
+    pub material: Option<Material>,
+    /// Whether the degrees are to be chosen for each light: then there are more than enough.
+    pub for_light: bool,
+}
+
 /// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre, and the material that it is of, if that is to travel with
 /// it.
 ///
 /// # Errors
 /// If a coefficient is not finite, or not zero where q > min(l, p).
-pub fn encode_brdf(
-    brdf: &BrdfCoefficients,
-    material: Option<&Material>,
-    recipe: Option<&str>,
-) -> Result<Vec<u8>, Error> {
+pub fn encode_brdf(brdf: &Brdf, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("brdf", recipe);
-    file.brdf(brdf)?;
-    if let Some(material) = material {
+    file.brdf(&brdf.coefficients)?;
+    if brdf.for_light {
+        file.metadata.insert(DEGREES, FOR_LIGHT.to_owned());
+    }
+    if let Some(material) = &brdf.material {
         material::add(material, &mut file)?;
     }
     Ok(file.finish())
@@ -114,9 +124,13 @@ pub fn encode_brdf(
 ///
 /// # Errors
 /// As [`decode_lighting`].
-pub fn decode_brdf(bytes: &[u8]) -> Result<(BrdfCoefficients, Option<Material>), Error> {
+pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
     let file = File::open_as(bytes, "brdf")?;
-    Ok((file.brdf()?, material::of(&file)?.map(|(material, _)| material)))
+    Ok(Brdf {
+        coefficients: file.brdf()?,
+        material: material::of(&file)?.map(|(material, _)| material),
+        for_light: file.is_for_light(),
+    })
 }
 
 /// A reflected field: its two factors `sh` and `rho`, of one degree F, and its lamps.
@@ -146,7 +160,7 @@ pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
     let (lighting, brdf) = (file.lighting()?, file.brdf()?);
     same_degree(&lighting, &brdf).map_err(Error::damaged)?;
     let mut reflection = Reflection::convolve(&lighting, &brdf);
-    if file.metadata.get(DEGREES).is_some_and(|degrees| degrees == FOR_LIGHT) {
+    if file.is_for_light() {
         reflection = reflection.marked_for_light();
     }
     match (file.lights()?, material::of(&file)?) {
@@ -268,8 +282,8 @@ mod tests {
         }
         let layers = vec![Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap()), table(), table()];
         for material in [None, Some(Material::layers(layers).unwrap())] {
-            let bytes = encode_brdf(&coefficients(), material.as_ref(), None).unwrap();
-            assert_eq!(decode_brdf(&bytes).unwrap(), (coefficients(), material));
+            let brdf = Brdf { coefficients: coefficients(), for_light: material.is_some(), material };
+            assert_eq!(decode_brdf(&encode_brdf(&brdf, None).unwrap()).unwrap(), brdf);
         }
         let plain = Reflection::convolve(&series(3), &coefficients());
         assert_eq!(decode_reflection(&encode_reflection(&plain, None).unwrap()).unwrap(), plain);
@@ -310,7 +324,7 @@ mod tests {
             vec![2, 1, 1, 1],
             [1.0_f64, 0.5].map(f64::to_le_bytes).as_flattened(),
         );
-        let (brdf, _) = decode_brdf(&bytes).unwrap();
+        let brdf = decode_brdf(&bytes).unwrap().coefficients;
         assert_eq!((brdf.rho(), brdf.centre()), ([[1.0; 3], [0.5; 3]].as_slice(), Centre::Normal));
     }
 

@@ -24,13 +24,13 @@ pub const REVISION: u32 = 1;
 pub const DARK: f64 = 0.01;
 
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what P cuts.
-const SHOWS: [f64; 2] = [0.06, 0.15];
+const SHOWS: [f64; 2] = [0.06, 0.12];
 
 /// Stops that they may exceed by what F cuts beside it. F costs little, so it has to lose little.
 const SHOWS_BESIDE: [f64; 2] = [0.015, 0.05];
 
 /// Central directions, and views of each.
-const SAMPLES: [usize; 2] = [64, 16];
+pub(crate) const SAMPLES: [usize; 2] = [96, 16];
 
 /// The degrees F that are tried, besides the highest.
 const TRIED_F: [usize; 19] = [2, 4, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150, 180, 215];
@@ -49,6 +49,13 @@ pub struct Cut {
     pub p95: f64,
     /// The error in stops that 99 of 100 samples stay below.
     pub p99: f64,
+}
+
+impl Cut {
+    /// Whether the cut is seen, because no degrees that were tried are enough.
+    pub fn shows(&self) -> bool {
+        self.p95 > SHOWS[0] + SHOWS_BESIDE[0] || self.p99 > SHOWS[1] + SHOWS_BESIDE[1]
+    }
 }
 
 /// The least degrees at which a cut of this light on this material does not show; if none do, the highest.
@@ -166,7 +173,7 @@ impl Sample {
 }
 
 /// Adds the terms of one l to the coefficients b_pq: see `evaluation.rs`.
-fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficients, l: usize) {
+pub(crate) fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficients, l: usize) {
     for p in 0..=brdf.p().get() {
         for q in 0..=p.min(l) {
             let rho = brdf.get(l, p, q);
@@ -183,7 +190,7 @@ fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficients, l: usi
 }
 
 /// Directions spread evenly over the sphere: a golden spiral.
-fn spread(index: usize, count: usize) -> Direction {
+pub(crate) fn spread(index: usize, count: usize) -> Direction {
     let z = 1.0 - (2 * index + 1) as f64 / count as f64;
     Direction::from_angles(z.acos(), index as f64 * 2.399_963_229_728_653)
 }

@@ -17,6 +17,7 @@ pub mod reference;
 mod reflection;
 mod resample;
 mod resolution;
+pub mod ringing;
 mod sphere_map;
 mod synthesis;
 mod view_maps;

@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre};
-use sh::{Expansion, lambda, zonal_into};
+use sh::{Expansion, Window, lambda, zonal_into};
 
 use crate::lamps::Lamps;
 use crate::plain::{Plain, mean_views};
@@ -53,6 +53,12 @@ impl Reflection {
         Self { lamps: Some(lamps), ..self }
     }
 
+    /// The same without the lights beside the lighting.
+    #[must_use]
+    pub fn without_lamps(self) -> Self {
+        Self { lamps: None, ..self }
+    }
+
     /// The same with the lamps in the lighting's series, cut at its degree.
     #[must_use]
     pub fn with_whole_light(&self) -> Self {
@@ -71,6 +77,12 @@ impl Reflection {
     /// to be seen: exports set it to zero.
     pub fn is_for_light(&self) -> bool {
         self.for_light
+    }
+
+    /// The same with a window on its series, which makes it ring less and blurs it.
+    #[must_use]
+    pub fn windowed(&self, window: Window) -> Self {
+        Self { lighting: window.apply(&self.lighting), ..self.clone() }
     }
 
     /// The lights beside the lighting's series, and the material that reflects them; `None` if the series

@@ -65,18 +65,12 @@ impl Artifact for Material {
 
 /// The coefficients of a material's rho_hat: its BRDF with the cosine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Brdf {
-    /// The coefficients.
-    pub coefficients: brdf::BrdfCoefficients,
-    /// The material, if `convolve` chooses the degrees for each light: then the coefficients have more than
-    /// enough.
-    pub material: Option<brdf::Material>,
-}
+pub struct Brdf(pub tensors::Brdf);
 
 impl From<brdf::BrdfCoefficients> for Brdf {
-    /// Coefficients of fixed degrees.
+    /// Coefficients of fixed degrees, of a material that is not known.
     fn from(coefficients: brdf::BrdfCoefficients) -> Self {
-        Self { coefficients, material: None }
+        Self(tensors::Brdf { coefficients, material: None, for_light: false })
     }
 }
 
@@ -84,12 +78,11 @@ impl Artifact for Brdf {
     const TYPE: &'static str = "brdf";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_brdf(&self.coefficients, self.material.as_ref(), None)?)
+        Ok(tensors::encode_brdf(&self.0, None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        let (coefficients, material) = tensors::decode_brdf(bytes)?;
-        Ok(Self { coefficients, material })
+        Ok(Self(tensors::decode_brdf(bytes)?))
     }
 }
 

@@ -5,7 +5,7 @@
 //! - the environment as a lat-long picture;
 //! - with `lighting` connected: the energy of each degree (bars, on a logarithmic axis) and the sum up to it
 //!   (line), both as shares of the environment's energy, and the environment reconstructed from the degrees
-//!   up to each of `degrees`, and from all;
+//!   up to each of `degrees`, and from all; if suns and lamps are beside the series, without these;
 //! - for each item at `reflection`: its reflection map, and a ball in front of the environment, seen along
 //!   +X. The ball is looked up by the reflection vector, the normal or the tangent, whichever the material is
 //!   centred on. For a material that changes with the view (P > 0) the ball shows what each of its points
@@ -45,6 +45,7 @@ use sphere::{Cube, LatLong};
 
 use crate::artifacts;
 use crate::choices::ToneMapName;
+use crate::project_sh::lamps_text;
 use crate::sheet::{Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, stops};
 
 parameters! {
@@ -82,8 +83,9 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 4;
-    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
+    const REVISION: u32 = 5;
+    const KERNELS: &'static [u32] =
+        &[sh::revisions::TRANSFORM, envmap::revisions::LAMPS, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
 
@@ -123,7 +125,9 @@ impl Kind for ContactSheet {
         let lighting = match &lighting {
             Some(lighting) => {
                 facts.push(format!("lighting of degree {}", lighting.0.series.degree().get()));
-                Some(harmonics(parameters, environment, &lighting.0.whole())?)
+                let soft = lighting.0.series.get(0, 0).iter().sum::<f64>() * (4.0 * PI).sqrt();
+                facts.extend(lamps_text(&lighting.0.lights, soft));
+                Some(harmonics(parameters, environment, &lighting.0)?)
             }
             None => None,
         };
@@ -163,14 +167,16 @@ pub(crate) fn exposure_of(environment: &Environment) -> (f64, &'static str) {
     }
 }
 
-/// The energies of a lighting and its reconstructions.
+/// The energies of a lighting's series and its reconstructions: shares of the image, without its lamps if
+/// they are beside the series.
 fn harmonics(
     parameters: &Parameters,
     environment: &Environment,
-    lighting: &Expansion,
+    lighting: &sh::Lighting,
 ) -> Result<Harmonics, Failure> {
+    let (beside, lighting) = (!lighting.lights.is_empty(), &lighting.series);
     let energies: Vec<f64> = energy_per_degree(lighting).iter().map(|rgb| rgb.iter().sum()).collect();
-    let image = energy(environment);
+    let image = if beside { energy(&environment.separate_lamps().soft) } else { energy(environment) };
     // A black environment has no shares: nothing is missing.
     let total = if image > 0.0 { image } else { 1.0 };
     let energies: Vec<f64> = energies.iter().map(|energy| energy / total).collect();
@@ -347,7 +353,7 @@ mod tests {
         let environment = sky();
         let lighting = lighting(&environment, 12);
         let parameters = Parameters { degrees: vec![10, 2, 2, 40], ..DEFAULTS };
-        let shown = harmonics(&parameters, &environment, &lighting).unwrap();
+        let shown = harmonics(&parameters, &environment, &lighting.clone().into()).unwrap();
         let degrees: Vec<_> = shown.reconstructions.iter().map(|shown| shown.degree).collect();
         assert_eq!(degrees, [2, 10, 12]);
         // Parseval: the image's energy is the expansion's and that of what is left.

@@ -13,6 +13,13 @@
 //! looked up by the tangent, and the view is at a right angle to it). The build notes the share of the
 //! reflected energy that changes with the view and is lost; `export-shrm` keeps it.
 //!
+//! ## Lamps
+//!
+//! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the
+//! material reflects of it. A game whose sun is a light of its own, with shadows, would then have it twice.
+//! With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"` writes the
+//! lights themselves, in the engine's own frame.
+//!
 //! ## Texels
 //!
 //! The map is evaluated from coefficients at the centre of each texel. It holds every detail if a lat-long
@@ -64,7 +71,7 @@ use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
-use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
+use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
 use crate::share::share;
 
 choice! {
@@ -123,6 +130,8 @@ parameters! {
         /// For a material that changes with the view (P > 0): the mean over all views, or the surface viewed
         /// straight on.
         view: PlainName = PlainName(Plain::Mean),
+        /// Whether suns and lamps are in the map or left to the renderer; see Lamps.
+        lamps: LampsName = LampsName::Baked,
     }
 }
 
@@ -133,7 +142,7 @@ impl Kind for ExportReflectionMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-reflection-map";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
@@ -231,10 +240,16 @@ fn view_dependent_share(reflection: &Reflection) -> f64 {
     if total > 0.0 { dependent / total } else { 0.0 }
 }
 
-/// The field on the images of a layout, with the lamps beside it.
+/// The field on the images of a layout.
 fn images(parameters: &Parameters, reflection: &Reflection) -> Result<Vec<Image>, Failure> {
     let PlainName(plain) = parameters.view;
-    arrange(parameters, texels(reflection, plain, grid(parameters))?)
+    arrange(
+        parameters,
+        match parameters.lamps {
+            LampsName::Baked => texels(reflection, plain, grid(parameters))?,
+            LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid(parameters))?,
+        },
+    )
 }
 
 /// One map of a reflection, with the lamps beside it, at the texels of a grid.

@@ -13,7 +13,9 @@
 //! ```
 //!
 //! A material that reflects more light than falls on it is accepted with a warning. `specula inspect` shows
-//! the albedo of a material file by angle, and whether the material is reciprocal.
+//! the albedo of a material file by angle, and whether the material is reciprocal. With `--picture` it also
+//! draws the material to a PNG: the lobes for light from four angles, the albedo by angle as curves, and a
+//! ball.
 //!
 //! ## Models
 //!

@@ -26,6 +26,7 @@ mod map_index;
 mod map_input;
 mod map_source;
 mod material_file;
+mod material_picture;
 mod material_schema;
 mod preview;
 mod preview_catalog;
@@ -43,8 +44,10 @@ mod testkit;
 
 pub use colour::Rgb;
 pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
+pub use material_picture::material_picture;
 pub use material_schema::material_schema;
 pub use preview_catalog::{CatalogEntry, PreviewCatalog, SceneCache, Unknown};
+pub use sheet::Picture;
 
 /// Every kind, in the order in which a pipeline uses them.
 pub fn kinds() -> engine::Kinds {

@@ -55,6 +55,7 @@
 //! ```
 
 use brdf::{Choice, Projection, project};
+use containers::tensors::Brdf;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Tolerance;
 
@@ -105,7 +106,7 @@ impl Kind for ProjectBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-brdf";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::PROJECTION];
     const TEXT: &'static str = include_str!("project_brdf.rs");
 
@@ -155,7 +156,10 @@ impl Kind for ProjectBrdf {
             ));
         }
         context.note(described(&projection));
-        let material = (choice == Choice::Full).then(|| material.0.clone());
-        Output::artifact(artifacts::Brdf { coefficients: projection.coefficients, material })
+        Output::artifact(artifacts::Brdf(Brdf {
+            coefficients: projection.coefficients,
+            material: Some(material.0.clone()),
+            for_light: choice == Choice::Full,
+        }))
     }
 }

@@ -176,7 +176,7 @@ impl Kind for ProjectSh {
                 (&soft, separated.lights)
             }
         };
-        if let Some(text) = told(&lights, environment) {
+        if let Some(text) = lamps_text(&lights, environment.integral().iter().sum()) {
             context.note(text);
         }
         let lighting = match (parameters.degree, parameters.tolerance) {
@@ -225,10 +225,10 @@ pub(crate) fn full(environment: &Environment) -> Result<sh::Lighting, Failure> {
     Ok(sh::Lighting { series, lights: separated.lights })
 }
 
-/// `2 lamps hold 75.1 % of the light and are kept beside the series`
-fn told(lights: &[Light], soft: &Environment) -> Option<String> {
+/// `2 lamps hold 75.1 % of the light, beside the series`; `rest` is the integral of what is not theirs, over
+/// the sphere and all channels.
+pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
     let flux: f64 = lights.iter().flat_map(Light::flux).sum();
-    let rest: f64 = soft.integral().iter().sum();
     let count = match lights.len() {
         0 => return None,
         1 => "1 lamp holds".to_owned(),

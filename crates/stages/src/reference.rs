@@ -48,7 +48,7 @@ use shrm::{Plain, View};
 use sphere::{Direction, LatLong, Rotation};
 
 use crate::artifacts;
-use crate::choices::{MOST, Overflow, PrecisionName, STOPS};
+use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout};
 
 /// The direction of the viewer.
@@ -139,6 +139,7 @@ impl Parameters {
             overflow: self.overflow,
             exposure: self.exposure,
             view: picture::PlainName(Plain::Mean),
+            lamps: LampsName::Baked,
         }
     }
 

@@ -21,8 +21,8 @@ use layout::{Layout, Section};
 use plot::EnergyPlot;
 
 pub(crate) use canvas::{Canvas, Rect};
-pub(crate) use number::{percent, short, stops};
-pub(crate) use text::Align;
+pub(crate) use number::{percent, power_of_ten, short, stops};
+pub(crate) use text::{Align, Style};
 
 /// The grid on which a reconstruction is shown; one of another size is scaled.
 pub(crate) const RECONSTRUCTION: LatLong = LatLong::with_rows(layout::COLUMN / 2);
@@ -71,11 +71,14 @@ pub(crate) struct MaterialPictures {
     pub(crate) map: Environment,
 }
 
-/// A finished sheet: 8-bit sRGB, rows from the top.
-pub(crate) struct Picture {
-    pub(crate) width: usize,
-    pub(crate) height: usize,
-    pub(crate) pixels: Vec<[u8; 3]>,
+/// A finished picture: 8-bit sRGB.
+pub struct Picture {
+    /// Pixels of a row.
+    pub width: usize,
+    /// The number of rows.
+    pub height: usize,
+    /// The colours, `width` x `height`, row by row from the top.
+    pub pixels: Vec<[u8; 3]>,
 }
 
 impl Sheet<'_> {

@@ -91,7 +91,7 @@ pub(super) fn exposure(text: &str) -> Result<f64, String> {
 pub(super) fn png_file(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     let is_png = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    if is_png { Ok(file) } else { Err("a still is a PNG: its name ends in .png".into()) }
+    if is_png { Ok(file) } else { Err("the picture is a PNG: its name ends in .png".into()) }
 }
 
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {

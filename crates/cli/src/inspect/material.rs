@@ -8,11 +8,12 @@ use containers::measured::Format;
 use containers::tensors;
 use engine::Failure;
 use serde_json::{Value, json};
+use stages::MaterialFile;
 
 use super::facts::Facts;
 
-/// A material file; `None` if its name is not that of a material file.
-pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure>> {
+/// The material of a file; `None` if its name is not that of a material file.
+pub(super) fn read(file: &Path, bytes: &[u8]) -> Option<Result<MaterialFile, Failure>> {
     let name = file.file_name()?.to_string_lossy();
     let toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     (toml || stages::is_measured_file(&name)).then(|| {
@@ -26,16 +27,26 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             return Err(Failure::new(format!("{name} is a manifest, not a material"))
                 .help("`specula graph` shows its stages"));
         }
-        let found = stages::read_material(&name, bytes, None, &read)?;
-        let format = Format::of_name(&name).map_or("TOML", Format::name);
-        let mut facts: Facts = vec![("what", "material".into()), ("format", format.into())];
-        facts.extend(checked(&found.material));
-        if !found.notes.is_empty() {
-            facts.push(("notes", json!(found.notes)));
-        }
-        facts.push(("bytes", bytes.len().into()));
-        Ok(facts)
+        stages::read_material(&name, bytes, None, &read)
     })
+}
+
+/// The material that an artifact holds; `None` if it is none.
+pub(super) fn of_artifact(bytes: &[u8]) -> Option<Material> {
+    tensors::decode_material(bytes).ok()
+}
+
+/// What a material file holds.
+pub(super) fn facts(file: &Path, bytes: &[u8], found: &MaterialFile) -> Facts {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let format = Format::of_name(&name).map_or("TOML", Format::name);
+    let mut facts: Facts = vec![("what", "material".into()), ("format", format.into())];
+    facts.extend(checked(&found.material));
+    if !found.notes.is_empty() {
+        facts.push(("notes", json!(found.notes)));
+    }
+    facts.push(("bytes", bytes.len().into()));
+    facts
 }
 
 /// Whether a TOML file has stages.
@@ -122,7 +133,9 @@ mod tests {
     use super::*;
 
     fn described(text: &str) -> std::collections::BTreeMap<&'static str, Value> {
-        of_file(Path::new("gold.toml"), text.as_bytes()).unwrap().unwrap().into_iter().collect()
+        let (file, bytes) = (Path::new("gold.toml"), text.as_bytes());
+        let found = read(file, bytes).unwrap().unwrap();
+        facts(file, bytes, &found).into_iter().collect()
     }
 
     #[test]
@@ -163,13 +176,13 @@ mod tests {
 
     #[test]
     fn errors_of_a_file_are_those_of_its_import() {
-        let failure = of_file(Path::new("a.toml"), b"model = \"fong\"").unwrap().unwrap_err();
+        let failure = read(Path::new("a.toml"), b"model = \"fong\"").unwrap().unwrap_err();
         assert!(failure.to_string().contains("a.toml:1:9: there is no model \"fong\""));
-        assert!(of_file(Path::new("a.exr"), b"").is_none());
+        assert!(read(Path::new("a.exr"), b"").is_none());
         let manifest = b"schema = 1\n[stage.a]\nkind = \"rotate\"";
-        let failure = of_file(Path::new("pipeline.toml"), manifest).unwrap().unwrap_err();
+        let failure = read(Path::new("pipeline.toml"), manifest).unwrap().unwrap_err();
         assert_eq!(failure.chain, ["pipeline.toml is a manifest, not a material"]);
-        let failure = of_file(Path::new("/nowhere/a.toml"), b"model = \"measured\"\nfile = \"b.csv\"");
+        let failure = read(Path::new("/nowhere/a.toml"), b"model = \"measured\"\nfile = \"b.csv\"");
         assert!(failure.unwrap().unwrap_err().to_string().contains("/nowhere/b.csv"));
     }
 }

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use ::preview::{Picture, Subject};
 
+use crate::png_file;
+
 /// The folder beside the manifest for files that nobody edits; git and watchers ignore it.
 const FOLDER: &str = ".specula";
 
@@ -80,7 +82,6 @@ impl PreviewFiles {
         self.prepare()?;
         let folder = self.folder.join("screenshots");
         fs::create_dir_all(&folder)?;
-        let bytes = png(picture)?;
         let mut number = 0;
         loop {
             number += 1;
@@ -98,7 +99,7 @@ impl PreviewFiles {
                 fs::remove_file(&part)?;
                 continue;
             }
-            let written = engine::replace_file(&file, &bytes).map(|()| file);
+            let written = write_picture(&file, picture).map(|()| file);
             let _ = fs::remove_file(&part);
             return written;
         }
@@ -116,16 +117,7 @@ impl PreviewFiles {
 /// # Errors
 /// If the file cannot be written.
 pub(crate) fn write_picture(file: &Path, picture: &Picture) -> io::Result<()> {
-    let bytes = png(picture)?;
-    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        fs::create_dir_all(folder)?;
-    }
-    engine::replace_file(file, &bytes)
-}
-
-fn png(picture: &Picture) -> io::Result<Vec<u8>> {
-    let [width, height] = picture.size.map(|side| side as usize);
-    containers::write_png(width, height, &picture.codes, None).map_err(io::Error::other)
+    png_file::write(file, picture.size.map(|side| side as usize), &picture.codes)
 }
 
 #[cfg(test)]

@@ -160,6 +160,11 @@ impl<'a> File<'a> {
         Ok(tensor)
     }
 
+    /// Whether degrees are, or are to be, chosen for the light.
+    pub(super) fn is_for_light(&self) -> bool {
+        self.metadata.get(super::DEGREES).is_some_and(|degrees| degrees == super::FOR_LIGHT)
+    }
+
     pub(super) fn lighting(&self) -> Result<Expansion, Error> {
         const NAME: &str = "sh";
         const SHAPE: &str = "[(F+1)^2, 3]";

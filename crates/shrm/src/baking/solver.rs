@@ -12,7 +12,7 @@ const STEPS: usize = 32;
 const CHECKED: usize = 4;
 
 /// The part of the squared error that is left if these steps gained too little to go on.
-const GAINED: f32 = 0.9;
+const GAINED: f32 = 0.95;
 
 /// Texels that are solved at once.
 pub(super) const LANES: usize = 8;
@@ -70,6 +70,8 @@ impl WithSimd for Solve<'_> {
         }
         let missing = lit;
         let (mut square, mut error) = (F32x8::ZERO, F32x8([f32::INFINITY; LANES]));
+        // 0 for a texel that has ended, so that none depends on those beside it.
+        let mut goes_on = F32x8([1.0; LANES]);
         for step in 0..=STEPS {
             let mut relative = simd.splat_f32s(0.0);
             for ((seen, missing), weight) in seen.iter_mut().zip(&*missing).zip(&weight) {
@@ -80,7 +82,10 @@ impl WithSimd for Solve<'_> {
             if step % CHECKED == 0 {
                 let before = std::mem::replace(&mut error, F32x8::ZERO);
                 store(simd, relative, &mut error);
-                if step == STEPS || (0..LANES).all(|lane| error.0[lane] >= GAINED * before.0[lane]) {
+                for lane in (0..LANES).filter(|lane| error.0[*lane] >= GAINED * before.0[*lane]) {
+                    goes_on.0[lane] = 0.0;
+                }
+                if step == STEPS || goes_on == F32x8::ZERO {
                     break;
                 }
             }
@@ -100,7 +105,7 @@ impl WithSimd for Solve<'_> {
             }
             let mut step_length = F32x8::ZERO;
             store(simd, length, &mut step_length);
-            let step_v = load(simd, &ratio(square, step_length));
+            let step_v = simd.mul_f32s(load(simd, &goes_on), load(simd, &ratio(square, step_length)));
             for (x, direction) in x.as_flattened_mut().iter_mut().zip(direction.as_flattened()) {
                 store(simd, simd.mul_add_f32s(step_v, load(simd, direction), load(simd, x)), x);
             }

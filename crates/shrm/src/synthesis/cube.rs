@@ -85,8 +85,8 @@ const PAIRS: [Faces; 3] = [
 /// The field around a pair of faces.
 struct Pair<'a> {
     faces: &'a Faces,
-    /// The sums over m of t_km at the azimuth of each column of the left half, shape [F + 1, columns, 4 parts,
-    /// padded values].
+    /// The sums over m of t_km at the azimuth of each column of the left half, shape [F + 1, columns, 4
+    /// parts, padded values].
     across: Vec<f64>,
 }
 

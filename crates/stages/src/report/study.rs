@@ -28,8 +28,8 @@ const LIGHT_BYTES: usize = 28;
 /// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
 const RING: f64 = 0.1;
 
-/// Coefficients of a map with lamps that are fitted for one view: about four seconds of one core.
-const FITTED: usize = 1 << 19;
+/// Coefficients of a map with lamps that are fitted for one view: one to three seconds of one core.
+const FITTED: usize = 1 << 20;
 
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
@@ -273,8 +273,8 @@ impl<'a> Scene<'a> {
         Ok((export, values))
     }
 
-    /// The map with lamps in it, as far as a lattice of pixels sees it. To fit a texel takes about two
-    /// milliseconds.
+    /// The map with lamps in it, as far as a lattice of pixels sees it: a texel takes some tenths of a
+    /// millisecond.
     fn baked(&self, reflection: &Reflection, soft: &Shrm) -> Result<(Shrm, Lattice), Failure> {
         let p = soft.p().get().max(MOST_P);
         let rows = match (soft.p().get(), soft.terms()) {

@@ -12,6 +12,10 @@ pub(crate) const DIM: [u8; 3] = [150, 150, 156];
 pub(crate) const AMBER: [u8; 3] = [238, 172, 86];
 /// Energy up to each degree.
 pub(crate) const BLUE: [u8; 3] = [112, 178, 240];
+/// Other curves.
+pub(crate) const RED: [u8; 3] = [236, 112, 104];
+pub(crate) const GREEN: [u8; 3] = [112, 200, 128];
+pub(crate) const VIOLET: [u8; 3] = [204, 140, 232];
 
 pub(crate) const TITLE: Style = Style { weight: Weight::SemiBold, size: 34.0, colour: BRIGHT };
 pub(crate) const SUBTITLE: Style = Style { weight: Weight::Regular, size: 16.0, colour: DIM };

@@ -226,6 +226,38 @@ fn of_a_material_that_changes_with_the_view_one_plain_map_is_written() {
     assert!(lost > 1.0 && (noted - lost).abs() < 1e-3, "{notes:?}, not {lost}");
 }
 
+/// A sun beside the lighting is in the map as the closed sum of its light, and with `lamps = "separate"` it
+/// is not.
+#[test]
+fn lamps_are_in_the_map_or_left_to_the_renderer() {
+    let sun = sh::Light::from_flux(sphere::Direction::from_angles(0.8, 0.3), 0.005, [4.0, 3.0, 2.0]);
+    let material = phong(20.0);
+    let field = reflection(phong(20.0), 2).0;
+    let lamps = shrm::Lamps { lights: vec![sun], material: material.clone() };
+    let lit = Reflection(field.clone().with_lamps(lamps));
+    let map = |lamps: &str| {
+        let text = format!("resolution = 8\nprecision = \"float\"\nlamps = \"{lamps}\"");
+        let ran = case("export-reflection-map", &text).input("reflection", lit.clone()).run().unwrap();
+        let engine::Output::Files(files) = &ran.output else { panic!("a map is a file") };
+        pixels(&files[0]).2
+    };
+    let (baked, separate, grid) = (map("baked"), map("separate"), LatLong::with_rows(8));
+    for (index, (baked, separate)) in baked.iter().zip(&separate).enumerate() {
+        let central = grid.direction(index / 16, index % 16);
+        let soft = field.evaluate(central, central);
+        let cosine = central.dot(sun.direction).max(0.0);
+        let lobe = 21.0 / std::f64::consts::TAU * cosine.powi(20);
+        for c in 0..3 {
+            let added = [4.0, 3.0, 2.0][c] * lobe;
+            assert!((f64::from(separate[c]) - soft[c]).abs() < F32, "{separate:?} {soft:?}");
+            assert!(
+                (f64::from(baked[c]) - soft[c] - added).abs() < 3e-3 * (1.0 + added),
+                "{baked:?} {added}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_material_that_does_not_change_with_the_view_has_one_plain_map() {
     let files = ["mean", "head-on"].map(|view| export(&format!("resolution = 8\nview = \"{view}\"")).files());

@@ -39,7 +39,7 @@ fn without_degree_and_tolerance_the_series_has_all_degrees_of_the_image_and_lamp
     let lighting = &ran.artifact::<Lighting>().0;
     assert!(lighting.series.degree().get() == 15 && lighting.lights.is_empty());
 
-    let sunny = || environment(64, |w| if w.x > 0.999 { [900.0; 3] } else { [1.0; 3] });
+    let sunny = || environment(256, |w| if w.x > 0.9999 { [900.0; 3] } else { [1.0; 3] });
     let run = |parameters: &str| case("project-sh", parameters).input("environment", sunny()).run().unwrap();
     let ran = run("");
     let lighting = &ran.artifact::<Lighting>().0;

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use brdf::Microfacet;
-use stages::artifacts::{Brdf, Material, Reflection};
+use sh::{Degree, Light};
+use sphere::Direction;
+use stages::artifacts::{Brdf, Lighting, Material, Reflection};
 
 use crate::fixture::{case, lambert, phong, sky_lighting};
 
@@ -15,7 +17,7 @@ fn a_tolerance_chooses_the_degrees() {
     {
         let ran = case("project-brdf", parameters).input("material", Material(phong(64.0))).run().unwrap();
         let brdf = ran.artifact::<Brdf>();
-        assert_eq!((brdf.coefficients.f().get(), brdf.coefficients.p().get()), degrees, "{parameters}");
+        assert_eq!((brdf.0.coefficients.f().get(), brdf.0.coefficients.p().get()), degrees, "{parameters}");
         assert!(ran.notes[0].starts_with(&format!("degrees [{}, {}] hold ", degrees.0, degrees.1)));
     }
 }
@@ -24,9 +26,9 @@ fn a_tolerance_chooses_the_degrees() {
 #[test]
 fn the_material_travels_with_more_than_enough_degrees() {
     let brdf = case("project-brdf", "").input("material", Material(phong(64.0))).artifact::<Brdf>();
-    assert!(brdf.coefficients.f().get() > 30 && brdf.material.is_some());
+    assert!(brdf.0.coefficients.f().get() > 30 && brdf.0.material.is_some());
     let lighting = sky_lighting();
-    let brdf = Brdf { coefficients: brdf.coefficients.clone(), material: brdf.material.clone() };
+    let brdf = (*brdf).clone();
     let ran = case("convolve", "").input("lighting", lighting).input("brdf", brdf).run().unwrap();
     let reflection = &ran.artifact::<Reflection>().0;
     assert!(
@@ -34,7 +36,48 @@ fn the_material_travels_with_more_than_enough_degrees() {
     );
     assert!(ran.notes[0].contains("95 % of views are within 0.0"), "{:?}", ran.notes);
     let fixed = case("project-brdf", "degree = [5, 0]").input("material", Material(phong(64.0)));
-    assert!(fixed.artifact::<Brdf>().material.is_none());
+    assert!(!fixed.artifact::<Brdf>().0.for_light);
+}
+
+/// The remedy that the warning names was tried: with it there is no warning, and the error is the one that
+/// the warning states.
+#[test]
+fn a_cut_that_rings_is_a_warning_with_a_remedy_that_was_tried() {
+    let sun = Light::from_flux(Direction::from_angles(0.9, 0.4), 0.005, [30.0, 25.0, 20.0]);
+    let series = sky_lighting().0.series.to_degree(Degree::new(40).unwrap());
+    let lit = Lighting(sh::Lighting { series, lights: vec![sun] });
+    let run = |degree: &str, window: &str| {
+        let brdf = case("project-brdf", degree).input("material", Material(phong(64.0))).artifact::<Brdf>();
+        case("convolve", window).input("lighting", lit.clone()).input("brdf", (*brdf).clone()).run().unwrap()
+    };
+    let ran = run("degree = [6, 0]", "");
+    let [warning] = &ran.warnings[..] else { panic!("{:?}", ran.warnings) };
+    assert!(
+        warning.starts_with("the cut at [6, 0] shows: 5 % of the views are off by more than "),
+        "{warning}"
+    );
+    assert!(warning.contains("with no `degree` in project-brdf (F = "), "{warning}");
+    let share = |text: &str, after: &str| -> f64 {
+        text.split(after).nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
+    };
+    assert!(share(warning, "more than ") > 0.3, "{warning}");
+    assert!(share(warning.split("project-brdf").nth(1).unwrap(), "more than ") < 0.1, "{warning}");
+    assert!(run("", "").warnings.is_empty());
+    // Enough degrees, and soft light, are no reason.
+    let soft = case("convolve", "").input("lighting", sky_lighting()).input(
+        "brdf",
+        (*case("project-brdf", "degree = [30, 0]")
+            .input("material", Material(phong(64.0)))
+            .artifact::<Brdf>())
+        .clone(),
+    );
+    assert!(soft.run().unwrap().warnings.is_empty());
+    // A window calms the rings.
+    let negative = |ran: &crate::fixture::Ran| {
+        ran.artifact::<Reflection>().0.samples().negative(shrm::degrees::DARK * lit.0.mean())
+    };
+    let calm = run("degree = [6, 0]", "window = \"hanning\"");
+    assert!(negative(&calm) < 0.5 * negative(&ran), "{} {}", negative(&calm), negative(&ran));
 }
 
 /// Paper 1, table 5.
@@ -44,7 +87,7 @@ fn a_rough_surface_depends_on_the_view_and_the_note_says_how_much() {
     let material = Material(brdf::Material::Microfacet(model));
     let ran = case("project-brdf", "tolerance = 0.03").input("material", material).run().unwrap();
     let brdf = ran.artifact::<Brdf>();
-    assert_eq!((brdf.coefficients.f().get(), brdf.coefficients.p().get()), (11, 2));
+    assert_eq!((brdf.0.coefficients.f().get(), brdf.0.coefficients.p().get()), (11, 2));
     assert_eq!(ran.notes, ["degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %"]);
     assert!(ran.warnings.is_empty());
 }
@@ -55,7 +98,7 @@ fn lambert_has_the_coefficients_of_the_irradiance_paper() {
         case("project-brdf", "degree = [3, 0]").input("material", Material(lambert(1.0))).artifact::<Brdf>();
     // A_l / pi = Lambda_l rho_l Y_00 = 1, 2/3, 1/4, 0.
     for (l, expected) in [1.0, 2.0 / 3.0, 0.25, 0.0].into_iter().enumerate() {
-        let factor = sh::lambda(l) * brdf.coefficients.get(l, 0, 0)[0] / (4.0 * PI).sqrt();
+        let factor = sh::lambda(l) * brdf.0.coefficients.get(l, 0, 0)[0] / (4.0 * PI).sqrt();
         assert!((factor - expected).abs() < 1e-15, "{l}: {factor}");
     }
 }
