@@ -1,6 +1,6 @@
 //! The coefficients of rho_hat in spherical harmonics, and the direction that they are taken about.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use sh::Degree;
 use sphere::Direction;
 
@@ -35,8 +35,15 @@ impl Centre {
     /// the plane of both, on the side of `outgoing`. About N both frames are one. About T the normal is the
     /// local +X.
     pub fn surface(self, incident: Direction, outgoing: Direction) -> [Direction; 2] {
-        let frame = match self {
-            Self::Normal => return [incident, outgoing],
+        let surface = self.surface_frame(outgoing);
+        [incident, outgoing].map(|direction| Direction::normalised(surface * direction.vector()))
+    }
+
+    /// The matrix that [`Centre::surface`] applies: from the local frame to that of the surface, which depends
+    /// on the outgoing direction alone.
+    pub fn surface_frame(self, outgoing: Direction) -> DMat3 {
+        let rows = match self {
+            Self::Normal => return DMat3::IDENTITY,
             Self::Tangent => [DVec3::Z, DVec3::Y * -1.0, DVec3::X],
             Self::Reflection => {
                 let view = outgoing.vector();
@@ -47,10 +54,7 @@ impl Centre {
                 [tangent, normal.cross(tangent), normal]
             }
         };
-        [incident, outgoing].map(|direction| {
-            let v = direction.vector();
-            Direction::normalised(DVec3::new(v.dot(frame[0]), v.dot(frame[1]), v.dot(frame[2])))
-        })
+        DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
     }
 }
 

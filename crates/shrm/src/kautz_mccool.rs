@@ -160,7 +160,7 @@ pub fn azimuthal_share(map: &Shrm, lamps: Option<&Lamps>) -> f64 {
 }
 
 /// Texels at which a share is measured, angles theta_o of each, and azimuths of each angle.
-const SAMPLED: [usize; 3] = [512, 24, 16];
+const SAMPLED: [usize; 3] = [256, 16, 12];
 
 /// [`azimuthal_share`] of a soft map with lamps, by sums over views.
 fn sampled_share(map: &Shrm, lamps: &Lamps) -> f64 {

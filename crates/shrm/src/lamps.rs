@@ -26,7 +26,7 @@ pub struct Lamps {
     pub material: Material,
 }
 
-/// Light in the frame of a central direction.
+/// Light in the frame of a central direction, or of the world.
 pub(crate) struct LocalLight {
     pub(crate) direction: Direction,
     pub(crate) flux: [f64; 3],
@@ -51,9 +51,12 @@ impl Lamps {
 
     /// Their radiance toward a view in that frame.
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
+        let surface = self.material.centre().surface_frame(outgoing);
+        let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
+        let view = into_surface(outgoing);
         let mut sum = [0.0; 3];
         for light in lights {
-            let rho = self.material.rho_hat_about_centre(light.direction, outgoing);
+            let rho = self.material.rho_hat(into_surface(light.direction), view);
             (0..3).for_each(|channel| sum[channel] += light.flux[channel] * rho[channel]);
         }
         sum
@@ -63,8 +66,8 @@ impl Lamps {
     /// head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
         let views = plain_views(self.material.centre(), plain);
-        let profile = Profile::new(&self.material, &views);
-        let value = |texel: usize| self.mean(&profile, grid.direction(texel)).map(|value| value as f32);
+        let (profile, lights) = (Profile::new(&self.material, &views), self.fluxes());
+        let value = |texel: usize| profile.lit(&lights, grid.direction(texel)).map(|value| value as f32);
         (0..grid.len()).into_par_iter().map(value).collect()
     }
 
@@ -73,20 +76,14 @@ impl Lamps {
     pub(crate) fn ring(&self, theta: f64, grid: MapGrid) -> Vec<[f64; 3]> {
         let views: Vec<_> =
             graded(AZIMUTHS).map(|(phi, share)| (Direction::from_angles(theta, phi), share)).collect();
-        let profile = Profile::new(&self.material, &views);
-        (0..grid.len()).into_par_iter().map(|texel| self.mean(&profile, grid.direction(texel))).collect()
+        let (profile, lights) = (Profile::new(&self.material, &views), self.fluxes());
+        (0..grid.len()).into_par_iter().map(|texel| profile.lit(&lights, grid.direction(texel))).collect()
     }
 
-    /// The lights' radiance in the mean that a profile holds.
-    fn mean(&self, profile: &Profile, central: Direction) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for light in &self.lights {
-            let (cross, dot) =
-                (central.vector().cross(light.direction.vector()).length(), central.dot(light.direction));
-            let (rho, flux) = (profile.at(cross.atan2(dot)), light.flux());
-            (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
-        }
-        sum
+    /// The lights' directions and fluxes.
+    fn fluxes(&self) -> Vec<LocalLight> {
+        let light = |light: &Light| LocalLight { direction: light.direction, flux: light.flux() };
+        self.lights.iter().map(light).collect()
     }
 
     /// The look-up of a soft field with the lamps added; what a cut left below zero is black.
@@ -176,6 +173,17 @@ impl Profile {
         };
         let values = angles.par_iter().map(value).collect();
         Self { angles, values }
+    }
+
+    /// The lights' radiance in the mean, from a surface whose central direction is `central`.
+    fn lit(&self, lights: &[LocalLight], central: Direction) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for light in lights {
+            let cross = central.vector().cross(light.direction.vector()).length();
+            let rho = self.at(cross.atan2(central.dot(light.direction)));
+            (0..3).for_each(|channel| sum[channel] += light.flux[channel] * rho[channel]);
+        }
+        sum
     }
 
     fn at(&self, angle: f64) -> [f64; 3] {

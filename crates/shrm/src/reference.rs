@@ -29,7 +29,7 @@ use envmap::Environment;
 use rayon::prelude::*;
 use sh::Tolerance;
 use sh::f64x4::SimdLevel;
-use sphere::{DMat3, DVec3, Direction};
+use sphere::Direction;
 
 use crate::{MapGrid, View, frame};
 use lit_texels::{LitTexels, Span};
@@ -223,10 +223,9 @@ impl Reference {
     /// frame, is found once.
     fn integral(&self, at: &Central, outgoing: Direction, spans: &[Span]) -> [f64; 3] {
         let centre = self.material.centre();
-        let axis = |axis| centre.surface(Direction::from_unit(axis), outgoing)[0].vector();
-        let from_local = DMat3::from_cols(axis(DVec3::X), axis(DVec3::Y), axis(DVec3::Z));
+        let from_local = centre.surface_frame(outgoing);
         let to_surface = from_local * frame(at.direction).matrix().transpose();
-        let outgoing = centre.surface(Direction::Z, outgoing)[1];
+        let outgoing = Direction::normalised(from_local * outgoing.vector());
         let mut total = [0.0; 3];
         for &span in spans {
             for segment in self.texels.segments(span, at.column, 0) {
@@ -268,7 +267,7 @@ fn cap(material: &Material, eps: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use brdf::{KajiyaKay, Lambert, Microfacet, Phong};
-    use sphere::{Cube, LatLong};
+    use sphere::{Cube, DVec3, LatLong};
 
     fn environment(rows: usize, radiance: impl Fn(DVec3) -> [f64; 3]) -> Environment {
         let grid = LatLong::with_rows(rows);

@@ -28,8 +28,8 @@ const LIGHT_BYTES: usize = 28;
 /// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
 const RING: f64 = 0.1;
 
-/// Coefficients of a map with lamps that are fitted for one view: one to three seconds of one core.
-const FITTED: usize = 1 << 20;
+/// Coefficients of a map with lamps that are fitted for one view: about a second of one core.
+const FITTED: usize = 1 << 19;
 
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
