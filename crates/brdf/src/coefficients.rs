@@ -39,8 +39,8 @@ impl Centre {
         [incident, outgoing].map(|direction| Direction::normalised(surface * direction.vector()))
     }
 
-    /// The matrix that [`Centre::surface`] applies: from the local frame to that of the surface, which depends
-    /// on the outgoing direction alone.
+    /// The matrix that [`Centre::surface`] applies: from the local frame to that of the surface, which
+    /// depends on the outgoing direction alone.
     pub fn surface_frame(self, outgoing: Direction) -> DMat3 {
         let rows = match self {
             Self::Normal => return DMat3::IDENTITY,

@@ -44,6 +44,7 @@ mod microfacet;
 mod model;
 mod oren_nayar;
 mod parameter;
+mod part;
 mod phong;
 mod standard;
 #[cfg(test)]
@@ -58,6 +59,7 @@ pub use material::{LayersError, MODELS, Material};
 pub use model::{Model, ModelText};
 pub(crate) use parameter::colour;
 pub use parameter::{Absent, Parameter, ParameterError, Range, Value, ValueType, Values, WEIGHT};
+pub use part::Part;
 pub use standard::StandardParameters;
 
 macro_rules! reexport {

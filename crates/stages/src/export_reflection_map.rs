@@ -13,6 +13,9 @@
 //! looked up by the tangent, and the view is at a right angle to it). The build notes the share of the
 //! reflected energy that changes with the view and is lost; `export-shrm` keeps it.
 //!
+//! A material with a matte base under a highlight has no one direction to look a plain map up by: see Parts
+//! in `project-brdf` for a map of each.
+//!
 //! ## Lamps
 //!
 //! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the

@@ -60,8 +60,8 @@ const ANISOTROPIC: [Row; 2] = [
 /// Each row has three panels. The lobes are rho_hat(w_i, w_o) in the plane of incidence over the angle of the
 /// view, for light from four angles: the radiance toward the view for light whose beam has the irradiance 1,
 /// on a logarithmic scale. The albedo is that of [`brdf::albedo`], by the angle of the view. The ball is lit
-/// by a soft sky and a small lamp and integrated with 144 samples a pixel; light and exposure are the same for
-/// every material, and what is brighter than white is cut. The picture does not depend on the number of
+/// by a soft sky and a small lamp and integrated with 144 samples a pixel; light and exposure are the same
+/// for every material, and what is brighter than white is cut. The picture does not depend on the number of
 /// threads.
 ///
 /// # Example: a material that prefers no direction takes one row

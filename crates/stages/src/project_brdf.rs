@@ -46,6 +46,26 @@
 //! tried meet the tolerance, the best are kept with a warning, provided that they hold half of the energy.
 //! Otherwise the item fails, as it does if a value is not finite.
 //!
+//! ## Parts
+//!
+//! A material with a matte base has two centres: engines look the base up by the normal, the highlight by the
+//! reflection vector. Maps with coefficients for the view (`export-shrm`) hold both about the reflection
+//! vector. A plain map cannot: there the base shows the light of the wrong direction. `part = "diffuse"`
+//! takes the part about the normal alone (matte layers; of `standard` also sheen and what its facets reflect
+//! several times), `part = "specular"` the rest, each about its own centre. The sum of both is the material.
+//! A material that lacks the part is black there, so that a renderer can add both maps for all materials.
+//!
+//! ```toml
+//! [stage.diffuse]
+//! kind = "project-brdf"
+//! input = "material"
+//! part = "diffuse"
+//! ```
+//!
+//! With a stage for `part = "specular"`, a `convolve` after each and an `export-reflection-map` after those,
+//! there is a map for each part. A `report` compares that with one map for both. Models that are one formula
+//! (lafortune, ashikhmin-shirley, measured tables) belong to the specular part as a whole.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -54,9 +74,9 @@
 //! input = "material"
 //! ```
 
-use brdf::{Choice, Projection, project};
+use brdf::{Choice, Lambert, Material, Part, Projection, project};
 use containers::tensors::Brdf;
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Tolerance;
 
 use crate::artifacts;
@@ -64,9 +84,34 @@ use crate::choices::SHARE;
 use crate::degree_pair::DegreePair;
 use crate::share::share;
 
+choice! {
+    /// Which part of a material is projected.
+    pub(crate) enum PartName {
+        /// All of it.
+        All = "all",
+        /// What is taken about the normal.
+        Diffuse = "diffuse",
+        /// The rest.
+        Specular = "specular",
+    }
+}
+
+impl PartName {
+    /// That part of a material; `None` if it has no such part.
+    fn of(self, material: &Material) -> Option<Material> {
+        match self {
+            Self::All => Some(material.clone()),
+            Self::Diffuse => material.part(Part::Diffuse),
+            Self::Specular => material.part(Part::Specular),
+        }
+    }
+}
+
 parameters! {
     /// Parameters of `project-brdf`.
     pub(crate) struct Parameters {
+        /// Which part of the material is projected; see Parts.
+        part: PartName = PartName::All,
         /// The degrees [F, P]. Default: those that meet the tolerance, or without one those that `convolve`
         /// finds for each light.
         degree: Option<DegreePair> = None,
@@ -106,7 +151,7 @@ impl Kind for ProjectBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-brdf";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::PROJECTION];
     const TEXT: &'static str = include_str!("project_brdf.rs");
 
@@ -126,17 +171,24 @@ impl Kind for ProjectBrdf {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let material = context.get::<artifacts::Material>("material")?;
+        let material = &context.get::<artifacts::Material>("material")?.0;
+        let material = match parameters.part.of(material) {
+            Some(part) => part,
+            None => {
+                context.note(format!("{} has no such part: it is black", material.name()));
+                Material::Lambert(Lambert::new([0.0; 3])?)
+            }
+        };
         let choice = match (parameters.degree, parameters.tolerance) {
             (Some(DegreePair { f, p }), _) => Choice::Degree { f, p },
             (None, Some(tolerance)) => Choice::Tolerance(Tolerance::new(tolerance)?),
             (None, None) => Choice::Full,
         };
-        let projection = project(&material.0, choice)?;
+        let projection = project(&material, choice)?;
         if projection.anisotropic {
             context.warn(format!(
                 "{} is anisotropic; it is replaced by its mean over all turns about the normal",
-                material.0.name()
+                material.name()
             ));
         }
         if let Some(tolerance) = parameters.tolerance
@@ -158,7 +210,7 @@ impl Kind for ProjectBrdf {
         context.note(described(&projection));
         Output::artifact(artifacts::Brdf(Brdf {
             coefficients: projection.coefficients,
-            material: Some(material.0.clone()),
+            material: Some(material),
             for_light: choice == Choice::Full,
         }))
     }

@@ -34,6 +34,9 @@
 //! for renderers that can evaluate the material's BRDF; the advice then also names the best export for the
 //! others.
 //!
+//! A material with a matte base under a highlight also has a plain map of each part, the way engines look
+//! them up: see Parts in `project-brdf`.
+//!
 //! ## What is compared
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
@@ -64,6 +67,7 @@ mod sphere;
 mod study;
 mod truth;
 
+use std::borrow::Cow;
 use std::ops::Bound;
 use std::sync::Arc;
 
@@ -129,7 +133,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -190,7 +194,7 @@ impl Kind for ReportKind {
         // One pair after another: each uses all threads.
         let (mut pairs, mut pictures, mut figures): (Vec<PairFigures>, Vec<_>, Vec<_>) = Default::default();
         for (key, material) in &materials {
-            let studied = Studied::new(name(key, "material"), &material.0);
+            let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
             let first = pairs.len();
             for (environment_key, lit) in &lit {
                 context.check_cancelled()?;

@@ -12,6 +12,7 @@ use sphere::Direction;
 use super::lobe::Lobe;
 use super::model::{Model, ModelText};
 use super::parameter::{ParameterError, Values};
+use super::part::Part;
 use crate::clamped_cosine::ClampedCosine;
 use crate::coefficients::Centre;
 use crate::measured::Measured;
@@ -175,6 +176,22 @@ impl Material {
         }
     }
 
+    /// The sum of the layers, and parts of layers, that belong to a part; `None` if there are none. The sum
+    /// of both parts is the material.
+    pub fn part(&self, part: Part) -> Option<Self> {
+        let leaf = |leaf: &Self| match leaf {
+            Self::Standard(standard) => standard.parts().into_iter().map(Self::Standard).collect(),
+            other => vec![other.clone()],
+        };
+        let mut parts: Vec<Self> = self.leaves().into_iter().flat_map(leaf).collect();
+        parts.retain(|leaf| (leaf.centre() == Centre::Normal) == (part == Part::Diffuse));
+        match parts.len() {
+            0 => None,
+            1 => parts.pop(),
+            _ => Some(Self::Layers(parts)),
+        }
+    }
+
     /// rho_hat(w_i, w_o), the BRDF times the incident cosine, in 1/sr, RGB.
     ///
     /// Both directions are in the local frame whose +Z is the central direction ([`Material::centre`]); see
@@ -228,6 +245,35 @@ mod tests {
         assert_eq!(centre(vec![lambert(), phong()]), Centre::Reflection);
         let nested = Material::layers(vec![lambert(), lambert()]).unwrap();
         assert_eq!(centre(vec![nested, lambert()]), Centre::Normal);
+    }
+
+    #[test]
+    fn the_parts_of_a_material_sum_to_it() {
+        let plastic = Standard::new(crate::StandardParameters { sheen: [0.2; 3], ..Default::default() });
+        let whole = Material::layers(vec![
+            lambert(),
+            phong(),
+            Material::layers(vec![Material::Standard(plastic.unwrap()), lambert()]).unwrap(),
+        ])
+        .unwrap();
+        let [diffuse, specular] = [Part::Diffuse, Part::Specular].map(|part| whole.part(part).unwrap());
+        assert_eq!((diffuse.centre(), specular.centre()), (Centre::Normal, Centre::Reflection));
+        assert_eq!((diffuse.leaves().len(), specular.leaves().len()), (3, 2));
+        for k in 0..40 {
+            let incident = Direction::from_angles(0.05 * f64::from(k), 1.3 * f64::from(k));
+            let outgoing = Direction::from_angles(1.5 - 0.03 * f64::from(k), 0.2);
+            let [a, b, sum] =
+                [&diffuse, &specular, &whole].map(|material| material.rho_hat(incident, outgoing));
+            assert!(
+                (0..3).all(|c| (a[c] + b[c] - sum[c]).abs() <= 1e-13 * sum[c]),
+                "{k}: {a:?} {b:?} {sum:?}"
+            );
+        }
+        assert_eq!((lambert().part(Part::Specular), lambert().part(Part::Diffuse)), (None, Some(lambert())));
+        assert_eq!((hair().part(Part::Specular), hair().part(Part::Diffuse)), (Some(hair()), None));
+        // The parts of a part are itself.
+        assert_eq!(specular.part(Part::Specular), Some(specular.clone()));
+        assert_eq!(specular.part(Part::Diffuse), None);
     }
 
     /// Each layer is visited once: with two visits, 64 nested layers would never finish.

@@ -42,6 +42,7 @@ use super::facets::Half;
 use super::lobe::Lobe;
 use super::model::Model;
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Values, WEIGHT};
+use super::part::Part;
 use crate::coefficients::Centre;
 
 /// A share of light. Above 1 a material would make light.
@@ -143,19 +144,12 @@ impl StandardParameters {
     }
 }
 
-/// Which terms of the formula a value has.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
-    Whole,
-    Highlight,
-    Body,
-}
-
 /// The material of glTF 2.0, or one of its [parts](Standard::parts).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Standard {
     parameters: StandardParameters,
-    part: Part,
+    /// `None` for the whole.
+    part: Option<Part>,
     formula: Box<Formula>,
 }
 
@@ -189,12 +183,17 @@ impl Standard {
     /// If a parameter is out of the range that [`StandardParameters`] states.
     pub fn new(parameters: StandardParameters) -> Result<Self, ParameterError> {
         let parameters = parameters.checked()?;
-        Ok(Self { parameters, part: Part::Whole, formula: Box::new(Formula::new(&parameters)) })
+        Ok(Self { parameters, part: None, formula: Box::new(Formula::new(&parameters)) })
     }
 
     /// The material's parameters.
     pub fn parameters(&self) -> StandardParameters {
         self.parameters
+    }
+
+    /// Which part this is; `None` for the whole.
+    pub fn part(&self) -> Option<Part> {
+        self.part
     }
 
     /// The material as parts with a centre each, whose rho_hat sum to the whole's: the highlights of base and
@@ -203,13 +202,13 @@ impl Standard {
     ///
     /// A part has the parameters of the whole, from which [`Model::from_values`] makes the whole again.
     pub fn parts(&self) -> Vec<Self> {
-        if self.part != Part::Whole {
+        if self.part.is_some() {
             return vec![self.clone()];
         }
         let formula = &*self.formula;
         let black = [0.0; 3];
-        let highlight = Formula { sheen: black, multiple: black, diffuse: black, ..formula.clone() };
-        let body = Formula { f_0: black, f_90: 0.0, coat: 0.0, ..formula.clone() };
+        let specular = Formula { sheen: black, multiple: black, diffuse: black, ..formula.clone() };
+        let diffuse = Formula { f_0: black, f_90: 0.0, coat: 0.0, ..formula.clone() };
         let reflects = |formula: &Formula| {
             formula.f_90 > 0.0
                 || formula.coat > 0.0
@@ -218,10 +217,14 @@ impl Standard {
                     .iter()
                     .any(|value| *value > 0.0)
         };
-        [(Part::Highlight, highlight), (Part::Body, body)]
+        [(Part::Specular, specular), (Part::Diffuse, diffuse)]
             .into_iter()
             .filter(|(_, formula)| reflects(formula))
-            .map(|(part, formula)| Self { parameters: self.parameters, part, formula: Box::new(formula) })
+            .map(|(part, formula)| Self {
+                parameters: self.parameters,
+                part: Some(part),
+                formula: Box::new(formula),
+            })
             .collect()
     }
 }
@@ -352,7 +355,7 @@ impl Model for Standard {
     }
 
     fn centre(&self) -> Centre {
-        if self.part == Part::Body { Centre::Normal } else { Centre::Reflection }
+        if self.part == Some(Part::Diffuse) { Centre::Normal } else { Centre::Reflection }
     }
 
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
@@ -365,7 +368,7 @@ impl Model for Standard {
             false => 0.0,
         };
         let highlight = match self.part {
-            Part::Body => 0.0,
+            Some(Part::Diffuse) => 0.0,
             _ => of_light[1].min(of_view[1]) * half.ggx(formula.alpha2),
         };
         let sheen = match formula.has_sheen() {
@@ -411,9 +414,9 @@ impl Model for Standard {
         let highlights =
             highlights.into_iter().flatten().map(|roughness| Lobe::facets([roughness.powi(2); 2]));
         match self.part {
-            Part::Whole => highlights.chain([Lobe::Cosine]).collect(),
-            Part::Highlight => highlights.collect(),
-            Part::Body => vec![Lobe::Cosine],
+            None => highlights.chain([Lobe::Cosine]).collect(),
+            Some(Part::Specular) => highlights.collect(),
+            Some(Part::Diffuse) => vec![Lobe::Cosine],
         }
     }
 }

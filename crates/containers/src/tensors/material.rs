@@ -4,9 +4,10 @@
 //! model's name and its parameters by [`brdf::MODELS`], colours always three numbers. Of layers it is
 //! `{"model": "layers", "layers": [...]}`, of a table `{"model": "measured", "scale": [1.0, 1.0, 1.0],
 //! "table": 0}`, whose values are the tensor `table0` [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]);
-//! tables are numbered in the order of the layers.
+//! tables are numbered in the order of the layers. `"part": "diffuse"` or `"specular"` beside the parameters
+//! of `standard` says that the material is that part of it.
 
-use brdf::{MODELS, Material, Measured, Parameter, Value, ValueType, Values};
+use brdf::{MODELS, Material, Measured, Parameter, Part, Value, ValueType, Values};
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
@@ -15,6 +16,8 @@ use crate::error::{Error, ErrorKind};
 
 /// The entry of the metadata that holds the models.
 const KEY: &str = "material";
+/// The member of a `standard` model that is a part of one.
+const PART: &str = "part";
 const SHAPE: &str = "[n_h, n_d, n_phi, 3]";
 
 /// A material: models and parameters in the metadata, measured tables as `table0` [n_h, n_d, n_phi, 3] f32,
@@ -83,10 +86,22 @@ fn write(material: &Material, file: &mut Writer) -> Result<Json, Error> {
             file.tensor(format!("table{number}"), "F32", &[n_h, n_d, n_phi, 3]);
             object.insert("table".into(), number.into());
         }
+        Material::Standard(standard) => {
+            if let Some(part) = standard.part() {
+                object.insert(PART.into(), name_of(part).into());
+            }
+        }
         _ => {}
     }
     object.insert("model".into(), material.name().into());
     Ok(Json::Object(object))
+}
+
+fn name_of(part: Part) -> &'static str {
+    match part {
+        Part::Diffuse => "diffuse",
+        Part::Specular => "specular",
+    }
 }
 
 fn json_of(values: &Values) -> Json {
@@ -136,9 +151,11 @@ fn read(tree: &Json, file: &File<'_>, tables: &mut usize) -> Result<Material, Er
         _ => {
             let text = MODELS.iter().find(|model| model.name == name);
             let text = text.ok_or_else(|| wrong("a model of this version", tree))?;
-            let values = values(object, text.parameters, "model")?;
-            match Material::analytic(name, &values) {
-                Some(Ok(material)) => Ok(material),
+            let values = values(object, text.parameters, &["model", PART])?;
+            let material = Material::analytic(name, &values);
+            match material.map(|material| material.map(|whole| part_of(whole, object.get(PART)))) {
+                Some(Ok(Some(material))) => Ok(material),
+                Some(Ok(None)) => Err(wrong("`part` of a model that has it", tree)),
                 Some(Err(error)) => Err(Error::damaged(format!("metadata `material`: {name}: {error}"))),
                 None => Err(wrong("a model of this version", tree)),
             }
@@ -146,17 +163,26 @@ fn read(tree: &Json, file: &File<'_>, tables: &mut usize) -> Result<Material, Er
     }
 }
 
-/// The values of an object's members, `besides` one that is none of them.
-fn values(object: &Map<String, Json>, parameters: &[Parameter], besides: &str) -> Result<Values, Error> {
+/// The named part of a model, or the whole.
+fn part_of(whole: Material, name: Option<&Json>) -> Option<Material> {
+    let Some(name) = name else { return Some(whole) };
+    let part = [Part::Diffuse, Part::Specular].into_iter().find(|part| *name == name_of(*part))?;
+    whole
+        .part(part)
+        .filter(|material| matches!(material, Material::Standard(standard) if standard.part().is_some()))
+}
+
+/// The values of an object's members, `besides` some that are none of them.
+fn values(object: &Map<String, Json>, parameters: &[Parameter], besides: &[&str]) -> Result<Values, Error> {
     let mut values = Values::default();
-    for (key, json) in object.iter().filter(|(key, _)| *key != besides) {
+    for (key, json) in object.iter().filter(|(key, _)| !besides.contains(&key.as_str())) {
         let parameter = parameters.iter().find(|parameter| parameter.name == key);
         let value = parameter.and_then(|parameter| match parameter.value_type {
             ValueType::Number(_) => json.as_f64().map(Value::Number),
             ValueType::Colour(_) => colour(json).map(Value::Colour),
             ValueType::Records(inner) => {
                 let records = json.as_array()?.iter();
-                let records = records.map(|record| self::values(record.as_object()?, inner, "").ok());
+                let records = records.map(|record| self::values(record.as_object()?, inner, &[]).ok());
                 records.collect::<Option<_>>().map(Value::Records)
             }
         });
@@ -191,7 +217,7 @@ fn table(file: &File<'_>, name: &str) -> Result<Measured, Error> {
 
 #[cfg(test)]
 mod tests {
-    use brdf::{Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Phong};
+    use brdf::{Fresnel, Ggx, Lafortune, LafortuneLobe, Lambert, Phong, Standard, StandardParameters};
 
     use super::super::describe;
     use super::*;
@@ -227,6 +253,13 @@ mod tests {
             assert_eq!(decode_material(&bytes).unwrap(), material);
             assert_eq!(bytes, encode_material(&decode_material(&bytes).unwrap(), None).unwrap());
         }
+        let lacquer =
+            StandardParameters { base_color: [0.5, 0.1, 0.1], sheen: [0.1; 3], ..Default::default() };
+        let lacquer = Material::Standard(Standard::new(lacquer).unwrap());
+        for part in [Part::Diffuse, Part::Specular] {
+            let material = lacquer.part(part).unwrap();
+            assert_eq!(decode_material(&encode_material(&material, None).unwrap()).unwrap(), material);
+        }
         assert!(encode_material(&Material::Layers(Vec::new()), None).is_err());
     }
 
@@ -249,6 +282,10 @@ mod tests {
             file.metadata.insert(KEY, tree.to_string());
             decode_material(&file.finish()).unwrap_err().to_string()
         };
+        let standard = Material::Standard(Standard::new(StandardParameters::default()).unwrap());
+        let written = describe(&encode_material(&standard, None).unwrap()).unwrap().metadata;
+        let mut matte: Json = serde_json::from_str(&written["material"]).unwrap();
+        matte["part"] = "matte".into();
         for (tree, expected) in [
             (json!(3), "expected a model, found 3"),
             (json!({ "model": "fong" }), "expected a model of this version"),
@@ -256,6 +293,11 @@ mod tests {
             (json!({ "model": "phong", "exponent": -1, "specular": [1, 1, 1] }), "exponent: -1 is not"),
             (json!({ "model": "phong", "exponent": "a" }), "`exponent` = \"a\" is not a parameter"),
             (json!({ "model": "phong", "albedo": 1 }), "`albedo` = 1 is not a parameter"),
+            (
+                json!({ "model": "phong", "exponent": 1, "specular": [1, 1, 1], "part": "specular" }),
+                "expected `part`",
+            ),
+            (matte, "expected `part`"),
             (json!({ "model": "layers", "layers": [] }), "there is no layer"),
             (json!({ "model": "layers" }), "expected layers"),
             (json!({ "model": "measured", "scale": [1, 1, 1], "table": 1 }), "expected table 0"),

@@ -220,7 +220,7 @@ fn named(candidate: &Candidate<'_>, several: bool) -> String {
     let (title, size) = (candidate.method.title(), size(candidate.bytes));
     let all = if several { " in all" } else { "" };
     match (candidate.method, candidate.p) {
-        (Method::ReflectionMap, _) => format!("{title} ({size}{all})"),
+        (Method::ReflectionMap | Method::PartMaps, _) => format!("{title} ({size}{all})"),
         (_, [least, most]) if least < most => format!("{title} (P = {least} to {most}, {size}{all})"),
         (_, [p, _]) => format!("{title} (P = {p}, {size}{all})"),
     }
@@ -264,7 +264,8 @@ mod tests {
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.
     fn exports(p95: &[f64]) -> Vec<Export> {
         let of = |(method, (p95, bytes)): (Method, (&f64, u64))| export(method, *p95, bytes);
-        Method::ALL.into_iter().zip(p95.iter().zip([1, 16, 12, 60, 9])).map(of).collect()
+        let methods = Method::ALL.into_iter().filter(|method| *method != Method::PartMaps);
+        methods.zip(p95.iter().zip([1, 16, 12, 60, 9])).map(of).collect()
     }
 
     fn pair(environment: &str, p95: &[f64], tried: Vec<Trial>) -> PairFigures {

@@ -91,7 +91,8 @@ pub(crate) struct PairFigures {
     pub(crate) lamps: usize,
     /// Whether its degrees were chosen for this light; otherwise they were given.
     pub(crate) for_light: bool,
-    /// In the order of [`Method::ALL`]; [`Method::ShrmSeparate`] only if there are lamps.
+    /// In the order of [`Method::ALL`]; [`Method::ShrmSeparate`] only if there are lamps, and
+    /// [`Method::PartMaps`] only of a material of two parts.
     pub(crate) exports: Vec<Export>,
     /// What else was measured, because no export is good or given degrees show.
     pub(crate) tried: Vec<Trial>,
@@ -104,6 +105,8 @@ pub(crate) struct PairFigures {
 pub(crate) enum Method {
     /// One reflection map, `export-reflection-map`.
     ReflectionMap,
+    /// A reflection map of each part, for a material that has both: the diffuse one looked up by the normal.
+    PartMaps,
     /// The 3D texture, `export-kautz-mccool`.
     KautzMccool,
     /// Twelve view maps, `export-cabral`.
@@ -116,13 +119,20 @@ pub(crate) enum Method {
 
 impl Method {
     /// From the plainest to the most exact.
-    pub(crate) const ALL: [Self; 5] =
-        [Self::ReflectionMap, Self::KautzMccool, Self::Cabral, Self::Shrm, Self::ShrmSeparate];
+    pub(crate) const ALL: [Self; 6] = [
+        Self::ReflectionMap,
+        Self::PartMaps,
+        Self::KautzMccool,
+        Self::Cabral,
+        Self::Shrm,
+        Self::ShrmSeparate,
+    ];
 
     /// The name in headings.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::ReflectionMap => "Plain map",
+            Self::PartMaps => "Plain map of each part",
             Self::KautzMccool => "Kautz-McCool",
             Self::Cabral => "Cabral",
             Self::Shrm => "SHRM",
@@ -134,6 +144,7 @@ impl Method {
     pub(crate) fn kind(self) -> &'static str {
         match self {
             Self::ReflectionMap => "export-reflection-map",
+            Self::PartMaps => "export-reflection-map after project-brdf, part = \"diffuse\" and \"specular\"",
             Self::KautzMccool => "export-kautz-mccool",
             Self::Cabral => "export-cabral",
             Self::Shrm => "export-shrm",

@@ -155,7 +155,7 @@ fn figures(page: &mut Page, export: &Export, limits: &Limits) {
     }
     page.put(format_args!("<span class=\"size\">RMS {}</span>", percent(errors.rms)));
     let degrees = match export.method {
-        Method::ReflectionMap => format!("F = {}", export.f),
+        Method::ReflectionMap | Method::PartMaps => format!("F = {}", export.f),
         _ => format!("F = {}, P = {}", export.f, export.p),
     };
     page.put(format_args!("<span class=\"size\">{degrees} · {}</span>", size(export.bytes)));
@@ -288,6 +288,7 @@ fn terms(page: &mut Page, report: &Report) {
         r#"<h2 id="terms">Terms</h2>
 <dl>
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
+<dt>Plain map of each part</dt><dd>Two such maps, which a renderer adds: that of the matte part, looked up by the normal, and that of the highlight, looked up by the reflection vector.</dd>
 <dt>Kautz-McCool</dt><dd>A 3D texture, looked up by a direction and by the angle between it and the view. It does not hold what changes around the direction.</dd>
 <dt>Cabral</dt><dd>Twelve maps for the views at the vertices of an icosahedron, blended between them.</dd>
 <dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so for some pixels and measures these alone.</dd>

@@ -1,8 +1,9 @@
 //! Measures pairs of a material and an environment: calls the kernels and fills the figures.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 
-use brdf::{BrdfCoefficients, Choice, project};
+use brdf::{BrdfCoefficients, Choice, Part, project};
 use engine::{Context, Failure};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
@@ -68,20 +69,29 @@ impl<'a> Lit<'a> {
 /// A material, and what is made from it once.
 pub(crate) struct Studied<'a> {
     pub(crate) name: String,
-    pub(crate) material: &'a brdf::Material,
+    pub(crate) material: Cow<'a, brdf::Material>,
+    /// The diffuse and the specular part, of a material that has both.
+    parts: OnceCell<Option<Box<[Studied<'static>; 2]>>>,
     full: OnceCell<BrdfCoefficients>,
     /// Of degrees that the report's parameters give.
     given: OnceCell<BrdfCoefficients>,
 }
 
 impl<'a> Studied<'a> {
-    pub(crate) fn new(name: String, material: &'a brdf::Material) -> Self {
-        Self { name, material, full: OnceCell::new(), given: OnceCell::new() }
+    pub(crate) fn new(name: String, material: Cow<'a, brdf::Material>) -> Self {
+        Self { name, material, parts: OnceCell::new(), full: OnceCell::new(), given: OnceCell::new() }
+    }
+
+    /// The diffuse and the specular part, of a material that has both.
+    fn parts(&self) -> Option<&[Studied<'static>; 2]> {
+        let part = |part| Some(Studied::new(self.name.clone(), Cow::Owned(self.material.part(part)?)));
+        let parts = || Some(Box::new([part(Part::Diffuse)?, part(Part::Specular)?]));
+        self.parts.get_or_init(parts).as_deref()
     }
 
     /// The coefficients that `project-brdf` makes by default.
     fn full(&self) -> Result<&BrdfCoefficients, Failure> {
-        projected(&self.full, self.material, Choice::Full)
+        projected(&self.full, &self.material, Choice::Full)
     }
 }
 
@@ -104,9 +114,9 @@ pub(crate) fn reflection(
     choice: Option<Choice>,
 ) -> Result<Reflection, Failure> {
     Ok(match choice {
-        None => Reflection::for_light(lit.full()?, material.full()?, material.material).0,
+        None => Reflection::for_light(lit.full()?, material.full()?, &material.material).0,
         Some(choice) => {
-            let brdf = projected(&material.given, material.material, choice)?;
+            let brdf = projected(&material.given, &material.material, choice)?;
             Reflection::convolve(&lit.full()?.whole(), brdf)
         }
     })
@@ -129,7 +139,12 @@ pub(crate) fn pair(
         if method == Method::ShrmSeparate && reflection.lamps().is_none() {
             continue;
         }
-        let (export, values) = scene.measure(method, reflection, &soft, settings.resolution)?;
+        let made = match (method, material.parts()) {
+            (Method::PartMaps, None) => continue,
+            (Method::PartMaps, Some(parts)) => scene.part_maps(lit, parts, settings)?,
+            _ => scene.measure(method, reflection, &soft, settings.resolution)?,
+        };
+        let (export, values) = made;
         let lattice = Lattice { step: export.step };
         pictures.exports.push(scene.shown_on(lattice, &values, lit.exposure));
         exports.push(export);
@@ -173,7 +188,7 @@ impl<'a> Scene<'a> {
     ) -> Result<Self, Failure> {
         let sphere = Sphere::new(settings.sphere);
         let central = sphere.central(reflection.brdf().centre());
-        let (summed, view) = (lit.split.reflected_by(material.material)?, Sphere::view());
+        let (summed, view) = (lit.split.reflected_by(&material.material)?, Sphere::view());
         let mut truth = vec![[0.0_f32; 3]; central.len()];
         for (pixels, central) in truth.chunks_mut(BAND).zip(central.chunks(BAND)) {
             context.check_cancelled()?;
@@ -204,6 +219,43 @@ impl<'a> Scene<'a> {
         Ok(reflection.synthesise(MapGrid::Cube(Cube { edge }), View::Local)?)
     }
 
+    /// What the readers of a plain map see, who look it up by these directions.
+    fn plain(
+        &self,
+        reflection: &Reflection,
+        central: &[Direction],
+        grid: MapGrid,
+    ) -> Result<Vec<[f32; 3]>, Failure> {
+        let texels = export_reflection_map::texels(reflection, Plain::Mean, grid)?;
+        let look = |central: &Direction| grid.taps(*central).blend(&texels).map(|value| value as f32);
+        Ok(central.par_iter().map(look).collect())
+    }
+
+    /// A plain map of each part, as the stages make them by default, and what readers see who add both.
+    fn part_maps(
+        &self,
+        lit: &Lit<'_>,
+        parts: &[Studied<'static>],
+        settings: &Settings,
+    ) -> Result<(Export, Vec<[f32; 3]>), Failure> {
+        let edge = settings.resolution;
+        let grid = MapGrid::Cube(Cube { edge });
+        let (mut values, mut f) = (vec![[0.0_f32; 3]; self.central.len()], 0);
+        for part in parts {
+            self.context.check_cancelled()?;
+            let reflection = reflection(lit, part, None)?;
+            f = f.max(reflection.brdf().f().get());
+            let seen = self.plain(&reflection, &self.sphere.central(part.material.centre()), grid)?;
+            for (value, seen) in values.iter_mut().zip(seen) {
+                (0..3).for_each(|channel| value[channel] += seen[channel]);
+            }
+        }
+        let errors = self.sphere.errors(&values, &self.truth, self.dark, Lattice::ALL);
+        let (count, texture) = (parts.len(), format!("{} × 6 faces of {edge} × {edge}", parts.len()));
+        let bytes = (8 * count * grid.len()) as u64;
+        Ok((Export { method: Method::PartMaps, errors, f, p: 0, bytes, texture, step: 1 }, values))
+    }
+
     /// One export, and what its readers see; `soft` is the reflection's map without lamps.
     fn measure(
         &self,
@@ -223,11 +275,9 @@ impl<'a> Scene<'a> {
         };
         let (mut p, mut lattice) = (reflection.brdf().p().get(), Lattice::ALL);
         let (values, (bytes, texture)) = match method {
-            Method::ReflectionMap => {
+            Method::ReflectionMap | Method::PartMaps => {
                 p = 0;
-                let texels = export_reflection_map::texels(reflection, Plain::Mean, grid)?;
-                let values = self.look(|c| grid.taps(c).blend(&texels).map(|value| value as f32));
-                (values, (8 * grid.len(), faces))
+                (self.plain(reflection, &self.central, grid)?, (8 * grid.len(), faces))
             }
             Method::KautzMccool => {
                 // Slices of a 3D texture are lat-long images, as dense at the equator as the cubes.

@@ -39,6 +39,31 @@ fn the_material_travels_with_more_than_enough_degrees() {
     assert!(!fixed.artifact::<Brdf>().0.for_light);
 }
 
+/// A part has the coefficients that its layers have alone, and travels as the material.
+#[test]
+fn a_part_is_projected_about_its_own_centre() {
+    let lacquer = brdf::Material::layers(vec![lambert(0.5), phong(32.0)]).unwrap();
+    let part = |material: &brdf::Material, parameters: &str| {
+        case("project-brdf", parameters).input("material", Material(material.clone())).run().unwrap()
+    };
+    for (name, alone) in [("diffuse", lambert(0.5)), ("specular", phong(32.0))] {
+        for degree in ["", "degree = [7, 0]\n"] {
+            let found = part(&lacquer, &format!("{degree}part = \"{name}\"")).artifact::<Brdf>();
+            assert_eq!(*found, *part(&alone, degree).artifact::<Brdf>(), "{name} {degree}");
+        }
+    }
+    // The parts of `standard` are not materials of files, but they travel as such.
+    let plastic = brdf::StandardParameters { base_color: [0.8, 0.2, 0.1], ..Default::default() };
+    let plastic = brdf::Material::Standard(brdf::Standard::new(plastic).unwrap());
+    let found = part(&plastic, "part = \"diffuse\"").artifact::<Brdf>();
+    assert_eq!(found.0.coefficients.centre(), brdf::Centre::Normal);
+    assert_eq!(found.0.material, plastic.part(brdf::Part::Diffuse));
+
+    let ran = part(&phong(32.0), "part = \"diffuse\"");
+    assert!(ran.artifact::<Brdf>().0.coefficients.rho().iter().all(|rho| *rho == [0.0; 3]));
+    assert!(ran.notes[0].contains("phong has no such part: it is black"), "{:?}", ran.notes);
+}
+
 /// The remedy that the warning names was tried: with it there is no warning, and the error is the one that
 /// the warning states.
 #[test]

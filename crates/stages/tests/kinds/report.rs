@@ -173,6 +173,22 @@ fn under_a_sun_lights_beside_the_map_are_advised() {
     assert!(pair["advice"]["why"].as_str().unwrap().contains("For one that only looks maps up, "));
 }
 
+/// A plain map about R shows the light of the mirror direction on the matte base; a map of each part is exact
+/// here, because phong and lambert are the same from every view about their own centres.
+#[test]
+fn a_map_of_each_part_is_right_where_one_map_is_not() {
+    let lacquer = brdf::Material::layers(vec![lambert(0.6), phong(20.0)]).unwrap();
+    let case = with_material(with_sun(case("report", SMALL)), "lacquer", lacquer);
+    let case = with_material(case, "chalk", lambert(0.6));
+    let (json, page) = report(&case);
+    check_page(&page);
+    let [lacquer, chalk] = [0, 1].map(|index| &json["pairs"][index]);
+    let [one, each] = ["reflection-map", "part-maps"].map(|method| stops(export(lacquer, method))[0]);
+    assert!(each < 0.2 && one > 1.0, "{each} {one}");
+    assert_eq!(export(lacquer, "part-maps")["bytes"].as_u64(), Some(2 * 8 * 6 * 12 * 12));
+    assert!(chalk["exports"].as_array().unwrap().iter().all(|export| export["method"] != "part-maps"));
+}
+
 /// Low degrees ring around a sun. RMS hardly shows it, stops and the share of negative samples do, and what
 /// the report then advises it has measured.
 #[test]
