@@ -7,7 +7,7 @@
 //! groups' centres move to the mean of their pixels' directions, weighted by flux, and weaker ones within
 //! [`REACH`] of a stronger one join it ([`ROUNDS`] times). A light's radius is that of the disk with the
 //! spread of its pixels. Groups with little flux ([`LEAST`]) ring so little that their pixels stay in the
-//! image; of very many lights the strongest are kept.
+//! image. If large lamps become more than [`MOST`] lights, groups reach farther.
 //!
 //! The soft image and the lights together have the integral of the environment.
 
@@ -34,8 +34,14 @@ const ROUNDS: usize = 4;
 /// The least flux of a light, in sr times the mean radiance over the sphere.
 const LEAST: f64 = 0.02;
 
+/// The share of [`LEAST`] from which a group may be a piece of a large lamp.
+const PIECE: f64 = 0.25;
+
 /// The most lights: a renderer that adds them up visits each at every pixel.
-const MOST: usize = 128;
+const MOST: usize = 64;
+
+/// By this factor groups reach farther if there are more.
+const FARTHER: f64 = 1.25;
 
 /// An environment in two parts.
 #[derive(Clone, Debug)]
@@ -61,9 +67,9 @@ struct Group {
     pixels: Vec<Excess>,
 }
 
-/// Bright pixels, the brightest first, as groups about centres that are at least [`REACH`] apart.
-fn grouped(bright: &[Excess]) -> Vec<Group> {
-    let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < REACH.cos());
+/// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians.
+fn grouped(bright: &[Excess], reach: f64) -> Vec<Group> {
+    let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < reach.cos());
     let mut centres: Vec<DVec3> = Vec::new();
     for excess in bright {
         if far(&centres, excess.direction) {
@@ -100,11 +106,18 @@ fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
 impl Environment {
     /// Takes the suns and lamps out of the image.
     pub fn separate_lamps(&self) -> Separated {
-        let mut groups = grouped(&self.bright());
-        let least = LEAST * self.mean();
+        let (bright, least) = (self.bright(), LEAST * self.mean());
+        let (mut reach, mut groups) = (REACH, Vec::new());
+        while reach < std::f64::consts::PI {
+            groups = grouped(&bright, reach);
+            // The pieces of a large lamp may be weak: counted too, they grow with the reach.
+            if groups.iter().filter(|group| mean(group.flux()) >= PIECE * least).count() <= MOST {
+                break;
+            }
+            reach *= FARTHER;
+        }
         groups.retain(|group| mean(group.flux()) >= least);
         groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
-        groups.truncate(MOST);
 
         let threshold = BRIGHTER * self.mean();
         let mut pixels = self.pixels().to_vec();
@@ -222,6 +235,21 @@ mod tests {
         let Separated { lights, .. } = lit.separate_lamps();
         assert!((5..60).contains(&lights.len()), "{}", lights.len());
         assert!(lights.iter().all(|light| light.direction.dot(lamp) > 0.15_f64.cos()));
+    }
+
+    /// However large it is: but for a corner or two, no part of a lamp stays in the image beside parts that
+    /// do not.
+    #[test]
+    fn a_ceiling_of_light_is_taken_out_whole() {
+        let lit = sky(256, |d| {
+            let (v, panel) = (d.vector(), |x: f64| x.abs() < 0.35);
+            if v.z > 0.5 && panel(v.x) && panel(v.y) { [30.0; 3] } else { [0.1; 3] }
+        });
+        let Separated { soft, lights } = lit.separate_lamps();
+        assert!((20..=MOST).contains(&lights.len()), "{}", lights.len());
+        let [before, left] =
+            [&lit, &soft].map(|image| image.pixels().iter().filter(|p| p[0] == 30.0).count());
+        assert!(before > 1000 && left < before / 100, "{left} of {before}");
     }
 
     #[test]

@@ -36,7 +36,16 @@ impl Lamps {
     /// The radiance of the lights alone toward `view`, in the world's frame, from a surface whose central
     /// direction is `central`.
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
-        self.seen(&self.about(central), into_frame(central, view))
+        let (into_local, outgoing) = (frame(central).matrix().transpose(), into_frame(central, view));
+        let surface = self.material.centre().surface_frame(outgoing);
+        let (into_surface, view) = (surface * into_local, Direction::normalised(surface * outgoing.vector()));
+        let mut sum = [0.0; 3];
+        for light in &self.lights {
+            let incident = Direction::normalised(into_surface * light.direction.vector());
+            let (rho, flux) = (self.material.rho_hat(incident, view), light.flux());
+            (0..3).for_each(|channel| sum[channel] += flux[channel] * rho[channel]);
+        }
+        sum
     }
 
     /// The lights in the frame of a central direction.
@@ -152,11 +161,17 @@ fn normalised(rows: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     rows.into_iter().map(|(theta, weight)| (theta, weight / sum)).collect()
 }
 
-/// The mean of rho_hat over some views, by the angle between light and central direction.
+/// The mean of rho_hat over some views, by the angle between light and central direction: linear between
+/// nodes in the sine of half that angle, which is half the distance of both.
 struct Profile {
-    angles: Vec<f64>,
+    sines: Vec<f64>,
     values: Vec<[f64; 3]>,
+    /// The last node at or before k / [`BUCKETS`], squared.
+    before: Vec<usize>,
 }
+
+/// Parts of the square root of the sine, each of which has a node or two.
+const BUCKETS: usize = 1024;
 
 impl Profile {
     /// For views of half a turn of azimuths: the other half is its mirror image.
@@ -172,22 +187,29 @@ impl Profile {
             sum
         };
         let values = angles.par_iter().map(value).collect();
-        Self { angles, values }
+        let sines: Vec<f64> = angles.iter().map(|angle| (angle / 2.0).sin()).collect();
+        let bucket = |k: usize| (k as f64 / BUCKETS as f64).powi(2);
+        let before = (0..=BUCKETS).map(|k| sines.partition_point(|sine| *sine <= bucket(k)) - 1).collect();
+        Self { sines, values, before }
     }
 
     /// The lights' radiance in the mean, from a surface whose central direction is `central`.
     fn lit(&self, lights: &[LocalLight], central: Direction) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for light in lights {
-            let cross = central.vector().cross(light.direction.vector()).length();
-            let rho = self.at(cross.atan2(central.dot(light.direction)));
+            let rho = self.at(0.5 * central.vector().distance(light.direction.vector()));
             (0..3).for_each(|channel| sum[channel] += light.flux[channel] * rho[channel]);
         }
         sum
     }
 
-    fn at(&self, angle: f64) -> [f64; 3] {
-        let (k, share) = place(&self.angles, angle);
+    fn at(&self, sine: f64) -> [f64; 3] {
+        let mut k = self.before[((sine.sqrt() * BUCKETS as f64) as usize).min(BUCKETS)];
+        while k + 2 < self.sines.len() && self.sines[k + 1] <= sine {
+            k += 1;
+        }
+        k = k.min(self.sines.len() - 2);
+        let share = ((sine - self.sines[k]) / (self.sines[k + 1] - self.sines[k])).clamp(0.0, 1.0);
         let [a, b] = [self.values[k], self.values[k + 1]];
         std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
     }
