@@ -20,6 +20,7 @@
 
 mod lit_texels;
 mod lobes;
+mod tree;
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -33,6 +34,8 @@ use sphere::Direction;
 
 use crate::{MapGrid, View, frame};
 use lit_texels::{LitTexels, Span};
+pub use tree::LightTree;
+
 use lobes::{Gaussian, Lobe, Power, Sum, Weight, WholePower};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own

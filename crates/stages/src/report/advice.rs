@@ -273,8 +273,6 @@ mod tests {
         PairFigures {
             environment: environment.into(),
             material: "satin".into(),
-            rendered: [2, 1],
-            bright: 0,
             f: 30,
             p: 8,
             lamps: p95.len() - 4,

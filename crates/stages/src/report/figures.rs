@@ -23,8 +23,6 @@ pub(crate) struct Settings {
     pub(crate) resolution: usize,
     /// Pixels along the edge of a picture of the sphere.
     pub(crate) sphere: usize,
-    /// The most rows of an environment, without its bright texels, under which everything was rendered.
-    pub(crate) reference_rows: usize,
     /// The factor by which the second row of differences is amplified.
     pub(crate) amplify: f64,
 }
@@ -80,10 +78,6 @@ pub(crate) struct MaterialFigures {
 pub(crate) struct PairFigures {
     pub(crate) environment: String,
     pub(crate) material: String,
-    /// The grid of the environment that was added up, without its bright texels: columns and rows.
-    pub(crate) rendered: [usize; 2],
-    /// The bright texels, which were added one by one.
-    pub(crate) bright: usize,
     /// The degrees of the reflection.
     pub(crate) f: usize,
     pub(crate) p: usize,

@@ -50,7 +50,7 @@ pub(crate) fn page(
         card(&mut page, report, index, pair, pictures)?;
     }
     sizes(&mut page, report);
-    terms(&mut page, report);
+    terms(&mut page);
     page.line("</body></html>");
     Ok(page.0)
 }
@@ -219,28 +219,10 @@ fn card(
         lamps => format!("{lamps} lamps beside the coefficients"),
     };
     page.put(format_args!(
-        "<p class=\"small soft\">F = {} and P = {}, {degrees}; {lamps}. The ground truth adds up {} bright texels one by \
-         one, and the rest of the environment at {} × {} pixels.{}</p>\n</section>\n",
-        pair.f,
-        pair.p,
-        pair.bright,
-        pair.rendered[0],
-        pair.rendered[1],
-        too_coarse(pair)
+        "<p class=\"small soft\">F = {} and P = {}, {degrees}; {lamps}.</p>\n</section>\n",
+        pair.f, pair.p,
     ));
     Ok(())
-}
-
-/// A warning, if the ground truth has fewer rows than the reflection has degrees.
-fn too_coarse(pair: &PairFigures) -> String {
-    let rows = 2 * (pair.f + 1);
-    if !pair.for_light || pair.rendered[1] >= rows {
-        return String::new();
-    }
-    format!(
-        " This reflection has detail finer than that, which counts as an error here: set reference-rows = {}.",
-        rows.next_multiple_of(16).min(512)
-    )
 }
 
 /// The textures and sizes of each export of a pair.
@@ -283,8 +265,8 @@ fn sizes(page: &mut Page, report: &Report) {
 }
 
 /// Explains the terms that a reader may not know.
-fn terms(page: &mut Page, report: &Report) {
-    page.put(format_args!(
+fn terms(page: &mut Page) {
+    page.line(
         r#"<h2 id="terms">Terms</h2>
 <dl>
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
@@ -297,9 +279,7 @@ fn terms(page: &mut Page, report: &Report) {
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>
 <dt>Negative</dt><dd>The share of samples below -e / 10, which a renderer shows as black. They come from rings around highlights where a series is cut.</dd>
 <dt>RMS</dt><dd>The root of the mean squared difference of radiance, divided by the root of the mean squared radiance of the truth. The brightest pixels decide it: rings and dark places hardly count.</dd>
-<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel. Texels of more than ten times the mean radiance are added one by one; the rest is first averaged to at most {} rows.</dd>
-</dl>
-"#,
-        report.settings.reference_rows
-    ));
+<dt>Ground truth</dt><dd>The sum over all light of the environment for each pixel, by the material's own BRDF, to about 0.01 stops. Where the reflection is smooth, blocks of texels are added as one.</dd>
+</dl>"#,
+    );
 }

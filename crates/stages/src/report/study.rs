@@ -10,14 +10,14 @@ use rayon::prelude::*;
 use sh::{Degree, Lighting};
 use shrm::MOST_P;
 use shrm::degrees::DARK;
-use shrm::{Cabral, KautzMcCool, MapGrid, Plain, Reflection, Shrm, Terms, View};
+use shrm::reference::LightTree;
+use shrm::{Cabral, KautzMcCool, Lamps, MapGrid, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
 
 use crate::report::advice::{self, best};
 use crate::report::figures::{Change, Export, Method, PairFigures, Settings, Trial};
 use crate::report::page::Pictures;
 use crate::report::sphere::{Lattice, Sphere};
-use crate::report::truth::{SplitEnvironment, mean};
 use crate::{export_reflection_map, project_sh};
 
 /// The angles of a Kautz-McCool texture, as `export-kautz-mccool` has them by default.
@@ -29,11 +29,14 @@ const LIGHT_BYTES: usize = 28;
 /// Errors in stops of 95 of 100 samples above this show a ring beside a highlight.
 const RING: f64 = 0.1;
 
-/// Coefficients of a map with lamps that are fitted for one view: about a second of one core.
-const FITTED: usize = 1 << 19;
+/// Coefficients of a map with lamps that are fitted for one view: about half a second of one core.
+const FITTED: usize = 1 << 18;
 
 /// Pixels between two checks for cancellation.
 const BAND: usize = 512;
+
+/// The error of the ground truth: about 0.01 stops.
+const TRUTH: f64 = 0.005;
 
 /// An environment, and what is made from it once.
 pub(crate) struct Lit<'a> {
@@ -41,19 +44,18 @@ pub(crate) struct Lit<'a> {
     pub(crate) environment: &'a Environment,
     /// Stops.
     exposure: f64,
-    split: SplitEnvironment,
+    tree: LightTree,
+    /// The radiance below which black is black.
+    dark: f64,
     full: OnceCell<Lighting>,
 }
 
 impl<'a> Lit<'a> {
-    pub(crate) fn new(
-        name: String,
-        environment: &'a Environment,
-        exposure: f64,
-        rows: usize,
-    ) -> Result<Self, Failure> {
-        let split = SplitEnvironment::new(environment, rows)?;
-        Ok(Self { name, environment, exposure, split, full: OnceCell::new() })
+    pub(crate) fn new(name: String, environment: &'a Environment, exposure: f64) -> Self {
+        let tree = LightTree::new(environment);
+        // Over the sphere and the three channels.
+        let mean = environment.integral().iter().sum::<f64>() / (12.0 * std::f64::consts::PI);
+        Self { name, environment, exposure, tree, dark: DARK * mean, full: OnceCell::new() }
     }
 
     /// The lighting that `project-sh` makes by default.
@@ -122,6 +124,17 @@ pub(crate) fn reflection(
     })
 }
 
+/// The reflection of a part of a material, cut as that of the whole.
+fn of_part(lit: &Lit<'_>, part: &Studied<'_>, whole: &BrdfCoefficients) -> Result<Reflection, Failure> {
+    let (light, brdf) = (lit.full()?, part.full()?.cut_to(whole.f(), whole.p()));
+    let field = Reflection::convolve(&light.series.to_degree(brdf.f()), &brdf).marked_for_light();
+    Ok(if light.lights.is_empty() {
+        field
+    } else {
+        field.with_lamps(Lamps { lights: light.lights.clone(), material: part.material.clone().into_owned() })
+    })
+}
+
 /// Renders a material under an environment in every way. `is_default` says that `reflection` is what the
 /// stages make by default.
 pub(crate) fn pair(
@@ -141,7 +154,7 @@ pub(crate) fn pair(
         }
         let made = match (method, material.parts()) {
             (Method::PartMaps, None) => continue,
-            (Method::PartMaps, Some(parts)) => scene.part_maps(lit, parts, settings)?,
+            (Method::PartMaps, Some(parts)) => scene.part_maps(lit, parts, reflection, settings)?,
             _ => scene.measure(method, reflection, &soft, settings.resolution)?,
         };
         let (export, values) = made;
@@ -150,14 +163,11 @@ pub(crate) fn pair(
         exports.push(export);
     }
     let tried = scene.trials(lit, material, (reflection, is_default), &exports, settings)?;
-    let grid = lit.split.grid();
     let degrees = [reflection.brdf().f().get(), reflection.brdf().p().get()];
     let given = (!reflection.is_for_light()).then_some(degrees);
     let figures = PairFigures {
         environment: lit.name.clone(),
         material: material.name.clone(),
-        rendered: [grid.width, grid.height],
-        bright: lit.split.bright(),
         f: degrees[0],
         p: degrees[1],
         lamps: reflection.lamps().map_or(0, |lamps| lamps.lights.len()),
@@ -188,14 +198,16 @@ impl<'a> Scene<'a> {
     ) -> Result<Self, Failure> {
         let sphere = Sphere::new(settings.sphere);
         let central = sphere.central(reflection.brdf().centre());
-        let (summed, view) = (lit.split.reflected_by(&material.material)?, Sphere::view());
-        let mut truth = vec![[0.0_f32; 3]; central.len()];
+        let (tree, material, view) = (&lit.tree, &material.material, Sphere::view());
+        let (dark, mut truth) = (lit.dark, vec![[0.0_f32; 3]; central.len()]);
         for (pixels, central) in truth.chunks_mut(BAND).zip(central.chunks(BAND)) {
             context.check_cancelled()?;
-            let radiance = |central: &Direction| summed.radiance(*central, view).map(|value| value as f32);
+            let radiance = |central: &Direction| {
+                tree.radiance(material, *central, view, TRUTH, dark).map(|value| value as f32)
+            };
             pixels.par_iter_mut().zip(central).for_each(|(pixel, central)| *pixel = radiance(central));
         }
-        Ok(Self { sphere, central, truth, dark: DARK * mean(lit.environment), context })
+        Ok(Self { sphere, central, truth, dark, context })
     }
 
     /// A picture of values.
@@ -231,21 +243,21 @@ impl<'a> Scene<'a> {
         Ok(central.par_iter().map(look).collect())
     }
 
-    /// A plain map of each part, as the stages make them by default, and what readers see who add both.
+    /// A plain map of each part, and what readers see who add both.
     fn part_maps(
         &self,
         lit: &Lit<'_>,
         parts: &[Studied<'static>],
+        reflection: &Reflection,
         settings: &Settings,
     ) -> Result<(Export, Vec<[f32; 3]>), Failure> {
         let edge = settings.resolution;
         let grid = MapGrid::Cube(Cube { edge });
-        let (mut values, mut f) = (vec![[0.0_f32; 3]; self.central.len()], 0);
+        let mut values = vec![[0.0_f32; 3]; self.central.len()];
         for part in parts {
             self.context.check_cancelled()?;
-            let reflection = reflection(lit, part, None)?;
-            f = f.max(reflection.brdf().f().get());
-            let seen = self.plain(&reflection, &self.sphere.central(part.material.centre()), grid)?;
+            let part_reflection = of_part(lit, part, reflection.brdf())?;
+            let seen = self.plain(&part_reflection, &self.sphere.central(part.material.centre()), grid)?;
             for (value, seen) in values.iter_mut().zip(seen) {
                 (0..3).for_each(|channel| value[channel] += seen[channel]);
             }
@@ -253,7 +265,18 @@ impl<'a> Scene<'a> {
         let errors = self.sphere.errors(&values, &self.truth, self.dark, Lattice::ALL);
         let (count, texture) = (parts.len(), format!("{} × 6 faces of {edge} × {edge}", parts.len()));
         let bytes = (8 * count * grid.len()) as u64;
-        Ok((Export { method: Method::PartMaps, errors, f, p: 0, bytes, texture, step: 1 }, values))
+        Ok((
+            Export {
+                method: Method::PartMaps,
+                errors,
+                f: reflection.brdf().f().get(),
+                p: 0,
+                bytes,
+                texture,
+                step: 1,
+            },
+            values,
+        ))
     }
 
     /// One export, and what its readers see; `soft` is the reflection's map without lamps.

@@ -25,7 +25,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-shrm", 3, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
     ("reference", 2, [96.00000000, 27.72637939, 27.72637939, -0.08342432, 0.10358787]),
     ("contact-sheet", 6, [6935040.00000000, 635996.18655214, 635996.18655214, -69.25513828, 20.67270009]),
-    ("report", 10, [48.00000000, 133305.54743076, 133305.54743076, -51919.36232820, -46553.31583601]),
+    ("report", 11, [44.00000000, 133226.56314390, 133226.56314390, -50598.44514372, 25899.72248902]),
     ("preview", 5, [688224.00000000, 57603.85889743, 57603.85889743, -14.02120553, 2.79698679]),
     ("export-cabral", 4, [1575.00000000, 754.51357624, 849.29541752, -43.59984273, -0.82769094]),
     ("export-kautz-mccool", 4, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
@@ -92,7 +92,7 @@ fn fixture(kind: &str) -> Case {
             output = { type = \"environment\" }",
         )
         .input("sky", environment(8, sky)),
-        "report" => case("report", "sphere = 32\nresolution = 8\nreference-rows = 32\ndegree = [4, 2]")
+        "report" => case("report", "sphere = 32\nresolution = 8\ndegree = [4, 2]")
             .input("environment", environment(16, sky))
             .input("material", Material(crate::report::microfacet(0.5))),
         "preview" => crate::preview::knot(
