@@ -283,7 +283,7 @@ impl Drop for Preview<'_> {
 
 /// The screenshots.
 fn screenshots(project: &Project) -> Vec<PathBuf> {
-    let folder = fs::read_dir(project.path(".specula/screenshots"));
+    let folder = fs::read_dir(project.path("screenshots"));
     let files = folder.into_iter().flatten().flatten().map(|entry| entry.path());
     files.filter(|path| path.extension().is_some_and(|ending| ending == "png")).collect()
 }

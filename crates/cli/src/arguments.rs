@@ -8,15 +8,25 @@ use std::process::ExitCode;
 
 use ::preview::{Mode, SubjectRequest};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 
 use crate::escape::escaped;
 use crate::exit::Exit;
 use crate::print;
 
+/// The usual name of a manifest.
+pub(crate) const MANIFEST: &str = "pipeline.toml";
+
 /// Turns light and materials into reflection maps, and keeps them up to date.
 #[derive(Debug, Parser)]
 #[command(name = "specula", version, after_help = Exit::HELP)]
 pub(crate) struct Arguments {
+    /// Work as if started in this folder
+    #[arg(short = 'C', value_name = "DIR", global = true)]
+    pub(crate) folder: Option<PathBuf>,
+    /// Whether messages have colours
+    #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
+    pub(crate) color: Colour,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -36,6 +46,14 @@ impl Arguments {
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))
         })
     }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Colour {
+    /// On a terminal, unless NO_COLOR is set
+    Auto,
+    Always,
+    Never,
 }
 
 #[derive(Debug, Subcommand)]
@@ -81,12 +99,55 @@ pub(crate) enum Command {
         #[arg(long, value_name = "PNG", value_parser = values::png_file)]
         picture: Option<PathBuf>,
     },
-    /// Write a starter manifest
+    /// Write environments in another layout, size or format, without a manifest
+    Convert(ConvertArguments),
+    /// Write a manifest for the images, materials and meshes in a folder, or a starter manifest
     Init {
         /// The folder to write it into
         #[arg(default_value = ".")]
         folder: PathBuf,
+        /// Write the sample project, with its assets
+        #[arg(long)]
+        sample: bool,
     },
+    /// Print the script that completes this command's arguments in a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write the manual pages of all commands, for `man`
+    Man {
+        /// The folder to write them into
+        folder: PathBuf,
+    },
+}
+
+impl Command {
+    /// The manifest that the command works on, if it works on one.
+    pub(crate) fn manifest_mut(&mut self) -> Option<&mut PathBuf> {
+        let manifest = match self {
+            Self::Build(arguments) => &mut arguments.manifest,
+            Self::Watch(arguments) => &mut arguments.manifest,
+            Self::Cache { command } => match command {
+                CacheCommand::Stats { query }
+                | CacheCommand::Gc { query, .. }
+                | CacheCommand::Verify { query } => &mut query.manifest,
+            },
+            Self::Explain(arguments) => &mut arguments.query.manifest,
+            Self::Verify(arguments) => &mut arguments.query.manifest,
+            Self::Check(arguments) => &mut arguments.query.manifest,
+            Self::Graph(arguments) => &mut arguments.manifest,
+            Self::Stages { .. }
+            | Self::Schema { .. }
+            | Self::Inspect { .. }
+            | Self::Convert(_)
+            | Self::Preview(_)
+            | Self::Init { .. }
+            | Self::Completions { .. }
+            | Self::Man { .. } => return None,
+        };
+        Some(&mut manifest.manifest)
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -117,8 +178,8 @@ pub(crate) enum CacheCommand {
 
 #[derive(Args, Debug)]
 pub(crate) struct ManifestArgument {
-    /// The manifest
-    #[arg(long, value_name = "FILE", default_value = "pipeline.toml")]
+    /// The manifest; if it is not named, the nearest of this folder and those around it
+    #[arg(long, value_name = "FILE", default_value = MANIFEST)]
     pub(crate) manifest: PathBuf,
 }
 
@@ -134,13 +195,13 @@ pub(crate) struct QueryArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct BuildArguments {
-    /// The stages to build, with the stages that they need [default: all]
-    #[arg(value_name = "STAGE")]
+    /// The stages and items (`"map [sky, gold]"`) to build, with what they need [default: all]
+    #[arg(value_name = "STAGE|ITEM")]
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
     /// The number of threads [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
     /// Show what would run and why, and write nothing
     #[arg(long)]
@@ -160,6 +221,9 @@ pub(crate) struct BuildArguments {
     /// Also list the items that are up to date, all failures, and notes about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
+    /// Show warnings and failures, and nothing else
+    #[arg(long, short, conflicts_with_all = ["verbose", "dry_run"])]
+    pub(crate) quiet: bool,
     /// Write a timeline of the workers: timings.html, and timings.json for Perfetto [default: into .specula]
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, conflicts_with = "dry_run")]
     pub(crate) timings: Option<Option<PathBuf>>,
@@ -167,8 +231,8 @@ pub(crate) struct BuildArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct WatchArguments {
-    /// The stages to keep up to date, with the stages that they need [default: all]
-    #[arg(value_name = "STAGE")]
+    /// The stages and items to keep up to date, with what they need [default: all]
+    #[arg(value_name = "STAGE|ITEM")]
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
@@ -189,7 +253,7 @@ pub(crate) struct WatchArguments {
 #[derive(Args, Clone, Debug)]
 pub(crate) struct WatchingArguments {
     /// The number of threads [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
     /// How long files must stay unchanged before a rebuild starts, so that programs can finish saving
     #[arg(long, value_name = "MS", default_value_t = 20,
@@ -212,9 +276,12 @@ pub(crate) struct WatchingArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct PreviewArguments {
-    /// The manifest
-    #[arg(value_name = "MANIFEST", default_value = "pipeline.toml")]
-    pub(crate) manifest: PathBuf,
+    /// A manifest [default: the nearest pipeline.toml]; or images, materials and meshes to look at without one
+    #[arg(value_name = "MANIFEST|FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// With files: print the manifest that shows them, and open no window
+    #[arg(long, requires = "files", conflicts_with = "still")]
+    pub(crate) manifest: bool,
     /// What to show first, such as environment=sky,material=gold,mesh=sphere; parts not named stay as they
     /// were
     #[arg(long, value_name = "PART=NAME,...", value_parser = values::subject)]
@@ -239,6 +306,48 @@ pub(crate) struct PreviewArguments {
     pub(crate) exposure: f64,
     #[command(flatten)]
     pub(crate) watching: WatchingArguments,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ConvertArguments {
+    /// An image of an environment, a folder of them, or with `--from cube` a folder of six faces
+    pub(crate) input: PathBuf,
+    /// The file to write, whose ending says the format; for a folder of images, or a cube of pictures, a folder
+    #[arg(long, short, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// The layout of the input: auto, lat-long, probe, mirror-ball, cube, cube-cross, cube-strip, ...
+    #[arg(long, value_name = "LAYOUT")]
+    pub(crate) from: Option<String>,
+    /// The layout to write: lat-long, cube, cube-strip or cube-cross [default: lat-long]
+    #[arg(long, value_name = "LAYOUT")]
+    pub(crate) layout: Option<String>,
+    /// Rows of a lat-long image, or texels along the edge of a cube's face [default: as fine as the input]
+    #[arg(long, short, value_name = "N")]
+    pub(crate) resolution: Option<u32>,
+    /// The format to write: exr, rgbe, png, ktx2 or dds [default: by the ending of OUT]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<String>,
+    /// The numbers to write: half or float [default: half]
+    #[arg(long, value_name = "PRECISION")]
+    pub(crate) precision: Option<String>,
+    /// Turn the light about the vertical by these degrees, to the left
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) yaw: f64,
+    /// Lower what is in front by these degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) pitch: f64,
+    /// Turn the light about the forward direction by these degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) roll: f64,
+    /// Make the light brighter by these stops, such as -1.5
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) exposure: f64,
+    /// What happens to NaN, infinite and negative values: error, zero or clamp [default: error]
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) bad_pixels: Option<String>,
+    /// Print the manifest that does the same, and convert nothing
+    #[arg(long)]
+    pub(crate) manifest: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

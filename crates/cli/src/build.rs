@@ -20,12 +20,13 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exi
         keep_going: !arguments.fail_fast,
         dry_run: arguments.dry_run,
         lock_timeout: lock_timeout(arguments.wait),
+        repeat_warnings: true,
         ..BuildOptions::default()
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
     let reporter =
-        BuildReporter::new(arguments.verbose, arguments.dry_run, !arguments.json && !arguments.dry_run);
+        BuildReporter::new(arguments);
     let stream = EventStream::default();
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {

@@ -8,6 +8,7 @@ use std::path::Path;
 use engine::{Event, ItemName, Summary};
 use parking_lot::{Mutex, MutexGuard};
 
+use crate::arguments::BuildArguments;
 use crate::lists::{NAMED, SHOWN, list, more};
 use crate::print::{message, say};
 use crate::quantity::{count, duration};
@@ -17,6 +18,7 @@ use crate::screen::Screen;
 /// Turns events into lines on standard error.
 pub(crate) struct BuildReporter {
     verbose: bool,
+    quiet: bool,
     dry_run: bool,
     screen: Screen,
     state: Mutex<State>,
@@ -29,8 +31,23 @@ struct State {
 }
 
 impl BuildReporter {
-    pub(crate) fn new(verbose: bool, dry_run: bool, with_bar: bool) -> Self {
-        Self { verbose, dry_run, screen: Screen::new(with_bar), state: Mutex::default() }
+    pub(crate) fn new(arguments: &BuildArguments) -> Self {
+        let &BuildArguments { verbose, quiet, dry_run, json, .. } = arguments;
+        Self { verbose, quiet, dry_run, ..Self::on(Screen::new(!json && !dry_run && !quiet)) }
+    }
+
+    /// Shows warnings and failures alone.
+    pub(crate) fn quiet() -> Self {
+        Self { quiet: true, ..Self::on(Screen::new(false)) }
+    }
+
+    /// Shows what a build does by default, or all.
+    pub(crate) fn with_bar(verbose: bool) -> Self {
+        Self { verbose, ..Self::on(Screen::new(true)) }
+    }
+
+    fn on(screen: Screen) -> Self {
+        Self { verbose: false, quiet: false, dry_run: false, screen, state: Mutex::default() }
     }
 
     /// Shows one event.
@@ -39,7 +56,7 @@ impl BuildReporter {
             Event::Planned { items, .. } => self.screen.begin(*items),
             Event::Waiting { holder, limit_milliseconds } => {
                 let limit = limit_milliseconds.map(|limit| format!(", at most {}", duration(limit)));
-                self.line("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));
+                self.important("waiting", format_args!("for {holder}{}", limit.unwrap_or_default()));
             }
             Event::UpToDate { item } => {
                 if self.verbose {
@@ -62,7 +79,9 @@ impl BuildReporter {
                 self.line(&duration(*milliseconds), format_args!("{item}{same}"));
                 self.screen.ended(item);
             }
-            Event::Warning { item, message } => self.line("warning", format_args!("{item}: {message}")),
+            Event::Warning { item, message } => {
+                self.important("warning", format_args!("{item}: {message}"));
+            }
             Event::Note { item, message } => {
                 if self.verbose {
                     self.line("note", format_args!("{item}: {message}"));
@@ -71,7 +90,7 @@ impl BuildReporter {
             Event::Failed { item, error, help } => {
                 let mut state = self.state();
                 if state.failures.len() < self.shown() {
-                    self.line("FAILED", item);
+                    self.important("FAILED", item);
                 }
                 self.screen.ended(item);
                 state.failures.push((item.clone(), error.clone(), help.clone()));
@@ -107,6 +126,9 @@ impl BuildReporter {
     /// The end of a build: the failures in full, then one paragraph of counts.
     pub(crate) fn summarise(&self, summary: &Summary, out: &Path) {
         self.show_failures();
+        if self.quiet && summary.failed == 0 && !summary.cancelled {
+            return;
+        }
         for line in conclusion(summary, out, self.dry_run) {
             message(&line);
         }
@@ -145,6 +167,13 @@ impl BuildReporter {
 
     /// A line above the bar: what happened, to what.
     fn line(&self, what: &str, subject: impl Display) {
+        if !self.quiet {
+            self.important(what, subject);
+        }
+    }
+
+    /// A line that a quiet build has, too.
+    fn important(&self, what: &str, subject: impl Display) {
         self.screen.line(&format!("{what:>13}  {subject}"));
     }
 
@@ -154,7 +183,7 @@ impl BuildReporter {
 }
 
 fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
-    let Summary { ran, up_to_date, failed, skipped, published, removed, cancelled, milliseconds, .. } =
+    let Summary { ran, up_to_date, failed, skipped, kept, published, removed, cancelled, milliseconds, .. } =
         *summary;
     let time = duration(milliseconds);
     let out = out.display();
@@ -193,7 +222,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
     }
     let mut lines = vec![format!("{} in {time}.", counts.join(", "))];
     lines.push(format!("{} published, {removed} removed in {out}.", count(published, "file")));
-    if failed + skipped > 0 || cancelled {
+    if kept > 0 {
         lines.push("The last good outputs of the items that did not run are kept.".into());
     }
     if cancelled {

@@ -1,4 +1,4 @@
-//! `specula init`: a starter manifest with two materials.
+//! `specula init`: a manifest for what is in a folder, a starter manifest, or the sample project.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
@@ -6,32 +6,46 @@ use std::path::Path;
 
 use engine::Kinds;
 
-use crate::arguments::SchemaSubject;
+use crate::arguments::{MANIFEST, SchemaSubject};
+use crate::assets::Assets;
 use crate::exit::Exit;
 use crate::print::say;
-use crate::schema;
+use crate::quantity::count;
+use crate::{sample, schema, standard_pipeline};
 
-/// The files of a new project; a test builds it.
-const FILES: [(&str, &str); 3] = [
-    ("pipeline.toml", include_str!("starter/pipeline.toml")),
-    ("assets/materials/chalk.toml", include_str!("starter/chalk.toml")),
-    ("assets/materials/satin.toml", include_str!("starter/satin.toml")),
+/// The materials of a new project that has none; a test builds them.
+const MATERIALS: [(&str, &[u8]); 2] = [
+    ("assets/materials/chalk.toml", include_bytes!("starter/chalk.toml")),
+    ("assets/materials/satin.toml", include_bytes!("starter/satin.toml")),
 ];
 
-/// The schemas that the first lines of those files name, for editors.
+/// The schemas that the first lines of the starter's files name, for editors.
 const SCHEMAS: [(&str, SchemaSubject); 2] =
     [("pipeline.schema.json", SchemaSubject::Pipeline), ("material.schema.json", SchemaSubject::Material)];
 
-pub(crate) fn run(folder: &Path, kinds: &Kinds) -> Exit {
-    if folder.join("pipeline.toml").exists() {
-        say!("error: {} already exists; nothing was written", folder.join("pipeline.toml").display());
+pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
+    let manifest = folder.join(MANIFEST);
+    if manifest.exists() {
+        say!("error: {} already exists; nothing was written", manifest.display());
         return Exit::Usage;
     }
-    let schemas = SCHEMAS.map(|(name, subject)| (name, schema::text(subject, kinds)));
-    let schemas = schemas.iter().map(|(name, text)| (*name, text.as_str()));
-    for (name, text) in FILES.into_iter().chain(schemas) {
+    // Paths relative to the folder, as the manifest names them.
+    let found = Assets::found(folder).below(folder);
+    let mut files: Vec<(&str, Vec<u8>)> = Vec::new();
+    let mut add = |name, text: &[u8]| files.push((name, text.to_vec()));
+    if sample {
+        add(MANIFEST, sample::MANIFEST.as_bytes());
+        sample::ASSETS.iter().for_each(|(path, bytes)| add(path, bytes));
+    } else {
+        add(MANIFEST, standard_pipeline::starter(&found).as_bytes());
+        if found.materials.is_empty() {
+            MATERIALS.iter().for_each(|(path, bytes)| add(path, bytes));
+        }
+        SCHEMAS.iter().for_each(|(name, subject)| add(name, schema::text(*subject, kinds).as_bytes()));
+    }
+    for (name, bytes) in files {
         let path = folder.join(name);
-        match write_new(&path, text) {
+        match write_new(&path, &bytes) {
             Ok(true) => say!("wrote {}", path.display()),
             Ok(false) => say!("kept  {}", path.display()),
             Err(error) => {
@@ -39,6 +53,19 @@ pub(crate) fn run(folder: &Path, kinds: &Kinds) -> Exit {
                 return Exit::System;
             }
         }
+    }
+    if sample || !found.environments.is_empty() {
+        if !sample {
+            let Assets { environments, materials, meshes } = &found;
+            say!(
+                "The manifest names {}, {} and {}.",
+                count(environments.len(), "environment"),
+                if materials.is_empty() { "2 materials of its own".into() } else { count(materials.len(), "material") },
+                count(meshes.len(), "mesh file")
+            );
+        }
+        say!("Next: `specula build`, or `specula preview` to look at it.");
+        return Exit::Success;
     }
     let environments = folder.join("assets").join("environments");
     if let Err(error) = fs::create_dir_all(&environments) {
@@ -50,12 +77,12 @@ pub(crate) fn run(folder: &Path, kinds: &Kinds) -> Exit {
 }
 
 /// Writes a file unless it exists; returns whether it was written.
-fn write_new(path: &Path, text: &str) -> std::io::Result<bool> {
+pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> std::io::Result<bool> {
     if let Some(parent) = path.parent() {
         fs::create_dir_all(parent)?;
     }
     match fs::File::create_new(path) {
-        Ok(mut file) => file.write_all(text.as_bytes()).map(|()| true),
+        Ok(mut file) => file.write_all(bytes).map(|()| true),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
         Err(error) => Err(error),
     }

@@ -9,10 +9,13 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arguments;
+mod assets;
 mod build;
 mod build_reporter;
 mod cache;
 mod check;
+mod completions;
+mod convert;
 mod escape;
 mod exit;
 mod explain;
@@ -29,8 +32,10 @@ mod preview;
 mod print;
 mod quantity;
 mod reasons;
+mod sample;
 mod schema;
 mod screen;
+mod standard_pipeline;
 mod terminal;
 mod timings;
 mod verify;
@@ -48,12 +53,23 @@ pub use crate::exit::Exit;
 /// Runs the command line of this process with a list of kinds, and returns its exit code.
 pub fn main(kinds: Kinds) -> ExitCode {
     match Arguments::of_process() {
-        Ok(arguments) => panics::reported_once(|| run(arguments.command, &kinds)).into(),
+        Ok(arguments) => panics::reported_once(|| run(arguments, &kinds)).into(),
         Err(exit) => exit,
     }
 }
 
-fn run(command: Command, kinds: &Kinds) -> Exit {
+fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
+    let Arguments { folder, color, mut command } = arguments;
+    terminal::want_colour(color);
+    if let Some(folder) = folder
+        && let Err(error) = std::env::set_current_dir(&folder)
+    {
+        print::error(&[format!("cannot work in {}: {error}", folder.display())], None);
+        return Exit::Usage;
+    }
+    if let Some(manifest) = command.manifest_mut() {
+        manifest::find(manifest);
+    }
     let result = match command {
         Command::Build(arguments) => build::run(&arguments, kinds),
         Command::Watch(arguments) if arguments.preview => Ok(preview::run_with_watch(&arguments, kinds)),
@@ -67,7 +83,10 @@ fn run(command: Command, kinds: &Kinds) -> Exit {
         Command::Stages { kind } => Ok(manual::run(kind.as_deref(), kinds)),
         Command::Schema { subject } => Ok(schema::run(subject, kinds)),
         Command::Inspect { file, json, picture } => inspect::run(&file, json, picture.as_deref()),
-        Command::Init { folder } => Ok(init::run(&folder, kinds)),
+        Command::Convert(arguments) => convert::run(&arguments, kinds),
+        Command::Init { folder, sample } => Ok(init::run(&folder, sample, kinds)),
+        Command::Completions { shell } => Ok(completions::run(shell)),
+        Command::Man { folder } => Ok(completions::write_manual(&folder)),
     };
     // A command that cannot continue returns its exit code as an error.
     let (Ok(exit) | Err(exit)) = result;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use engine::{Diagnostic, Diagnostics, Kinds, Plan, line_and_column};
 use miette::{
@@ -9,13 +10,29 @@ use miette::{
     SourceSpan, SpanContents,
 };
 
-use crate::arguments::ManifestArgument;
+use crate::arguments::{MANIFEST, ManifestArgument};
 use crate::escape::{Painted, escaped};
 use crate::exit::Exit;
 use crate::lists::more;
 use crate::print::{painted, say};
 use crate::quantity::count;
 use crate::terminal;
+
+/// If the manifest has its usual name and does not exist here, names the nearest one around this folder.
+pub(crate) fn find(manifest: &mut PathBuf) {
+    if manifest != Path::new(MANIFEST) || manifest.exists() {
+        return;
+    }
+    let folder = std::env::current_dir().unwrap_or_default();
+    let found = (1..folder.ancestors().count()).map(|up| {
+        let mut path: PathBuf = std::iter::repeat_n("..", up).collect();
+        path.push(MANIFEST);
+        path
+    });
+    if let Some(found) = found.into_iter().find(|path| path.exists()) {
+        *manifest = found;
+    }
+}
 
 /// The plan of a manifest. Its errors, if there are any, are printed and returned as an exit code.
 pub(crate) fn load(argument: &ManifestArgument, kinds: &Kinds) -> Result<Plan, Exit> {

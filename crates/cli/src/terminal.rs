@@ -1,8 +1,11 @@
 //! What the terminal on standard error can show.
 
 use std::io::IsTerminal;
+use std::sync::OnceLock;
 
 use console::Term;
+
+use crate::arguments::Colour;
 
 /// The columns that are filled if standard error is not a terminal.
 pub(crate) const PLAIN_WIDTH: usize = 100;
@@ -12,8 +15,21 @@ pub(crate) fn is_terminal() -> bool {
     std::io::stderr().is_terminal()
 }
 
-/// Whether colour is wanted: on a terminal, unless `NO_COLOR` is set.
+/// What `--color` says.
+static COLOUR: OnceLock<Colour> = OnceLock::new();
+
+/// Sets whether messages have colours.
+pub(crate) fn want_colour(colour: Colour) {
+    let _ = COLOUR.set(colour);
+}
+
+/// Whether messages have colours: as `--color` says, or on a terminal, unless `NO_COLOR` is set.
 pub(crate) fn shows_colour() -> bool {
+    match COLOUR.get() {
+        Some(Colour::Always) => return true,
+        Some(Colour::Never) => return false,
+        Some(Colour::Auto) | None => {}
+    }
     is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use engine::{BuildOptions, Cancel, Event, Kinds, WatchOptions};
+use engine::{BuildOptions, Cancel, Event, Kinds, Wanted, WatchOptions};
 use parking_lot::Mutex;
 
 use crate::arguments::WatchArguments;
@@ -16,14 +16,16 @@ use crate::{print, terminal};
 pub(crate) fn run(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
-    watch(arguments, kinds, &cancel, &|_| {})
+    watch(arguments, kinds, &cancel, &Wanted::default(), &|_| {})
 }
 
-/// Watches until it is cancelled, and reports each event; `listener` gets it first.
+/// Watches until it is cancelled, and reports each event; `listener` gets it first. What is `wanted` goes
+/// first.
 pub(crate) fn watch(
     arguments: &WatchArguments,
     kinds: &Kinds,
     cancel: &Cancel,
+    wanted: &Wanted,
     listener: &(dyn Fn(&Event) + Sync),
 ) -> Exit {
     let watching = &arguments.watching;
@@ -32,6 +34,7 @@ pub(crate) fn watch(
             stages: arguments.stages.clone(),
             jobs: watching.jobs.map(usize::from),
             keep_going: true,
+            wanted: wanted.clone(),
             ..BuildOptions::default()
         },
         debounce: Duration::from_millis(watching.debounce),

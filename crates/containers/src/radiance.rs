@@ -193,9 +193,8 @@ impl Header {
                 _ => self.ignore(line, "a colour correction must be three positive numbers"),
             },
             "PRIMARIES" => match numbers.as_deref() {
-                Some(zeros @ [_, _, _, _, _, _, _, _]) if zeros.iter().all(|&value| value == 0.0) => {
-                    self.ignore(line, "primaries cannot all be zero");
-                }
+                // Some programs write this for "not set".
+                Some(zeros) if zeros.iter().all(|&value| value == 0.0) => {}
                 Some(&[rx, ry, gx, gy, bx, by, wx, wy]) if self.chromaticities.is_none() => {
                     self.chromaticities = Some(Chromaticities([[rx, ry], [gx, gy], [bx, by], [wx, wy]]));
                 }
@@ -468,14 +467,14 @@ mod tests {
 
     #[test]
     fn traps_of_real_files_are_ignored_aloud() {
-        for header in ["EXPOSURE=0\n", "PRIMARIES=0 0 0 0 0 0 0 0\n", "EXPOSURE=nan\n", "GAMMA=2.2\n"] {
+        for header in ["EXPOSURE=0\n", "EXPOSURE=nan\n", "GAMMA=2.2\n"] {
             let decoded = read(&picture(header, "-Y 1 +X 1", &flat(&[5]))).unwrap();
             assert_eq!(decoded.image.pixels(), [[5.5; 3]]);
             assert_eq!(decoded.warnings.len(), 1, "{:?}", decoded.warnings);
             assert!(decoded.warnings[0].starts_with(header.trim_end()));
         }
         for header in
-            ["", "GAMMA=1\n", "# EXPOSURE=3\n", "\tpfilt -e 2 EXPOSURE=3\n", "FORMAT=32-bit_rle_rgbe\n"]
+            ["", "GAMMA=1\n", "PRIMARIES=0 0 0 0 0 0 0 0\n", "# EXPOSURE=3\n", "\tpfilt -e 2 EXPOSURE=3\n", "FORMAT=32-bit_rle_rgbe\n"]
         {
             let decoded = read(&picture(header, "-Y 1 +X 1", &flat(&[5]))).unwrap();
             assert_eq!(

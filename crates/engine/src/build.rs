@@ -10,18 +10,20 @@ use crate::publish::{Publisher, sweep};
 use crate::run::RunContext;
 use crate::running::{ChangedPaths, RunningBuild};
 use crate::scheduler::{Scheduler, event_of};
+use crate::selection::Selection;
 use crate::session::LastBuild;
 use crate::state::State;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, KnownItems, UpToDateCheck};
 use crate::{
-    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, nearest,
+    BuildSession, Cancel, Error, ErrorKind, Event, LockPurpose, LockTimeout, Plan, Reason, Summary, Wanted,
 };
 
 /// Options of a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
-    /// The stages to build, with everything that they need; empty means all stages.
+    /// The stages and items (`map [sky, gold]`) to build, with everything that they need; empty means all
+    /// stages.
     pub stages: Vec<String>,
     /// The number of threads; `None` means the number of available cores.
     pub jobs: Option<usize>,
@@ -38,6 +40,10 @@ pub struct BuildOptions {
     /// left it, with its files, and no event names it. If the session cannot know that (another plan, or
     /// another process that built since), the build checks everything nevertheless.
     pub changed: Option<Vec<PathBuf>>,
+    /// Whether the warnings of results that are up to date are reported again.
+    pub repeat_warnings: bool,
+    /// The items that somebody looks at, which go first.
+    pub wanted: Wanted,
 }
 
 /// Builds once: [`BuildSession::build`] with threads of its own, and nothing is kept in memory afterwards.
@@ -71,12 +77,11 @@ impl BuildSession {
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let clock = Instant::now();
-        let selected = select(plan, &options.stages)?;
-        let items = plan.items.iter().filter(|item| selected[item.stage]).count();
+        let selected = Selection::of(plan, &options.stages)?;
         events(Event::Planned {
             dry_run: options.dry_run,
-            stages: selected.iter().filter(|chosen| **chosen).count(),
-            items,
+            stages: selected.stages(plan),
+            items: selected.items(),
         });
         if options.dry_run {
             let summary = self.dry_run(plan, options, &selected, events)?;
@@ -89,7 +94,7 @@ impl BuildSession {
         &self,
         plan: &Plan,
         options: &BuildOptions,
-        selected: &[bool],
+        selected: &Selection,
         clock: Instant,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
@@ -102,8 +107,7 @@ impl BuildSession {
         let lock =
             match State::lock(&plan.state, &LockRequest { purpose, timeout, cancel, waiting: &waiting }) {
                 Err(error) if error.kind() == ErrorKind::Cancelled => {
-                    let skipped = plan.items.iter().filter(|item| selected[item.stage]).count();
-                    let summary = Summary { skipped, cancelled: true, ..Summary::default() };
+                    let summary = Summary { skipped: selected.items(), cancelled: true, ..Summary::default() };
                     return Ok(report_end(summary, clock, events));
                 }
                 lock => lock?,
@@ -119,7 +123,7 @@ impl BuildSession {
         let changes = options.changed.as_deref().map(ChangedPaths::new);
         let known = before.clone().filter(|_| changes.is_some());
         let disk = Arc::new(Disk::new(state.now, self.begin_reads(), cancel));
-        let running = Arc::new(RunningBuild::new(plan, selected, &disk));
+        let running = Arc::new(RunningBuild::new(plan, selected, &disk, &options.wanted));
         self.begin(&running);
         let (mut check, publisher) = self.pool.install(|| {
             rayon::join(
@@ -144,9 +148,13 @@ impl BuildSession {
             memory: &self.memory,
             running: &running,
             pending: self.pending.as_deref(),
+            gate: Arc::default(),
+            wanted: &options.wanted,
+            repeat_warnings: options.repeat_warnings,
         };
         let jobs = self.pool.current_num_threads();
-        let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
+        let scheduler =
+            || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
         let mut scheduler = self.pool.install(scheduler);
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);
@@ -154,7 +162,7 @@ impl BuildSession {
             scheduler.report(event_of(&item, event));
         }
         removed?;
-        let outcome = scheduler.finish_all(&self.pool);
+        let outcome = scheduler.finish_all(&self.pool, &self.wanted_pool);
         *self.failed_on.lock() = running.read_by(&scheduler.failed);
         self.end_reads();
         publisher.finish()?;
@@ -183,7 +191,7 @@ impl BuildSession {
         &self,
         plan: &Plan,
         options: &BuildOptions,
-        selected: &[bool],
+        selected: &Selection,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Summary, Error> {
         let state = self.pool.install(|| State::read(&plan.state))?;
@@ -229,35 +237,6 @@ fn report_end(mut summary: Summary, clock: Instant, events: &(dyn Fn(Event) + Sy
     summary
 }
 
-/// For each stage, whether it has one of the names or is needed by one that has; no names mean all stages.
-///
-/// # Errors
-/// If a name is not the name of a stage.
-pub(crate) fn select(plan: &Plan, names: &[String]) -> Result<Vec<bool>, Error> {
-    let mut selected = vec![names.is_empty(); plan.stages.len()];
-    for name in names {
-        let found = plan.stages.iter().position(|stage| stage.name == *name);
-        selected[found.ok_or_else(|| unknown_stage(plan, name))?] = true;
-    }
-    // Stages come after those that they need.
-    for stage in (0..plan.stages.len()).rev() {
-        if selected[stage] {
-            plan.stages[stage].inputs.iter().for_each(|(_, from)| selected[*from] = true);
-        }
-    }
-    Ok(selected)
-}
-
-fn unknown_stage(plan: &Plan, name: &str) -> Error {
-    let message = format!("{} has no stage {name:?}", plan.manifest_name());
-    let error = Error::new(ErrorKind::UnknownTarget, message);
-    let names = plan.stages.iter().map(|stage| stage.name.as_str());
-    match nearest(name, names.clone()) {
-        Some(near) => error.with_help(format!("did you mean {near:?}?")),
-        None => error.with_help(format!("its stages are: {}", names.collect::<Vec<_>>().join(", "))),
-    }
-}
-
 /// What a build would do with an item.
 pub(crate) enum Forecast {
     /// Its result is in the cache.
@@ -272,10 +251,10 @@ pub(crate) enum Forecast {
 
 /// What a build would do with each selected item. The output of an item that would run is not known, so all
 /// items that need it would run too, unless its output turns out to be the same as before.
-pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &[bool]) -> Vec<Option<Forecast>> {
+pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<Option<Forecast>> {
     let mut forecasts = Vec::<Option<Forecast>>::with_capacity(check.plan.items.len());
     for (index, item) in check.plan.items.iter().enumerate() {
-        if !selected[item.stage] {
+        if !selected.has(index) {
             forecasts.push(None);
             continue;
         }

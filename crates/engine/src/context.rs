@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
+use crate::wanted::Gate;
 use crate::files::listing_digest;
 use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
 
@@ -26,6 +27,8 @@ pub struct Context<'a> {
     pub(crate) cancel: Cancel,
     /// Whether a change has made the item stale.
     pub(crate) stale: Option<StaleFlag>,
+    /// Where it pauses while wanted items run.
+    pub(crate) gate: Option<Arc<Gate>>,
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
@@ -46,6 +49,7 @@ impl<'a> Context<'a> {
             files,
             cancel: Cancel::default(),
             stale: None,
+            gate: None,
             reads: Arc::default(),
             warnings: Mutex::default(),
             notes: Mutex::default(),
@@ -246,13 +250,18 @@ impl<'a> Context<'a> {
         self.reads.lock().clone()
     }
 
-    /// Returns early from work that is no longer needed.
+    /// Returns early from work that is no longer needed, and pauses while an item runs that somebody looks
+    /// at. To be called at least ten times a second.
     ///
     /// # Errors
     /// [`Failure::cancelled`] if the build is cancelled, or the item's files, parameters or inputs have
     /// changed.
     pub fn check_cancelled(&self) -> Result<(), Failure> {
-        if !self.cancel.is_cancelled() && !self.is_stale() {
+        let is_stopped = || self.cancel.is_cancelled() || self.is_stale();
+        if let Some(gate) = &self.gate {
+            gate.pass(is_stopped);
+        }
+        if !is_stopped() {
             return Ok(());
         }
         self.stopped.store(true, Ordering::Relaxed);

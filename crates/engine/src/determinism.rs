@@ -10,7 +10,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use tempfile::TempDir;
 
-use crate::build::select;
+use crate::selection::Selection;
 use crate::disk::Disk;
 use crate::record::Record;
 use crate::state::State;
@@ -98,7 +98,7 @@ pub fn determinism(
     cancel: &Cancel,
     events: &(dyn Fn(usize, Event) + Sync),
 ) -> Result<Determinism, Error> {
-    let selected = select(plan, stages)?;
+    let selected = Selection::of(plan, stages)?;
     let mut found = Determinism { threads: threads.to_vec(), ..Determinism::default() };
     let mut reported = HashSet::new();
     let mut first = None;
@@ -165,7 +165,7 @@ impl Trial {
         Ok((Self { threads, plan, _folder: folder }, summary))
     }
 
-    fn results(&self, selected: &[bool]) -> Result<Results, Error> {
+    fn results(&self, selected: &Selection) -> Result<Results, Error> {
         let state = State::read(&self.plan.state)?;
         let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
         let check = UpToDateCheck::new(&self.plan, &state, &disk, selected);

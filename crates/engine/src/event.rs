@@ -316,6 +316,9 @@ pub struct Summary {
     pub system_errors: usize,
     /// Items that were skipped.
     pub skipped: usize,
+    /// How many of the items that failed or were skipped have outputs of an earlier run, which stay.
+    #[serde(default)]
+    pub kept: usize,
     /// Files that were published or restored.
     pub published: usize,
     /// Files that were removed.

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::build::{Forecast, forecast, select};
+use crate::build::{Forecast, forecast};
 use crate::disk::Disk;
 use crate::files::{modified, normal};
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
 use crate::regular::hash;
+use crate::selection::{Selection, first_item, item_named};
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
@@ -115,7 +116,7 @@ pub enum FileState {
 pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
     let items = targets(plan, target)?;
     let stages = items.iter().map(|item| plan.stages[plan.items[*item].stage].name.clone());
-    let selected = select(plan, &stages.take(1).collect::<Vec<_>>())?;
+    let selected = Selection::of(plan, &stages.take(1).collect::<Vec<_>>())?;
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
     let check = UpToDateCheck::new(plan, &state, &disk, &selected);
@@ -206,12 +207,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if let Some(stage) = plan.stages.iter().position(|stage| stage.name == target) {
         return Ok((0..plan.items.len()).filter(|item| plan.items[*item].stage == stage).collect());
     }
-    let named = |spelled: fn(&str) -> String| {
-        let target = spelled(target);
-        (0..plan.items.len()).find(|item| spelled(&plan.item_name(*item).to_string()) == target)
-    };
-    // Spaces are easily forgotten; if they tell items apart, they count.
-    if let Some(item) = named(str::to_owned).or_else(|| named(|name| name.replace(' ', ""))) {
+    if let Some(item) = item_named(plan, target) {
         return Ok(vec![item]);
     }
     let names = names_of(plan, target);
@@ -229,11 +225,8 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));
-    let stage = target.split_once('[').map(|(stage, _)| stage.trim());
-    let items = (0..plan.items.len()).map(|item| plan.item_name(item));
-    let mut items = items.filter(|item| Some(item.stage.as_str()) == stage).map(|item| format!("\"{item}\""));
-    Err(match (nearest(target, stages.chain(files)), items.next()) {
-        (_, Some(first)) => error.with_help(format!("the stage's first item is {first}")),
+    Err(match (nearest(target, stages.chain(files)), first_item(plan, target)) {
+        (_, Some(first)) => error.with_help(first),
         (Some(near), _) => error.with_help(format!("did you mean {near:?}?")),
         _ => error.with_help("name a stage, an item as builds name it, or a file in out"),
     })

@@ -146,6 +146,8 @@ pub trait Kind: Send + Sync + 'static {
     const SOURCE: bool = false;
     /// Whether the kind shows items' names (labels). Then they are part of its key.
     const SHOWS_KEYS: bool = false;
+    /// Whether an item takes seconds. As long as nobody knows how long it takes, it goes after all others.
+    const SLOW: bool = false;
 
     /// The ports, in the order of the manual page; the first is the one that `input = "..."` connects.
     fn ports() -> Vec<Port>;
@@ -225,6 +227,10 @@ pub trait ErasedKind: Send + Sync {
     fn has_source(&self) -> bool;
     /// [`Kind::SHOWS_KEYS`].
     fn shows_keys(&self) -> bool;
+    /// [`Kind::SLOW`].
+    fn is_slow(&self) -> bool {
+        false
+    }
     /// Parses a stage's parameters: the entries of its table less those that the engine owns.
     ///
     /// # Errors
@@ -352,6 +358,10 @@ impl<K: Kind> ErasedKind for Erased<K> {
 
     fn shows_keys(&self) -> bool {
         K::SHOWS_KEYS
+    }
+
+    fn is_slow(&self) -> bool {
+        K::SLOW
     }
 
     fn configure(&self, table: &Table) -> Result<Arc<dyn Configured>, Vec<Diagnostic>> {

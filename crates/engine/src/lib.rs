@@ -26,6 +26,7 @@ mod kind;
 mod ledger;
 mod lock;
 mod memory;
+mod own_time;
 mod parallel;
 mod parameters;
 mod plan;
@@ -39,6 +40,7 @@ mod retention;
 mod run;
 mod running;
 mod scheduler;
+mod selection;
 mod session;
 mod snapshot;
 mod spelling;
@@ -51,6 +53,7 @@ mod tests;
 mod timestamp;
 mod up_to_date;
 mod verify;
+mod wanted;
 mod watch;
 
 pub use artifact::{Artifact, Handle};
@@ -80,6 +83,7 @@ pub use spelling::nearest;
 pub use state::prepare_state_folder;
 pub use timestamp::Timestamp;
 pub use verify::{Content, Recipe, SourceFile, Verification, verify};
+pub use wanted::Wanted;
 pub use watch::{WatchOptions, watch};
 
 #[doc(hidden)]

@@ -87,7 +87,7 @@ impl Plan {
     }
 
     /// An item's name.
-    pub(crate) fn item_name(&self, item: ItemIndex) -> ItemName {
+    pub fn item_name(&self, item: ItemIndex) -> ItemName {
         let item = &self.items[item];
         ItemName { stage: self.stages[item.stage].name.clone(), key: item.key.clone() }
     }

@@ -7,12 +7,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
 use crate::journal::{Line, Tag, short};
 use crate::memory::Memory;
+use crate::own_time::own_time;
 use crate::platform::Stamp;
 use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
@@ -21,9 +21,10 @@ use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
+use crate::wanted::Gate;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
-    Product, Read, Reason, Timestamp,
+    Product, Read, Reason, Timestamp, Wanted,
 };
 
 /// What all running items share.
@@ -36,6 +37,12 @@ pub(crate) struct RunContext<'a> {
     pub(crate) running: &'a Arc<RunningBuild>,
     /// The paths that a watcher will handle, if there is a watcher.
     pub(crate) pending: Option<&'a PathSet>,
+    /// What goes first.
+    pub(crate) wanted: &'a Wanted,
+    /// Where items pause while wanted ones run.
+    pub(crate) gate: Arc<Gate>,
+    /// Whether the warnings of results that are up to date are reported again.
+    pub(crate) repeat_warnings: bool,
 }
 
 /// The artifacts at a port, sorted by key.
@@ -49,6 +56,8 @@ pub(crate) struct RunRequest {
     pub(crate) handles: Vec<(String, Inputs)>,
     pub(crate) reasons: Vec<Reason>,
     pub(crate) causes: Vec<Cause>,
+    /// Whether somebody looks at it.
+    pub(crate) is_wanted: bool,
 }
 
 /// The outcome of a run.
@@ -108,15 +117,17 @@ impl RunContext<'_> {
         let stage = &self.check.plan.stages[item.stage];
         let info = &self.check.stages[item.stage];
         let started = Timestamp::now();
-        let clock = Instant::now();
-        let mut attempt = self.attempt(&request);
-        for _ in 1..ATTEMPTS {
-            if attempt.changing.is_none() || attempt.is_cancelled() {
-                break;
+        let (attempt, time) = own_time(|| {
+            let mut attempt = self.attempt(&request);
+            for _ in 1..ATTEMPTS {
+                if attempt.changing.is_none() || attempt.is_cancelled() {
+                    break;
+                }
+                attempt = self.attempt(&request);
             }
-            attempt = self.attempt(&request);
-        }
-        let milliseconds = clock.elapsed().as_secs_f64() * 1e3;
+            attempt
+        });
+        let milliseconds = time.as_secs_f64() * 1e3;
         let Attempt { output, changing, reader, reads, warnings, notes } = attempt;
         let output = match changing {
             Some(path) if output.is_ok() => {
@@ -290,6 +301,7 @@ impl RunContext<'_> {
             .with_folder(self.check.folder.to_path_buf())
             .with_scratch(self.check.state.store.temporary_folder());
         context.stale = Some(self.running.stale_flag(request.item));
+        context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
         self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.reads)));
         for (port, handles) in &request.handles {
             let shown = |key: &ItemKey| if info.shows_keys { key.clone() } else { ItemKey::default() };

@@ -3,8 +3,9 @@
 //! A build records here what each item has read. If a file changes meanwhile, contents decide: an item is
 //! stale if a file that it read no longer has the same content, and so are all items that depend on it. A
 //! stale item stops at its next [`Context::check_cancelled`](crate::Context::check_cancelled), other running
-//! items finish, and no further item starts, so that the next build can start soon. A file that no item has
-//! read yet makes nothing stale: the item that reads it gets its new content.
+//! items finish, and no further item starts, so that the next build can start soon; if a stale item is wanted
+//! (`wanted.rs`), the others stop, too. A file that no item has read yet makes nothing stale: the item that
+//! reads it gets its new content.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ use parking_lot::Mutex;
 use crate::cancel::StaleFlag;
 use crate::disk::Disk;
 use crate::files::{digest_now, normal};
-use crate::{Digest, ItemIndex, Plan, Read, Stage};
+use crate::selection::Selection;
+use crate::{Digest, ItemIndex, Plan, Read, Stage, Wanted};
 
 /// The files that an item's result depends on.
 pub(crate) enum Dependencies {
@@ -38,8 +40,9 @@ impl Dependencies {
 /// The plan of a running build, and what its items have read.
 pub(crate) struct RunningBuild {
     plan: Plan,
-    selected: Vec<bool>,
+    selected: Selection,
     disk: Arc<Disk>,
+    wanted: Wanted,
     dependencies: Mutex<Vec<Dependencies>>,
     stale: Arc<[AtomicBool]>,
     outdated: AtomicBool,
@@ -47,12 +50,13 @@ pub(crate) struct RunningBuild {
 
 impl RunningBuild {
     /// A new build. To be created before `disk` is asked for digests.
-    pub(crate) fn new(plan: &Plan, selected: &[bool], disk: &Arc<Disk>) -> Self {
+    pub(crate) fn new(plan: &Plan, selected: &Selection, disk: &Arc<Disk>, wanted: &Wanted) -> Self {
         let items = plan.items.len();
         Self {
             plan: plan.clone(),
-            selected: selected.to_vec(),
+            selected: selected.clone(),
             disk: Arc::clone(disk),
+            wanted: wanted.clone(),
             dependencies: Mutex::new(std::iter::repeat_with(|| Dependencies::None).take(items).collect()),
             stale: std::iter::repeat_with(AtomicBool::default).take(items).collect(),
             outdated: AtomicBool::new(false),
@@ -98,10 +102,15 @@ impl RunningBuild {
         // Items come after those that they need.
         for (index, item) in self.plan.items.iter().enumerate() {
             stale[index] |= item.inputs.iter().flatten().any(|input| stale[*input]);
-            if stale[index] && self.selected[item.stage] {
+            if stale[index] && self.selected.has(index) {
                 self.stale[index].store(true, Ordering::Relaxed);
                 outdated = true;
             }
+        }
+        let wanted = self.wanted.among(&self.plan);
+        if (0..stale.len()).any(|item| stale[item] && wanted[item]) {
+            // Nothing else is worth waiting for.
+            self.stale.iter().for_each(|flag| flag.store(true, Ordering::Relaxed));
         }
         if outdated {
             self.outdated.store(true, Ordering::Relaxed);

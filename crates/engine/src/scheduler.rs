@@ -3,7 +3,8 @@
 //! One thread (the caller's) schedules and reports events; a pool of threads works. An item is checked when
 //! all its inputs are finished; if its result is not in the cache, it becomes a task. Before the task runs,
 //! the stored artifacts that it needs are fetched, each once; one that turns out to be lost is made again
-//! first. `tasks.rs` says which of the ready tasks is next. An artifact is kept in memory only while an item
+//! first. `tasks.rs` says which of the ready tasks is next, and `wanted.rs` what becomes of those that somebody
+//! waits for. An artifact is kept in memory only while an item
 //! may need it, except for those that the session keeps.
 //!
 //! No thread ever waits for the result of another item: kernels share the pool, and the waiting thread could
@@ -19,14 +20,17 @@ use std::time::{Duration, Instant};
 use rayon::{Scope, ThreadPool};
 
 use crate::journal::{Line, Tag, short};
+use crate::own_time::own_time;
 use crate::publish::{PublishError, PublishEvent};
 use crate::record::{Record, worth_keeping};
 use crate::run::{Outcome, RunContext, RunRequest, message_of};
 use crate::running::Dependencies;
+use crate::selection::Selection;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, UpToDateCheck};
 use crate::{
-    Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work, parallel,
+    Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp,
+    Work, parallel,
 };
 
 mod outcomes;
@@ -85,16 +89,23 @@ enum Message {
 struct WorkSpan {
     item: ItemIndex,
     work: Work,
+    is_wanted: bool,
     worker: usize,
     begun: Instant,
     took: Duration,
 }
+
+/// How often a build that works looks at what is wanted.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// A running build.
 pub(crate) struct Scheduler<'a, 'e> {
     context: &'a RunContext<'a>,
     check: &'a UpToDateCheck<'a>,
     keep_going: bool,
+    /// The version of what is wanted that this is: whether each item is.
+    wanted_version: Option<u64>,
+    is_wanted: Vec<bool>,
     jobs: usize,
     /// Started at the begin of the build.
     clock: Instant,
@@ -107,7 +118,8 @@ pub(crate) struct Scheduler<'a, 'e> {
     was_complete: Vec<bool>,
     to_check: BinaryHeap<Reverse<ItemIndex>>,
     tasks: Tasks,
-    busy: usize,
+    /// The tasks in work, of items that are not wanted and of those that are.
+    busy: [usize; 2],
     pub(crate) summary: Summary,
     /// The items that failed, except for those that failed because of the system.
     pub(crate) failed: Vec<ItemIndex>,
@@ -117,7 +129,7 @@ pub(crate) struct Scheduler<'a, 'e> {
 impl<'a, 'e> Scheduler<'a, 'e> {
     pub(crate) fn new(
         context: &'a RunContext<'a>,
-        selected: &[bool],
+        selected: &Selection,
         keep_going: bool,
         jobs: usize,
         clock: Instant,
@@ -136,7 +148,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let mut chosen = Vec::new();
         for (index, item) in plan.items.iter().enumerate() {
             let mut waiting = 0;
-            if selected[item.stage] {
+            if selected.has(index) {
                 chosen.push(index);
                 if !is_complete[index] {
                     for input in distinct(&item.inputs) {
@@ -168,6 +180,8 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             context,
             check,
             keep_going,
+            wanted_version: None,
+            is_wanted: vec![false; plan.items.len()],
             jobs,
             clock,
             events,
@@ -177,18 +191,18 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             was_complete: is_complete,
             to_check,
             tasks: Tasks::default(),
-            busy: 0,
+            busy: [0; 2],
             summary: Summary::default(),
             failed: Vec::new(),
             fatal: None,
         }
     }
 
-    /// Finishes every item.
+    /// Finishes every item: those that are wanted on threads of their own.
     ///
     /// # Errors
     /// If the journal cannot be written.
-    pub(crate) fn finish_all(&mut self, pool: &ThreadPool) -> Result<(), Error> {
+    pub(crate) fn finish_all(&mut self, pool: &ThreadPool, wanted: &ThreadPool) -> Result<(), Error> {
         for index in 0..self.selected.len() {
             let item = self.selected[index];
             if self.is_stopping() {
@@ -200,32 +214,31 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             self.items[item].phase = Phase::Done;
             self.summary.up_to_date += 1;
             if !self.check.is_complete(item) {
-                self.report(Event::UpToDate { item: self.check.name(item) });
+                self.report_up_to_date(item);
             }
         }
         let (sender, receiver) = channel();
-        pool.in_place_scope(|scope| {
+        let run = |scope: &Scope<'_>, wanted: &Scope<'_>| {
             loop {
+                self.look();
                 while let Some(item) = self.next_to_check() {
                     self.check_item(item);
                 }
-                while self.busy < self.jobs
-                    && !self.is_stopping()
-                    && let Some(task) = self.tasks.pop()
-                {
-                    self.start(task, scope, &sender);
+                while let Some((task, is_wanted)) = self.next_task() {
+                    self.start(task, is_wanted, if is_wanted { wanted } else { scope }, &sender);
                 }
-                if self.busy == 0 {
+                if self.busy == [0; 2] {
                     break;
                 }
-                // This function holds a sender, so there is always a message to come.
-                if let Ok((span, message)) = receiver.recv() {
-                    self.busy -= 1;
+                // Meanwhile something else may be wanted.
+                if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
+                    self.busy[usize::from(span.is_wanted)] -= 1;
                     self.report_span(&span);
                     self.handle(message);
                 }
             }
-        });
+        };
+        pool.in_place_scope(|scope| wanted.in_place_scope(|wanted| run(scope, wanted)));
         if let Some(error) = self.fatal.take() {
             return Err(error);
         }
@@ -258,6 +271,22 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     /// Whether the build was cancelled, or a change has made it out of date.
     fn is_cancelled(&self) -> bool {
         self.context.cancel.is_cancelled() || self.context.running.is_outdated()
+    }
+
+    /// Sees what is wanted now.
+    fn look(&mut self) {
+        let version = self.context.wanted.version();
+        if self.wanted_version != Some(version) {
+            self.wanted_version = Some(version);
+            self.is_wanted = self.context.wanted.among(self.check.plan);
+            self.tasks.want(&self.is_wanted);
+        }
+    }
+
+    /// The most urgent task, if a thread is free for it, and whether it is wanted.
+    fn next_task(&mut self) -> Option<(Task, bool)> {
+        let is_free = self.busy[usize::from(self.tasks.has_wanted())] < self.jobs;
+        if is_free && !self.is_stopping() { self.tasks.pop() } else { None }
     }
 
     fn next_to_check(&mut self) -> Option<ItemIndex> {
@@ -345,16 +374,23 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     }
 
     fn push(&mut self, item: ItemIndex, task: Task) {
-        self.tasks.push(item, task, self.check);
+        self.tasks.push(item, task, self.check, &self.is_wanted);
     }
 
-    fn start<'s>(&mut self, task: Task, scope: &Scope<'s>, sender: &Sender<(WorkSpan, Message)>)
-    where
+    fn start<'s>(
+        &mut self,
+        task: Task,
+        is_wanted: bool,
+        scope: &Scope<'s>,
+        sender: &Sender<(WorkSpan, Message)>,
+    ) where
         'a: 's,
     {
         let context = self.context;
         let sender = sender.clone();
-        self.busy += 1;
+        self.busy[usize::from(is_wanted)] += 1;
+        let gate = is_wanted.then(|| self.context.gate.close());
+        let first_worker = if is_wanted { self.jobs } else { 0 };
         let (item, work, act): (_, _, Box<dyn FnOnce() -> Message + Send + 'a>) = match task {
             Task::Fetch(item) => {
                 let digest = self.digest(item);
@@ -370,7 +406,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
                 (item, Work::Publish, Box::new(act))
             }
             Task::Run(item) => {
-                let request = self.request(item);
+                let request = self.request(item, is_wanted);
                 self.items[item].causes.clone_from(&request.causes);
                 self.report(Event::Started { item: self.check.name(item), reasons: request.reasons.clone() });
                 (item, Work::Run, Box::new(move || Message::Ran(item, context.run(request))))
@@ -378,10 +414,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         };
         scope.spawn(move |_| {
             let begun = Instant::now();
-            let message = catch_unwind(AssertUnwindSafe(act))
+            let (message, _) = own_time(|| catch_unwind(AssertUnwindSafe(act)));
+            let message = message
                 .unwrap_or_else(|panic| Message::Panicked(item, message_of(panic.as_ref()).to_owned()));
-            let worker = rayon::current_thread_index().unwrap_or(0);
-            let span = WorkSpan { item, work, worker, begun, took: begun.elapsed() };
+            drop(gate);
+            let worker = first_worker + rayon::current_thread_index().unwrap_or(0);
+            let span = WorkSpan { item, work, is_wanted, worker, begun, took: begun.elapsed() };
             let _ = sender.send((span, message));
         });
     }
@@ -397,7 +435,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         });
     }
 
-    fn request(&self, item: ItemIndex) -> RunRequest {
+    fn request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {
         let plan = self.check.plan;
         let this = &plan.items[item];
         let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
@@ -420,6 +458,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             handles: handles.collect(),
             reasons,
             causes,
+            is_wanted,
         }
     }
 
@@ -450,6 +489,17 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         let name = self.check.name(item);
         for event in events {
             self.report(event_of(&name, event));
+        }
+    }
+
+    /// Reports that an item is up to date, and what its run warned of.
+    fn report_up_to_date(&mut self, item: ItemIndex) {
+        let name = self.check.name(item);
+        self.report(Event::UpToDate { item: name.clone() });
+        if self.context.repeat_warnings && self.check.latest(item).is_some_and(|latest| latest.has_warned()) {
+            for message in self.check.record(item).into_iter().flat_map(|record| record.warnings) {
+                self.report(Event::Warning { item: name.clone(), message });
+            }
         }
     }
 

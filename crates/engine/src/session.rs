@@ -11,6 +11,7 @@ use crate::disk::ReadSet;
 use crate::journal::Journal;
 use crate::memory::Memory;
 use crate::running::{ChangedPaths, RunningBuild};
+use crate::selection::Selection;
 use crate::up_to_date::KnownItems;
 use crate::{Error, ErrorKind, Plan};
 
@@ -23,6 +24,8 @@ pub const WORKER: &str = "specula worker";
 /// It holds no lock: between its builds another process may build in the same folder.
 pub struct BuildSession {
     pub(crate) pool: ThreadPool,
+    /// Where wanted items run, beside all others; see `wanted.rs`.
+    pub(crate) wanted_pool: ThreadPool,
     /// The files that the items of the last build read, and those that the running build has read so far.
     reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
@@ -63,18 +66,18 @@ pub(crate) struct SavedState {
 /// The items of a plan that a build left with complete results and files.
 pub(crate) struct LastBuild {
     plan: Plan,
-    selected: Vec<bool>,
+    selected: Selection,
     known: KnownItems,
 }
 
 impl LastBuild {
-    pub(crate) fn new(plan: &Plan, selected: &[bool], known: KnownItems) -> Self {
-        Self { plan: plan.clone(), selected: selected.to_vec(), known }
+    pub(crate) fn new(plan: &Plan, selected: &Selection, known: KnownItems) -> Self {
+        Self { plan: plan.clone(), selected: selected.clone(), known }
     }
 
     /// The items, if the plan and the selection are the same.
-    pub(crate) fn known(self, plan: &Plan, selected: &[bool]) -> Option<KnownItems> {
-        let is_same = self.plan.is_same(plan) && self.selected == selected;
+    pub(crate) fn known(self, plan: &Plan, selected: &Selection) -> Option<KnownItems> {
+        let is_same = self.plan.is_same(plan) && self.selected == *selected;
         is_same.then_some(self.known)
     }
 }
@@ -88,12 +91,15 @@ impl BuildSession {
     /// If threads cannot be started.
     pub fn new(jobs: Option<usize>, memory: u64) -> Result<Self, Error> {
         // 0 means the number of available cores.
-        let pool = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0));
-        let built = pool.thread_name(|index| format!("{WORKER} {index}")).build();
-        let pool =
-            built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))?;
+        let pool = |name: &'static str| {
+            let pool = ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0));
+            let built = pool.thread_name(move |index| format!("{WORKER} {name}{index}")).build();
+            built.map_err(|error| Error::new(ErrorKind::Io, format!("cannot start threads: {error}")))
+        };
+        let (pool, wanted_pool) = (pool("")?, pool("w")?);
         Ok(Self {
             pool,
+            wanted_pool,
             reads: Mutex::default(),
             memory: Memory::new(memory),
             saved: Mutex::default(),

@@ -15,6 +15,7 @@ use crate::journal::{LatestRecord, Line, Subject, Tag, short, subject};
 use crate::kind::Decoder;
 use crate::record::{KeyHasher, Record, canonical, kind_name, path_name};
 use crate::running::{ChangedPaths, Dependencies};
+use crate::selection::Selection;
 use crate::state::State;
 use crate::store::{Blob, Presence};
 use crate::{Digest, Error, InputUsed, ItemIndex, ItemKey, ItemName, Plan, Product, Read, Reason, parallel};
@@ -40,7 +41,7 @@ pub(crate) struct UpToDateCheck<'a> {
     /// The folder of the manifest.
     pub(crate) folder: &'a Path,
     manifest: String,
-    selected: &'a [bool],
+    selected: &'a Selection,
     /// The latest record of each item; if empty, each is looked up when needed.
     latest: Vec<Option<LatestRecord<'a>>>,
     /// For each item, whether its result was in the cache when the build began.
@@ -73,7 +74,7 @@ pub(crate) enum Freshness {
 
 impl<'a> UpToDateCheck<'a> {
     /// Reads the records of the items, and checks the files that the records of selected stages name.
-    pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a [bool]) -> Self {
+    pub(crate) fn new(plan: &'a Plan, state: &'a State, disk: &'a Disk, selected: &'a Selection) -> Self {
         let mut check = Self::with_records(plan, state, disk, selected, None);
         let readers = check.readers();
         check.check_files(&readers, None, &|| false);
@@ -85,7 +86,7 @@ impl<'a> UpToDateCheck<'a> {
         plan: &'a Plan,
         state: &'a State,
         disk: &'a Disk,
-        selected: &'a [bool],
+        selected: &'a Selection,
         known: Option<KnownItems>,
     ) -> Self {
         let folder = plan.manifest.parent().unwrap_or(Path::new("."));
@@ -155,7 +156,7 @@ impl<'a> UpToDateCheck<'a> {
     /// Whether the result of an item is in the cache, given that of the items before it.
     fn is_current_after(&self, item: ItemIndex, current: &[bool], store: &Presence<'_>) -> bool {
         let this = &self.plan.items[item];
-        if !self.selected[this.stage] || !this.inputs.iter().flatten().all(|input| current[*input]) {
+        if !self.selected.has(item) || !this.inputs.iter().flatten().all(|input| current[*input]) {
             return false;
         }
         let is_valid = |latest: LatestRecord<'_>| {
@@ -216,9 +217,9 @@ impl<'a> UpToDateCheck<'a> {
         self.plan.item_name(item)
     }
 
-    /// The latest record of an item of a selected stage, as far as every build needs it.
+    /// The latest record of a selected item, as far as every build needs it.
     pub(crate) fn latest(&self, item: ItemIndex) -> Option<LatestRecord<'a>> {
-        self.unfiltered_latest(item).filter(|_| self.selected[self.plan.items[item].stage])
+        self.unfiltered_latest(item).filter(|_| self.selected.has(item))
     }
 
     fn unfiltered_latest(&self, item: ItemIndex) -> Option<LatestRecord<'a>> {

@@ -18,6 +18,7 @@ use crate::files::modified;
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
+use crate::selection::Selection;
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
 use crate::{
@@ -135,7 +136,7 @@ pub fn verify(
 ) -> Result<Verification, Error> {
     let state = State::read(&plan.state)?;
     let disk = Disk::new(state.now, Arc::default(), &Cancel::default());
-    let selected = vec![true; plan.stages.len()];
+    let selected = Selection::all(plan);
     let check = UpToDateCheck::new(plan, &state, &disk, &selected);
     let records = Records::new(&check);
     let digest = Digest::of(bytes);

@@ -310,6 +310,7 @@ impl<'a> Watcher<'a> {
             return Ok(PassResult { has_ended, needs_retry, must_repeat, is_partial });
         };
         let is_partial = is_triggered && self.is_all;
+        self.build.repeat_warnings = !self.has_built;
         self.build.changed = is_partial.then(|| self.changed.iter().cloned().collect());
         let (built, must_repeat) = self.build(plan, &snapshot, is_triggered);
         match built {

@@ -88,6 +88,7 @@ impl Kind for ContactSheet {
         &[sh::revisions::TRANSFORM, envmap::revisions::LAMPS, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
+    const SLOW: bool = true;
 
     fn ports() -> Vec<Port> {
         vec![

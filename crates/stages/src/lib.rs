@@ -12,6 +12,7 @@ mod convolve;
 mod degree_pair;
 mod exec;
 mod export_cabral;
+mod export_environment;
 mod export_kautz_mccool;
 mod export_reflection_map;
 mod export_sh;
@@ -60,6 +61,7 @@ pub fn kinds() -> engine::Kinds {
         .with(rotate::Rotate)
         .with(project_brdf::ProjectBrdf)
         .with(convolve::Convolve)
+        .with(export_environment::ExportEnvironment)
         .with(export_reflection_map::ExportReflectionMap)
         .with(export_sh::ExportSh)
         .with(export_shrm::ExportShrm)

@@ -279,6 +279,7 @@ impl Kind for Preview {
         envmap::revisions::RESAMPLING,
     ];
     const TEXT: &'static str = include_str!("preview.rs");
+    const SLOW: bool = true;
 
     fn ports() -> Vec<Port> {
         vec![

@@ -175,15 +175,19 @@ impl PreviewCatalog {
         position("mesh", &self.meshes(), name).map(|_| ())
     }
 
-    /// The stages that make an entry and a mesh, and those that they need.
-    pub fn stages(&self, entry: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
+    /// The items that make an entry and a mesh, and those that they need.
+    pub fn items(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
         let source = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, source)| *source);
         let mesh = match source {
             Some(MeshSource::Item(item)) => Some(item),
             Some(MeshSource::BuiltIn(_)) | None => None,
         };
-        let items = entry.ancestry.iter().copied().chain(mesh);
-        items.map(|item| stage_name(&self.plan, item)).collect()
+        entry.ancestry.iter().copied().chain(mesh).collect()
+    }
+
+    /// The stages of these items.
+    pub fn stages(&self, entry: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
+        self.items(entry, mesh).into_iter().map(|item| stage_name(&self.plan, item)).collect()
     }
 }
 

@@ -142,6 +142,7 @@ impl Kind for ReportKind {
     ];
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;
+    const SLOW: bool = true;
 
     fn ports() -> Vec<Port> {
         vec![

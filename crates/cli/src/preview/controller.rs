@@ -10,7 +10,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ::preview::{Catalog, InitialView, Picture, PreviewUpdate, RenderError, Scene, Subject, SubjectDetails};
-use engine::{Cancel, Error, Event, ItemName, Plan, ResultsSnapshot};
+use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
 use stages::{PreviewCatalog, SceneCache};
 
 use super::files::PreviewFiles;
@@ -89,6 +89,8 @@ pub(crate) struct PreviewController<'a> {
     wanted: Option<Subject>,
     /// The items that the wanted subject depends on; the last one is its reflection.
     ancestry: Vec<ItemName>,
+    /// The same for the watcher: they go first.
+    goes_first: Wanted,
     shown: Option<(Subject, Scene, SubjectDetails)>,
     /// Why the wanted subject cannot be shown.
     error: Vec<String>,
@@ -108,7 +110,7 @@ impl<'a> PreviewController<'a> {
         Self {
             request,
             cancel,
-            files: PreviewFiles::beside(request.manifest),
+            files: PreviewFiles::beside(request.manifest).with_screenshots(request.screenshots),
             start: Instant::now(),
             output: CommandOutput::None,
             closing: false,
@@ -119,10 +121,16 @@ impl<'a> PreviewController<'a> {
             scenes: SceneCache::default(),
             wanted: None,
             ancestry: Vec::new(),
+            goes_first: Wanted::default(),
             shown: None,
             error: Vec::new(),
             sent: Sent::default(),
         }
+    }
+
+    /// What the watcher is to build first: the items of the subject that is shown, or is to be.
+    pub(crate) fn goes_first(&self) -> Wanted {
+        self.goes_first.clone()
     }
 
     /// Works until [`PreviewMessage::End`].
@@ -258,10 +266,9 @@ impl<'a> PreviewController<'a> {
         let entry = subject::entry(catalog, &subject.environment, &subject.material);
         let entry = entry.map_err(SubjectError::lines)?;
         let plan = catalog.plan();
-        self.ancestry.extend(entry.ancestry.iter().map(|item| {
-            let item = &plan.items[*item];
-            ItemName { stage: plan.stages[item.stage].name.clone(), key: item.key.clone() }
-        }));
+        let name = |item: &ItemIndex| plan.item_name(*item);
+        self.ancestry.extend(entry.ancestry.iter().map(name));
+        self.goes_first.set(catalog.items(entry, &subject.mesh).iter().map(name).collect());
         let scene = match self.scenes.scene(catalog, results, entry, &subject.mesh) {
             Ok(scene) => scene,
             // The build that runs may make what is missing.

@@ -12,6 +12,9 @@ use crate::png_file;
 /// The folder beside the manifest for files that nobody edits; git and watchers ignore it.
 const FOLDER: &str = ".specula";
 
+/// The name of the folder for pictures that somebody takes.
+pub(crate) const SCREENSHOTS: &str = "screenshots";
+
 /// The state of a window takes some hundred bytes.
 const LARGEST_STATE: u64 = 1 << 20;
 
@@ -19,12 +22,18 @@ const LARGEST_STATE: u64 = 1 << 20;
 #[derive(Clone, Debug)]
 pub(crate) struct PreviewFiles {
     folder: PathBuf,
+    screenshots: PathBuf,
 }
 
 impl PreviewFiles {
     /// The files of a manifest.
     pub(crate) fn beside(manifest: &Path) -> Self {
-        Self { folder: manifest.with_file_name(FOLDER) }
+        Self { folder: manifest.with_file_name(FOLDER), screenshots: manifest.with_file_name(SCREENSHOTS) }
+    }
+
+    /// The same, with another folder for screenshots.
+    pub(crate) fn with_screenshots(self, folder: &Path) -> Self {
+        Self { screenshots: folder.into(), ..self }
     }
 
     /// The state of the last window; `None` if there was none.
@@ -79,9 +88,8 @@ impl PreviewFiles {
         let name = format!("{}-{}-{}", subject.material, subject.environment, subject.mesh);
         let plain = |letter: char| if letter.is_alphanumeric() || letter == '.' { letter } else { '-' };
         let name = name.chars().map(plain).collect::<String>();
-        self.prepare()?;
-        let folder = self.folder.join("screenshots");
-        fs::create_dir_all(&folder)?;
+        let folder = &self.screenshots;
+        fs::create_dir_all(folder)?;
         let mut number = 0;
         loop {
             number += 1;
@@ -158,7 +166,7 @@ mod tests {
         let save = || files.save_picture(&subject, &picture).unwrap();
         let first = save();
         assert!(
-            first.ends_with(".specula/screenshots/gold--fine--a-b-torus-knot-1.png"),
+            first.ends_with("screenshots/gold--fine--a-b-torus-knot-1.png"),
             "{}",
             first.display()
         );
@@ -168,5 +176,6 @@ mod tests {
         fs::write(folder.join("gold--fine--a-b-torus-knot-3.part"), "").unwrap();
         assert!(save().ends_with("gold--fine--a-b-torus-knot-4.png"));
         assert_eq!(fs::read_dir(folder).unwrap().count(), 4, "three pictures and that part");
+        assert!(!folder.with_file_name(FOLDER).exists(), "they are not in the cache");
     }
 }

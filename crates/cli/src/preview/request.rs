@@ -11,6 +11,8 @@ use crate::print::say;
 /// What a window shows, and how.
 pub(crate) struct WindowRequest<'a> {
     pub(crate) manifest: &'a Path,
+    /// The folder for pictures that somebody takes.
+    pub(crate) screenshots: &'a Path,
     pub(crate) kinds: &'a Kinds,
     /// The stages that are watched; an empty list means all.
     pub(crate) stages: &'a [String],

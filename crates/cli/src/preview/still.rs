@@ -77,7 +77,7 @@ fn build(
         keep_going: true,
         ..BuildOptions::default()
     };
-    let reporter = BuildReporter::new(arguments.watching.verbose, false, true);
+    let reporter = BuildReporter::with_bar(arguments.watching.verbose);
     let events = |event: Event| reporter.show(&event);
     let built = engine::build(plan, &options, cancel, &events);
     reporter.show_failures();

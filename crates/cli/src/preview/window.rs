@@ -4,7 +4,7 @@ use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Instant;
 
-use engine::{Cancel, Event};
+use engine::{Cancel, Event, Wanted};
 use parking_lot::Mutex;
 
 use super::controller::{PreviewController, PreviewMessage};
@@ -21,13 +21,14 @@ pub(crate) const HINT: &str = "`cargo install --path crates/cli --features windo
 /// Opens a window beside a watcher, and returns when both have ended.
 pub(crate) fn run(
     request: &WindowRequest<'_>,
-    watch: impl FnOnce(&Cancel, &(dyn Fn(&Event) + Sync)) -> Exit + Send,
+    watch: impl FnOnce(&Cancel, &Wanted, &(dyn Fn(&Event) + Sync)) -> Exit + Send,
 ) -> Exit {
     let (messages, receiver) = channel();
     let cancel = Cancel::default();
     let interrupted = messages.clone();
     stop_on_interrupt(&cancel, move || _ = interrupted.send(PreviewMessage::Close));
     let controller = PreviewController::new(request, &cancel);
+    let wanted = controller.goes_first();
     thread::scope(|scope| {
         let controller = scope.spawn(move || controller.run(&receiver));
         let watcher = scope.spawn(|| {
@@ -40,7 +41,7 @@ pub(crate) fn run(
             };
             // However the watcher ends, the window has nothing more to show.
             let _guard = CloseOnDrop(&cancel, messages.clone());
-            watch(&cancel, &listener)
+            watch(&cancel, &wanted, &listener)
         });
         let shown = show(request, &cancel, &messages);
         let has_window = shown.is_ok();

@@ -97,6 +97,7 @@ pub(super) struct FileEntry {
 const UNDERSTOOD: u32 = 1;
 const GONE: u32 = 2;
 const FAILED: u32 = 4;
+const WARNED: u32 = 8;
 const LISTING: u32 = 2;
 const THERE: u32 = 4;
 const SETTLED: u32 = 2;
@@ -150,6 +151,8 @@ pub(super) struct ItemFields {
     #[serde(default)]
     gone: bool,
     failure: Option<serde::de::IgnoredAny>,
+    #[serde(default)]
+    warnings: Vec<serde::de::IgnoredAny>,
     outputs: Vec<Blob>,
     reads: Vec<FileRead>,
     #[serde(default)]
@@ -261,7 +264,8 @@ impl Tables {
             outputs,
             reads,
             milliseconds: fields.milliseconds as f32,
-            flags: UNDERSTOOD | flag(fields.gone, GONE) | flag(fields.failure.is_some(), FAILED),
+            flags: UNDERSTOOD | flag(fields.gone, GONE) | flag(fields.failure.is_some(), FAILED)
+                | flag(!fields.warnings.is_empty(), WARNED),
         }
     }
 
@@ -416,6 +420,11 @@ impl<'a> LatestRecord<'a> {
     /// Whether the run failed.
     pub(crate) fn has_failed(&self) -> bool {
         self.entry.flags & FAILED != 0
+    }
+
+    /// Whether the run warned.
+    pub(crate) fn has_warned(&self) -> bool {
+        self.entry.flags & WARNED != 0
     }
 
     /// How long it took.

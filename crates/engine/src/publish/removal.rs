@@ -9,6 +9,7 @@ use std::sync::atomic::Ordering;
 use super::{PublishEvent, Publisher, TEMPORARY};
 use crate::journal::{Line, Tag};
 use crate::ledger::{Published, out_name};
+use crate::selection::Selection;
 use crate::state::State;
 use crate::{Error, ItemName, Plan, platform};
 
@@ -21,7 +22,7 @@ impl Publisher<'_> {
     pub(crate) fn remove_gone(
         &self,
         plan: &Plan,
-        selected: &[bool],
+        selected: &Selection,
         all: bool,
         events: &mut Vec<(ItemName, PublishEvent)>,
     ) -> Result<(), Error> {
@@ -31,7 +32,7 @@ impl Publisher<'_> {
         let items = (0..plan.items.len()).map(|item| plan.item_name(item)).collect::<HashSet<_>>();
         for (item, files) in self.stale.iter().filter(|(item, _)| !items.contains(*item)) {
             let stage = plan.stages.iter().position(|stage| stage.name == item.stage);
-            if stage.map_or(all, |stage| selected[stage]) {
+            if stage.map_or(all, |stage| selected.has_stage(stage)) {
                 self.remove(files, &mut |what| events.push((item.clone(), what)))?;
             }
         }
@@ -61,11 +62,11 @@ impl Publisher<'_> {
     pub(crate) fn would_remove(
         &self,
         plan: &Plan,
-        selected: &[bool],
+        selected: &Selection,
         all: bool,
     ) -> Result<Vec<String>, Error> {
         let stages =
-            plan.stages.iter().zip(selected).map(|(stage, selected)| (stage.name.as_str(), *selected));
+            plan.stages.iter().enumerate().map(|(index, stage)| (stage.name.as_str(), selected.has_stage(index)));
         let stages = stages.collect::<HashMap<_, _>>();
         let stale = self.stale.iter().filter(|(item, _)| *stages.get(item.stage.as_str()).unwrap_or(&all));
         let lines = stale.flat_map(|(_, files)| files).filter_map(|file| self.entry(file));

@@ -87,7 +87,7 @@ impl Scheduler<'_, '_> {
 
     pub(super) fn up_to_date(&mut self, item: ItemIndex, events: Vec<PublishEvent>) {
         self.summary.up_to_date += 1;
-        self.report(Event::UpToDate { item: self.check.name(item) });
+        self.report_up_to_date(item);
         self.report_all(item, events);
         self.complete(item);
     }
@@ -114,6 +114,7 @@ impl Scheduler<'_, '_> {
     fn fail(&mut self, item: ItemIndex, failure: &Failure) {
         let name = self.check.name(item);
         self.summary.failed += 1;
+        self.count_kept(item);
         if failure.system_error {
             self.summary.system_errors += 1;
         } else {
@@ -127,12 +128,19 @@ impl Scheduler<'_, '_> {
     pub(super) fn skip(&mut self, item: ItemIndex, because: Option<ItemName>) {
         let name = self.check.name(item);
         self.summary.skipped += 1;
+        self.count_kept(item);
         self.report(Event::Skipped { item: name.clone(), because: because.clone() });
         match because {
             Some(root) => self.finish_without_result(item, &root),
             // The build is being stopped: the rest is skipped at its end.
             None => self.items[item].phase = Phase::Stopped,
         }
+    }
+
+    /// Counts an item that did not run and has outputs of an earlier run.
+    fn count_kept(&mut self, item: ItemIndex) {
+        let is_kept = self.check.latest(item).is_some_and(|latest| !latest.outputs().is_empty());
+        self.summary.kept += usize::from(is_kept);
     }
 
     /// Finishes an item without a result.
@@ -188,6 +196,7 @@ impl Scheduler<'_, '_> {
             if matches!(self.items[item].phase, Phase::Waiting | Phase::Busy) {
                 let root = self.failed_input(item);
                 self.summary.skipped += 1;
+                self.count_kept(item);
                 let name = self.check.name(item);
                 if let Some(root) = &root {
                     self.items[item].phase = Phase::Failed(root.clone());

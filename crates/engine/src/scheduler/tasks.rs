@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::up_to_date::UpToDateCheck;
-use crate::{ItemIndex, Product};
+use crate::{ItemIndex, Product, Stage};
 
 /// A task of a worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,28 +14,41 @@ pub(super) enum Task {
     Fetch(ItemIndex),
 }
 
-/// Exports go before artifacts, and artifacts of later stages before those of earlier ones, so that the
-/// inputs kept for them can be dropped soon. Exports that took little time in their last run go first:
-/// whoever waits for a map does not wait for the report.
+/// What is wanted goes first, and what takes long goes last.
+///
+/// Of the rest, exports go before artifacts, and artifacts of later stages before those of earlier ones, so
+/// that the inputs kept for them can be dropped soon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Urgency {
-    /// An artifact of this stage.
-    Artifact(usize),
-    /// Files: how long they took, and the stage.
-    Export(Reverse<u32>, usize),
+struct Urgency {
+    is_wanted: bool,
+    /// How long it takes, if that is noticed.
+    long: Reverse<u32>,
+    is_export: bool,
+    stage: usize,
 }
 
+/// Milliseconds that nobody notices: what takes less is not worth a place of its own in the order.
+const NOTICED: f64 = 32.0;
+
+/// Milliseconds of an item of a slow kind that never ran.
+const SLOW: f64 = 1e4;
+
 impl Urgency {
-    fn of(item: ItemIndex, check: &UpToDateCheck<'_>) -> Self {
+    fn of(item: ItemIndex, task: Task, check: &UpToDateCheck<'_>, wanted: &[bool]) -> Self {
         let stage = check.plan.items[item].stage;
-        match check.plan.stages[stage].product {
-            Product::Artifact(_) => Self::Artifact(stage),
-            Product::Files(_) => {
-                let milliseconds = check.latest(item).map_or(0.0, |latest| latest.milliseconds());
-                // In doublings, from what nobody notices on: small differences are chance.
-                let doublings = (milliseconds / 32.0).max(1.0).log2() as u32;
-                Self::Export(Reverse(doublings), stage)
-            }
+        let Stage { kind, product, .. } = &check.plan.stages[stage];
+        let milliseconds = match (task, check.latest(item)) {
+            (Task::Run(_), Some(latest)) => latest.milliseconds(),
+            (Task::Run(_), None) if kind.is_slow() => SLOW,
+            _ => 0.0,
+        };
+        // In doublings: small differences are chance.
+        let doublings = (milliseconds / NOTICED).max(1.0).log2() as u32;
+        Self {
+            is_wanted: wanted[item],
+            long: Reverse(doublings),
+            is_export: matches!(product, Product::Files(_)),
+            stage,
         }
     }
 }
@@ -46,12 +59,25 @@ pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
 
 impl Tasks {
     /// Adds a task of an item. Of equally urgent tasks, that of the earlier item goes first.
-    pub(super) fn push(&mut self, item: ItemIndex, task: Task, check: &UpToDateCheck<'_>) {
-        self.0.push((Urgency::of(item, check), Reverse(item), task));
+    pub(super) fn push(&mut self, item: ItemIndex, task: Task, check: &UpToDateCheck<'_>, wanted: &[bool]) {
+        self.0.push((Urgency::of(item, task, check, wanted), Reverse(item), task));
     }
 
-    /// Takes the most urgent task.
-    pub(super) fn pop(&mut self) -> Option<Task> {
-        self.0.pop().map(|(_, _, task)| task)
+    /// Sorts the tasks again: other items are wanted.
+    pub(super) fn want(&mut self, wanted: &[bool]) {
+        let again = |(urgency, item, task): (Urgency, Reverse<ItemIndex>, Task)| {
+            (Urgency { is_wanted: wanted[item.0], ..urgency }, item, task)
+        };
+        self.0 = std::mem::take(&mut self.0).into_iter().map(again).collect();
+    }
+
+    /// Whether the most urgent task is wanted.
+    pub(super) fn has_wanted(&self) -> bool {
+        self.0.peek().is_some_and(|(urgency, ..)| urgency.is_wanted)
+    }
+
+    /// Takes the most urgent task, and whether it is wanted.
+    pub(super) fn pop(&mut self) -> Option<(Task, bool)> {
+        self.0.pop().map(|(urgency, _, task)| (task, urgency.is_wanted))
     }
 }

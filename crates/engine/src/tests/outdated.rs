@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use parking_lot::{Condvar, Mutex};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::*;
 use crate::testkit::{Nothing, Text};
-use crate::{BuildSession, Context, Failure, Kind, Output, Port, parameters};
+use crate::{BuildSession, Context, Failure, ItemKey, ItemName, Kind, Output, Port, parameters};
 
 /// A place where running items wait until they are let through or stopped.
 struct Gate {
@@ -29,7 +29,8 @@ impl Gate {
         state.0.insert(name.into());
         self.changed.notify_all();
         while !state.1.contains(name) {
-            is_stopped()?;
+            // An item may pause there, and others pass this gate meanwhile.
+            MutexGuard::unlocked(&mut state, &is_stopped)?;
             if clock.elapsed() > LONG {
                 return Err(Failure::new(format!("nobody let {name} through")));
             }
@@ -228,6 +229,69 @@ fn an_unusable_file_that_is_still_being_written_is_not_a_failure() {
     assert!(project.explain("text")[0].last.is_none());
     assert_eq!(project.build_and(|_| {}).1.failed, 0);
     assert_eq!(project.read("out/file/a.txt"), "bad luck");
+}
+
+/// The items of these texts.
+fn items(stage: &str, names: &[&str]) -> Vec<ItemName> {
+    let name = |name: &&str| ItemName { stage: stage.into(), key: ItemKey::from_iter([("text", *name)]) };
+    names.iter().map(name).collect()
+}
+
+#[test]
+fn what_is_wanted_runs_although_every_thread_is_busy() {
+    let project = sources();
+    let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
+    let (log, summary) = project.build_and(|_| {
+        GATE.await_arrival(&gates[0]);
+        GATE.await_arrival(&gates[1]);
+        project.options.wanted.set(items("file", &["c"]));
+        GATE.await_arrival(&gates[2]);
+        GATE.open(&gates[2]);
+        let clock = Instant::now();
+        while !project.exists("out/file/c.txt") {
+            assert!(clock.elapsed() < LONG, "c is not published");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(!project.exists("out/file/a.txt") && !project.exists("out/file/b.txt"));
+        gates.iter().for_each(|gate| GATE.open(gate));
+    });
+    assert_eq!((summary.ran, summary.skipped, summary.cancelled), (6, 0, false), "{log:?}");
+}
+
+#[test]
+fn an_edit_of_what_is_wanted_stops_everything_else() {
+    let project = sources();
+    let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
+    project.options.wanted.set(items("file", &["a"]));
+    let (log, summary) = project.build_and(|session| {
+        GATE.await_arrival(&gates[0]);
+        GATE.await_arrival(&gates[1]);
+        project.write("a.txt", "four");
+        session.outdate(&[project.path("a.txt")], None);
+    });
+    assert!(log.contains("skipped text [a]") && log.contains("skipped text [b]"), "{log:?}");
+    assert_eq!((summary.ran, summary.cancelled), (0, true));
+    gates.iter().for_each(|gate| GATE.open(gate));
+    assert_eq!(project.build_and(|_| {}).1.ran, 6);
+    assert_eq!(project.read("out/file/a.txt"), "four");
+}
+
+#[test]
+fn what_is_wanted_goes_first() {
+    let mut project = sources();
+    ["a.txt", "b.txt", "c.txt"].iter().for_each(|name| GATE.open(&project.gate(name)));
+    project.options.jobs = Some(1);
+    let first = |project: &Project, words: &str| {
+        let (events, summary) = project.try_build();
+        summary.unwrap();
+        log(&events).lines().position(|line| line == words).unwrap()
+    };
+    project.options.wanted.set(items("file", &["b"]));
+    let wanted = first(&project, "ran file [b]");
+    assert!(wanted < 6, "{wanted}");
+    project.remove(".specula");
+    project.options.wanted.set(Vec::new());
+    assert!(first(&project, "ran file [b]") > wanted);
 }
 
 const CHAINS: &str = r#"

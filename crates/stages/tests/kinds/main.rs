@@ -7,6 +7,7 @@ mod corpus;
 #[cfg(unix)]
 mod exec;
 mod explicit_maps;
+mod export_environment;
 mod export_reflection_map;
 mod export_sh;
 mod export_shrm;

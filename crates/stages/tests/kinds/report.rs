@@ -353,7 +353,6 @@ fn impossible_parameters_are_errors() {
         ("accept = 0", "accept: 0 is not a number above 0 and at most 3"),
         ("sphere = 31", "sphere: 31 is not a whole number from 32 to 256"),
         ("resolution = 1000", "resolution: 1000 is not a whole number from 4 to 512"),
-        ("sphere = 8", "sphere: 8 is not a whole number from 32 to 256"),
         ("amplify = 0.5", "amplify: 0.5 is not a number from 1 to 100"),
         ("tolerance = 0.1\ndegree = [3, 1]", "tolerance: degree already sets the degrees"),
     ] {

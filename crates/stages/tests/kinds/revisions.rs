@@ -21,6 +21,7 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("rotate", 1, [27.00000000, 9.81585951, 15.94363884, 7.85013800, -0.04349477]),
     ("project-brdf", 3, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
     ("convolve", 4, [36.00000000, 25.62677743, 25.62677750, 9.59641878, 1.37049467]),
+    ("export-environment", 1, [0.0, 0.0, 0.0, 0.0, 0.0]),
     ("export-reflection-map", 4, [1296.00000000, 518.40527344, 518.40527344, 1.53200292, -0.96969274]),
     ("export-shrm", 3, [1458.00000000, 209.57901382, 370.56937027, -8.33842415, 4.83045402]),
     ("reference", 2, [96.00000000, 27.72637939, 27.72637939, -0.08342432, 0.10358787]),
@@ -60,6 +61,8 @@ fn fixture(kind: &str) -> Case {
             let brdf = case("project-brdf", "").input("material", Material(phong(3.0))).artifact::<Brdf>();
             case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone())
         }
+        "export-environment" => case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
+            .input("environment", environment(16, sky)),
         "export-reflection-map" => case("export-reflection-map", "layout = \"cube-cross\"\nresolution = 6")
             .input("reflection", reflection(lambert(0.8), 2)),
         "export-shrm" => case("export-shrm", "resolution = 3\nview = \"global\"\nformat = \"ktx2\"")

@@ -49,6 +49,7 @@ struct Project {
     folder: tempfile::TempDir,
     kinds: Kinds,
     manifest: PathBuf,
+    screenshots: PathBuf,
     stages: Vec<String>,
 }
 
@@ -62,7 +63,8 @@ impl Project {
         fs::create_dir(folder.path().join("paint")).unwrap();
         fs::write(folder.path().join("paint/gold.toml"), GOLD).unwrap();
         fs::write(folder.path().join("paint/tin.toml"), "model = \"lambert\"\nalbedo = 0.5\n").unwrap();
-        Self { folder, kinds: stages::kinds(), manifest, stages: Vec::new() }
+        let screenshots = folder.path().join("screenshots");
+        Self { folder, kinds: stages::kinds(), manifest, screenshots, stages: Vec::new() }
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -76,9 +78,9 @@ impl Project {
     }
 
     fn request(&self, continues_without: bool) -> WindowRequest<'_> {
-        let Self { manifest, kinds, stages, .. } = self;
+        let Self { manifest, screenshots, kinds, stages, .. } = self;
         let subject = SubjectRequest::default();
-        WindowRequest { manifest, kinds, stages, subject, cpu: true, continues_without }
+        WindowRequest { manifest, screenshots, kinds, stages, subject, cpu: true, continues_without }
     }
 }
 
@@ -240,7 +242,7 @@ fn a_saved_picture_is_reported_when_it_is_written() {
     let save = || PreviewMessage::SavePicture(subject.clone(), picture());
     controller.handle_all([save(), save()]);
     for (line, number) in received(&updates).iter().zip([1, 2]) {
-        let file = project.path(&format!(".specula/screenshots/gold-sky-sphere-{number}.png"));
+        let file = project.path(&format!("screenshots/gold-sky-sphere-{number}.png"));
         assert_eq!(*line, format!("toast: saved the picture: {}", file.display()));
         assert!(file.exists());
     }

@@ -1,0 +1,242 @@
+//! What files are: light, materials or meshes; and the sources that name them in a manifest.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Files by what they are, each list sorted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Assets {
+    pub(crate) environments: Vec<PathBuf>,
+    pub(crate) materials: Vec<PathBuf>,
+    pub(crate) meshes: Vec<PathBuf>,
+}
+
+/// Endings of images that hold more light than a screen shows.
+const HDR: [&str; 4] = ["exr", "hdr", "pic", "rgbe"];
+
+/// Endings of other images: whoever names one means it.
+const IMAGES: [&str; 8] = ["tif", "tiff", "png", "jpg", "jpeg", "tga", "webp", "bmp"];
+
+/// Folders that a search does not enter.
+const NOT_SEARCHED: [&str; 3] = ["out", "target", "node_modules"];
+
+/// How many folders deep a search goes.
+const DEEPEST: usize = 8;
+
+impl Assets {
+    /// Sorts files that somebody named.
+    ///
+    /// # Errors
+    /// If one does not exist, or is nothing that can be shown.
+    pub(crate) fn named(files: &[PathBuf]) -> Result<Self, String> {
+        let mut assets = Self::default();
+        for file in files {
+            if let Err(error) = fs::metadata(file) {
+                return Err(format!("cannot read {}: {error}", file.display()));
+            }
+            if !assets.add(file, true) {
+                return Err(format!(
+                    "{} is neither an image of an environment, nor a material, nor a glTF mesh",
+                    file.display()
+                ));
+            }
+        }
+        Ok(assets)
+    }
+
+    /// The images in a folder, not below it.
+    pub(crate) fn in_folder(folder: &Path) -> Vec<PathBuf> {
+        let mut assets = Self::default();
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            if entry.path().is_file() {
+                assets.add(&entry.path(), true);
+            }
+        }
+        assets.environments.sort();
+        assets.environments
+    }
+
+    /// What is in a folder and below it. Only images of high dynamic range count: others are usually textures.
+    pub(crate) fn found(folder: &Path) -> Self {
+        let mut assets = Self::default();
+        assets.search(folder, DEEPEST);
+        for list in [&mut assets.environments, &mut assets.materials, &mut assets.meshes] {
+            list.sort();
+        }
+        assets
+    }
+
+    /// The same files, by their paths below a folder.
+    pub(crate) fn below(self, folder: &Path) -> Self {
+        let below = |files: Vec<PathBuf>| files.iter().map(|file| relative(file, folder)).collect();
+        Self {
+            environments: below(self.environments),
+            materials: below(self.materials),
+            meshes: below(self.meshes),
+        }
+    }
+
+    /// Whether there is nothing.
+    pub(crate) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn search(&mut self, folder: &Path, deeper: usize) {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let (path, name) = (entry.path(), entry.file_name());
+            let name = name.to_string_lossy();
+            if name.starts_with('.') || NOT_SEARCHED.contains(&&*name) {
+                continue;
+            }
+            match entry.file_type() {
+                Ok(kind) if kind.is_dir() && deeper > 0 => self.search(&path, deeper - 1),
+                Ok(kind) if kind.is_file() => _ = self.add(&path, false),
+                _ => {}
+            }
+        }
+    }
+
+    /// Adds a file to its list; false if it belongs to none.
+    fn add(&mut self, file: &Path, is_named: bool) -> bool {
+        let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        let is_image = HDR.contains(&&*ending) || is_named && IMAGES.contains(&&*ending);
+        let list = if is_image {
+            &mut self.environments
+        } else if stages::is_gltf_file(&name) {
+            &mut self.meshes
+        } else if stages::is_measured_file(&name) || is_material(file, &ending) {
+            &mut self.materials
+        } else {
+            return false;
+        };
+        list.push(file.to_path_buf());
+        true
+    }
+}
+
+/// Whether a file is a TOML file that names a model, as materials do.
+fn is_material(file: &Path, ending: &str) -> bool {
+    let text = || engine::read_file(file).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+    ending == "toml" && text().is_some_and(|text| toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("model")))
+}
+
+/// Whether a file is a manifest rather than a material.
+pub(crate) fn is_manifest(file: &Path) -> bool {
+    let ending = file.extension().unwrap_or_default();
+    ending.eq_ignore_ascii_case("toml") && !is_material(file, "toml")
+}
+
+/// A `source` that names these files and no others, relative to the manifest's folder `base`. All paths are
+/// absolute, or all are relative to the same folder.
+pub(crate) fn source_of(files: &[PathBuf], base: &Path) -> String {
+    let Some(first) = files.first() else { return String::new() };
+    let mut common = first.parent().unwrap_or(Path::new(""));
+    while !files.iter().all(|file| file.starts_with(common)) {
+        common = common.parent().unwrap_or(Path::new(""));
+    }
+    let folder = slashed(&relative(common, base));
+    let folder = if folder.is_empty() { String::new() } else { format!("{folder}/") };
+    let below = |file: &PathBuf| slashed(file.strip_prefix(common).unwrap_or(file));
+    match files {
+        [file] if !below(file).contains(SPECIAL) => folder + &below(file),
+        [file] => folder + &literal(&below(file)),
+        files => {
+            let names = files.iter().map(|file| literal(&below(file))).collect::<Vec<_>>();
+            format!("{folder}{{{}}}", names.join(","))
+        }
+    }
+}
+
+/// A `source` that names the files of these kinds wherever they are in their folder, and those that join them
+/// later.
+pub(crate) fn glob_of(files: &[PathBuf], base: &Path) -> String {
+    let Some(first) = files.first() else { return String::new() };
+    let mut common = first.parent().unwrap_or(Path::new(""));
+    while !files.iter().all(|file| file.starts_with(common)) {
+        common = common.parent().unwrap_or(Path::new(""));
+    }
+    let mut endings: Vec<_> =
+        files.iter().filter_map(|file| Some(file.extension()?.to_string_lossy().into_owned())).collect();
+    endings.sort();
+    endings.dedup();
+    let is_deep = files.iter().any(|file| file.parent() != Some(common));
+    let endings = if let [one] = &endings[..] { one.clone() } else { format!("{{{}}}", endings.join(",")) };
+    let folder = slashed(&relative(common, base));
+    let folder = if folder.is_empty() { folder } else { format!("{folder}/") };
+    format!("{folder}{}*.{endings}", if is_deep { "**/" } else { "" })
+}
+
+/// Characters that a glob does not take as they are.
+const SPECIAL: [char; 7] = ['*', '?', '[', ']', '{', '}', ','];
+
+/// A name as a glob that matches only it.
+fn literal(name: &str) -> String {
+    let of = |letter: char| if SPECIAL.contains(&letter) { format!("[{letter}]") } else { letter.into() };
+    name.chars().map(of).collect()
+}
+
+/// A path relative to a folder if it is below it, or as it is.
+fn relative(path: &Path, base: &Path) -> PathBuf {
+    path.strip_prefix(base).unwrap_or(path).to_path_buf()
+}
+
+/// A path as manifests write it.
+fn slashed(path: &Path) -> String {
+    path.to_string_lossy().replace('\\', "/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
+    #[test]
+    fn sources_name_files() {
+        let base = Path::new("/work");
+        for (files, source) in [
+            (&["/work/a/sky.hdr"][..], "a/sky.hdr"),
+            (&["/else/sky.hdr"], "/else/sky.hdr"),
+            (&["/work/sky[1].hdr"], "sky[[]1[]].hdr"),
+            (&["/work/a/sky.hdr", "/work/a/b/sun, low.exr"], "a/{sky.hdr,b/sun[,] low.exr}"),
+        ] {
+            assert_eq!(source_of(&paths(files), base), source);
+        }
+        for (files, glob) in [
+            (&["a/sky.hdr"][..], "a/*.hdr"),
+            (&["a/sky.hdr", "a/b/sun.exr"], "a/**/*.{exr,hdr}"),
+            (&["sky.hdr", "sun.hdr"], "*.hdr"),
+        ] {
+            assert_eq!(glob_of(&paths(files), Path::new("")), glob);
+        }
+    }
+
+    #[test]
+    fn files_are_known_by_their_names_and_materials_by_their_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, text).unwrap();
+            path
+        };
+        let sky = write("light/Sky.HDR", "");
+        let gold = write("gold.toml", "model = \"phong\"\n");
+        let knot = write("mesh/knot.glb", "");
+        let paint = write("paint.binary", "");
+        let texture = write("texture.png", "");
+        write("out/map.exr", "");
+        write(".specula/map.exr", "");
+        let manifest = write("pipeline.toml", "schema = 1\n");
+        let found = Assets::found(folder.path());
+        assert_eq!(found.environments, [sky]);
+        assert_eq!((found.materials, found.meshes), (vec![gold.clone(), paint], vec![knot]));
+        assert_eq!(Assets::named(&[texture.clone()]).unwrap().environments, [texture]);
+        assert!(is_manifest(&manifest) && !is_manifest(&gold));
+        assert!(Assets::named(&[manifest]).unwrap_err().contains("is neither an image"));
+        assert!(Assets::named(&[folder.path().join("none.hdr")]).unwrap_err().contains("cannot read"));
+    }
+}

@@ -1,0 +1,235 @@
+//! What works without a manifest, or without typing where it is.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+
+use support::{Project, root};
+
+/// A folder with the sample's assets and no manifest.
+fn assets_alone() -> Project {
+    let project = Project::new("");
+    fs::remove_file(project.path("pipeline.toml")).unwrap();
+    project
+}
+
+const STUDIO: &str = "assets/environments/studio.exr";
+
+#[test]
+fn an_environment_is_converted_to_every_format_and_back() {
+    let project = assets_alone();
+    for (output, options, what) in [
+        ("a.exr", &["--precision", "float"][..], "512 x 256"),
+        ("a.hdr", &["--resolution", "32"], "64 x 32"),
+        ("a.png", &["--exposure", "-1.5"], "512 x 256"),
+        ("a.ktx2", &["--layout", "cube", "--resolution", "16"], "16 x 16"),
+        ("a.dds", &["--layout", "cube", "--resolution", "16"], "16 x 16"),
+        ("a-cross.exr", &["--layout", "cube-cross", "-r", "16"], "48 x 64"),
+    ] {
+        let run = project.ok(&[&["convert", STUDIO, "-o", output], options].concat());
+        assert_eq!(run.stderr, format!("Wrote 1 file to {output}.\n"));
+        let found = project.ok(&["inspect", output]).stdout;
+        assert!(found.contains(what), "{output}: {found}");
+    }
+    let run = project.ok(&["convert", "a-cross.exr", "--from", "cube-cross", "-o", "faces", "--layout", "cube"]);
+    assert_eq!(run.stderr, "Wrote 6 files to faces.\n");
+    assert!(project.path("faces/px.exr").exists());
+    let run = project.ok(&["convert", "faces", "--from", "cube", "--yaw", "90", "-o", "new/back.hdr"]);
+    assert_eq!(run.stderr, "Wrote 1 file to new/back.hdr.\n");
+    // A folder of images; and nothing else was written.
+    project.ok(&["convert", "assets/environments", "-o", "all", "--format", "rgbe", "-r", "16"]);
+    assert_eq!(support::files_below(&project.path("all")).into_keys().collect::<Vec<_>>(), ["sky.hdr", "studio.hdr"]);
+    assert!(!project.path(".specula").exists() && !project.path("pipeline.toml").exists());
+}
+
+#[test]
+fn a_conversion_prints_the_manifest_that_does_the_same() {
+    let project = assets_alone();
+    let options = ["convert", STUDIO, "-o", "made/studio.ktx2", "--layout", "cube", "-r", "16", "--yaw", "30"];
+    let text = project.ok(&[&options[..], &["--manifest"]].concat()).stdout;
+    assert!(!project.path("made").exists(), "it converts nothing");
+    project.ok(&options);
+    project.write("pipeline.toml", &text);
+    project.ok(&["build"]);
+    assert!(project.outputs()["made/studio.ktx2"] == fs::read(project.path("made/studio.ktx2")).unwrap());
+}
+
+#[test]
+fn a_conversion_that_is_impossible_says_why_and_leaves_what_was_there() {
+    let project = assets_alone();
+    project.write("notes.hdr", "not an image");
+    project.write("kept.exr", "kept");
+    for (arguments, code, words) in [
+        (&["none.exr", "-o", "kept.exr"][..], 2, "cannot read none.exr"),
+        (&["notes.hdr", "-o", "kept.exr"], 1, "notes.hdr"),
+        (&[STUDIO, "-o", "kept"], 2, "the ending of kept says no format"),
+        (&[STUDIO, "-o", "kept.exr", "--format", "rgbe"], 2, "is not the name of a file in the format rgbe"),
+        (&[STUDIO, "-o", "kept.exr", "--layout", "cubes"], 2, "did you mean \"cube\"?"),
+        (&[STUDIO, "-o", "kept.ktx2", "--layout", "cube-cross"], 2, "a texture is \"lat-long\" or \"cube\""),
+        (&[STUDIO, "-o", "kept.exr", "--from", "probe"], 1, "probe"),
+    ] {
+        let run = project.specula(&[&["convert"], arguments].concat());
+        assert_eq!(run.code, Some(code), "{arguments:?}: {run:?}");
+        assert!(run.stderr.contains(words), "{arguments:?}: {}", run.stderr);
+    }
+    assert_eq!(fs::read_to_string(project.path("kept.exr")).unwrap(), "kept");
+}
+
+#[test]
+fn files_are_previewed_without_a_manifest() {
+    let project = assets_alone();
+    let mut command =
+        project.command(&["preview", STUDIO, "assets/materials/gold.toml", "--still", "gold.png", "--size", "64x48"]);
+    let cache = project.path("cache");
+    let drawn = command.env("XDG_CACHE_HOME", &cache).output().unwrap();
+    let text = String::from_utf8(drawn.stderr).unwrap();
+    assert!(drawn.status.success() && text.contains("gold.png: gold under studio on sphere"), "{text}");
+    assert!(project.path("gold.png").exists() && !project.path(".specula").exists());
+    // The same files find what was made for them, and others stand in for what is not named.
+    let drawn = project
+        .command(&["preview", STUDIO, "--item", "material=chrome", "--still", "chrome.png", "--size", "64x48"])
+        .env("XDG_CACHE_HOME", &cache)
+        .output()
+        .unwrap();
+    assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
+    assert_eq!(fs::read_dir(cache.join("specula/preview")).unwrap().count(), 2);
+
+    let text = project.ok(&["preview", STUDIO, "assets/materials/gold.toml", "--manifest"]).stdout;
+    project.write("pipeline.toml", &text);
+    project.ok(&["build"]);
+    let run = project.specula(&["preview", "notes.txt"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+}
+
+#[test]
+fn init_writes_a_manifest_for_what_is_in_a_folder() {
+    let project = assets_alone();
+    fs::remove_dir_all(project.path("assets/finishes")).unwrap();
+    fs::remove_file(project.path("assets/white.toml")).unwrap();
+    let run = project.ok(&["init"]);
+    assert!(run.stderr.contains("The manifest names 2 environments, 4 materials and 0 mesh files."), "{}", run.stderr);
+    project.ok(&["build", "map"]);
+    assert_eq!(project.outputs().len(), 2 * 4 * 6);
+}
+
+#[test]
+fn init_writes_the_sample_with_its_assets() {
+    let project = assets_alone();
+    project.ok(&["init", "--sample", "sample"]);
+    for file in ["pipeline.toml", STUDIO, "assets/finishes/copper.toml", "assets/white.toml"] {
+        let (written, own) = (project.path("sample").join(file), root().join(file));
+        assert!(fs::read(written).unwrap() == fs::read(own).unwrap(), "{file}");
+    }
+    project.ok(&["-C", "sample", "check"]);
+}
+
+#[test]
+fn the_manifest_is_found_from_a_folder_below_it() {
+    let project = Project::small();
+    let below = project.path("assets/materials");
+    let run = project.command(&["build", "lighting"]).current_dir(&below).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let run = project.command(&["explain", "lighting"]).current_dir(below.parent().unwrap()).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let nowhere = tempfile::tempdir().unwrap();
+    let run = project.command(&["build"]).current_dir(nowhere.path()).output().unwrap();
+    assert_eq!(run.status.code(), Some(3), "there is none around it");
+    let run = project.specula(&["-C", "nowhere", "build"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("cannot work in nowhere"), "{}", run.stderr);
+}
+
+#[test]
+fn one_item_is_built_with_what_it_needs() {
+    let project = Project::small();
+    let run = project.ok(&["build", "map [gold]", "-j", "1"]);
+    assert!(run.stderr.contains("6 items ran"), "{}", run.stderr);
+    assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["maps/gold.exr"]);
+    // The rest stays as it is when one of its items is built again.
+    project.ok(&["build"]);
+    let all = project.outputs();
+    project.ok(&["build", "map [gold]", "faces[chalk]"]);
+    assert_eq!(project.outputs(), all);
+    let run = project.specula(&["build", "map [silver]"]);
+    assert_eq!(run.code, Some(2), "{run:?}");
+    assert!(run.stderr.contains("no item \"map [silver]\"") && run.stderr.contains("map [chalk]"), "{}", run.stderr);
+}
+
+#[test]
+fn a_quiet_build_shows_warnings_and_failures_alone() {
+    let project = Project::small();
+    assert_eq!(project.ok(&["build", "-q"]).stderr, "");
+    project.write("assets/materials/gold.toml", "model = \"fong\"\n");
+    let run = project.specula(&["build", "--quiet"]);
+    assert!(run.stderr.contains("FAILED") && run.stderr.contains("did you mean \"phong\""), "{}", run.stderr);
+}
+
+#[test]
+fn first_failures_do_not_speak_of_last_good_outputs() {
+    let project = Project::small();
+    project.write("assets/materials/gold.toml", "model = \"fong\"\n");
+    let kept = "The last good outputs of the items that did not run are kept.";
+    assert!(!project.specula(&["build"]).stderr.contains(kept), "there are none");
+    project.write("assets/materials/gold.toml", "model = \"phong\"\nexponent = 7\n");
+    project.ok(&["build"]);
+    project.write("assets/materials/gold.toml", "model = \"fong\"\n");
+    assert!(project.specula(&["build"]).stderr.contains(kept));
+}
+
+#[test]
+fn warnings_of_results_that_are_up_to_date_are_repeated() {
+    let project = Project::small();
+    // A PNG holds no light brighter than its white.
+    project.write("pipeline.toml", &support::SMALL.replace("studio.exr", "studio.png"));
+    project.ok(&["convert", STUDIO, "-o", "assets/environments/studio.png"]);
+    let first = project.ok(&["build"]).stderr;
+    let warnings = |text: &str| -> Vec<String> {
+        text.lines().filter(|line| line.contains("  warning  ")).map(str::to_owned).collect()
+    };
+    assert!(warnings(&first).iter().any(|line| line.contains("environment")), "{first}");
+    let second = project.ok(&["build"]).stderr;
+    assert!(second.contains("Up to date"), "{second}");
+    let sorted = |mut lines: Vec<String>| {
+        lines.sort();
+        lines
+    };
+    assert_eq!(sorted(warnings(&second)), sorted(warnings(&first)));
+}
+
+#[test]
+fn colour_is_as_it_is_asked_for() {
+    let project = Project::new("schema = 1\n[stage.x]\nkind = \"nothing\"\n");
+    let run = |colour: &str| {
+        let output = project.command(&["--color", colour, "build"]).output().unwrap();
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(run("always").contains("\u{1b}["));
+    assert!(!run("never").contains('\u{1b}') && !run("auto").contains('\u{1b}'));
+}
+
+#[test]
+fn shells_and_man_know_every_command() {
+    let project = assets_alone();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = project.ok(&["completions", shell]).stdout;
+        for word in ["convert", "preview", "completions"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    project.ok(&["man", "man"]);
+    let page = |name: &str| fs::read_to_string(project.path("man").join(name)).unwrap();
+    assert!(page("specula.1").contains("reflection maps") && page("specula-convert.1").contains("yaw"));
+    let syntax = |shell: &str, file: &Path| {
+        let checked = std::process::Command::new(shell).arg("-n").arg(file).status();
+        // A machine need not have every shell.
+        assert!(checked.is_err() || checked.unwrap().success(), "{shell}");
+    };
+    for shell in ["bash", "zsh", "fish"] {
+        let file = project.path(shell);
+        fs::write(&file, project.ok(&["completions", shell]).stdout).unwrap();
+        syntax(shell, &file);
+    }
+}
