@@ -34,21 +34,26 @@ fn an_environment_is_converted_to_every_format_and_back() {
         let found = project.ok(&["inspect", output]).stdout;
         assert!(found.contains(what), "{output}: {found}");
     }
-    let run = project.ok(&["convert", "a-cross.exr", "--from", "cube-cross", "-o", "faces", "--layout", "cube"]);
+    let run =
+        project.ok(&["convert", "a-cross.exr", "--from", "cube-cross", "-o", "faces", "--layout", "cube"]);
     assert_eq!(run.stderr, "Wrote 6 files to faces.\n");
     assert!(project.path("faces/px.exr").exists());
     let run = project.ok(&["convert", "faces", "--from", "cube", "--yaw", "90", "-o", "new/back.hdr"]);
     assert_eq!(run.stderr, "Wrote 1 file to new/back.hdr.\n");
     // A folder of images; and nothing else was written.
     project.ok(&["convert", "assets/environments", "-o", "all", "--format", "rgbe", "-r", "16"]);
-    assert_eq!(support::files_below(&project.path("all")).into_keys().collect::<Vec<_>>(), ["sky.hdr", "studio.hdr"]);
+    assert_eq!(
+        support::files_below(&project.path("all")).into_keys().collect::<Vec<_>>(),
+        ["sky.hdr", "studio.hdr"]
+    );
     assert!(!project.path(".specula").exists() && !project.path("pipeline.toml").exists());
 }
 
 #[test]
 fn a_conversion_prints_the_manifest_that_does_the_same() {
     let project = assets_alone();
-    let options = ["convert", STUDIO, "-o", "made/studio.ktx2", "--layout", "cube", "-r", "16", "--yaw", "30"];
+    let options =
+        ["convert", STUDIO, "-o", "made/studio.ktx2", "--layout", "cube", "-r", "16", "--yaw", "30"];
     let text = project.ok(&[&options[..], &["--manifest"]].concat()).stdout;
     assert!(!project.path("made").exists(), "it converts nothing");
     project.ok(&options);
@@ -81,8 +86,15 @@ fn a_conversion_that_is_impossible_says_why_and_leaves_what_was_there() {
 #[test]
 fn files_are_previewed_without_a_manifest() {
     let project = assets_alone();
-    let mut command =
-        project.command(&["preview", STUDIO, "assets/materials/gold.toml", "--still", "gold.png", "--size", "64x48"]);
+    let mut command = project.command(&[
+        "preview",
+        STUDIO,
+        "assets/materials/gold.toml",
+        "--still",
+        "gold.png",
+        "--size",
+        "64x48",
+    ]);
     let cache = project.path("cache");
     let drawn = command.env("XDG_CACHE_HOME", &cache).output().unwrap();
     let text = String::from_utf8(drawn.stderr).unwrap();
@@ -90,7 +102,16 @@ fn files_are_previewed_without_a_manifest() {
     assert!(project.path("gold.png").exists() && !project.path(".specula").exists());
     // The same files find what was made for them, and others stand in for what is not named.
     let drawn = project
-        .command(&["preview", STUDIO, "--item", "material=chrome", "--still", "chrome.png", "--size", "64x48"])
+        .command(&[
+            "preview",
+            STUDIO,
+            "--item",
+            "material=chrome",
+            "--still",
+            "chrome.png",
+            "--size",
+            "64x48",
+        ])
         .env("XDG_CACHE_HOME", &cache)
         .output()
         .unwrap();
@@ -110,7 +131,11 @@ fn init_writes_a_manifest_for_what_is_in_a_folder() {
     fs::remove_dir_all(project.path("assets/finishes")).unwrap();
     fs::remove_file(project.path("assets/white.toml")).unwrap();
     let run = project.ok(&["init"]);
-    assert!(run.stderr.contains("The manifest names 2 environments, 4 materials and 0 mesh files."), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("The manifest names 2 environments, 4 materials and 0 mesh files."),
+        "{}",
+        run.stderr
+    );
     project.ok(&["build", "map"]);
     assert_eq!(project.outputs().len(), 2 * 4 * 6);
 }
@@ -132,7 +157,8 @@ fn the_manifest_is_found_from_a_folder_below_it() {
     let below = project.path("assets/materials");
     let run = project.command(&["build", "lighting"]).current_dir(&below).output().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let run = project.command(&["explain", "lighting"]).current_dir(below.parent().unwrap()).output().unwrap();
+    let run =
+        project.command(&["explain", "lighting"]).current_dir(below.parent().unwrap()).output().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let nowhere = tempfile::tempdir().unwrap();
     let run = project.command(&["build"]).current_dir(nowhere.path()).output().unwrap();
@@ -145,23 +171,29 @@ fn the_manifest_is_found_from_a_folder_below_it() {
 #[test]
 fn one_item_is_built_with_what_it_needs() {
     let project = Project::small();
-    let run = project.ok(&["build", "map [gold]", "-j", "1"]);
+    let run = project.ok(&["build", "map [studio, gold]", "-j", "1"]);
     assert!(run.stderr.contains("6 items ran"), "{}", run.stderr);
     assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["maps/gold.exr"]);
     // The rest stays as it is when one of its items is built again.
     project.ok(&["build"]);
     let all = project.outputs();
-    project.ok(&["build", "map [gold]", "faces[chalk]"]);
+    project.ok(&["build", "map [studio, gold]", "faces[studio,chalk]"]);
     assert_eq!(project.outputs(), all);
-    let run = project.specula(&["build", "map [silver]"]);
+    let run = project.specula(&["build", "map [studio, silver]"]);
     assert_eq!(run.code, Some(2), "{run:?}");
-    assert!(run.stderr.contains("no item \"map [silver]\"") && run.stderr.contains("map [chalk]"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("no item \"map [studio, silver]\"") && run.stderr.contains("map [studio, chalk]"),
+        "{}",
+        run.stderr
+    );
 }
 
 #[test]
 fn a_quiet_build_shows_warnings_and_failures_alone() {
     let project = Project::small();
-    assert_eq!(project.ok(&["build", "-q"]).stderr, "");
+    let warned = project.ok(&["build", "-q"]).stderr;
+    assert!(warned.lines().all(|line| line.contains("  warning  ")), "{warned}");
+    assert_eq!(project.ok(&["build", "-q", "environment"]).stderr, "");
     project.write("assets/materials/gold.toml", "model = \"fong\"\n");
     let run = project.specula(&["build", "--quiet"]);
     assert!(run.stderr.contains("FAILED") && run.stderr.contains("did you mean \"phong\""), "{}", run.stderr);

@@ -23,7 +23,7 @@ pub(crate) const MANIFEST: &str = "pipeline.toml";
 pub(crate) struct Arguments {
     /// Work as if started in this folder
     #[arg(short = 'C', value_name = "DIR", global = true)]
-    pub(crate) folder: Option<PathBuf>,
+    pub(crate) working_folder: Option<PathBuf>,
     /// Whether messages have colours
     #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
     pub(crate) color: Colour,

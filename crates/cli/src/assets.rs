@@ -76,11 +76,6 @@ impl Assets {
         }
     }
 
-    /// Whether there is nothing.
-    pub(crate) fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-
     fn search(&mut self, folder: &Path, deeper: usize) {
         for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
             let (path, name) = (entry.path(), entry.file_name());
@@ -118,7 +113,10 @@ impl Assets {
 /// Whether a file is a TOML file that names a model, as materials do.
 fn is_material(file: &Path, ending: &str) -> bool {
     let text = || engine::read_file(file).ok().and_then(|bytes| String::from_utf8(bytes).ok());
-    ending == "toml" && text().is_some_and(|text| toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("model")))
+    ending == "toml"
+        && text().is_some_and(|text| {
+            toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("model"))
+        })
 }
 
 /// Whether a file is a manifest rather than a material.

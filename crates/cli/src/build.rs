@@ -25,8 +25,7 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Exi
     };
     let cancel = Cancel::default();
     stop_on_interrupt(&cancel, || {});
-    let reporter =
-        BuildReporter::new(arguments);
+    let reporter = BuildReporter::new(arguments);
     let stream = EventStream::default();
     let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {

@@ -183,8 +183,9 @@ impl BuildReporter {
 }
 
 fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
-    let Summary { ran, up_to_date, failed, skipped, kept, published, removed, cancelled, milliseconds, .. } =
-        *summary;
+    let Summary {
+        ran, up_to_date, failed, skipped, kept, published, removed, cancelled, milliseconds, ..
+    } = *summary;
     let time = duration(milliseconds);
     let out = out.display();
     if dry_run {

@@ -19,14 +19,22 @@ pub(crate) fn run(shell: Shell) -> Exit {
 
 /// Writes the manual pages of all commands into a folder.
 pub(crate) fn write_manual(folder: &Path) -> Exit {
-    let written = fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(Arguments::command(), folder));
+    let written =
+        fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(Arguments::command(), folder));
     match written {
         Ok(()) => {
-            say!("Wrote the manual pages to {}; `man -l {}/specula.1` shows the first.", folder.display(), folder.display());
+            say!(
+                "Wrote the manual pages to {}; `man -l {}/specula.1` shows the first.",
+                folder.display(),
+                folder.display()
+            );
             Exit::Success
         }
         Err(error) => {
-            print::error(&[format!("cannot write manual pages to {}", folder.display()), error.to_string()], None);
+            print::error(
+                &[format!("cannot write manual pages to {}", folder.display()), error.to_string()],
+                None,
+            );
             Exit::System
         }
     }

@@ -37,7 +37,8 @@ pub(crate) fn run(arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, E
     })?;
     if arguments.manifest {
         let source = assets::source_of(&request.files, Path::new(""));
-        let path = if request.is_folder { "{environment}".into() } else { arguments.output.with_extension("") };
+        let path =
+            if request.is_folder { "{environment}".into() } else { arguments.output.with_extension("") };
         let path = path.to_string_lossy().replace('\\', "/");
         return Ok(print::data(&request.conversion.manifest(&source, &path)));
     }
@@ -47,7 +48,8 @@ pub(crate) fn run(arguments: &ConvertArguments, kinds: &Kinds) -> Result<Exit, E
 impl Request {
     fn of(arguments: &ConvertArguments) -> Result<Self, String> {
         let (input, output) = (&arguments.input, &arguments.output);
-        let kind = fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
+        let kind =
+            fs::metadata(input).map_err(|error| format!("cannot read {}: {error}", input.display()))?;
         // A folder is six faces if its layout says so, and otherwise holds files.
         let is_folder = kind.is_dir() && arguments.from.as_deref() != Some("cube");
         let files = if is_folder { Assets::in_folder(input) } else { vec![input.clone()] };
@@ -55,7 +57,8 @@ impl Request {
             return Err(format!("{} holds no image of an environment", input.display()));
         }
         let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let by_name = ENDINGS.iter().find(|(known, _)| ending.as_deref() == Some(known)).map(|(_, format)| *format);
+        let by_name =
+            ENDINGS.iter().find(|(known, _)| ending.as_deref() == Some(known)).map(|(_, format)| *format);
         let format = match (arguments.format.as_deref(), by_name) {
             (Some(format), Some(by_name)) if format != by_name && !is_folder => {
                 return Err(format!("{} is not the name of a file in the format {format}", output.display()));
@@ -75,7 +78,8 @@ impl Request {
         };
         let number = |key: &str, value: f64| (value != 0.0).then(|| format!("{key} = {value:?}"));
         let import = [text("layout", &arguments.from), text("bad-pixels", &arguments.bad_pixels)];
-        let rotate = [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
+        let rotate =
+            [number("yaw", arguments.yaw), number("pitch", arguments.pitch), number("roll", arguments.roll)];
         let export = [
             text("layout", &arguments.layout),
             arguments.resolution.map(|resolution| format!("resolution = {resolution}")),
@@ -84,7 +88,8 @@ impl Request {
             number("exposure", arguments.exposure),
         ];
         let lines = |lines: &[Option<String>]| lines.iter().flatten().cloned().collect();
-        let conversion = Conversion { import: lines(&import), rotate: lines(&rotate), export: lines(&export) };
+        let conversion =
+            Conversion { import: lines(&import), rotate: lines(&rotate), export: lines(&export) };
         Ok(Self { files, is_folder, conversion })
     }
 }
@@ -120,7 +125,7 @@ fn convert(request: &Request, arguments: &ConvertArguments, kinds: &Kinds) -> Re
     reporter.show_failures();
     let summary = summary.map_err(print::failure)?;
     let mut written = 0;
-    for item in &plan.items {
+    for item in plan.items.iter() {
         let made: Vec<_> = item.files.iter().filter(|file| plan.out.join(file).exists()).collect();
         if made.is_empty() || made.len() < item.files.len() {
             continue;

@@ -60,7 +60,11 @@ pub(crate) fn run(folder: &Path, sample: bool, kinds: &Kinds) -> Exit {
             say!(
                 "The manifest names {}, {} and {}.",
                 count(environments.len(), "environment"),
-                if materials.is_empty() { "2 materials of its own".into() } else { count(materials.len(), "material") },
+                if materials.is_empty() {
+                    "2 materials of its own".into()
+                } else {
+                    count(materials.len(), "material")
+                },
                 count(meshes.len(), "mesh file")
             );
         }

@@ -59,9 +59,9 @@ pub fn main(kinds: Kinds) -> ExitCode {
 }
 
 fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
-    let Arguments { folder, color, mut command } = arguments;
+    let Arguments { working_folder, color, mut command } = arguments;
     terminal::want_colour(color);
-    if let Some(folder) = folder
+    if let Some(folder) = working_folder
         && let Err(error) = std::env::set_current_dir(&folder)
     {
         print::error(&[format!("cannot work in {}: {error}", folder.display())], None);

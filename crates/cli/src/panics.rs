@@ -90,7 +90,7 @@ mod tests {
         }
         let arguments = Arguments::parse_from(["specula", "build"]);
         let kinds = Kinds::default().with(Broken);
-        assert_eq!(reported_once(|| run(arguments.command, &kinds)), Exit::Failed);
+        assert_eq!(reported_once(|| run(arguments, &kinds)), Exit::Failed);
     }
 
     #[test]

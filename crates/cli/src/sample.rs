@@ -25,7 +25,10 @@ pub(crate) const ASSETS: &[(&str, &[u8])] = assets![
 
 /// The files in one of its folders.
 pub(crate) fn in_folder(folder: &str) -> impl Iterator<Item = (&'static str, &'static [u8])> {
-    ASSETS.iter().copied().filter(move |(path, _)| path.rsplit_once('/').is_some_and(|(parent, _)| parent == folder))
+    ASSETS
+        .iter()
+        .copied()
+        .filter(move |(path, _)| path.rsplit_once('/').is_some_and(|(parent, _)| parent == folder))
 }
 
 #[cfg(test)]

@@ -32,7 +32,8 @@ fn line(key: &str, value: &str) -> String {
 /// Everything that a window needs to show these files.
 pub(crate) fn preview(assets: &Assets, folder: &Path) -> String {
     let mut text = String::from("schema = 1\nout = \"out\"\n");
-    let import = |kind: &str, files: &[PathBuf]| [line("kind", kind), line("source", &source_of(files, folder))];
+    let import =
+        |kind: &str, files: &[PathBuf]| [line("kind", kind), line("source", &source_of(files, folder))];
     stage(&mut text, "environment", &import("import-environment", &assets.environments));
     stage(&mut text, "material", &import("import-material", &assets.materials));
     if !assets.meshes.is_empty() {
@@ -59,7 +60,10 @@ pub(crate) fn starter(assets: &Assets) -> String {
         let source = line("source", &glob_of(&assets.meshes, here));
         stage(&mut text, "mesh", &[line("kind", "import-mesh"), source]);
         let lines = [
-            format!("{} # a picture of each mesh; `specula preview` opens a window on them", line("kind", "preview")),
+            format!(
+                "{} # a picture of each mesh; `specula preview` opens a window on them",
+                line("kind", "preview")
+            ),
             "inputs = { reflection = \"reflection\", environment = \"environment\", mesh = \"mesh\" }".into(),
             line("path", "{environment}/{material}/{mesh}"),
         ];

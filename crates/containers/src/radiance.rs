@@ -473,9 +473,14 @@ mod tests {
             assert_eq!(decoded.warnings.len(), 1, "{:?}", decoded.warnings);
             assert!(decoded.warnings[0].starts_with(header.trim_end()));
         }
-        for header in
-            ["", "GAMMA=1\n", "PRIMARIES=0 0 0 0 0 0 0 0\n", "# EXPOSURE=3\n", "\tpfilt -e 2 EXPOSURE=3\n", "FORMAT=32-bit_rle_rgbe\n"]
-        {
+        for header in [
+            "",
+            "GAMMA=1\n",
+            "PRIMARIES=0 0 0 0 0 0 0 0\n",
+            "# EXPOSURE=3\n",
+            "\tpfilt -e 2 EXPOSURE=3\n",
+            "FORMAT=32-bit_rle_rgbe\n",
+        ] {
             let decoded = read(&picture(header, "-Y 1 +X 1", &flat(&[5]))).unwrap();
             assert_eq!(
                 (decoded.image.pixels(), decoded.warnings.len()),

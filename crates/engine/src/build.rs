@@ -107,7 +107,8 @@ impl BuildSession {
         let lock =
             match State::lock(&plan.state, &LockRequest { purpose, timeout, cancel, waiting: &waiting }) {
                 Err(error) if error.kind() == ErrorKind::Cancelled => {
-                    let summary = Summary { skipped: selected.items(), cancelled: true, ..Summary::default() };
+                    let summary =
+                        Summary { skipped: selected.items(), cancelled: true, ..Summary::default() };
                     return Ok(report_end(summary, clock, events));
                 }
                 lock => lock?,
@@ -153,8 +154,7 @@ impl BuildSession {
             repeat_warnings: options.repeat_warnings,
         };
         let jobs = self.pool.current_num_threads();
-        let scheduler =
-            || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
+        let scheduler = || Scheduler::new(&context, selected, options.keep_going, jobs, clock, events);
         let mut scheduler = self.pool.install(scheduler);
         let mut removals = Vec::new();
         let removed = publisher.remove_gone(plan, selected, options.stages.is_empty(), &mut removals);

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use serde::Serialize;
 use tempfile::TempDir;
 
-use crate::selection::Selection;
 use crate::disk::Disk;
 use crate::record::Record;
+use crate::selection::Selection;
 use crate::state::State;
 use crate::up_to_date::UpToDateCheck;
 use crate::{BuildOptions, BuildSession, Cancel, Error, Event, ItemIndex, ItemName, Plan, Product, Summary};

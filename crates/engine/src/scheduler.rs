@@ -14,7 +14,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use rayon::{Scope, ThreadPool};
@@ -29,8 +29,7 @@ use crate::selection::Selection;
 use crate::store::Blob;
 use crate::up_to_date::{Freshness, UpToDateCheck};
 use crate::{
-    Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp,
-    Work, parallel,
+    Cause, Digest, Error, Event, FromCache, Handle, ItemIndex, ItemName, Summary, Timestamp, Work, parallel,
 };
 
 mod outcomes;
@@ -218,32 +217,43 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             }
         }
         let (sender, receiver) = channel();
-        let run = |scope: &Scope<'_>, wanted: &Scope<'_>| {
-            loop {
-                self.look();
-                while let Some(item) = self.next_to_check() {
-                    self.check_item(item);
-                }
-                while let Some((task, is_wanted)) = self.next_task() {
-                    self.start(task, is_wanted, if is_wanted { wanted } else { scope }, &sender);
-                }
-                if self.busy == [0; 2] {
-                    break;
-                }
-                // Meanwhile something else may be wanted.
-                if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
-                    self.busy[usize::from(span.is_wanted)] -= 1;
-                    self.report_span(&span);
-                    self.handle(message);
-                }
-            }
-        };
-        pool.in_place_scope(|scope| wanted.in_place_scope(|wanted| run(scope, wanted)));
+        pool.in_place_scope(|scope| {
+            wanted.in_place_scope(|wanted| self.run_tasks([scope, wanted], &sender, &receiver));
+        });
         if let Some(error) = self.fatal.take() {
             return Err(error);
         }
         self.skip_the_rest();
         Ok(())
+    }
+
+    /// Runs all tasks, each in the scope for items that are not wanted, or in that for those that are.
+    fn run_tasks<'s>(
+        &mut self,
+        scopes: [&Scope<'s>; 2],
+        sender: &Sender<(WorkSpan, Message)>,
+        receiver: &Receiver<(WorkSpan, Message)>,
+    ) where
+        'a: 's,
+    {
+        loop {
+            self.look();
+            while let Some(item) = self.next_to_check() {
+                self.check_item(item);
+            }
+            while let Some((task, is_wanted)) = self.next_task() {
+                self.start(task, is_wanted, scopes[usize::from(is_wanted)], sender);
+            }
+            if self.busy == [0; 2] {
+                break;
+            }
+            // Meanwhile something else may be wanted.
+            if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
+                self.busy[usize::from(span.is_wanted)] -= 1;
+                self.report_span(&span);
+                self.handle(message);
+            }
+        }
     }
 
     /// Which items have complete results and files. For an item that a stopped build did not reach, `before`
@@ -285,8 +295,14 @@ impl<'a, 'e> Scheduler<'a, 'e> {
 
     /// The most urgent task, if a thread is free for it, and whether it is wanted.
     fn next_task(&mut self) -> Option<(Task, bool)> {
-        let is_free = self.busy[usize::from(self.tasks.has_wanted())] < self.jobs;
-        if is_free && !self.is_stopping() { self.tasks.pop() } else { None }
+        let [others, wanted] = self.busy;
+        let may_start = if self.tasks.has_wanted() {
+            wanted < self.jobs
+        } else {
+            // Others would pause at once.
+            wanted == 0 && others < self.jobs
+        };
+        if may_start && !self.is_stopping() { self.tasks.pop() } else { None }
     }
 
     fn next_to_check(&mut self) -> Option<ItemIndex> {

@@ -24,7 +24,8 @@ impl Selection {
         if names.is_empty() {
             return Ok(Self::all(plan));
         }
-        let mut selected = Self { items: vec![false; plan.items.len()], stages: vec![false; plan.stages.len()] };
+        let mut selected =
+            Self { items: vec![false; plan.items.len()], stages: vec![false; plan.stages.len()] };
         for name in names {
             match (plan.stages.iter().position(|stage| stage.name == *name), item_named(plan, name)) {
                 (Some(stage), _) => selected.stages[stage] = true,
@@ -90,10 +91,8 @@ pub(crate) fn first_item(plan: &Plan, name: &str) -> Option<String> {
 
 fn unknown(plan: &Plan, name: &str) -> Error {
     let what = if name.contains('[') { "item" } else { "stage" };
-    let error = Error::new(
-        ErrorKind::UnknownTarget,
-        format!("{} has no {what} {name:?}", plan.manifest_name()),
-    );
+    let error =
+        Error::new(ErrorKind::UnknownTarget, format!("{} has no {what} {name:?}", plan.manifest_name()));
     let names = plan.stages.iter().map(|stage| stage.name.as_str());
     error.with_help(match (first_item(plan, name), nearest(name, names.clone())) {
         (Some(first), _) => first,

@@ -157,8 +157,7 @@ mod tests {
     fn links_and_pipes_in_the_folder_are_refused_and_not_followed() {
         let elsewhere = tempfile::tempdir().unwrap();
         let precious = elsewhere.path().join("precious");
-        for name in ["", "blobs", "blobs/ab", "tmp", "journal", "lock", "holder", ".gitignore"]
-        {
+        for name in ["", "blobs", "blobs/ab", "tmp", "journal", "lock", "holder", ".gitignore"] {
             for target in [elsewhere.path(), &precious, &elsewhere.path().join("new")] {
                 fs::write(&precious, "precious").unwrap();
                 let folder = tempfile::tempdir().unwrap();

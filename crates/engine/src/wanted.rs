@@ -46,7 +46,8 @@ impl Wanted {
         }
         // Items come after those that they need.
         for (index, item) in plan.items.iter().enumerate().rev() {
-            let is_named = |name: &ItemName| name.key == item.key && name.stage == plan.stages[item.stage].name;
+            let is_named =
+                |name: &ItemName| name.key == item.key && name.stage == plan.stages[item.stage].name;
             if wanted[index] || items.names.iter().any(is_named) {
                 wanted[index] = true;
                 item.inputs.iter().flatten().for_each(|input| wanted[*input] = true);

@@ -165,11 +165,7 @@ mod tests {
             Picture { size: [1, 1], codes: vec![[1, 2, 3]], radiance: vec![[0.0; 4]], relative_rms: None };
         let save = || files.save_picture(&subject, &picture).unwrap();
         let first = save();
-        assert!(
-            first.ends_with("screenshots/gold--fine--a-b-torus-knot-1.png"),
-            "{}",
-            first.display()
-        );
+        assert!(first.ends_with("screenshots/gold--fine--a-b-torus-knot-1.png"), "{}", first.display());
         assert!(save().ends_with("gold--fine--a-b-torus-knot-2.png"));
         // Another program is writing the third.
         let folder = first.parent().unwrap();

@@ -52,7 +52,8 @@ pub(super) fn prepare(files: &[PathBuf]) -> Result<PathBuf, Exit> {
 
 fn named(files: &[PathBuf]) -> Result<Assets, Exit> {
     Assets::named(files).map_err(|error| {
-        let help = "name images (.exr, .hdr), material files (.toml, measured BRDFs), glTF meshes, or one manifest";
+        let help =
+            "name images (.exr, .hdr), material files (.toml, measured BRDFs), glTF meshes, or one manifest";
         print::error(&[error], Some(help));
         Exit::Usage
     })

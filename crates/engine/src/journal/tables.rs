@@ -264,7 +264,9 @@ impl Tables {
             outputs,
             reads,
             milliseconds: fields.milliseconds as f32,
-            flags: UNDERSTOOD | flag(fields.gone, GONE) | flag(fields.failure.is_some(), FAILED)
+            flags: UNDERSTOOD
+                | flag(fields.gone, GONE)
+                | flag(fields.failure.is_some(), FAILED)
                 | flag(!fields.warnings.is_empty(), WARNED),
         }
     }

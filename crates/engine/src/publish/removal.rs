@@ -65,8 +65,11 @@ impl Publisher<'_> {
         selected: &Selection,
         all: bool,
     ) -> Result<Vec<String>, Error> {
-        let stages =
-            plan.stages.iter().enumerate().map(|(index, stage)| (stage.name.as_str(), selected.has_stage(index)));
+        let stages = plan
+            .stages
+            .iter()
+            .enumerate()
+            .map(|(index, stage)| (stage.name.as_str(), selected.has_stage(index)));
         let stages = stages.collect::<HashMap<_, _>>();
         let stale = self.stale.iter().filter(|(item, _)| *stages.get(item.stage.as_str()).unwrap_or(&all));
         let lines = stale.flat_map(|(_, files)| files).filter_map(|file| self.entry(file));

@@ -262,10 +262,10 @@ fn what_is_wanted_runs_although_every_thread_is_busy() {
 fn an_edit_of_what_is_wanted_stops_everything_else() {
     let project = sources();
     let gates = ["a.txt", "b.txt", "c.txt"].map(|name| project.gate(name));
-    project.options.wanted.set(items("file", &["a"]));
     let (log, summary) = project.build_and(|session| {
         GATE.await_arrival(&gates[0]);
         GATE.await_arrival(&gates[1]);
+        project.options.wanted.set(items("file", &["a"]));
         project.write("a.txt", "four");
         session.outdate(&[project.path("a.txt")], None);
     });

@@ -46,8 +46,10 @@ fn every_layout_is_imported_again() {
 #[test]
 fn the_faces_of_a_texture_look_where_the_cube_looks() {
     for (format, read) in [("ktx2", read_ktx2 as fn(&[u8]) -> _), ("dds", read_dds)] {
-        let files =
-            export(&format!("layout = \"cube\"\nresolution = 16\nformat = \"{format}\"\nprecision = \"float\"")).files();
+        let files = export(&format!(
+            "layout = \"cube\"\nresolution = 16\nformat = \"{format}\"\nprecision = \"float\""
+        ))
+        .files();
         assert_eq!(files.len(), 1);
         let texture = read(&files[0]).unwrap();
         assert_eq!((texture.width, texture.height, texture.faces, texture.layers), (16, 16, 6, 0));

@@ -61,8 +61,10 @@ fn fixture(kind: &str) -> Case {
             let brdf = case("project-brdf", "").input("material", Material(phong(3.0))).artifact::<Brdf>();
             case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone())
         }
-        "export-environment" => case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
-            .input("environment", environment(16, sky)),
+        "export-environment" => {
+            case("export-environment", "layout = \"cube-strip\"\nresolution = 5\nexposure = 1.5")
+                .input("environment", environment(16, sky))
+        }
         "export-reflection-map" => case("export-reflection-map", "layout = \"cube-cross\"\nresolution = 6")
             .input("reflection", reflection(lambert(0.8), 2)),
         "export-shrm" => case("export-shrm", "resolution = 3\nview = \"global\"\nformat = \"ktx2\"")
