@@ -232,7 +232,7 @@ mod tests {
         let found = Assets::found(folder.path());
         assert_eq!(found.environments, [sky]);
         assert_eq!((found.materials, found.meshes), (vec![gold.clone(), paint], vec![knot]));
-        assert_eq!(Assets::named(&[texture.clone()]).unwrap().environments, [texture]);
+        assert_eq!(Assets::named(std::slice::from_ref(&texture)).unwrap().environments, [texture]);
         assert!(is_manifest(&manifest) && !is_manifest(&gold));
         assert!(Assets::named(&[manifest]).unwrap_err().contains("is neither an image"));
         assert!(Assets::named(&[folder.path().join("none.hdr")]).unwrap_err().contains("cannot read"));

@@ -39,7 +39,7 @@ fn every_layout_is_imported_again() {
             import = import.file("map.exr", files.into_iter().next().unwrap()).source("map.exr");
         }
         let error = difference(import.artifact::<Environment>().0.pixels(), environment(32, sky).0.pixels());
-        assert!(error < 0.003, "{layout}: {error}");
+        assert!(error < 0.01, "{layout}: {error}");
     }
 }
 
