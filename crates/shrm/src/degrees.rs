@@ -241,8 +241,8 @@ impl Reflection {
         (Self::cut_at(&cut, &lighting.series, brdf, lamps), cut)
     }
 
-    /// [`Reflection::for_light`], which ends early without a result once `stop` says so. It is asked every few
-    /// milliseconds, on every thread.
+    /// [`Reflection::for_light`], which ends early without a result once `stop` says so. It is asked every
+    /// few milliseconds, on every thread.
     pub fn for_light_unless(
         lighting: &sh::Lighting,
         brdf: &BrdfCoefficients,
