@@ -14,7 +14,7 @@ pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre};
 pub use measured::{Measured, MeasuredError, from_half_difference, half_difference};
 pub use models::*;
-pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};
+pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project, project_unless};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {

@@ -108,6 +108,18 @@ const TURNS: usize = 19;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn project(material: &Material, choice: Choice) -> Result<Projection, ProjectionError> {
+    project_unless(material, choice, &|| false)
+}
+
+/// [`project`], which ends early once `stop` says so. It is asked every few milliseconds, on every thread.
+///
+/// # Errors
+/// As [`project`]; [`ProjectionError::Stopped`] if it was stopped.
+pub fn project_unless(
+    material: &Material,
+    choice: Choice,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Projection, ProjectionError> {
     if let Choice::Degree { f, p } = choice {
         let (f, p) = (f.get(), p.get());
         if (f + 1) * (p + 1) * (p + 1) > MOST_COEFFICIENTS {
@@ -122,9 +134,9 @@ pub fn project(material: &Material, choice: Choice) -> Result<Projection, Projec
     // matter.
     let anisotropic = !material.is_isotropic() && centre != Centre::Tangent;
     let mut projection = if anisotropic {
-        general(centre, &|incident, outgoing| mean(material, incident, outgoing), choice)
+        general(centre, &|incident, outgoing| mean(material, incident, outgoing), choice, stop)
     } else {
-        general(centre, &|incident, outgoing| material.rho_hat(incident, outgoing), choice)
+        general(centre, &|incident, outgoing| material.rho_hat(incident, outgoing), choice, stop)
     }?;
     projection.anisotropic = anisotropic;
     Ok(projection)
@@ -161,8 +173,9 @@ fn general(
     centre: Centre,
     rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     choice: Choice,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Projection, ProjectionError> {
-    let source = Source { centre, rho_hat, below: reaches_below(rho_hat) };
+    let source = Source { centre, rho_hat, below: reaches_below(rho_hat), stop };
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
             let scale = coarse(source)?;

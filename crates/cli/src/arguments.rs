@@ -276,7 +276,8 @@ pub(crate) struct WatchingArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct PreviewArguments {
-    /// A manifest [default: the nearest pipeline.toml]; or images, materials and meshes to look at without one
+    /// A manifest [default: the nearest pipeline.toml]; or images, materials and meshes to look at without
+    /// one
     #[arg(value_name = "MANIFEST|FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// With files: print the manifest that shows them, and open no window
@@ -312,7 +313,8 @@ pub(crate) struct PreviewArguments {
 pub(crate) struct ConvertArguments {
     /// An image of an environment, a folder of them, or with `--from cube` a folder of six faces
     pub(crate) input: PathBuf,
-    /// The file to write, whose ending says the format; for a folder of images, or a cube of pictures, a folder
+    /// The file to write, whose ending says the format; for a folder of images, or a cube of pictures, a
+    /// folder
     #[arg(long, short, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// The layout of the input: auto, lat-long, probe, mirror-ball, cube, cube-cross, cube-strip, ...

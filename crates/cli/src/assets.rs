@@ -56,7 +56,8 @@ impl Assets {
         assets.environments
     }
 
-    /// What is in a folder and below it. Only images of high dynamic range count: others are usually textures.
+    /// What is in a folder and below it. Only images of high dynamic range count: others are usually
+    /// textures.
     pub(crate) fn found(folder: &Path) -> Self {
         let mut assets = Self::default();
         assets.search(folder, DEEPEST);

@@ -9,7 +9,7 @@ use parking_lot::Mutex;
 
 use crate::cancel::StaleFlag;
 use crate::files::listing_digest;
-use crate::wanted::Gate;
+use crate::gate::Gate;
 use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
 
 /// What to do about a file that another program is writing.

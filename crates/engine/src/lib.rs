@@ -20,6 +20,7 @@ mod event;
 mod explain;
 mod failure;
 mod files;
+mod gate;
 mod journal;
 mod key;
 mod kind;

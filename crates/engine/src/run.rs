@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering;
 
 use crate::context::WHEN_WRITTEN;
 use crate::disk::Disk;
+use crate::gate::Gate;
 use crate::journal::{Line, Tag, short};
 use crate::memory::Memory;
 use crate::own_time::own_time;
@@ -21,7 +22,6 @@ use crate::running::{Dependencies, RunningBuild};
 use crate::session::PathSet;
 use crate::store::Blob;
 use crate::up_to_date::UpToDateCheck;
-use crate::wanted::Gate;
 use crate::{
     Cancel, Cause, Context, Digest, Error, Failure, FileRead, Handle, InputUsed, ItemIndex, ItemKey, Output,
     Product, Read, Reason, Timestamp, Wanted,

@@ -1,14 +1,12 @@
 //! What somebody looks at: its items go first.
 //!
 //! Items that are wanted, and those that they need, are started before all others and on threads of their
-//! own, so that nothing that runs already is in their way; the other items pause meanwhile at each
-//! [`Context::check_cancelled`](crate::Context::check_cancelled). A change that makes a wanted item stale
-//! stops the whole build, so that the next one begins with it.
+//! own, so that nothing that runs already is in their way; the other items pause meanwhile (`gate.rs`). A
+//! change that makes a wanted item stale stops the whole build, so that the next one begins with it.
 
 use std::sync::Arc;
-use std::time::Duration;
 
-use parking_lot::{Condvar, Mutex};
+use parking_lot::Mutex;
 
 use crate::{ItemName, Plan};
 
@@ -54,38 +52,5 @@ impl Wanted {
             }
         }
         wanted
-    }
-}
-
-/// Where other items pause while wanted ones run.
-#[derive(Debug, Default)]
-pub(crate) struct Gate {
-    wanted: Mutex<usize>,
-    opened: Condvar,
-}
-
-impl Gate {
-    /// A wanted item is to run; until the guard is dropped, others pause.
-    pub(crate) fn close(self: &Arc<Self>) -> ClosedGate {
-        *self.wanted.lock() += 1;
-        ClosedGate(Arc::clone(self))
-    }
-
-    /// Pauses while the gate is closed, unless `stop` says so.
-    pub(crate) fn pass(&self, stop: impl Fn() -> bool) {
-        let mut wanted = self.wanted.lock();
-        while *wanted > 0 && !stop() {
-            self.opened.wait_for(&mut wanted, Duration::from_millis(20));
-        }
-    }
-}
-
-/// Keeps a gate closed.
-pub(crate) struct ClosedGate(Arc<Gate>);
-
-impl Drop for ClosedGate {
-    fn drop(&mut self) {
-        *self.0.wanted.lock() -= 1;
-        self.0.opened.notify_all();
     }
 }

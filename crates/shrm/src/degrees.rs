@@ -68,10 +68,27 @@ pub fn choose(lighting: &Expansion, brdf: &BrdfCoefficients, lamps: Option<&Lamp
         .into_par_iter()
         .flat_map(|index| trial.samples(index, lighting, brdf, lamps))
         .collect();
+    least(&trial, &samples, dark)
+}
+
+/// [`choose`], which ends early without a result once `stop` says so.
+fn choose_unless(
+    (lighting, brdf): (&Expansion, &BrdfCoefficients),
+    lamps: Option<&Lamps>,
+    dark: f64,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Cut> {
+    let trial = Trial::new(lighting, brdf);
+    let sample = |index| (!stop()).then(|| trial.samples(index, lighting, brdf, lamps));
+    let samples: Option<Vec<Vec<Sample>>> = (0..SAMPLES[0]).into_par_iter().map(sample).collect();
+    Some(least(&trial, &samples?.into_iter().flatten().collect::<Vec<_>>(), dark))
+}
+
+/// The least of the tried degrees at which a cut does not show in these samples.
+fn least(trial: &Trial, samples: &[Sample], dark: f64) -> Cut {
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
-        let mut stops: Vec<f64> =
-            samples.iter().flat_map(|sample| sample.stops(&trial, f, p, dark)).collect();
+        let mut stops: Vec<f64> = samples.iter().flat_map(|sample| sample.stops(trial, f, p, dark)).collect();
         stops.sort_by(f64::total_cmp);
         let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
@@ -219,14 +236,34 @@ impl Reflection {
         brdf: &BrdfCoefficients,
         material: &brdf::Material,
     ) -> (Self, Cut) {
-        let lamps = (!lighting.lights.is_empty())
-            .then(|| Lamps { lights: lighting.lights.clone(), material: material.clone() });
-        let dark = DARK * lighting.mean();
-        let cut = choose(&lighting.series, brdf, lamps.as_ref(), dark);
-        let field =
-            Self::convolve(&lighting.series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p)).marked_for_light();
-        (if let Some(lamps) = lamps { field.with_lamps(lamps) } else { field }, cut)
+        let lamps = lamps_of(lighting, material);
+        let cut = choose(&lighting.series, brdf, lamps.as_ref(), DARK * lighting.mean());
+        (Self::cut_at(&cut, &lighting.series, brdf, lamps), cut)
     }
+
+    /// [`Reflection::for_light`], which ends early without a result once `stop` says so. It is asked every
+    /// few milliseconds, on every thread.
+    pub fn for_light_unless(
+        lighting: &sh::Lighting,
+        brdf: &BrdfCoefficients,
+        material: &brdf::Material,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<(Self, Cut)> {
+        let (series, lamps) = (&lighting.series, lamps_of(lighting, material));
+        let cut = choose_unless((series, brdf), lamps.as_ref(), DARK * lighting.mean(), stop)?;
+        Some((Self::cut_at(&cut, series, brdf, lamps), cut))
+    }
+
+    fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Option<Lamps>) -> Self {
+        let field = Self::convolve(&series.to_degree(cut.f), &brdf.cut_to(cut.f, cut.p)).marked_for_light();
+        if let Some(lamps) = lamps { field.with_lamps(lamps) } else { field }
+    }
+}
+
+/// The lights beside a series, which a material reflects.
+fn lamps_of(lighting: &sh::Lighting, material: &brdf::Material) -> Option<Lamps> {
+    let lamps = || Lamps { lights: lighting.lights.clone(), material: material.clone() };
+    (!lighting.lights.is_empty()).then(lamps)
 }
 
 #[cfg(test)]

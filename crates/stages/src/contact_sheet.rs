@@ -133,13 +133,17 @@ impl Kind for ContactSheet {
             None => None,
         };
         context.check_cancelled()?;
-        let materials = reflections.par_iter().map(|(key, reflection)| material(&own, key, &reflection.0));
+        let materials = reflections.par_iter().map(|(key, reflection)| {
+            context.check_cancelled()?;
+            material(&own, key, &reflection.0)
+        });
         let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
         context.check_cancelled()?;
 
+        let stop = || context.check_cancelled().is_err();
         let title = if own.is_empty() { "Environment".into() } else { own.to_string() };
         let subtitle = facts.join(" · ");
-        let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone };
+        let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone, stop: &stop };
         let picture = sheet.draw();
         context.check_cancelled()?;
         let bytes = write_png(picture.width, picture.height, &picture.pixels, Some(context.recipe()))?;

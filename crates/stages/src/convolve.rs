@@ -48,7 +48,7 @@
 //! inputs = { lighting = "lighting", brdf = "coefficients" }
 //! ```
 
-use brdf::{BrdfCoefficients, Choice, Material, project};
+use brdf::{BrdfCoefficients, Choice, Material, project_unless};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Lighting;
 use shrm::degrees::{Cut, DARK};
@@ -129,7 +129,9 @@ impl Kind for Convolve {
         let dark = DARK * lighting.mean();
         let reflection = match &brdf.material {
             Some(material) if brdf.for_light => {
-                let (reflection, cut) = Reflection::for_light(lighting, &brdf.coefficients, material);
+                let stop = || context.check_cancelled().is_err();
+                let found = Reflection::for_light_unless(lighting, &brdf.coefficients, material, &stop);
+                let (reflection, cut) = found.ok_or_else(Failure::cancelled)?;
                 context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
                 if given.is_none() && cut.shows() {
                     least_window(reflection, &whole(lighting, &brdf.coefficients, material), dark, context)
@@ -185,14 +187,17 @@ fn warn_of_rings(
     if found.negative(dark) <= NEGATIVE && found.error(&calm, dark).p95 <= RING {
         return Ok(());
     }
-    let full = project(material, Choice::Full)?.coefficients;
+    let stop = || context.check_cancelled().is_err();
+    let full = project_unless(material, Choice::Full, &stop);
     context.check_cancelled()?;
+    let full = full?.coefficients;
     let right = whole(lighting, &full, material).samples();
     let error = found.error(&right, dark);
     if error.negative <= NEGATIVE && error.p95 <= RING {
         return Ok(());
     }
-    let (by_light, _) = Reflection::for_light(lighting, &full, material);
+    let by_light = Reflection::for_light_unless(lighting, &full, material, &stop);
+    let (by_light, _) = by_light.ok_or_else(Failure::cancelled)?;
     let by_light_error = by_light.samples().error(&right, dark);
     let (f, p) = (by_light.brdf().f().get(), by_light.brdf().p().get());
     let mut best = (format!("with no `degree` in project-brdf (F = {f}, P = {p})"), by_light_error);

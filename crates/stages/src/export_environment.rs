@@ -1,8 +1,8 @@
 //! Writes an environment as an image or a texture: another layout, size or format, the same light.
 //!
 //! With `import-environment` before it, and `rotate` between them where the light has to be turned, it
-//! converts any environment that Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula convert`
-//! does the same without a manifest.
+//! converts any environment that Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula
+//! convert` does the same without a manifest.
 //!
 //! A lat-long image of the environment's own size has its pixels unchanged. Every other image is resampled
 //! with antialiasing: each texel is the mean of the light over the texel's area, so a small lamp keeps its

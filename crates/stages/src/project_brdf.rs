@@ -74,7 +74,7 @@
 //! input = "material"
 //! ```
 
-use brdf::{Choice, Lambert, Material, Part, Projection, project};
+use brdf::{Choice, Lambert, Material, Part, Projection, project_unless};
 use containers::tensors::Brdf;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Tolerance;
@@ -184,7 +184,10 @@ impl Kind for ProjectBrdf {
             (None, Some(tolerance)) => Choice::Tolerance(Tolerance::new(tolerance)?),
             (None, None) => Choice::Full,
         };
-        let projection = project(&material, choice)?;
+        let stop = || context.check_cancelled().is_err();
+        let projection = project_unless(&material, choice, &stop);
+        context.check_cancelled()?;
+        let projection = projection?;
         if projection.anisotropic {
             context.warn(format!(
                 "{} is anisotropic; it is replaced by its mean over all turns about the normal",

@@ -252,7 +252,7 @@ impl Reflections {
         context: &Context<'_>,
     ) -> Result<Reflection, Failure> {
         if self.all.is_empty() {
-            return study::reflection(lit, material, self.choice);
+            return study::reflection(lit, material, self.choice, context);
         }
         let found = self.all.iter().find(|(key, _)| holds(key, environment) && holds(key, material_key));
         let Some((_, reflection)) = found else {

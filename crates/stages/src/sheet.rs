@@ -41,6 +41,8 @@ pub(crate) struct Sheet<'a> {
     /// Stops.
     pub(crate) exposure: f64,
     pub(crate) tone: ToneMap,
+    /// Whether nobody wants the picture any more: then the rest of it stays black.
+    pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// The environment in spherical harmonics.
@@ -124,6 +126,7 @@ impl Sheet<'_> {
                         &material.field,
                         material.lamps.as_ref(),
                         panel.ball.width,
+                        self.stop,
                     );
                     (self.shown(&material.map, panel.map), to_srgb8(&ball, self.exposure, self.tone))
                 })
@@ -243,6 +246,7 @@ mod tests {
                 .collect(),
             exposure: 0.0,
             tone: ToneMap::Filmic,
+            stop: &|| false,
         }
     }
 

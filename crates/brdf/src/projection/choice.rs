@@ -11,7 +11,7 @@ use sh::{Degree, Tolerance};
 
 use super::error::ProjectionError;
 use super::legendre::Legendre;
-use super::slice::{Fineness, NotFinite, Slice, Source, slice};
+use super::slice::{Fineness, Slice, Source, slice};
 use super::tabulation::{ACCURACY, Table, coarse, energies, tabulate};
 
 /// The F and P that the search begins with.
@@ -88,7 +88,7 @@ pub(super) fn least(
 }
 
 /// A degree F that probably meets a tolerance with some room, from the energy at a few outgoing directions.
-fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize, NotFinite> {
+fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize, ProjectionError> {
     let (mut f, orders) = FIRST;
     // The mean energy of a slice.
     let mean = (scale / (4.0 * PI)).max(f64::MIN_POSITIVE);
@@ -99,8 +99,11 @@ fn likely(source: Source<'_>, tolerance: Tolerance, scale: f64) -> Result<usize,
         let legendre = Legendre::new(f, orders);
         let slices: Vec<Slice> = PROBES
             .into_par_iter()
-            .map(|theta_o| slice(source, theta_o, &legendre, (f, orders), fineness))
-            .collect::<Result<_, _>>()?;
+            .map(|theta_o| {
+                source.check()?;
+                Ok(slice(source, theta_o, &legendre, (f, orders), fineness)?)
+            })
+            .collect::<Result<_, ProjectionError>>()?;
         for slice in slices {
             total += slice.energy;
             for (sum, part) in energy.iter_mut().zip(energies(&slice.moments, orders)) {

@@ -32,6 +32,9 @@ pub enum ProjectionError {
         /// P.
         p: usize,
     },
+    /// It was stopped before its end.
+    #[error("the projection was stopped")]
+    Stopped,
     /// The material has a value that is NaN or infinite. Angles are in degrees about the central direction.
     #[error(
         "the material has no finite value at theta_i {theta_i:.2}, theta_o {theta_o:.2}, phi {phi:.2} degrees from \

@@ -47,8 +47,11 @@ const NEGLIGIBLE: f64 = 1e-11;
 pub(super) fn full(source: Source<'_>) -> Result<(Table, usize, usize), ProjectionError> {
     let incident = incident_nodes();
     let views = Views::new(source.centre);
-    let slices: Vec<Slice> =
-        incident.par_iter().map(|(theta, _)| views.slice(source, *theta)).collect::<Result<_, _>>()?;
+    let slice = |(theta, _): &(f64, f64)| {
+        source.check()?;
+        Ok(views.slice(source, *theta)?)
+    };
+    let slices: Vec<Slice> = incident.par_iter().map(slice).collect::<Result<_, ProjectionError>>()?;
     let total =
         incident.iter().zip(&slices).map(|((theta, weight), slice)| weight * theta.sin() * slice.energy);
     let total: f64 = TAU * total.sum::<f64>();

@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use sphere::Direction;
 
+use super::error::ProjectionError;
 use super::incident::{CirclePart, Piece, pieces};
 use super::legendre::{F64x16, LANES, Legendre};
 use super::quadrature::{NODES, Panel, RULE};
@@ -25,6 +26,15 @@ pub(super) struct Source<'a> {
     pub(super) rho_hat: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
     /// Whether it reflects light from below the horizon.
     pub(super) below: bool,
+    /// Whether nobody wants the result any more.
+    pub(super) stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Source<'_> {
+    /// An error if nobody wants the result any more.
+    pub(super) fn check(&self) -> Result<(), ProjectionError> {
+        if (self.stop)() { Err(ProjectionError::Stopped) } else { Ok(()) }
+    }
 }
 
 /// The place of a value that is NaN, or whose square overflows.

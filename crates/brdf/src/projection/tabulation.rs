@@ -12,9 +12,10 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
+use super::error::ProjectionError;
 use super::legendre::{LANES, Legendre};
 use super::quadrature::{NODES, Node, Panel, RULE};
-use super::slice::{Fineness, NotFinite, Slice, Source, slice};
+use super::slice::{Fineness, Slice, Source, slice};
 
 /// The greatest difference of the two rules on a panel, relative to all energy, unless a tolerance asks for
 /// less. The sum of 15 nodes is far more accurate: if rho_hat is smooth, coefficients are within 1e-6 of
@@ -60,7 +61,7 @@ pub(super) fn tabulate(
     f: usize,
     p: usize,
     (mut scale, accuracy): (f64, f64),
-) -> Result<Table, NotFinite> {
+) -> Result<Table, ProjectionError> {
     loop {
         let table = pass(source, (f, p), (scale.max(f64::MIN_POSITIVE), accuracy))?;
         // A coarse sum that hits a highlight by chance is too large, and the errors that it allows are too.
@@ -72,7 +73,7 @@ pub(super) fn tabulate(
 }
 
 /// The energy by one coarse sum: Gauss' 7 outgoing directions, without any refinement.
-pub(super) fn coarse(source: Source<'_>) -> Result<f64, NotFinite> {
+pub(super) fn coarse(source: Source<'_>) -> Result<f64, ProjectionError> {
     let panel = Panel { from: 0.0, to: PI, depth: 0 };
     let nodes: Vec<Node> = RULE.into_iter().filter(|node| node.gauss > 0.0).collect();
     let legendre = Legendre::new(0, 0);
@@ -84,7 +85,7 @@ pub(super) fn coarse(source: Source<'_>) -> Result<f64, NotFinite> {
             let slice = slice(source, theta_o, &legendre, (0, 0), fineness)?;
             Ok(TAU * panel.radius() * theta_o.sin() * node.gauss * slice.energy)
         })
-        .collect::<Result<_, _>>()?;
+        .collect::<Result<_, ProjectionError>>()?;
     Ok(parts.into_iter().sum())
 }
 
@@ -103,7 +104,7 @@ fn pass(
     source: Source<'_>,
     (f, p): (usize, usize),
     (scale, accuracy): (f64, f64),
-) -> Result<Table, NotFinite> {
+) -> Result<Table, ProjectionError> {
     let incident = Legendre::new(f, p);
     let outgoing = Legendre::new(p, f);
     let side = p + 1;
@@ -117,13 +118,14 @@ fn pass(
         let slices: Vec<Slice> = (0..panels.len() * NODES)
             .into_par_iter()
             .map(|index| {
+                source.check()?;
                 let panel = panels[index / NODES];
                 let theta_o = panel.at(RULE[index % NODES]);
                 let share = scale / (TAU * theta_o.sin() * 2.0 * panel.radius());
                 let fineness = Fineness { error: accuracy * share, negligible: NEGLIGIBLE * share };
-                slice(source, theta_o, &incident, (f, p), fineness)
+                Ok(slice(source, theta_o, &incident, (f, p), fineness)?)
             })
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, ProjectionError>>()?;
         for (panel, slices) in panels.into_iter().zip(slices.chunks_exact(NODES)) {
             table.evaluations += slices.iter().map(|slice| slice.evaluations).sum::<usize>();
             let part = PanelSum::new(panel, slices, &outgoing, f, incident.orders());

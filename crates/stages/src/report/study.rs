@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
-use brdf::{BrdfCoefficients, Choice, Part, project};
+use brdf::{BrdfCoefficients, Choice, Part, project_unless};
 use engine::{Context, Failure};
 use envmap::{Environment, ToneMap, to_srgb8};
 use rayon::prelude::*;
@@ -92,8 +92,8 @@ impl<'a> Studied<'a> {
     }
 
     /// The coefficients that `project-brdf` makes by default.
-    fn full(&self) -> Result<&BrdfCoefficients, Failure> {
-        projected(&self.full, &self.material, Choice::Full)
+    fn full(&self, context: &Context<'_>) -> Result<&BrdfCoefficients, Failure> {
+        projected(&self.full, &self.material, Choice::Full, context)
     }
 }
 
@@ -101,11 +101,14 @@ fn projected<'a>(
     cell: &'a OnceCell<BrdfCoefficients>,
     material: &brdf::Material,
     choice: Choice,
+    context: &Context<'_>,
 ) -> Result<&'a BrdfCoefficients, Failure> {
     if let Some(made) = cell.get() {
         return Ok(made);
     }
-    let made = project(material, choice)?.coefficients;
+    let made = project_unless(material, choice, &|| context.check_cancelled().is_err());
+    context.check_cancelled()?;
+    let made = made?.coefficients;
     Ok(cell.get_or_init(|| made))
 }
 
@@ -114,19 +117,30 @@ pub(crate) fn reflection(
     lit: &Lit<'_>,
     material: &Studied<'_>,
     choice: Option<Choice>,
+    context: &Context<'_>,
 ) -> Result<Reflection, Failure> {
     Ok(match choice {
-        None => Reflection::for_light(lit.full()?, material.full()?, &material.material).0,
+        None => {
+            let stop = || context.check_cancelled().is_err();
+            let full = (lit.full()?, material.full(context)?);
+            let found = Reflection::for_light_unless(full.0, full.1, &material.material, &stop);
+            found.ok_or_else(Failure::cancelled)?.0
+        }
         Some(choice) => {
-            let brdf = projected(&material.given, &material.material, choice)?;
+            let brdf = projected(&material.given, &material.material, choice, context)?;
             Reflection::convolve(&lit.full()?.whole(), brdf)
         }
     })
 }
 
 /// The reflection of a part of a material, cut as that of the whole.
-fn of_part(lit: &Lit<'_>, part: &Studied<'_>, whole: &BrdfCoefficients) -> Result<Reflection, Failure> {
-    let (light, brdf) = (lit.full()?, part.full()?.cut_to(whole.f(), whole.p()));
+fn of_part(
+    lit: &Lit<'_>,
+    part: &Studied<'_>,
+    whole: &BrdfCoefficients,
+    context: &Context<'_>,
+) -> Result<Reflection, Failure> {
+    let (light, brdf) = (lit.full()?, part.full(context)?.cut_to(whole.f(), whole.p()));
     let field = Reflection::convolve(&light.series.to_degree(brdf.f()), &brdf).marked_for_light();
     Ok(if light.lights.is_empty() {
         field
@@ -256,7 +270,7 @@ impl<'a> Scene<'a> {
         let mut values = vec![[0.0_f32; 3]; self.central.len()];
         for part in parts {
             self.context.check_cancelled()?;
-            let part_reflection = of_part(lit, part, reflection.brdf())?;
+            let part_reflection = of_part(lit, part, reflection.brdf(), self.context)?;
             let seen = self.plain(&part_reflection, &self.sphere.central(part.material.centre()), grid)?;
             for (value, seen) in values.iter_mut().zip(seen) {
                 (0..3).for_each(|channel| value[channel] += seen[channel]);
@@ -393,7 +407,8 @@ impl<'a> Scene<'a> {
             return Ok(Vec::new());
         }
         let (mut tried, mut change) = (Vec::new(), Change::default());
-        let by_light = if is_default { None } else { Some(self::reflection(lit, material, None)?) };
+        let by_light =
+            if is_default { None } else { Some(self::reflection(lit, material, None, self.context)?) };
         let reflection = match by_light.as_ref().filter(|by_light| *by_light != reflection) {
             Some(by_light) => {
                 change.no_degree = true;
@@ -416,7 +431,7 @@ impl<'a> Scene<'a> {
             tried.push(Trial { change, export });
         }
         if !tried.iter().any(|trial| is_good(&trial.export)) && reflection.lamps().is_none() {
-            let (lighting, brdf) = (&lit.full()?.series, material.full()?);
+            let (lighting, brdf) = (&lit.full()?.series, material.full(self.context)?);
             let p = Degree::new(MOST_P)?;
             let highest = Reflection::convolve(lighting, &brdf.cut_to(Degree::MAX, p));
             let degree = [highest.brdf().f().get(), highest.brdf().p().get()];

@@ -23,6 +23,7 @@ pub(crate) fn ball(
     field: &Shrm,
     lamps: Option<&Lamps>,
     edge: usize,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<[f32; 3]> {
     // A unit ball at a distance with tan(asin(1 / distance)) = outline.
     let outline = OUTLINE * HALF_WIDTH;
@@ -44,6 +45,9 @@ pub(crate) fn ball(
     };
     let mut picture = vec![[0.0; 3]; edge * edge];
     picture.par_chunks_mut(edge.max(1)).enumerate().for_each(|(row, line)| {
+        if stop() {
+            return;
+        }
         let mut lookup = field.lookup();
         for (column, pixel) in line.iter_mut().enumerate() {
             let at = |index: usize, offset: f64| 2.0 * (index as f64 + offset) / edge as f64 - 1.0;
@@ -85,6 +89,11 @@ mod tests {
 
     use super::*;
 
+    /// The ball without lamps, to its end.
+    fn whole(environment: &Environment, field: &Shrm, edge: usize) -> Vec<[f32; 3]> {
+        ball(environment, field, None, edge, &|| false)
+    }
+
     /// A map that shows the same toward every view: B_00 Y_00.
     fn field(centre: Centre, of: impl Fn(DVec3) -> [f32; 3]) -> Shrm {
         let map = environment(of);
@@ -105,7 +114,7 @@ mod tests {
     fn the_ball_covers_its_outline() {
         let (white, black) = (field(Centre::Normal, |_| [1.0; 3]), environment(|_| [0.0; 3]));
         let edge = 200;
-        let picture = ball(&black, &white, None, edge);
+        let picture = whole(&black, &white, edge);
         let area = picture.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / (edge * edge) as f64;
         // A circle of radius 0.8 in a square of edge 2; 6 x 6 samples along its edge.
         assert!((area - std::f64::consts::PI * 0.16).abs() < 1e-3, "{area}");
@@ -120,13 +129,13 @@ mod tests {
             // Bilinear interpolation between 2.8 degree texels errs by up to (0.049)^2 / 8.
             assert!((0..3).all(|c| (pixel[c] - expected[c]).abs() < 2e-3), "{pixel:?}, not {expected:?}");
         };
-        let mirror = ball(&black, &field(Centre::Reflection, position), None, edge);
+        let mirror = whole(&black, &field(Centre::Reflection, position), edge);
         close(mirror[middle * edge + middle], [-1.0, 0.0, 0.0]);
-        let diffuse = ball(&black, &field(Centre::Normal, position), None, edge);
+        let diffuse = whole(&black, &field(Centre::Normal, position), edge);
         close(diffuse[middle * edge + middle], [-1.0, 0.0, 0.0]);
         // Up in the picture is +Z, right is -Y; the background looks along +X.
         assert!(diffuse[30 * edge + middle][2] > 0.6 && diffuse[middle * edge + 170][1] < -0.6);
-        let background = ball(&environment(position), &field(Centre::Normal, |_| [0.0; 3]), None, edge);
+        let background = whole(&environment(position), &field(Centre::Normal, |_| [0.0; 3]), edge);
         let corner = DVec3::new(1.0, 0.5, 0.5).normalize();
         assert!((f64::from(background[0][1]) - corner.y).abs() < 5e-3, "{:?}", background[0]);
         assert!((f64::from(background[0][2]) - corner.z).abs() < 5e-3, "{:?}", background[0]);
@@ -155,7 +164,7 @@ mod tests {
         let field =
             Shrm::new(MapGrid::LatLong(grid), View::Local, centre, degree, Terms::Zonal, values).unwrap();
         let edge = 201;
-        let picture = ball(&environment(|_| [0.0; 3]), &field, None, edge);
+        let picture = whole(&environment(|_| [0.0; 3]), &field, edge);
         let y_10 = (0.75 / std::f64::consts::PI).sqrt();
         assert!((f64::from(picture[100 * edge + 100][0]) - y_10).abs() < 1e-3);
         for column in [60, 140, 170] {

@@ -246,8 +246,8 @@ fn a_saved_picture_is_reported_when_it_is_written() {
         assert_eq!(*line, format!("toast: saved the picture: {}", file.display()));
         assert!(file.exists());
     }
-    fs::remove_dir_all(project.path(".specula")).unwrap();
-    fs::write(project.path(".specula"), "").unwrap();
+    fs::remove_dir_all(project.path("screenshots")).unwrap();
+    fs::write(project.path("screenshots"), "").unwrap();
     controller.handle_all([save()]);
     assert!(received(&updates)[0].starts_with("toast: the picture was not saved: "));
 }
