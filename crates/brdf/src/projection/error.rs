@@ -1,7 +1,5 @@
 //! The errors of a projection.
 
-use super::slice::NotFinite;
-
 /// The most entries (F+1)(P+1)^2 that a projection may have: 4 million, 100 MB.
 pub const MOST_COEFFICIENTS: usize = 1 << 22;
 
@@ -48,14 +46,4 @@ pub enum ProjectionError {
         /// The azimuth between both.
         phi: f64,
     },
-}
-
-impl From<NotFinite> for ProjectionError {
-    fn from(at: NotFinite) -> Self {
-        Self::NotFinite {
-            theta_i: at.theta_i.to_degrees(),
-            theta_o: at.theta_o.to_degrees(),
-            phi: at.phi.to_degrees(),
-        }
-    }
 }

@@ -45,6 +45,16 @@ pub(super) struct NotFinite {
     pub(super) phi: f64,
 }
 
+impl From<NotFinite> for ProjectionError {
+    fn from(at: NotFinite) -> Self {
+        Self::NotFinite {
+            theta_i: at.theta_i.to_degrees(),
+            theta_o: at.theta_o.to_degrees(),
+            phi: at.phi.to_degrees(),
+        }
+    }
+}
+
 /// How finely a slice is sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fineness {
