@@ -3,8 +3,8 @@
 //! | kind | tensors | metadata |
 //! | --- | --- | --- |
 //! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m; `lights` if there are some beside the series | |
-//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
-//! | `reflection` | `sh` and `rho`, of one degree F; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
+//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
+//! | `reflection` | `sh` and `rho`, of one degree F; those of its parts; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
@@ -12,6 +12,10 @@
 //!
 //! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance
 //! RGB of a surface that faces it ([`sh::Light`]).
+//!
+//! The two parts of a material that has two centres are named by a prefix: `diffuse.rho` and `specular.rho`
+//! are their coefficients, `diffuse.sh` and `specular.sh` the lighting at their degrees, `diffuse.centre` and
+//! `specular.centre` their centres.
 //!
 //! `__metadata__` holds `kind`, `centre` (`reflection`, `normal` or `tangent`) if a BRDF had a part, and
 //! `specula`, the recipe. A `shrm` always has every row, zeros included: `terms` is `zonal` if those with q
@@ -24,7 +28,7 @@
 
 use std::collections::BTreeMap;
 
-use brdf::{BrdfCoefficients, Material};
+use brdf::{BrdfCoefficients, Material, Part};
 use envmap::Environment;
 use safetensors::tensor::Dtype;
 use sh::{Expansion, Lighting};
@@ -58,6 +62,9 @@ pub struct Description {
     pub metadata: BTreeMap<String, String>,
 }
 
+/// What is before the names of a part's tensors.
+const PARTS: [(Part, &str); 2] = [(Part::Diffuse, "diffuse."), (Part::Specular, "specular.")];
+
 /// The tensors and the metadata of a safetensors file, whichever program wrote it.
 ///
 /// # Errors
@@ -77,7 +84,7 @@ pub fn describe(bytes: &[u8]) -> Result<Description, Error> {
 /// If a number is not finite.
 pub fn encode_lighting(lighting: &Lighting, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("lighting", recipe);
-    file.lighting(&lighting.series)?;
+    file.lighting("", &lighting.series)?;
     file.lights(&lighting.lights)?;
     Ok(file.finish())
 }
@@ -89,7 +96,7 @@ pub fn encode_lighting(lighting: &Lighting, recipe: Option<&str>) -> Result<Vec<
 /// was expected.
 pub fn decode_lighting(bytes: &[u8]) -> Result<Lighting, Error> {
     let file = File::open_as(bytes, "lighting")?;
-    Ok(Lighting { series: file.lighting()?, lights: file.lights()? })
+    Ok(Lighting { series: file.lighting("")?, lights: file.lights()? })
 }
 
 /// The coefficients of a BRDF, and what they are of.
@@ -101,6 +108,8 @@ pub struct Brdf {
     pub material: Option<Material>,
     /// Whether the degrees are to be chosen for each light: then there are more than enough.
     pub for_light: bool,
+    /// The coefficients of its diffuse and its specular part, each about its own centre, if it has both.
+    pub parts: Option<[BrdfCoefficients; 2]>,
 }
 
 /// A BRDF: `rho` [F+1, P+1, P+1, 3] and its centre, and the material that it is of, if that is to travel with
@@ -110,9 +119,12 @@ pub struct Brdf {
 /// If a coefficient is not finite, or not zero where q > min(l, p).
 pub fn encode_brdf(brdf: &Brdf, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("brdf", recipe);
-    file.brdf(&brdf.coefficients)?;
+    file.brdf("", &brdf.coefficients)?;
     if brdf.for_light {
-        file.metadata.insert(DEGREES, FOR_LIGHT.to_owned());
+        file.entry(DEGREES, FOR_LIGHT);
+    }
+    for ((_, prefix), part) in PARTS.iter().zip(brdf.parts.iter().flatten()) {
+        file.brdf(prefix, part)?;
     }
     if let Some(material) = &brdf.material {
         material::add(material, &mut file)?;
@@ -126,8 +138,15 @@ pub fn encode_brdf(brdf: &Brdf, recipe: Option<&str>) -> Result<Vec<u8>, Error> 
 /// As [`decode_lighting`].
 pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
     let file = File::open_as(bytes, "brdf")?;
+    let part = |(_, prefix): (Part, &str)| file.brdf(prefix);
+    let [diffuse, specular] = PARTS;
+    let parts = match file.has("diffuse.rho") {
+        true => Some([part(diffuse)?, part(specular)?]),
+        false => None,
+    };
     Ok(Brdf {
-        coefficients: file.brdf()?,
+        parts,
+        coefficients: file.brdf("")?,
         material: material::of(&file)?.map(|(material, _)| material),
         for_light: file.is_for_light(),
     })
@@ -139,10 +158,14 @@ pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
 /// As [`encode_lighting`] and [`encode_brdf`].
 pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("reflection", recipe);
-    file.brdf(reflection.brdf())?;
-    file.lighting(reflection.lighting())?;
+    file.brdf("", reflection.brdf())?;
+    file.lighting("", reflection.lighting())?;
+    for ((_, prefix), part) in PARTS.iter().zip(reflection.parts().into_iter().flatten()) {
+        file.brdf(prefix, part.brdf())?;
+        file.lighting(prefix, part.lighting())?;
+    }
     if reflection.is_for_light() {
-        file.metadata.insert(DEGREES, FOR_LIGHT.to_owned());
+        file.entry(DEGREES, FOR_LIGHT);
     }
     if let Some(lamps) = reflection.lamps() {
         file.lights(&lamps.lights)?;
@@ -157,19 +180,36 @@ pub fn encode_reflection(reflection: &Reflection, recipe: Option<&str>) -> Resul
 /// As [`decode_lighting`], if the degrees differ, and if there are lights without a material.
 pub fn decode_reflection(bytes: &[u8]) -> Result<Reflection, Error> {
     let file = File::open_as(bytes, "reflection")?;
-    let (lighting, brdf) = (file.lighting()?, file.brdf()?);
-    same_degree(&lighting, &brdf).map_err(Error::damaged)?;
-    let mut reflection = Reflection::convolve(&lighting, &brdf);
-    if file.is_for_light() {
-        reflection = reflection.marked_for_light();
+    let lights = file.lights()?;
+    let material = material::of(&file)?.map(|(material, _)| material);
+    if !lights.is_empty() && material.is_none() {
+        return Err(Error::damaged("metadata `material`: missing, but `lights` need what reflects them"));
     }
-    match (file.lights()?, material::of(&file)?) {
-        (lights, _) if lights.is_empty() => Ok(reflection),
-        (lights, Some((material, _))) => Ok(reflection.with_lamps(Lamps { lights, material })),
-        (_, None) => {
-            Err(Error::damaged("metadata `material`: missing, but `lights` need what reflects them"))
+    let field = |prefix: &str, material: Option<Material>| -> Result<Reflection, Error> {
+        let (lighting, brdf) = (file.lighting(prefix)?, file.brdf(prefix)?);
+        same_degree(&lighting, &brdf).map_err(Error::damaged)?;
+        let field = Reflection::convolve(&lighting, &brdf);
+        let field = if file.is_for_light() { field.marked_for_light() } else { field };
+        Ok(match material.filter(|_| !lights.is_empty()) {
+            Some(material) => field.with_lamps(Lamps { lights: lights.clone(), material }),
+            None => field,
+        })
+    };
+    let part = |(part, prefix): (Part, &str)| {
+        let of_part = material.as_ref().map(|material| material.part(part));
+        match of_part {
+            Some(None) => {
+                Err(Error::damaged("metadata `material`: has one part, but the tensors are of two"))
+            }
+            of_part => field(prefix, of_part.flatten()),
         }
-    }
+    };
+    let whole = field("", material.clone())?;
+    let [diffuse, specular] = PARTS;
+    Ok(match file.has("diffuse.rho") {
+        true => whole.with_parts([part(diffuse)?, part(specular)?]),
+        false => whole,
+    })
 }
 
 /// An environment: `radiance` [height, width, 3] f32.
@@ -261,6 +301,12 @@ mod tests {
         BrdfCoefficients::new(Centre::Tangent, f, p, rho).unwrap()
     }
 
+    /// Coefficients about the normal.
+    fn diffuse() -> BrdfCoefficients {
+        let rho = (0..3).map(|l| [l as f64, 0.1, 0.2]).collect();
+        BrdfCoefficients::new(Centre::Normal, Degree::new(2).unwrap(), Degree::ZERO, rho).unwrap()
+    }
+
     fn table() -> Material {
         let values = (0..2 * 2 * 2).map(|i| [i as f32, 0.5, 1.0]).collect();
         Material::Measured(brdf::Measured::new([2, 2, 2], values).unwrap())
@@ -282,7 +328,8 @@ mod tests {
         }
         let layers = vec![Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap()), table(), table()];
         for material in [None, Some(Material::layers(layers).unwrap())] {
-            let brdf = Brdf { coefficients: coefficients(), for_light: material.is_some(), material };
+            let parts = material.as_ref().map(|_| [diffuse(), coefficients()]);
+            let brdf = Brdf { coefficients: coefficients(), for_light: material.is_some(), material, parts };
             assert_eq!(decode_brdf(&encode_brdf(&brdf, None).unwrap()).unwrap(), brdf);
         }
         let plain = Reflection::convolve(&series(3), &coefficients());
@@ -290,6 +337,18 @@ mod tests {
         let lit =
             plain.marked_for_light().with_lamps(Lamps { lights: lighting(5).lights, material: table() });
         assert_eq!(decode_reflection(&encode_reflection(&lit, None).unwrap()).unwrap(), lit);
+        let base = Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap());
+        let lamps = |material| Lamps { lights: lighting(5).lights, material };
+        let part = |brdf, material| {
+            Reflection::convolve(&series(2), &brdf).marked_for_light().with_lamps(lamps(material))
+        };
+        let parts = [part(diffuse(), base.clone()), part(coefficients(), table())];
+        let both = lit.with_lamps(lamps(Material::layers(vec![base, table()]).unwrap())).with_parts(parts);
+        assert_eq!(decode_reflection(&encode_reflection(&both, None).unwrap()).unwrap(), both);
+        // A material of one part does not go with the tensors of two.
+        let alone = both.with_lamps(lamps(table()));
+        let error = decode_reflection(&encode_reflection(&alone, None).unwrap()).unwrap_err().to_string();
+        assert_eq!(error, "metadata `material`: has one part, but the tensors are of two");
         let radiance = encode_environment(&environment(), None).unwrap();
         assert_eq!(decode_environment(&radiance).unwrap(), environment());
     }

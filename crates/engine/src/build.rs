@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::disk::Disk;
+use crate::kind::is_left_out;
 use crate::lock::LockRequest;
 use crate::publish::{Publisher, sweep};
 use crate::run::RunContext;
@@ -216,7 +217,13 @@ impl BuildSession {
                     summary.up_to_date += 1;
                     events(Event::UpToDate { item: item.clone() });
                     for (file, blob) in plan.items[index].files.iter().zip(&outputs) {
-                        if !publisher.is_in_place(file, blob.digest) {
+                        if publisher.is_in_place(file, blob.digest) {
+                            continue;
+                        }
+                        if is_left_out(blob.digest) {
+                            summary.removed += 1;
+                            events(Event::Removed { file: file.clone() });
+                        } else {
                             summary.published += 1;
                             let restored = publisher.is_restored(file, blob.digest);
                             let (item, file) = (item.clone(), file.clone());

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::build::{Forecast, forecast};
 use crate::disk::Disk;
 use crate::files::{modified, normal};
+use crate::kind::is_left_out;
 use crate::ledger::Published;
 use crate::publish::Publisher;
 use crate::record::{Record, recipe};
@@ -129,7 +130,10 @@ pub fn explain(plan: &Plan, target: &str) -> Result<Vec<Explanation>, Error> {
             Some(Forecast::Current { restored, .. }) => (None, restored),
             None => (None, false),
         };
-        let files = plan.items[item].files.iter().map(|file| exported(plan, &publisher, file));
+        let outputs = check.latest(item).map_or(&[][..], |latest| latest.outputs());
+        let is_left_out = |output: usize| outputs.get(output).is_some_and(|blob| is_left_out(blob.digest));
+        let files = plan.items[item].files.iter().enumerate().filter(|(output, _)| !is_left_out(*output));
+        let files = files.map(|(_, file)| exported(plan, &publisher, file));
         Explanation {
             item: check.name(item),
             would_run: reasons.is_some(),

@@ -1,7 +1,7 @@
 //! What a stage can do: the trait that authors of kinds write, and its erased form that the engine sees.
 
 use std::any::Any;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use crate::{Artifact, Context, Diagnostic, Digest, Failure, Field, Parameters, Table};
 
@@ -93,7 +93,8 @@ pub enum Product {
     /// An artifact of this type, for other stages.
     Artifact(&'static str),
     /// Files: the endings that are put after the item's `path`, such as `.exr` or `/px.exr`. Of several,
-    /// the last is the index, which is renamed into place after the others.
+    /// the last is the index, which is renamed into place after the others. Names are declared before
+    /// anything runs; an item may leave out some of them ([`LEFT_OUT`]).
     Files(Vec<String>),
 }
 
@@ -106,8 +107,18 @@ pub enum Output {
         /// The value that the bytes encode.
         value: Arc<dyn Any + Send + Sync>,
     },
-    /// The files, in the order of [`Product::Files`].
+    /// The files, in the order of [`Product::Files`]. A file that is [`LEFT_OUT`] is not published.
     Files(Vec<Vec<u8>>),
+}
+
+/// In place of a file's bytes: the item does not export this one of its declared files. A file that it
+/// published there before is removed.
+pub const LEFT_OUT: &[u8] = b"specula: this item does not export this file\n";
+
+/// Whether this is the digest of [`LEFT_OUT`].
+pub(crate) fn is_left_out(digest: Digest) -> bool {
+    static DIGEST: LazyLock<Digest> = LazyLock::new(|| Digest::of(LEFT_OUT));
+    digest == *DIGEST
 }
 
 impl Output {

@@ -71,7 +71,9 @@ pub use explain::{Explanation, ExportedFile, FileState, LastRun, explain};
 pub use failure::Failure;
 pub use files::{Files, Read};
 pub use key::{Digest, ItemKey};
-pub use kind::{Configured, ErasedKind, Kind, Kinds, MapSizes, Output, Port, Product, RecipeReader};
+pub use kind::{
+    Configured, ErasedKind, Kind, Kinds, LEFT_OUT, MapSizes, Output, Port, Product, RecipeReader,
+};
 pub use lock::{LockPurpose, LockTimeout};
 pub use parameters::{Field, Parameter, Parameters, unexpected, unknown_keys};
 pub use plan::{DiskFolders, Folders, Found, Graph, Item, ItemIndex, Name, Plan, Source, Stage, StageIndex};

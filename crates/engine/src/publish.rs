@@ -22,6 +22,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use parking_lot::Mutex;
 use serde::Deserialize;
 
+use crate::kind::is_left_out;
 use crate::ledger::{Ledger, Published};
 use crate::platform::{self, Stamp};
 use crate::regular::{hash, read_file, write_new};
@@ -131,9 +132,13 @@ impl<'a> Publisher<'a> {
         self.ledger.entry(file)
     }
 
-    /// Whether a file is as it was published.
+    /// Whether a file is as it was published; if its item leaves it out, whether none was published.
     pub(crate) fn is_intact(&self, file: &str, digest: Digest) -> bool {
-        let line = self.ledger.stamp(file).filter(|line| line.digest == digest);
+        let line = self.ledger.stamp(file);
+        if is_left_out(digest) {
+            return line.is_none();
+        }
+        let line = line.filter(|line| line.digest == digest);
         let stamp = line.and_then(|line| line.stamp);
         let found = || fs::symlink_metadata(self.root.join(file)).ok().map(|found| Stamp::of(&found));
         stamp.is_some() && found() == stamp
@@ -143,7 +148,8 @@ impl<'a> Publisher<'a> {
     pub(crate) fn is_in_place(&self, file: &str, digest: Digest) -> bool {
         let place = self.root.join(file);
         self.is_intact(file, digest)
-            || fs::symlink_metadata(&place).is_ok_and(|found| found.is_file())
+            || !is_left_out(digest)
+                && fs::symlink_metadata(&place).is_ok_and(|found| found.is_file())
                 && hash(&place).is_ok_and(|found| found == digest)
     }
 
@@ -152,7 +158,8 @@ impl<'a> Publisher<'a> {
         self.ledger.stamp(file).is_some_and(|line| line.digest == digest)
     }
 
-    /// Puts an item's files in place. `bytes` are their contents, if they are in memory.
+    /// Puts an item's files in place, and then removes those that it leaves out. `bytes` are their contents,
+    /// if they are in memory.
     ///
     /// # Errors
     /// If a result is lost or something is in the way: both are found before the first rename, and the files
@@ -167,20 +174,25 @@ impl<'a> Publisher<'a> {
     ) -> Result<(), PublishError> {
         let mut bytes = bytes.map(Vec::into_iter);
         let mut actions = Vec::new();
+        let mut left_out = Vec::new();
         for (file, blob) in files {
             let fresh = bytes.as_mut().and_then(Iterator::next);
-            actions.extend(self.plan_file(item, files, file, *blob, fresh, events)?);
-        }
-        if actions.is_empty() {
-            return Ok(());
-        }
-        let result = self.carry_out(item, &mut actions, events);
-        for write in actions.iter().filter_map(|action| action.write.as_ref()) {
-            if let Some(left) = &write.temporary {
-                let _ = fs::remove_file(&left.path);
+            if is_left_out(blob.digest) {
+                left_out.push(file.clone());
+            } else {
+                actions.extend(self.plan_file(item, files, file, *blob, fresh, events)?);
             }
         }
-        result
+        if !actions.is_empty() {
+            let result = self.carry_out(item, &mut actions, events);
+            for write in actions.iter().filter_map(|action| action.write.as_ref()) {
+                if let Some(left) = &write.temporary {
+                    let _ = fs::remove_file(&left.path);
+                }
+            }
+            result?;
+        }
+        Ok(self.remove(&left_out, &mut |what| events.push(what))?)
     }
 
     /// What has to be done for one file; `None` if it is in place.

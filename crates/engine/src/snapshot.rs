@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::journal::Tag;
+use crate::kind::is_left_out;
 use crate::record::Record;
 use crate::run::failure_of;
 use crate::state::State;
@@ -64,10 +65,11 @@ impl ResultsSnapshot {
     }
 
     /// The sizes in bytes of the files that an item exports, in the order of [`crate::Item::files`]; empty if
-    /// there are none.
+    /// there are none. 0 for a file that it leaves out.
     pub fn file_sizes(&self, item: ItemIndex) -> Vec<u64> {
         let result = self.result(item).filter(|result| result.handle.is_none());
-        result.map_or_else(Vec::new, |result| result.record.outputs.iter().map(|blob| blob.bytes).collect())
+        let size = |blob: &Blob| if is_left_out(blob.digest) { 0 } else { blob.bytes };
+        result.map_or_else(Vec::new, |result| result.record.outputs.iter().map(size).collect())
     }
 
     /// The notes of the run that made the result; empty if the last run failed, so that the result is older.

@@ -321,7 +321,8 @@ impl Kind for Write {
     }
 }
 
-/// Writes a text to a folder of two files; the second is the index.
+/// Writes a text to a folder of two files; the second is the index. The first is left out if the text is
+/// empty.
 pub(crate) struct WritePair;
 
 impl Kind for WritePair {
@@ -340,7 +341,8 @@ impl Kind for WritePair {
 
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         let text = &context.get::<Text>("text")?.0;
-        Ok(Output::Files(vec![text.clone().into_bytes(), text.len().to_string().into_bytes()]))
+        let body = if text.is_empty() { crate::LEFT_OUT.to_vec() } else { text.clone().into_bytes() };
+        Ok(Output::Files(vec![body, text.len().to_string().into_bytes()]))
     }
 }
 

@@ -74,10 +74,18 @@ impl Lamps {
     /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or
     /// head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
+        let lit = self.plain_lit(plain);
+        (0..grid.len())
+            .into_par_iter()
+            .map(|texel| lit(grid.direction(texel)).map(|value| value as f32))
+            .collect()
+    }
+
+    /// What the lights add to a plain reflection map, as a function of the central direction.
+    pub(crate) fn plain_lit(&self, plain: Plain) -> impl Fn(Direction) -> [f64; 3] + Sync {
         let views = plain_views(self.material.centre(), plain);
         let (profile, lights) = (Profile::new(&self.material, &views), self.fluxes());
-        let value = |texel: usize| profile.lit(&lights, grid.direction(texel)).map(|value| value as f32);
-        (0..grid.len()).into_par_iter().map(value).collect()
+        move |central| profile.lit(&lights, central)
     }
 
     /// What the lights add at each texel in the mean over all views at an angle theta_o from its central

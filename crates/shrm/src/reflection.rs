@@ -29,6 +29,7 @@ pub struct Reflection {
     brdf: BrdfCoefficients,
     lamps: Option<Lamps>,
     for_light: bool,
+    parts: Option<Box<[Reflection; 2]>>,
 }
 
 /// A reflection depends on the view beyond the central direction, but one map cannot.
@@ -44,7 +45,13 @@ impl Reflection {
     /// product has no degree that one of them lacks.
     pub fn convolve(lighting: &Expansion, brdf: &BrdfCoefficients) -> Self {
         let degree = lighting.degree().min(brdf.f());
-        Self { lighting: lighting.to_degree(degree), brdf: brdf.cut(degree), lamps: None, for_light: false }
+        Self {
+            lighting: lighting.to_degree(degree),
+            brdf: brdf.cut(degree),
+            lamps: None,
+            for_light: false,
+            parts: None,
+        }
     }
 
     /// The same with lights beside the lighting, which the series does not hold.
@@ -56,7 +63,21 @@ impl Reflection {
     /// The same without the lights beside the lighting.
     #[must_use]
     pub fn without_lamps(self) -> Self {
-        Self { lamps: None, ..self }
+        let parts = self.parts.map(|parts| Box::new(parts.map(Self::without_lamps)));
+        Self { lamps: None, parts, ..self }
+    }
+
+    /// The same with the fields of its material's diffuse and specular part, whose sum it is: each is about
+    /// its own centre, and has the lamps that it reflects.
+    #[must_use]
+    pub fn with_parts(self, parts: [Self; 2]) -> Self {
+        Self { parts: Some(Box::new(parts)), ..self }
+    }
+
+    /// The fields of the material's diffuse and specular part, if it has two centres: engines look one up by
+    /// the normal and the other by the reflection vector, and add them.
+    pub fn parts(&self) -> Option<&[Self; 2]> {
+        self.parts.as_deref()
     }
 
     /// The same with the lamps in the lighting's series, cut at its degree.
@@ -64,7 +85,7 @@ impl Reflection {
     pub fn with_whole_light(&self) -> Self {
         let lights = self.lamps.as_ref().map(|lamps| lamps.lights.clone()).unwrap_or_default();
         let lighting = sh::Lighting { series: self.lighting.clone(), lights }.whole();
-        Self { lighting, brdf: self.brdf.clone(), lamps: None, for_light: self.for_light }
+        Self { lighting, brdf: self.brdf.clone(), lamps: None, for_light: self.for_light, parts: None }
     }
 
     /// The same, marked as cut at degrees that were chosen for its light: see [`Reflection::is_for_light`].
@@ -82,13 +103,21 @@ impl Reflection {
     /// The same with a window on its series, which makes it ring less and blurs it.
     #[must_use]
     pub fn windowed(&self, window: Window) -> Self {
-        Self { lighting: window.apply(&self.lighting), ..self.clone() }
+        let parts =
+            self.parts.as_ref().map(|parts| Box::new(parts.each_ref().map(|part| part.windowed(window))));
+        Self { lighting: window.apply(&self.lighting), parts, ..self.clone() }
     }
 
     /// The lights beside the lighting's series, and the material that reflects them; `None` if the series
     /// holds all light.
     pub fn lamps(&self) -> Option<&Lamps> {
         self.lamps.as_ref()
+    }
+
+    /// The mean radiance of the light, lamps included, over the sphere and the three channels.
+    pub fn light_mean(&self) -> f64 {
+        let lights = self.lamps.as_ref().map(|lamps| lamps.lights.clone()).unwrap_or_default();
+        sh::Lighting { series: self.lighting.clone(), lights }.mean()
     }
 
     /// The lighting's coefficients, L_lm.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use sh::{Basis, rotate_orders};
 
 use crate::degrees::{SAMPLES, add, seen, spread};
-use crate::{Reflection, frame};
+use crate::{Plain, Reflection, frame};
 
 /// How far a reflection is from another, at views as a ball shows them to a distant camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +66,22 @@ impl Reflection {
             (0..SAMPLES[1]).map(radiance).collect::<Vec<_>>()
         };
         Samples((0..SAMPLES[0]).into_par_iter().flat_map(at).collect())
+    }
+
+    /// What one plain map, looked up by the central direction, shows in place of [`Reflection::samples`].
+    pub fn plain_samples(&self, plain: Plain) -> Samples {
+        let field = self.plain(plain);
+        let lit = self.lamps().map(|lamps| lamps.plain_lit(plain));
+        let at = |index: usize| {
+            let central = spread(index, SAMPLES[0]);
+            let mut sum = field.evaluate(central);
+            if let Some(lit) = &lit {
+                let lamps = lit(central);
+                (0..3).for_each(|channel| sum[channel] += lamps[channel]);
+            }
+            std::iter::repeat_n(sum, SAMPLES[1])
+        };
+        Samples((0..SAMPLES[0]).flat_map(at).collect())
     }
 }
 

@@ -5,8 +5,8 @@
 //! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
 //! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
 //! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
-//! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64; the material as above |
-//! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`; with lamps `lights` and the material |
+//! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64, and that of its parts; the material as above |
+//! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
 //! | `shrm` | [`shrm::Shrm`] | safetensors: `shrm` [faces, height, width, (P+1)^2, 3] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
 //!
@@ -70,7 +70,7 @@ pub struct Brdf(pub tensors::Brdf);
 impl From<brdf::BrdfCoefficients> for Brdf {
     /// Coefficients of fixed degrees, of a material that is not known.
     fn from(coefficients: brdf::BrdfCoefficients) -> Self {
-        Self(tensors::Brdf { coefficients, material: None, for_light: false })
+        Self(tensors::Brdf { coefficients, material: None, for_light: false, parts: None })
     }
 }
 

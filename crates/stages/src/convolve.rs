@@ -34,6 +34,12 @@
 //! more than 0.5 % of them are below zero by a tenth of e. It names the remedy that was found to help most
 //! here: no degree, or a window.
 //!
+//! ## Parts
+//!
+//! A material with a matte base under a highlight has two centres. Beside the field of both about the
+//! reflection vector, from which a preview or a report looks, this stage keeps a field for each part about its
+//! own centre, with its own F and P, for exports that write a map of each.
+//!
 //! ## Windows
 //!
 //! A `window` scales the terms of each l (see `project-sh`), which calms the rings of a cut and blurs what
@@ -95,7 +101,7 @@ impl Kind for Convolve {
     type Parameters = Parameters;
 
     const NAME: &'static str = "convolve";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[
         sh::revisions::ROTATION,
         sh::revisions::WINDOW,
@@ -133,14 +139,36 @@ impl Kind for Convolve {
                 let found = Reflection::for_light_unless(lighting, &brdf.coefficients, material, &stop);
                 let (reflection, cut) = found.ok_or_else(Failure::cancelled)?;
                 context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
-                if given.is_none() && cut.shows() {
+                let reflection = if given.is_none() && cut.shows() {
                     least_window(reflection, &whole(lighting, &brdf.coefficients, material), dark, context)
                 } else {
                     windowed(&reflection)
+                };
+                match material.split().zip(brdf.parts.as_ref()) {
+                    Some((materials, parts)) => {
+                        let part = |part: usize| {
+                            let found =
+                                Reflection::for_light_unless(lighting, &parts[part], &materials[part], &stop);
+                            found.map(|(reflection, _)| windowed(&reflection)).ok_or_else(Failure::cancelled)
+                        };
+                        let parts = [part(0)?, part(1)?];
+                        let [diffuse, specular] =
+                            parts.each_ref().map(|part| [part.brdf().f().get(), part.brdf().p().get()]);
+                        context
+                            .note(format!("[F, P] of its parts: diffuse {diffuse:?}, specular {specular:?}"));
+                        reflection.with_parts(parts)
+                    }
+                    None => reflection,
                 }
             }
             material => {
-                let reflection = windowed(&Reflection::convolve(&lighting.whole(), &brdf.coefficients));
+                let light = lighting.whole();
+                let mut reflection = Reflection::convolve(&light, &brdf.coefficients);
+                if let Some(parts) = &brdf.parts {
+                    reflection = reflection
+                        .with_parts(parts.each_ref().map(|part| Reflection::convolve(&light, part)));
+                }
+                let reflection = windowed(&reflection);
                 context.note(degrees(&reflection, brdf.coefficients.f().get()));
                 if let Some(material) = material {
                     context.check_cancelled()?;

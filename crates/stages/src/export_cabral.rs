@@ -33,6 +33,10 @@
 //! A ball's rim is coarse: with 96 x 96 texels, the error of look-ups within 30 degrees of -V_k is at least
 //! 20 times that in the middle of the ball. Prefer `cube` if the renderer supports it.
 //!
+//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With `parts
+//! = "together"` one folder holds the sum, about the reflection vector.
+//!
 //! ## The index
 //!
 //! `/cabral.json` holds everything that a renderer needs: for each map its file and view (in Specula's frame
@@ -78,6 +82,7 @@ use crate::export_reflection_map::{image, report_overflow};
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input::{self, ERROR};
 use crate::map_source::{self, MapSource};
+use crate::parts::{self, PartsName};
 use crate::share::share;
 
 choice! {
@@ -117,6 +122,8 @@ parameters! {
         format: Format = Format::Exr,
         /// With format "exr" or "dds": 16-bit or 32-bit numbers.
         precision: PrecisionName = PrecisionName(Precision::Half),
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
         /// With precision "half": what happens to values past 65504; see Numbers.
         overflow: Overflow = Overflow::Clamp,
     }
@@ -129,7 +136,7 @@ impl Kind for ExportCabral {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-cabral";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_cabral.rs");
 
@@ -139,7 +146,8 @@ impl Kind for ExportCabral {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         let maps = (0..12).map(|vertex| format!("/{}", file(vertex, parameters.format)));
-        Product::Files(maps.chain(["/cabral.json".to_owned()]).collect())
+        let files = maps.chain(["/cabral.json".to_owned()]).collect();
+        Product::Files(parts::endings(parameters.parts, files))
     }
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
@@ -161,61 +169,70 @@ impl Kind for ExportCabral {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = MapSource::of(context)?;
-        let vertices = icosahedron::vertices();
-        let on_grid = |layout| -> Result<_, Failure> {
-            let map = source.map(layout, parameters.resolution, View::Local, context)?;
-            map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
-            let maps = Cabral::from_shrm(&map.0);
-            let maps = if let Some(lamps) = source.lamps() { maps.with_lamps(lamps) } else { maps };
-            Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
-        };
-        let (layout, (map, size, pixels)) = match parameters.layout {
-            Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
-            Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
-            Layout::Sphere => {
-                let (map, edge) = for_spheres(&source, parameters.resolution)?;
-                map_source::check_total(edge * edge, vertices.len(), None)?;
-                let mut pixels = sphere_maps(&map.0, &vertices, edge)?;
-                if let Some(lamps) = source.lamps() {
-                    add_to_sphere_maps(&mut pixels, lamps, &vertices, edge);
-                }
-                (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
-            }
-        };
-        let map = &map.0;
-        context.check_cancelled()?;
-        note_lost(map, context);
-        let files = pixels.chunks_exact(size[0] * size[1]);
-        let encoded = files.map(|pixels| encode(parameters, size, pixels, context));
-        let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
-        let clamped = encoded.iter().map(|file| file.clamped).sum();
-        match parameters.format {
-            Format::Rgbe if clamped > 0 => {
-                context.warn(format!("{clamped} values are negative; RGBE stores them as 0"));
-            }
-            _ => report_overflow(clamped, parameters.overflow, context)?,
-        }
-        let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
-        let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
-            let entry = Entry::of_file(&file(vertex, parameters.format)).seen_from(view);
-            if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(view)) } else { entry }
-        });
-        let index = NewIndex {
-            method: "cabral",
-            centre: map.centre(),
-            views: Views::Global,
-            layout,
-            resolution: size[0],
-            degree: source.p(),
-            lookup: lookup_text(layout).into(),
-            interpolation: INTERPOLATION.into(),
-            maps: entries.collect(),
-            triangles: Some(icosahedron::TRIANGLES.to_vec()),
-        };
-        files.push(index.encode(context.recipe())?);
-        Ok(Output::Files(files))
+        MapSource::of(context)?
+            .export(parameters.parts, context, |source, _| files(parameters, source, context))
     }
+}
+
+/// The files of one field.
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let vertices = icosahedron::vertices();
+    let on_grid = |layout| -> Result<_, Failure> {
+        let map = source.map(layout, parameters.resolution, View::Local, context)?;
+        map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
+        let maps = Cabral::from_shrm(&map.0);
+        let maps = if let Some(lamps) = source.lamps() { maps.with_lamps(lamps) } else { maps };
+        Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
+    };
+    let (layout, (map, size, pixels)) = match parameters.layout {
+        Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
+        Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
+        Layout::Sphere => {
+            let (map, edge) = for_spheres(source, parameters.resolution)?;
+            map_source::check_total(edge * edge, vertices.len(), None)?;
+            let mut pixels = sphere_maps(&map.0, &vertices, edge)?;
+            if let Some(lamps) = source.lamps() {
+                add_to_sphere_maps(&mut pixels, lamps, &vertices, edge);
+            }
+            (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
+        }
+    };
+    let map = &map.0;
+    context.check_cancelled()?;
+    note_lost(map, context);
+    let files = pixels.chunks_exact(size[0] * size[1]);
+    let encoded = files.map(|pixels| encode(parameters, size, pixels, context));
+    let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
+    let clamped = encoded.iter().map(|file| file.clamped).sum();
+    match parameters.format {
+        Format::Rgbe if clamped > 0 => {
+            context.warn(format!("{clamped} values are negative; RGBE stores them as 0"));
+        }
+        _ => report_overflow(clamped, parameters.overflow, context)?,
+    }
+    let mut files: Vec<Vec<u8>> = encoded.into_iter().map(|file| file.bytes).collect();
+    let entries = vertices.iter().enumerate().map(|(vertex, &view)| {
+        let entry = Entry::of_file(&file(vertex, parameters.format)).seen_from(view);
+        if layout == FileLayout::Sphere { entry.with_axes(sphere_map_axes(view)) } else { entry }
+    });
+    let index = NewIndex {
+        method: "cabral",
+        centre: map.centre(),
+        views: Views::Global,
+        layout,
+        resolution: size[0],
+        degree: source.p(),
+        lookup: lookup_text(layout).into(),
+        interpolation: INTERPOLATION.into(),
+        maps: entries.collect(),
+        triangles: Some(icosahedron::TRIANGLES.to_vec()),
+    };
+    files.push(index.encode(context.recipe())?);
+    Ok(files)
 }
 
 const INTERPOLATION: &str = "a view V lies in the triangle (a, b, c), three indices into maps, where w_a = V.(b x c), w_b = V.(c x a) and \

@@ -46,6 +46,7 @@ use sphere::{Cube, Face, LatLong};
 
 use crate::choices::{LampsName, MOST, MapsFormat, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, Layout, PlainName};
+use crate::parts::PartsName;
 use crate::{artifacts, map_source};
 
 choice! {
@@ -120,6 +121,7 @@ impl Parameters {
             exposure: 0.0,
             view: PlainName(Plain::Mean),
             lamps: LampsName::Baked,
+            parts: PartsName::Together,
         }
     }
 

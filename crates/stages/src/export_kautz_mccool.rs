@@ -34,6 +34,10 @@
 //! (slices - 1), both ends included, so a linear 3D filter interpolates them at w = (theta_o / pi (slices -
 //! 1) + 0.5) / slices.
 //!
+//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! `parts = "together"` one folder holds the sum, about the reflection vector.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -53,6 +57,7 @@ use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
+use crate::parts::{self, PartsName};
 use crate::share::share;
 
 parameters! {
@@ -69,6 +74,8 @@ parameters! {
         format: MapsFormat = MapsFormat::Dds,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: PrecisionName = PrecisionName(Precision::Half),
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
         /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
@@ -81,7 +88,7 @@ impl Kind for ExportKautzMcCool {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-kautz-mccool";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_kautz_mccool.rs");
 
@@ -97,7 +104,7 @@ impl Kind for ExportKautzMcCool {
             format => vec![format!("/{}", file(0, format))],
         };
         files.push("/kautz-mccool.json".into());
-        Product::Files(files)
+        Product::Files(parts::endings(parameters.parts, files))
     }
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
@@ -111,61 +118,70 @@ impl Kind for ExportKautzMcCool {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = MapSource::of(context)?;
-        let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
-        let lost = azimuthal_share(&map.0, source.lamps());
-        // Rounding leaves a share of some 1e-14 in a map that was turned.
-        if lost > 1e-9 {
-            context.warn(format!(
+        MapSource::of(context)?
+            .export(parameters.parts, context, |source, _| files(parameters, source, context))
+    }
+}
+
+/// The files of one field.
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
+    let lost = azimuthal_share(&map.0, source.lamps());
+    // Rounding leaves a share of some 1e-14 in a map that was turned.
+    if lost > 1e-9 {
+        context.warn(format!(
                 "{} of the reflected energy changes around the central direction (q > 0) and is lost in a 3D texture; \
                  export-shrm keeps it",
                 share(lost)
             ));
-        }
-        if parameters.slices <= source.p() {
-            context.note(format!(
-                "{} slices hold P = {}; the field has P = {}",
-                parameters.slices,
-                parameters.slices - 1,
-                source.p()
-            ));
-        }
-        map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
-        context.check_cancelled()?;
-        let texture = KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices))
-            .ok_or_else(|| {
-                Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
-            })?;
-        let texture = if let Some(lamps) = source.lamps() { texture.with_lamps(lamps) } else { texture };
-        let [width, height] = map_source::picture_size(texture.grid());
-        let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
-        let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };
-        let format = (parameters.format, parameters.precision.0, parameters.overflow);
-        let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
-        let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
-            let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
-            Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
-        });
-        let index = NewIndex {
-            method: "kautz-mccool",
-            centre: texture.centre(),
-            views: Views::Angles,
-            layout: FileLayout::LatLong,
-            resolution: texture.grid().shape()[1],
-            degree: source.p(),
-            lookup: lookup_text(FileLayout::LatLong).into(),
-            interpolation: format!(
-                "linear in theta_o, the angle in radians between central direction and view, clamped; in a volume of \
-                 {0} slices at w = (theta_o / pi * {1} + 0.5) / {0}",
-                parameters.slices,
-                parameters.slices - 1
-            ),
-            maps: entries.collect(),
-            triangles: None,
-        };
-        files.push(index.encode(context.recipe())?);
-        Ok(Output::Files(files))
     }
+    if parameters.slices <= source.p() {
+        context.note(format!(
+            "{} slices hold P = {}; the field has P = {}",
+            parameters.slices,
+            parameters.slices - 1,
+            source.p()
+        ));
+    }
+    map_source::check_total(map.0.grid().len(), parameters.slices, Some("slices"))?;
+    context.check_cancelled()?;
+    let texture =
+        KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices)).ok_or_else(|| {
+            Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
+        })?;
+    let texture = if let Some(lamps) = source.lamps() { texture.with_lamps(lamps) } else { texture };
+    let [width, height] = map_source::picture_size(texture.grid());
+    let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
+    let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };
+    let format = (parameters.format, parameters.precision.0, parameters.overflow);
+    let mut files = map_source::encode(&volume, format, "kautz-mccool", context)?;
+    let entries = texture.angles().iter().enumerate().map(|(slice, &angle)| {
+        let of_volume = (parameters.format != MapsFormat::Exr).then_some(slice);
+        Entry::of_file(&file(slice, parameters.format)).in_slice(of_volume).at_angle(angle)
+    });
+    let index = NewIndex {
+        method: "kautz-mccool",
+        centre: texture.centre(),
+        views: Views::Angles,
+        layout: FileLayout::LatLong,
+        resolution: texture.grid().shape()[1],
+        degree: source.p(),
+        lookup: lookup_text(FileLayout::LatLong).into(),
+        interpolation: format!(
+            "linear in theta_o, the angle in radians between central direction and view, clamped; in a volume of \
+                 {0} slices at w = (theta_o / pi * {1} + 0.5) / {0}",
+            parameters.slices,
+            parameters.slices - 1
+        ),
+        maps: entries.collect(),
+        triangles: None,
+    };
+    files.push(index.encode(context.recipe())?);
+    Ok(files)
 }
 
 /// The name of the file that holds a slice.

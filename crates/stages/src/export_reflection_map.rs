@@ -13,8 +13,13 @@
 //! looked up by the tangent, and the view is at a right angle to it). The build notes the share of the
 //! reflected energy that changes with the view and is lost; `export-shrm` keeps it.
 //!
-//! A material with a matte base under a highlight has no one direction to look a plain map up by: see Parts
-//! in `project-brdf` for a map of each.
+//! ## Two maps
+//!
+//! A material with a matte base under a highlight has no one direction to look a map up by. It gets two:
+//! `{path}-diffuse` is looked up by the normal, `{path}`, with the highlight, by the reflection vector, and a
+//! renderer adds them. Other materials have no such file. With `parts = "together"` one map holds the sum
+//! about the reflection vector, where the base shows the light of the wrong direction; the build notes by how
+//! many stops.
 //!
 //! ## Lamps
 //!
@@ -70,11 +75,13 @@ use containers::{Encoded, Precision, write_exr, write_png, write_rgbe};
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::{Image, ToneMap, to_srgb8};
 use sh::{Synthesis, energy_per_degree, lambda, synthesise_cube};
+use shrm::degrees::DARK;
 use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::artifacts;
 use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
+use crate::parts::{self, PartsName};
 use crate::share::share;
 
 choice! {
@@ -135,6 +142,8 @@ parameters! {
         view: PlainName = PlainName(Plain::Mean),
         /// Whether suns and lamps are in the map or left to the renderer; see Lamps.
         lamps: LampsName = LampsName::Baked,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
     }
 }
 
@@ -145,7 +154,7 @@ impl Kind for ExportReflectionMap {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-reflection-map";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
@@ -159,10 +168,11 @@ impl Kind for ExportReflectionMap {
             Format::Rgbe => ".hdr",
             Format::Png => ".png",
         };
-        Product::Files(match parameters.layout {
+        let files = match parameters.layout {
             Layout::Cube => Face::ALL.map(|face| format!("/{}{extension}", face.name())).into(),
             _ => vec![extension.to_owned()],
-        })
+        };
+        Product::Files(parts::endings(parameters.parts, files))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
@@ -183,34 +193,67 @@ impl Kind for ExportReflectionMap {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let reflection = context.get::<artifacts::Reflection>("reflection")?;
-        let PlainName(plain) = parameters.view;
-        let shown = match plain {
-            Plain::Mean => "the mean over all views",
-            Plain::HeadOn => "the surface viewed straight on",
-        };
-        let lost = view_dependent_share(&reflection.0);
-        if lost > 0.0 {
-            context.note(format!(
-                "P = {}: the map holds {shown}; {} of the reflected energy changes with the view, \
-                 which export-shrm keeps",
-                reflection.0.brdf().p().get(),
-                share(lost)
-            ));
+        let reflection = &context.get::<artifacts::Reflection>("reflection")?.0;
+        parts::note(parameters.parts, reflection, context);
+        if parameters.parts == PartsName::Together && reflection.parts().is_some() {
+            note_lost_together(reflection, parameters.view.0, context);
         }
-        let images = images(parameters, &reflection.0)?;
-        context.check_cancelled()?;
-        report_negatives(parameters.format, &images, context);
-        write(parameters, &images, context)
+        let split = reflection.parts().cloned();
+        parts::export(parameters.parts, reflection, split, |field, _| files(parameters, field, context))
     }
 }
 
-/// The files of the images.
+/// The files of one map.
+fn files(
+    parameters: &Parameters,
+    reflection: &Reflection,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let PlainName(plain) = parameters.view;
+    let shown = match plain {
+        Plain::Mean => "the mean over all views",
+        Plain::HeadOn => "the surface viewed straight on",
+    };
+    let lost = view_dependent_share(reflection);
+    if lost > 0.0 {
+        context.note(format!(
+            "P = {}: the map holds {shown}; {} of the reflected energy changes with the view, \
+             which export-shrm keeps",
+            reflection.brdf().p().get(),
+            share(lost)
+        ));
+    }
+    let images = images(parameters, reflection)?;
+    context.check_cancelled()?;
+    report_negatives(parameters.format, &images, context);
+    encoded(parameters, &images, context)
+}
+
+/// What one map of both parts loses.
+fn note_lost_together(reflection: &Reflection, plain: Plain, context: &Context<'_>) {
+    let dark = DARK * reflection.light_mean();
+    let lost = reflection.plain_samples(plain).error(&reflection.samples(), dark);
+    context.note(format!(
+        "at views as a ball shows them, 5 % are off by more than {:.2} stops, 1 % by more than {:.2}",
+        lost.p95, lost.p99
+    ));
+}
+
+/// The files of the images, of a kind that writes no others.
 pub(crate) fn write(
     parameters: &Parameters,
     images: &[Image],
     context: &Context<'_>,
 ) -> Result<Output, Failure> {
+    Ok(Output::Files(encoded(parameters, images, context)?))
+}
+
+/// The files of the images.
+fn encoded(
+    parameters: &Parameters,
+    images: &[Image],
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
     let recipe = Some(context.recipe());
     let encoded = images.iter().map(|image| encode(parameters, image, recipe));
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
@@ -218,7 +261,7 @@ pub(crate) fn write(
     if parameters.format == Format::Exr {
         report_overflow(clamped, parameters.overflow, context)?;
     }
-    Ok(Output::Files(encoded.into_iter().map(|file| file.bytes).collect()))
+    Ok(encoded.into_iter().map(|file| file.bytes).collect())
 }
 
 /// The share of the energy of the reflected field that has p > 0; 0 for a black one.

@@ -53,6 +53,15 @@
 //! b of a surface that faces it. A renderer adds, for each light, irradiance times BRDF times the cosine
 //! between light and normal, by the material's own formula, to what the map gives.
 //!
+//! ## Two maps
+//!
+//! A material with a matte base under a highlight has two centres. It gets a map of each: `{path}-diffuse` is
+//! looked up by the normal, `{path}` by the reflection vector, and a renderer adds both; `centre` says which is
+//! which. The base then needs few coefficients, often one. Other materials have no such file. With `parts =
+//! "together"` one map holds the sum about the reflection vector, with more coefficients, of which the build
+//! notes the number. Lights beside the maps (`lamps = "separate"`) are in `{path}` alone, and are added once,
+//! with the whole material.
+//!
 //! ## From a map
 //!
 //! The input may be a map instead of a reflection. Then the map determines `layout` and `resolution`, so
@@ -184,19 +193,21 @@
 
 use std::ops::Range;
 
+use brdf::Part;
 use containers::{
     Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
 };
-use engine::{Artifact, Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
 use sh::Light;
-use shrm::{MapLayout, Shrm, Terms};
+use shrm::{MapLayout, Reflection, Shrm, Terms};
 
-use crate::artifacts;
 use crate::choices::{
     LampsName, MOST, MapLayoutName, Overflow, PrecisionName, Resolution, ViewName, edge_of,
 };
 use crate::export_reflection_map::report_overflow;
 use crate::map_input::{self, MapInput};
+use crate::map_source::MapSource;
+use crate::parts::{self, PartsName};
 
 choice! {
     /// The container.
@@ -227,6 +238,8 @@ parameters! {
         view: Option<ViewName> = None,
         /// Whether suns and lamps are in the map or beside it; see Lamps.
         lamps: LampsName = LampsName::Baked,
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
         /// The container; see Files.
         format: Format = Format::Safetensors,
         /// With format "exr" or "ktx2": 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
@@ -251,7 +264,7 @@ impl Kind for ExportShrm {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-shrm";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_shrm.rs");
 
@@ -260,11 +273,12 @@ impl Kind for ExportShrm {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(vec![match parameters.format {
-            Format::Safetensors => ".safetensors".into(),
-            Format::Exr => ".exr".into(),
-            Format::Ktx2 => ".ktx2".into(),
-        }])
+        let ending = match parameters.format {
+            Format::Safetensors => ".safetensors",
+            Format::Exr => ".exr",
+            Format::Ktx2 => ".ktx2",
+        };
+        Product::Files(parts::endings(parameters.parts, vec![ending.into()]))
     }
 
     fn map_sizes(parameters: &Parameters) -> MapSizes {
@@ -289,31 +303,46 @@ impl Kind for ExportShrm {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let map = parameters.input().map(context)?;
-        let beside = beside(parameters, context)?;
-        context.check_cancelled()?;
-        let recipe = Some(context.recipe());
-        let PrecisionName(precision) = parameters.precision;
-        let file = match parameters.format {
-            Format::Safetensors => {
-                Encoded { bytes: tensors::encode_shrm(&map.0, &beside, recipe)?, clamped: 0 }
-            }
-            Format::Exr => layers(&map.0, &beside, precision, recipe)?,
-            Format::Ktx2 => texture(&map.0, &beside, precision, recipe)?,
-        };
-        report_overflow(file.clamped, parameters.overflow, context)?;
-        context.note(format!("{} bytes", file.bytes.len()));
-        Ok(Output::Files(vec![file.bytes]))
+        MapSource::of(context)?.export(parameters.parts, context, |source, part| {
+            let (map, beside) = match source {
+                MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
+                MapSource::Reflection(reflection) => (
+                    parameters.input().map_of(&reflection.0, context)?,
+                    beside(parameters, &reflection.0, part),
+                ),
+            };
+            context.check_cancelled()?;
+            Ok(vec![file(parameters, &map.0, &beside, context)?])
+        })
     }
 }
 
-/// The lights that the map does not hold.
-fn beside(parameters: &Parameters, context: &Context<'_>) -> Result<Vec<Light>, Failure> {
-    if parameters.lamps == LampsName::Baked || context.type_at("reflection") == Some(artifacts::Shrm::TYPE) {
-        return Ok(Vec::new());
+/// The file of one map.
+fn file(
+    parameters: &Parameters,
+    map: &Shrm,
+    beside: &[Light],
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Failure> {
+    let recipe = Some(context.recipe());
+    let PrecisionName(precision) = parameters.precision;
+    let file = match parameters.format {
+        Format::Safetensors => Encoded { bytes: tensors::encode_shrm(map, beside, recipe)?, clamped: 0 },
+        Format::Exr => layers(map, beside, precision, recipe)?,
+        Format::Ktx2 => texture(map, beside, precision, recipe)?,
+    };
+    report_overflow(file.clamped, parameters.overflow, context)?;
+    context.note(format!("{} bytes", file.bytes.len()));
+    Ok(file.bytes)
+}
+
+/// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps
+/// only that of the highlight has them.
+fn beside(parameters: &Parameters, reflection: &Reflection, part: Option<Part>) -> Vec<Light> {
+    match (parameters.lamps, reflection.lamps()) {
+        (LampsName::Separate, Some(lamps)) if part != Some(Part::Diffuse) => lamps.lights.clone(),
+        _ => Vec::new(),
     }
-    let reflection = context.get::<artifacts::Reflection>("reflection")?;
-    Ok(reflection.0.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default())
 }
 
 /// The file's entries, and the names of its rows.

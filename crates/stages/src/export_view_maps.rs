@@ -33,6 +33,10 @@
 //! and last `/view-maps.json`, the index: the file, layer and view of each map, how to look up a direction,
 //! how to interpolate. The manual of `import-reflection-maps` lists its members.
 //!
+//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
+//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! `parts = "together"` one folder holds the sum, about the reflection vector.
+//!
 //! ## Example
 //!
 //! ```toml
@@ -52,6 +56,7 @@ use crate::choices::{MOST, MapLayoutName, MapsFormat, Overflow, PrecisionName, R
 use crate::map_index::{Entry, FileLayout, NewIndex, Views, lookup_text};
 use crate::map_input;
 use crate::map_source::{self, MapSource};
+use crate::parts::{self, PartsName};
 
 parameters! {
     /// Parameters of `export-view-maps`.
@@ -70,6 +75,8 @@ parameters! {
         format: MapsFormat = MapsFormat::Ktx2,
         /// 16-bit or 32-bit numbers. A half holds 3 digits, up to 65504.
         precision: PrecisionName = PrecisionName(Precision::Half),
+        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        parts: PartsName = PartsName::Separate,
         /// With precision "half": whether values past 65504, of either sign, become +-65504 or fail the item.
         overflow: Overflow = Overflow::Clamp,
     }
@@ -82,7 +89,7 @@ impl Kind for ExportViewMaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-view-maps";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = map_input::KERNELS;
     const TEXT: &'static str = include_str!("export_view_maps.rs");
 
@@ -96,7 +103,8 @@ impl Kind for ExportViewMaps {
             MapsFormat::Ktx2 | MapsFormat::Dds => 1,
         };
         let files = (0..count).map(|view| format!("/{}", file(view, parameters.format)));
-        Product::Files(files.chain(["/view-maps.json".to_owned()]).collect())
+        let files = files.chain(["/view-maps.json".to_owned()]).collect();
+        Product::Files(parts::endings(parameters.parts, files))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
@@ -105,59 +113,68 @@ impl Kind for ExportViewMaps {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let source = MapSource::of(context)?;
-        let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
-        let map = source.map(layout, parameters.resolution, view, context)?;
-        let side = parameters.views;
-        map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
-        context.check_cancelled()?;
-        let table = ViewMaps::from_shrm(&map.0, side)
-            .ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
-        let table = if let Some(lamps) = source.lamps() { table.with_lamps(lamps) } else { table };
-        context.check_cancelled()?;
-        if side < 2 * source.p() + 1 {
-            context.note(format!(
-                "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
-                (side - 1) / 2,
-                source.p(),
-                2 * source.p() + 1
-            ));
-        }
-        let [faces, height, width] = table.grid().shape();
-        let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
-        let array = Texture { width, height, depth: 1, layers, faces, pixels };
-        let format = (parameters.format, parameters.precision.0, parameters.overflow);
-        let mut files = map_source::encode(&array, format, "view-maps", context)?;
-        let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
-            let layer = (parameters.format != MapsFormat::Exr).then_some(k);
-            let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
-            match view {
-                View::Global => entry.seen_from(direction),
-                View::Local => entry.seen_from_local(direction),
-            }
-        });
-        let layout = match layout {
-            MapLayout::Cube => FileLayout::Cube,
-            MapLayout::LatLong => FileLayout::LatLong,
-        };
-        let index = NewIndex {
-            method: "view-maps",
-            centre: table.centre(),
-            views: match view {
-                View::Global => Views::Global,
-                View::Local => Views::Local,
-            },
-            layout,
-            resolution: table.grid().shape()[1],
-            degree: source.p(),
-            lookup: lookup_text(layout).into(),
-            interpolation: interpolation(view, side),
-            maps: entries.collect(),
-            triangles: None,
-        };
-        files.push(index.encode(context.recipe())?);
-        Ok(Output::Files(files))
+        MapSource::of(context)?
+            .export(parameters.parts, context, |source, _| files(parameters, source, context))
     }
+}
+
+/// The files of one field.
+fn files(
+    parameters: &Parameters,
+    source: &MapSource,
+    context: &Context<'_>,
+) -> Result<Vec<Vec<u8>>, Failure> {
+    let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
+    let map = source.map(layout, parameters.resolution, view, context)?;
+    let side = parameters.views;
+    map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
+    context.check_cancelled()?;
+    let table = ViewMaps::from_shrm(&map.0, side)
+        .ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
+    let table = if let Some(lamps) = source.lamps() { table.with_lamps(lamps) } else { table };
+    context.check_cancelled()?;
+    if side < 2 * source.p() + 1 {
+        context.note(format!(
+            "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",
+            (side - 1) / 2,
+            source.p(),
+            2 * source.p() + 1
+        ));
+    }
+    let [faces, height, width] = table.grid().shape();
+    let (layers, pixels) = (side * side, source.finished(table.maps().to_vec()));
+    let array = Texture { width, height, depth: 1, layers, faces, pixels };
+    let format = (parameters.format, parameters.precision.0, parameters.overflow);
+    let mut files = map_source::encode(&array, format, "view-maps", context)?;
+    let entries = table.views().into_iter().enumerate().map(|(k, direction)| {
+        let layer = (parameters.format != MapsFormat::Exr).then_some(k);
+        let entry = Entry::of_file(&file(k, parameters.format)).in_layer(layer);
+        match view {
+            View::Global => entry.seen_from(direction),
+            View::Local => entry.seen_from_local(direction),
+        }
+    });
+    let layout = match layout {
+        MapLayout::Cube => FileLayout::Cube,
+        MapLayout::LatLong => FileLayout::LatLong,
+    };
+    let index = NewIndex {
+        method: "view-maps",
+        centre: table.centre(),
+        views: match view {
+            View::Global => Views::Global,
+            View::Local => Views::Local,
+        },
+        layout,
+        resolution: table.grid().shape()[1],
+        degree: source.p(),
+        lookup: lookup_text(layout).into(),
+        interpolation: interpolation(view, side),
+        maps: entries.collect(),
+        triangles: None,
+    };
+    files.push(index.encode(context.recipe())?);
+    Ok(files)
 }
 
 fn interpolation(view: View, side: usize) -> String {

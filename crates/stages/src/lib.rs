@@ -29,6 +29,7 @@ mod map_source;
 mod material_file;
 mod material_picture;
 mod material_schema;
+mod parts;
 mod preview;
 mod preview_catalog;
 mod project_brdf;

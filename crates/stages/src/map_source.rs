@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use brdf::Part;
 use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
-use engine::{Artifact, Context, Failure, Port};
+use engine::{Artifact, Context, Failure, Output, Port};
 use shrm::{Lamps, MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
@@ -11,6 +12,7 @@ use crate::artifacts;
 use crate::choices::{LampsName, MapsFormat, Overflow, Resolution};
 use crate::export_reflection_map::{image, report_overflow};
 use crate::map_input::MapInput;
+use crate::parts::{self, PartsName};
 
 /// Maps are made exactly from a reflection, or from a spherical harmonic reflection map, which is
 /// interpolated if its grid differs.
@@ -31,6 +33,26 @@ impl MapSource {
             return Ok(Self::Shrm(context.get::<artifacts::Shrm>(port)?));
         }
         Ok(Self::Reflection(context.get::<artifacts::Reflection>(port)?))
+    }
+
+    /// The fields of a reflection's two parts, if its material has two centres.
+    pub(crate) fn parts(&self) -> Option<[Self; 2]> {
+        let Self::Reflection(reflection) = self else { return None };
+        let part = |part: &shrm::Reflection| Self::Reflection(Arc::new(artifacts::Reflection(part.clone())));
+        Some(reflection.0.parts()?.each_ref().map(part))
+    }
+
+    /// The files of its maps: see [`parts::export`].
+    pub(crate) fn export(
+        &self,
+        parts: PartsName,
+        context: &Context<'_>,
+        write: impl Fn(&Self, Option<Part>) -> Result<Vec<Vec<u8>>, Failure>,
+    ) -> Result<Output, Failure> {
+        if let Self::Reflection(reflection) = self {
+            parts::note(parts, &reflection.0, context);
+        }
+        parts::export(parts, self, self.parts(), write)
     }
 
     /// The degree in the view, P.

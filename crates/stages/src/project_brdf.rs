@@ -48,12 +48,15 @@
 //!
 //! ## Parts
 //!
-//! A material with a matte base has two centres: engines look the base up by the normal, the highlight by the
-//! reflection vector. Maps with coefficients for the view (`export-shrm`) hold both about the reflection
-//! vector. A plain map cannot: there the base shows the light of the wrong direction. `part = "diffuse"`
-//! takes the part about the normal alone (matte layers; of `standard` also sheen and what its facets reflect
-//! several times), `part = "specular"` the rest, each about its own centre. The sum of both is the material.
-//! A material that lacks the part is black there, so that a renderer can add both maps for all materials.
+//! A material with a matte base under a highlight has two centres: engines look the base up by the normal, the
+//! highlight by the reflection vector. So the coefficients of both parts, each about its own centre, are
+//! projected beside those of the whole, which are about the reflection vector. Exports write a map of each
+//! part, unless they are told `parts = "together"`.
+//!
+//! The diffuse part holds matte layers; of `standard` also sheen and what its facets reflect several times.
+//! The specular part is the rest, and the sum of both is the material. `standard` without a matte base and
+//! sheen, a bare metal, has one part. `part = "diffuse"` or `part = "specular"` projects that part alone, for
+//! graphs that treat them differently; a material that lacks the part is black there.
 //!
 //! ```toml
 //! [stage.diffuse]
@@ -62,8 +65,7 @@
 //! part = "diffuse"
 //! ```
 //!
-//! With a stage for `part = "specular"`, a `convolve` after each and an `export-reflection-map` after those,
-//! there is a map for each part. A `report` compares that with one map for both. Models that are one formula
+//! A `report` compares two maps with one. Models that are one formula
 //! (lafortune, ashikhmin-shirley, measured tables) belong to the specular part as a whole.
 //!
 //! ## Example
@@ -74,7 +76,7 @@
 //! input = "material"
 //! ```
 
-use brdf::{Choice, Lambert, Material, Part, Projection, project_unless};
+use brdf::{BrdfCoefficients, Choice, Lambert, Material, Part, Projection, project_unless};
 use containers::tensors::Brdf;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use sh::Tolerance;
@@ -151,7 +153,7 @@ impl Kind for ProjectBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-brdf";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, brdf::revisions::PROJECTION];
     const TEXT: &'static str = include_str!("project_brdf.rs");
 
@@ -188,6 +190,9 @@ impl Kind for ProjectBrdf {
         let projection = project_unless(&material, choice, &stop);
         context.check_cancelled()?;
         let projection = projection?;
+        let parts = parts(&material, &projection, choice, &stop);
+        context.check_cancelled()?;
+        let parts = parts?;
         if projection.anisotropic {
             context.warn(format!(
                 "{} is anisotropic; it is replaced by its mean over all turns about the normal",
@@ -211,10 +216,33 @@ impl Kind for ProjectBrdf {
             ));
         }
         context.note(described(&projection));
+        if let Some([diffuse, specular]) = &parts {
+            let [diffuse, specular] = [diffuse, specular].map(|part| [part.f().get(), part.p().get()]);
+            context.note(format!("its parts: diffuse {diffuse:?}, specular {specular:?}"));
+        }
         Output::artifact(artifacts::Brdf(Brdf {
             coefficients: projection.coefficients,
             material: Some(material),
             for_light: choice == Choice::Full,
+            parts,
         }))
     }
+}
+
+/// The coefficients of a material's two parts, if it has both: at degrees that are chosen for a light later,
+/// or at those of the whole.
+fn parts(
+    material: &Material,
+    whole: &Projection,
+    choice: Choice,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<[BrdfCoefficients; 2]>, Failure> {
+    let Some([diffuse, specular]) = material.split() else { return Ok(None) };
+    let choice = match choice {
+        Choice::Full => Choice::Full,
+        _ => Choice::Degree { f: whole.coefficients.f(), p: whole.coefficients.p() },
+    };
+    let project = |part: &Material| project_unless(part, choice, stop);
+    let (diffuse, specular) = rayon::join(|| project(&diffuse), || project(&specular));
+    Ok(Some([diffuse?.coefficients, specular?.coefficients]))
 }

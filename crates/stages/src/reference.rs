@@ -50,6 +50,7 @@ use sphere::{Direction, LatLong, Rotation};
 use crate::artifacts;
 use crate::choices::{LampsName, MOST, Overflow, PrecisionName, STOPS};
 use crate::export_reflection_map::{self as picture, ExportReflectionMap, Format, Layout};
+use crate::parts::PartsName;
 
 /// The direction of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,6 +141,7 @@ impl Parameters {
             exposure: self.exposure,
             view: picture::PlainName(Plain::Mean),
             lamps: LampsName::Baked,
+            parts: PartsName::Together,
         }
     }
 

@@ -192,6 +192,18 @@ impl Material {
         }
     }
 
+    /// Its diffuse and its specular part ([`Material::part`]), if it has two centres; their sum is the
+    /// material. What the facets of a bare metal of `standard` reflect several times makes no diffuse part by
+    /// itself: engines add it to the highlight.
+    pub fn split(&self) -> Option<[Self; 2]> {
+        let is_matte = |leaf: &Self| match leaf {
+            Self::Standard(standard) => standard.has_body(),
+            other => other.centre() == Centre::Normal,
+        };
+        self.leaves().into_iter().any(is_matte).then_some(())?;
+        Some([self.part(Part::Diffuse)?, self.part(Part::Specular)?])
+    }
+
     /// rho_hat(w_i, w_o), the BRDF times the incident cosine, in 1/sr, RGB.
     ///
     /// Both directions are in the local frame whose +Z is the central direction ([`Material::centre`]); see

@@ -196,6 +196,11 @@ impl Standard {
         self.part
     }
 
+    /// Whether it has a matte base or sheen.
+    pub fn has_body(&self) -> bool {
+        [self.formula.diffuse, self.formula.sheen].as_flattened().iter().any(|value| *value > 0.0)
+    }
+
     /// The material as parts with a centre each, whose rho_hat sum to the whole's: the highlights of base and
     /// coat about the reflection vector, and the body (matte base, multiple scattering, sheen) about the
     /// normal. A part that reflects nothing is left out. The parts of a part are itself.

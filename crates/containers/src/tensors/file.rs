@@ -19,7 +19,7 @@ const LIGHT: usize = 7;
 
 /// A file being written.
 pub(super) struct Writer {
-    pub(super) metadata: BTreeMap<&'static str, String>,
+    pub(super) metadata: BTreeMap<String, String>,
     /// The header's entry of each tensor. The format wants descending alignment; kinds mix no types.
     pub(super) tensors: Vec<(String, serde_json::Value)>,
     pub(super) data: Vec<u8>,
@@ -28,13 +28,19 @@ pub(super) struct Writer {
 
 impl Writer {
     pub(super) fn new(kind: &str, recipe: Option<&str>) -> Self {
-        let mut metadata = BTreeMap::from([("kind", kind.to_owned())]);
-        metadata.extend(recipe.map(|recipe| (KEY, recipe.to_owned())));
+        let mut metadata = BTreeMap::from([("kind".to_owned(), kind.to_owned())]);
+        metadata.extend(recipe.map(|recipe| (KEY.to_owned(), recipe.to_owned())));
         Self { metadata, tensors: Vec::new(), data: Vec::new(), start: 0 }
     }
 
-    pub(super) fn lighting(&mut self, lighting: &Expansion) -> Result<(), Error> {
-        self.coefficients("sh", lighting.coefficients(), &[lighting.degree().rows(), 3])
+    /// An entry of the metadata.
+    pub(super) fn entry(&mut self, key: impl Into<String>, value: impl Into<String>) {
+        self.metadata.insert(key.into(), value.into());
+    }
+
+    /// A series. `prefix` goes before the name of its tensor.
+    pub(super) fn lighting(&mut self, prefix: &str, lighting: &Expansion) -> Result<(), Error> {
+        self.coefficients(&format!("{prefix}sh"), lighting.coefficients(), &[lighting.degree().rows(), 3])
     }
 
     /// Lights, unless there are none: a row for each.
@@ -59,16 +65,17 @@ impl Writer {
         Ok(())
     }
 
-    pub(super) fn brdf(&mut self, brdf: &BrdfCoefficients) -> Result<(), Error> {
+    /// The coefficients of a BRDF. `prefix` goes before the names of their tensor and their centre.
+    pub(super) fn brdf(&mut self, prefix: &str, brdf: &BrdfCoefficients) -> Result<(), Error> {
         let (l, side) = (brdf.f().get() + 1, brdf.p().get() + 1);
         check_triangle(brdf).map_err(|message| Error::new(ErrorKind::Unwritable, message))?;
-        self.metadata.insert("centre", centre_name(brdf.centre()).to_owned());
-        self.coefficients("rho", brdf.rho(), &[l, side, side, 3])
+        self.entry(format!("{prefix}centre"), centre_name(brdf.centre()));
+        self.coefficients(&format!("{prefix}rho"), brdf.rho(), &[l, side, side, 3])
     }
 
     pub(super) fn coefficients(
         &mut self,
-        name: &'static str,
+        name: &str,
         rows: &[[f64; 3]],
         shape: &[usize],
     ) -> Result<(), Error> {
@@ -165,18 +172,18 @@ impl<'a> File<'a> {
         self.metadata.get(super::DEGREES).is_some_and(|degrees| degrees == super::FOR_LIGHT)
     }
 
-    pub(super) fn lighting(&self) -> Result<Expansion, Error> {
-        const NAME: &str = "sh";
+    pub(super) fn lighting(&self, prefix: &str) -> Result<Expansion, Error> {
+        let name = &*format!("{prefix}sh");
         const SHAPE: &str = "[(F+1)^2, 3]";
-        let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
-        let &[rows, 3] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
+        let tensor = self.tensor(name, Dtype::F64, SHAPE)?;
+        let &[rows, 3] = tensor.shape() else { return Err(wrong_shape(name, SHAPE, tensor.shape())) };
         let side = rows.isqrt();
         if side == 0 || side * side != rows {
-            return Err(wrong_shape(NAME, SHAPE, tensor.shape()));
+            return Err(wrong_shape(name, SHAPE, tensor.shape()));
         }
-        let degree = degree(NAME, side - 1)?;
-        Expansion::from_coefficients(degree, coefficients(NAME, &tensor)?)
-            .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))
+        let degree = degree(name, side - 1)?;
+        Expansion::from_coefficients(degree, coefficients(name, &tensor)?)
+            .ok_or_else(|| wrong_shape(name, SHAPE, tensor.shape()))
     }
 
     /// The lights; none if there is no such tensor.
@@ -211,9 +218,9 @@ impl<'a> File<'a> {
         self.tensors.names().contains(&name)
     }
 
-    pub(super) fn centre(&self) -> Result<Centre, Error> {
+    pub(super) fn centre(&self, prefix: &str) -> Result<Centre, Error> {
         let centres = [Centre::Reflection, Centre::Normal, Centre::Tangent];
-        self.choice("centre", centres.map(|centre| (centre_name(centre), centre)))
+        self.choice(&format!("{prefix}centre"), centres.map(|centre| (centre_name(centre), centre)))
     }
 
     /// The value of a metadata entry that is one of these words.
@@ -234,22 +241,22 @@ impl<'a> File<'a> {
         Err(Error::damaged(format!("metadata `{key}`: expected {expected}, found {found}")))
     }
 
-    pub(super) fn brdf(&self) -> Result<BrdfCoefficients, Error> {
-        const NAME: &str = "rho";
+    pub(super) fn brdf(&self, prefix: &str) -> Result<BrdfCoefficients, Error> {
+        let name = &*format!("{prefix}rho");
         const SHAPE: &str = "[F+1, P+1, P+1, 1 or 3]";
-        let centre = self.centre()?;
-        let tensor = self.tensor(NAME, Dtype::F64, SHAPE)?;
+        let centre = self.centre(prefix)?;
+        let tensor = self.tensor(name, Dtype::F64, SHAPE)?;
         let (l, p) = match *tensor.shape() {
             [l, p, q, 1 | 3] if l > 0 && p > 0 && p == q => (l, p),
-            _ => return Err(wrong_shape(NAME, SHAPE, tensor.shape())),
+            _ => return Err(wrong_shape(name, SHAPE, tensor.shape())),
         };
         let brdf = BrdfCoefficients::new(
             centre,
-            degree(NAME, l - 1)?,
-            degree(NAME, p - 1)?,
-            coefficients(NAME, &tensor)?,
+            degree(name, l - 1)?,
+            degree(name, p - 1)?,
+            coefficients(name, &tensor)?,
         )
-        .ok_or_else(|| wrong_shape(NAME, SHAPE, tensor.shape()))?;
+        .ok_or_else(|| wrong_shape(name, SHAPE, tensor.shape()))?;
         check_triangle(&brdf).map_err(Error::damaged)?;
         Ok(brdf)
     }

@@ -34,7 +34,7 @@ pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<
 /// Adds a material to a file: its tables come last.
 pub(super) fn add(material: &Material, file: &mut Writer) -> Result<(), Error> {
     let tree = write(material, file)?;
-    file.metadata.insert(KEY, tree.to_string());
+    file.entry(KEY, tree.to_string());
     Ok(())
 }
 
@@ -279,7 +279,7 @@ mod tests {
     fn what_no_material_has_is_an_error() {
         let error_of = |tree: Json| {
             let mut file = Writer::new("material", None);
-            file.metadata.insert(KEY, tree.to_string());
+            file.entry(KEY, tree.to_string());
             decode_material(&file.finish()).unwrap_err().to_string()
         };
         let standard = Material::Standard(Standard::new(StandardParameters::default()).unwrap());

@@ -29,9 +29,9 @@ pub fn encode_shrm(map: &Shrm, beside: &[Light], recipe: Option<&str>) -> Result
         ));
     }
     let mut file = Writer::new("shrm", recipe);
-    file.metadata.extend(shrm_metadata::entries(map));
+    file.metadata.extend(shrm_metadata::entries(map).map(|(key, value)| (key.to_owned(), value)));
     if !beside.is_empty() {
-        file.metadata.insert("lamps", "separate".to_owned());
+        file.entry("lamps", "separate");
         file.lights(beside)?;
     }
     file.data.reserve_exact(4 * 3 * rows * map.grid().len());
@@ -61,7 +61,7 @@ pub fn decode_shrm(bytes: &[u8]) -> Result<Shrm, Error> {
     const NAME: &str = "shrm";
     const SHAPE: &str = "[faces, height, width, (P+1)^2, 3]";
     let file = File::open_as(bytes, "shrm")?;
-    let centre = file.centre()?;
+    let centre = file.centre("")?;
     let cube = file.choice("layout", [("lat-long", false), ("cube", true)])?;
     let view = file.choice("view", [("local", View::Local), ("global", View::Global)])?;
     let terms = file.choice("terms", [("all", Terms::All), ("zonal", Terms::Zonal)])?;

@@ -123,8 +123,8 @@ impl Publisher<'_> {
         Ok(())
     }
 
-    /// What happens to a file that no item exports: it is removed, or left alone if someone changed it.
-    /// `None` if it does not exist any more.
+    /// What happens to a file that no item exports, or that its item leaves out: it is removed, or left alone
+    /// if someone changed it. `None` if it does not exist any more.
     fn left_over(&self, line: &Published) -> Result<Option<PublishEvent>, Error> {
         let file = &line.file;
         let place = self.root.join(file);
@@ -147,7 +147,7 @@ impl Publisher<'_> {
         let wanted = self.plan.items.iter().flat_map(|item| &item.files);
         let folded = || wanted.map(|wanted| (wanted.to_lowercase(), wanted.as_str())).collect();
         let wanted = self.folded.get_or_init(folded).get(&file.to_lowercase());
-        wanted.is_some_and(|wanted| platform::is_one_file(&self.root.join(wanted), place))
+        wanted.is_some_and(|wanted| *wanted != file && platform::is_one_file(&self.root.join(wanted), place))
     }
 
     /// Whether no link leads from `out` to the file's folder.

@@ -60,6 +60,34 @@ fn the_index_is_published_last() {
 }
 
 #[test]
+fn a_file_that_its_item_leaves_out_is_removed_and_comes_back() {
+    let project = pair();
+    project.build();
+    project.write("a.txt", "");
+    let rehearsal = BuildOptions { dry_run: true, ..project.options.clone() };
+    let rehearse =
+        |project: &Project| crate::build(&project.plan(), &rehearsal, &project.cancel, &|_| {}).unwrap();
+    let events_now = events(&project);
+    assert!(events_now.contains("published pairs/a/index.txt 1\nremoved pairs/a/body.txt\n"), "{events_now}");
+    assert!(!project.exists("out/pairs/a/body.txt"));
+    let explained = project.explain("pair");
+    let files: Vec<_> = explained[0].files.iter().map(|file| file.file.as_str()).collect();
+    assert_eq!(files, ["pairs/a/index.txt"]);
+    assert_eq!((events(&project), rehearse(&project).published), (String::new(), 0));
+    project.write("a.txt", "one");
+    let events_now = events(&project);
+    assert!(events_now.contains("published pairs/a/body.txt 3\n"), "{events_now}");
+    // Nothing runs: both results are in the cache.
+    project.write("a.txt", "");
+    assert_eq!((rehearse(&project).ran, rehearse(&project).removed), (0, 1));
+    assert!(events(&project).contains("removed pairs/a/body.txt\n"));
+    // A file of someone else in the same place is left alone.
+    project.write("out/pairs/a/body.txt", "theirs");
+    assert_eq!(events(&project), "");
+    assert_eq!(project.read("out/pairs/a/body.txt"), "theirs");
+}
+
+#[test]
 fn a_deleted_file_is_restored_without_a_run() {
     let project = pair();
     project.build();

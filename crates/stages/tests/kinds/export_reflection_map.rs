@@ -1,4 +1,3 @@
-use engine::Product;
 use sphere::{Cube, Face, LatLong};
 use stages::artifacts::{Environment, Reflection};
 
@@ -29,7 +28,7 @@ fn a_map_of_a_white_matte_material_is_the_irradiance_over_pi() {
 fn cube_faces_look_where_the_cube_looks() {
     let case = export("layout = \"cube\"\nresolution = 5\nprecision = \"float\"");
     let endings = ["/px.exr", "/nx.exr", "/py.exr", "/ny.exr", "/pz.exr", "/nz.exr"];
-    assert_eq!(case.product(), Product::Files(endings.map(str::to_owned).into()));
+    assert_eq!(case.endings(), endings);
     let cube = Cube { edge: 5 };
     for (face, file) in Face::ALL.into_iter().zip(case.files()) {
         let (_, _, found) = pixels(&file);
@@ -87,7 +86,7 @@ fn each_format_holds_the_map() {
     // 11 bits of a half; 8 bits of RGBE, of the largest channel, which is below 2.
     for (format, ending, error) in [("exr", ".exr", 1.6 / 2048.0), ("rgbe", ".hdr", 2.0 / 256.0)] {
         let case = export(&format!("resolution = 8\nformat = \"{format}\""));
-        assert_eq!(case.product(), Product::Files(vec![ending.into()]));
+        assert_eq!(case.endings(), [ending]);
         let file = &case.files()[0];
         assert!(difference(&pixels(file).2, truth.0.pixels()) <= error, "{format}");
         assert_eq!(containers::read_recipe(file).as_deref(), Some("{\"kind\":\"export-reflection-map\"}"));

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use engine::{
-    Artifact, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Output, Product,
-    Read, Table,
+    Artifact, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, LEFT_OUT, Output,
+    Product, Read, Table,
 };
 use sh::{Degree, Transform};
 use sphere::{DVec3, LatLong};
@@ -138,8 +138,29 @@ impl Case {
     }
 
     /// Runs it twice, and checks that the output is of the declared product, that both runs agree, and that
-    /// an artifact's bytes decode to the value.
+    /// an artifact's bytes decode to the value. Of files, those that it leaves out are not in the output.
     pub(crate) fn run(&self) -> Result<Ran, Failure> {
+        let mut ran = self.run_whole()?;
+        if let Output::Files(files) = &mut ran.output {
+            files.retain(|file| file != LEFT_OUT);
+        }
+        Ok(ran)
+    }
+
+    /// The endings of the files that it exports.
+    pub(crate) fn endings(&self) -> Vec<String> {
+        let Product::Files(endings) = self.product() else { panic!("{} makes no files", self.kind) };
+        let ran = self.run_whole().unwrap_or_else(|failure| panic!("{}: {failure}", self.kind));
+        let Output::Files(files) = ran.output else { panic!("{} makes no files", self.kind) };
+        endings
+            .into_iter()
+            .zip(files)
+            .filter(|(_, file)| file != LEFT_OUT)
+            .map(|(ending, _)| ending)
+            .collect()
+    }
+
+    fn run_whole(&self) -> Result<Ran, Failure> {
         let configured = self.configure().unwrap();
         let mut context = Context::new(&self.files)
             .with_folder(absolute(""))

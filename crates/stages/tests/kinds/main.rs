@@ -16,6 +16,7 @@ mod import_environment;
 mod import_material;
 mod import_mesh;
 mod list;
+mod parts;
 mod pipeline;
 mod preview;
 mod project_sh;

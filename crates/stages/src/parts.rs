@@ -1,0 +1,67 @@
+//! Maps of a material with two centres: engines look its diffuse part up by the normal and its highlight by
+//! the reflection vector, so that an export writes a map for each.
+
+use brdf::Part;
+use engine::{Context, Failure, LEFT_OUT, Output, choice};
+use shrm::Reflection;
+
+choice! {
+    /// The maps of a material with a matte base under a highlight.
+    pub(crate) enum PartsName {
+        /// One for each part, about its own centre.
+        Separate = "separate",
+        /// One for both, about the reflection vector.
+        Together = "together",
+    }
+}
+
+/// What comes before the endings of the diffuse part's files.
+const DIFFUSE: &str = "-diffuse";
+
+/// The endings of all files, if those of one map are `one`: the diffuse part's come first, so that the last
+/// is an index in either case.
+pub(crate) fn endings(parts: PartsName, one: Vec<String>) -> Vec<String> {
+    let diffuse =
+        one.iter().filter(|_| parts == PartsName::Separate).map(|ending| format!("{DIFFUSE}{ending}"));
+    diffuse.chain(one.iter().cloned()).collect()
+}
+
+/// The files of a field's maps. `split` are the fields of its two parts, if it has them, and `write` makes the
+/// files of one map, of the whole or of a part, as many for each.
+pub(crate) fn export<T>(
+    parts: PartsName,
+    whole: &T,
+    split: Option<[T; 2]>,
+    write: impl Fn(&T, Option<Part>) -> Result<Vec<Vec<u8>>, Failure>,
+) -> Result<Output, Failure> {
+    let (diffuse, files) = match (parts, split) {
+        (PartsName::Together, _) => (Vec::new(), write(whole, None)?),
+        (PartsName::Separate, Some([diffuse, specular])) => {
+            (write(&diffuse, Some(Part::Diffuse))?, write(&specular, Some(Part::Specular))?)
+        }
+        (PartsName::Separate, None) => {
+            let files = write(whole, None)?;
+            (vec![LEFT_OUT.to_vec(); files.len()], files)
+        }
+    };
+    Ok(Output::Files(diffuse.into_iter().chain(files).collect()))
+}
+
+/// A note on the maps of a reflection that has two parts.
+pub(crate) fn note(parts: PartsName, reflection: &Reflection, context: &Context<'_>) {
+    let Some([diffuse, specular]) = reflection.parts() else { return };
+    let p = |field: &Reflection| field.brdf().p().get();
+    context.note(match parts {
+        PartsName::Separate => format!(
+            "a map of each part: add the diffuse one, looked up by the normal (P = {}), to the other (P = {})",
+            p(diffuse),
+            p(specular)
+        ),
+        PartsName::Together => format!(
+            "one map holds both parts about the reflection vector: P = {}; a map of each has P = {} and {}",
+            p(reflection),
+            p(diffuse),
+            p(specular)
+        ),
+    });
+}
