@@ -46,7 +46,7 @@
 //! ```
 
 use containers::{Precision, Texture};
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, parameters};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, parameters};
 use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
 
 use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge_of};
@@ -136,7 +136,13 @@ impl Kind for ExportKautzMcCool {
             .ok_or_else(|| {
                 Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
             })?;
-        let texture = if let Some(lamps) = source.lamps() { texture.with_lamps(lamps) } else { texture };
+        let texture = match source.lamps() {
+            Some(lamps) => {
+                let steps = Steps::new(context, parameters.slices * shrm::blocks(texture.grid().len()));
+                texture.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+            }
+            None => texture,
+        };
         let [width, height] = map_source::picture_size(texture.grid());
         let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
         let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };

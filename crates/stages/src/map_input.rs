@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use engine::{Artifact, Context, Failure, Port};
-use shrm::{MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
+use engine::{Artifact, Context, Failure, Port, Steps};
+use shrm::{BAKED_AT_ONCE, MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
@@ -79,12 +79,18 @@ impl MapInput {
         context: &Context<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let (grid, error_note) = self.grid(reflection);
-        let cancelled = || context.check_cancelled().is_err();
-        context.check_cancelled()?;
+        let stop = || context.check_cancelled().is_err();
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
-            LampsName::Baked => reflection.bake(grid, view, &cancelled)?,
-            LampsName::Separate => reflection.synthesise(grid, view)?,
+            LampsName::Baked => {
+                let soft = reflection.synthesise_unless(grid, View::Local, &stop)?;
+                let steps = Steps::new(context, grid.len().div_ceil(BAKED_AT_ONCE));
+                let texels: Vec<usize> = (0..grid.len()).collect();
+                let local = reflection.bake_texels(&soft, &texels, &|| steps.stop())?;
+                context.check_cancelled()?;
+                if view == View::Global { local.to_global() } else { local }
+            }
+            LampsName::Separate => reflection.synthesise_unless(grid, view, &stop)?,
         };
         context.check_cancelled()?;
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());

@@ -76,7 +76,7 @@
 
 use brdf::{Choice, Lambert, Material, Part, Projection, project_unless};
 use containers::tensors::Brdf;
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use sh::Tolerance;
 
 use crate::artifacts;
@@ -184,8 +184,9 @@ impl Kind for ProjectBrdf {
             (None, Some(tolerance)) => Choice::Tolerance(Tolerance::new(tolerance)?),
             (None, None) => Choice::Full,
         };
-        let stop = || context.check_cancelled().is_err();
-        let projection = project_unless(&material, choice, &stop);
+        // How far a search for degrees is, nobody knows.
+        let steps = Steps::new(context, choice.steps().unwrap_or(usize::MAX));
+        let projection = project_unless(&material, choice, &|| steps.stop());
         context.check_cancelled()?;
         let projection = projection?;
         if projection.anisotropic {
