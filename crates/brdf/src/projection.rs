@@ -63,6 +63,13 @@ pub enum Choice {
     },
 }
 
+impl Choice {
+    /// How many times [`project_unless`] asks whether to stop; `None` if that is not known beforehand.
+    pub fn steps(self) -> Option<usize> {
+        (self == Self::Full).then(full::steps)
+    }
+}
+
 /// A material in spherical harmonics, and the share of its energy that they hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projection {

@@ -74,6 +74,7 @@ impl BuildReporter {
                 }
                 self.screen.started(item);
             }
+            Event::Progress { item, share } => self.screen.progress(item, *share),
             Event::Finished { item, milliseconds, changed } => {
                 let same = if *changed { "" } else { "  (same result as before)" };
                 self.line(&duration(*milliseconds), format_args!("{item}{same}"));

@@ -27,6 +27,11 @@ pub(crate) fn percent(part: u64, whole: u64) -> String {
     format!("{:.0} %", part as f64 * 100.0 / whole.max(1) as f64)
 }
 
+/// A share of work that is done: `45 %`, rounded down so that only all of it is 100 %.
+pub(crate) fn percent_done(share: f64) -> String {
+    format!("{:.0} %", (share * 100.0).floor())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,5 +54,6 @@ mod tests {
             [count(0_usize, "item"), count(1, "item"), count(2, "item")],
             ["0 items", "1 item", "2 items"]
         );
+        assert_eq!([0.0, 0.459, 0.999, 1.0].map(percent_done), ["0 %", "45 %", "99 %", "100 %"]);
     }
 }

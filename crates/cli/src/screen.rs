@@ -1,7 +1,7 @@
 //! The terminal as a command uses it: lines that stay, below them a progress bar, and below that pinned
 //! lines. Without a terminal there are only the lines that stay.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use engine::ItemName;
@@ -9,6 +9,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use parking_lot::Mutex;
 
 use crate::escape::{Painted, escaped};
+use crate::quantity::percent_done;
 use crate::{print, terminal};
 
 /// The number of draws per second is limited: a tick shows what changed since the one before.
@@ -20,7 +21,8 @@ pub(crate) struct Screen {
     plain: Box<dyn Fn(&Painted) + Send + Sync>,
     width: fn() -> usize,
     live: Option<Live>,
-    running: Mutex<BTreeSet<ItemName>>,
+    /// What runs, and how much of its work is done if that is known.
+    running: Mutex<BTreeMap<ItemName, Option<f64>>>,
 }
 
 /// What is redrawn on a terminal.
@@ -101,7 +103,12 @@ impl Screen {
 
     /// An item begins to run.
     pub(crate) fn started(&self, item: &ItemName) {
-        self.with_running(|running| _ = running.insert(item.clone()));
+        self.with_running(|running| _ = running.insert(item.clone(), None));
+    }
+
+    /// This share of a running item's work is done.
+    pub(crate) fn progress(&self, item: &ItemName, share: f64) {
+        self.with_running(|running| _ = running.get_mut(item).map(|known| *known = Some(share)));
     }
 
     /// An item ran or failed.
@@ -142,11 +149,15 @@ impl Screen {
         }
     }
 
-    fn with_running(&self, change: impl FnOnce(&mut BTreeSet<ItemName>)) {
+    fn with_running(&self, change: impl FnOnce(&mut BTreeMap<ItemName, Option<f64>>)) {
         let mut running = self.running.lock();
         change(&mut running);
         self.with_bar(|bar| {
-            let names = running.iter().map(ItemName::to_string).collect::<Vec<_>>();
+            let shown = |(item, share): (&ItemName, &Option<f64>)| match share {
+                Some(share) => format!("{item} {}", percent_done(*share)),
+                None => item.to_string(),
+            };
+            let names = running.iter().map(shown).collect::<Vec<_>>();
             bar.set_message(escaped(&names.join(", ")).into_owned());
         });
     }
@@ -220,6 +231,28 @@ mod tests {
         fn flush(&self) -> io::Result<()> {
             Ok(())
         }
+    }
+
+    #[test]
+    fn a_long_item_is_shown_with_the_share_that_is_done() {
+        let terminal = Terminal::default();
+        let drawn_to = ProgressDrawTarget::term_like(Box::new(terminal.clone()));
+        let screen = Screen::live(MultiProgress::with_draw_target(drawn_to));
+        let [report, map] =
+            ["report", "map"].map(|stage| ItemName { stage: stage.into(), key: ItemKey::default() });
+        screen.begin(3);
+        [&report, &map].into_iter().for_each(|item| screen.started(item));
+        screen.progress(&report, 0.459);
+        screen.line("a line");
+        assert!(terminal.0.lock().contains("map, report 45 %"), "{terminal:?}");
+        // What has ended is not shown again.
+        screen.ended(&report);
+        screen.progress(&report, 0.5);
+        terminal.0.lock().clear();
+        screen.line("a line");
+        let written = terminal.0.lock().clone();
+        assert!(written.contains("map") && !written.contains("report"), "{written:?}");
+        screen.close();
     }
 
     #[test]

@@ -134,6 +134,7 @@ impl WatchReporter {
                 state.running.push((item.clone(), reasons.clone()));
                 self.screen.started(item);
             }
+            Event::Progress { item, share } => self.screen.progress(item, *share),
             Event::Finished { item, changed, .. } => {
                 self.screen.ended(item);
                 self.show_fixed(&mut state, &transition, item);

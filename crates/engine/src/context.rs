@@ -10,6 +10,7 @@ use parking_lot::Mutex;
 use crate::cancel::StaleFlag;
 use crate::files::listing_digest;
 use crate::gate::Gate;
+use crate::progress::ShareDone;
 use crate::{Artifact, Cancel, Digest, Failure, Files, Handle, ItemKey, Read};
 
 /// What to do about a file that another program is writing.
@@ -29,6 +30,7 @@ pub struct Context<'a> {
     pub(crate) stale: Option<StaleFlag>,
     /// Where it pauses while wanted items run.
     pub(crate) gate: Option<Arc<Gate>>,
+    pub(crate) share: Arc<ShareDone>,
     pub(crate) reads: Arc<Mutex<Vec<Read>>>,
     pub(crate) warnings: Mutex<Vec<String>>,
     pub(crate) notes: Mutex<Vec<String>>,
@@ -50,6 +52,7 @@ impl<'a> Context<'a> {
             cancel: Cancel::default(),
             stale: None,
             gate: None,
+            share: Arc::default(),
             reads: Arc::default(),
             warnings: Mutex::default(),
             notes: Mutex::default(),
@@ -233,6 +236,13 @@ impl<'a> Context<'a> {
     /// Reports a fact about the result to the user: the degree that was chosen, and why.
     pub fn note(&self, message: impl Into<String>) {
         self.notes.lock().push(message.into());
+    }
+
+    /// Reports that this share of the item's work is done, 0 to 1; a lower one than before is ignored. A
+    /// person sees it if the item takes long. It may be called from any thread, and often; see
+    /// [`Steps`](crate::Steps) for work that is done in steps.
+    pub fn progress(&self, share: f64) {
+        self.share.raise(share);
     }
 
     /// The warnings so far.

@@ -157,6 +157,14 @@ pub enum Event {
         /// Why: every difference from its last run.
         reasons: Vec<Reason>,
     },
+    /// An item still runs, and this share of its work is done. Reported of an item that runs for more than a
+    /// second, if it knows the share, and at most ten times a second.
+    Progress {
+        /// The item.
+        item: ItemName,
+        /// The share of its work that is done, 0 to 1. It rises from one such event of an item to the next.
+        share: f64,
+    },
     /// A worker spent time on an item, for drawing a timeline. The outcome is reported next.
     TaskTimed {
         /// The item.

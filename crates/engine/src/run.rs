@@ -15,6 +15,7 @@ use crate::journal::{Line, Tag, short};
 use crate::memory::Memory;
 use crate::own_time::own_time;
 use crate::platform::Stamp;
+use crate::progress::ShareDone;
 use crate::publish::{PublishError, PublishEvent, Publisher};
 use crate::reader::Reader;
 use crate::record::{Record, path_name, recipe, worth_keeping};
@@ -58,6 +59,8 @@ pub(crate) struct RunRequest {
     pub(crate) causes: Vec<Cause>,
     /// Whether somebody looks at it.
     pub(crate) is_wanted: bool,
+    /// The share of its work that is done.
+    pub(crate) share: Arc<ShareDone>,
 }
 
 /// The outcome of a run.
@@ -301,6 +304,7 @@ impl RunContext<'_> {
             .with_folder(self.check.folder.to_path_buf())
             .with_scratch(self.check.state.store.temporary_folder());
         context.stale = Some(self.running.stale_flag(request.item));
+        context.share = Arc::clone(&request.share);
         context.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
         self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.reads)));
         for (port, handles) in &request.handles {

@@ -33,8 +33,10 @@ use crate::{
 };
 
 mod outcomes;
+mod progress;
 mod tasks;
 
+use progress::RunningItems;
 use tasks::{Task, Tasks};
 
 /// The progress of an item.
@@ -119,6 +121,7 @@ pub(crate) struct Scheduler<'a, 'e> {
     tasks: Tasks,
     /// The tasks in work, of items that are not wanted and of those that are.
     busy: [usize; 2],
+    running: RunningItems,
     pub(crate) summary: Summary,
     /// The items that failed, except for those that failed because of the system.
     pub(crate) failed: Vec<ItemIndex>,
@@ -191,6 +194,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             to_check,
             tasks: Tasks::default(),
             busy: [0; 2],
+            running: RunningItems::default(),
             summary: Summary::default(),
             failed: Vec::new(),
             fatal: None,
@@ -238,6 +242,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
     {
         loop {
             self.look();
+            self.report_progress();
             while let Some(item) = self.next_to_check() {
                 self.check_item(item);
             }
@@ -250,6 +255,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             // Meanwhile something else may be wanted.
             if let Ok((span, message)) = receiver.recv_timeout(LOOK) {
                 self.busy[usize::from(span.is_wanted)] -= 1;
+                if span.work == Work::Run {
+                    self.running.ended(span.item);
+                }
                 self.report_span(&span);
                 self.handle(message);
             }
@@ -424,6 +432,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             Task::Run(item) => {
                 let request = self.request(item, is_wanted);
                 self.items[item].causes.clone_from(&request.causes);
+                self.running.started(item, Arc::clone(&request.share), self.clock.elapsed());
                 self.report(Event::Started { item: self.check.name(item), reasons: request.reasons.clone() });
                 (item, Work::Run, Box::new(move || Message::Ran(item, context.run(request))))
             }
@@ -438,6 +447,12 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             let span = WorkSpan { item, work, is_wanted, worker, begun, took: begun.elapsed() };
             let _ = sender.send((span, message));
         });
+    }
+
+    fn report_progress(&mut self) {
+        for (item, share) in self.running.due(self.clock.elapsed()) {
+            self.report(Event::Progress { item: self.check.name(item), share });
+        }
     }
 
     fn report_span(&mut self, span: &WorkSpan) {
@@ -475,6 +490,7 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             reasons,
             causes,
             is_wanted,
+            share: Arc::default(),
         }
     }
 

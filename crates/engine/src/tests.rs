@@ -9,6 +9,7 @@ mod failures;
 mod hostile;
 mod interruptions;
 mod outdated;
+mod progress;
 mod publishing;
 mod rebuilds;
 mod snapshot;
@@ -145,7 +146,7 @@ fn log(events: &[Event]) -> String {
                 let reasons = reasons.iter().map(reason).collect::<Vec<_>>();
                 writeln!(text, "run {item}: {}", reasons.join("; "))
             }
-            Event::TaskTimed { .. } => Ok(()),
+            Event::TaskTimed { .. } | Event::Progress { .. } => Ok(()),
             Event::Warning { item, message } => writeln!(text, "warning {item}: {message}"),
             Event::Note { item, message } => writeln!(text, "note {item}: {message}"),
             Event::Finished { item, changed, .. } => {

@@ -16,9 +16,9 @@ use rayon::prelude::*;
 
 use crate::shading::develop::codes;
 use crate::shading::difference::Squares;
-use crate::{Picture, RenderError, Renderer, Scene, Shot, Show};
+use crate::{Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
 use band_renderer::{BAND, BandRenderer};
-use cancellation::Cancellation;
+use cancellation::{Cancellation, PeriodicCheck};
 use shader::LookCache;
 
 /// The most pixels of a picture, and the most samples along a side, so that 32 bits can count them.
@@ -38,6 +38,17 @@ impl Cpu {
     pub fn new() -> Self {
         Self::default()
     }
+}
+
+/// About how many times [`Cpu`] asks whether to stop, for a picture of a shot.
+pub fn cpu_steps(shot: &Shot) -> usize {
+    let [width, height] = shot.size.map(|side| side as usize);
+    let light_samples = if shot.show.modes().any(|mode| mode == Mode::BruteForce) {
+        width * height * (shot.samples * shot.samples * shot.light_samples) as usize
+    } else {
+        0
+    };
+    height.div_ceil(BAND) + light_samples / PeriodicCheck::LIGHT_SAMPLES as usize
 }
 
 impl Renderer for Cpu {

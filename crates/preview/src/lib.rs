@@ -29,7 +29,7 @@ mod view_settings;
 mod view_transform;
 
 pub use camera::{Camera, Framing};
-pub use cpu::Cpu;
+pub use cpu::{Cpu, cpu_steps};
 pub use error::RenderError;
 #[cfg(feature = "gpu")]
 pub use gpu::{DeviceStatus, DrawProgress, Gpu};

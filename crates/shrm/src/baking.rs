@@ -29,8 +29,11 @@ use crate::degrees::DARK;
 use crate::lamps::Lamps;
 use crate::{MOST_P, MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
 use light_table::{AddLights, LightTable};
-use solver::{F32x8, LANES, Solve};
+use solver::{F32x8, Solve};
 use view_grid::ViewGrid;
+
+/// Texels that are fitted at once: before each such block the baking asks whether to stop.
+pub const BAKED_AT_ONCE: usize = solver::LANES;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -49,7 +52,7 @@ impl Reflection {
     /// `cancelled` is asked between blocks of texels; if it says so the map is unfinished.
     ///
     /// # Errors
-    /// As [`Reflection::synthesise`].
+    /// As [`Reflection::synthesise_unless`].
     pub fn bake(
         &self,
         grid: MapGrid,
@@ -57,7 +60,8 @@ impl Reflection {
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Shrm, SynthesisError> {
         let texels: Vec<usize> = (0..grid.len()).collect();
-        let local = self.bake_texels(&self.synthesise(grid, View::Local)?, &texels, cancelled)?;
+        let soft = self.synthesise_unless(grid, View::Local, cancelled)?;
+        let local = self.bake_texels(&soft, &texels, cancelled)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
@@ -101,7 +105,7 @@ impl Reflection {
         let (pairs, table) = (views.rows_of_pairs(), LightTable::new(lamps, &views));
         let (dark, level) = (self.dark() as f32, SimdLevel::detect());
         let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
-        let blocks = fitted.par_chunks_mut(LANES * rows).zip(texels.par_chunks(LANES));
+        let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
         blocks.for_each(|(values, texels)| {
             if cancelled() {
                 return;
@@ -240,7 +244,8 @@ mod tests {
         let some = reflection.bake_texels(&soft, &[3, 17], &|| false).unwrap();
         assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
         assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
-        let stopped = reflection.bake(grid, View::Local, &|| true).unwrap();
+        let stopped = reflection.bake_texels(&soft, &[3, 17], &|| true).unwrap();
         assert!(stopped.values().iter().all(|value| *value == [0.0; 3]));
+        assert_eq!(reflection.bake(grid, View::Local, &|| true), Err(SynthesisError::Stopped));
     }
 }

@@ -6,10 +6,10 @@
 //! the reflection vector: the warp between views that Cabral needed is the reparameterisation about R.
 
 use brdf::Centre;
-use rayon::prelude::*;
 use sh::Degree;
 use sphere::Direction;
 
+use crate::blocks::for_each_unless;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, View, fit_views, icosahedron};
 
 /// Twelve view maps at the vertices of an icosahedron.
@@ -30,14 +30,25 @@ impl Cabral {
     /// The same with lamps that the map did not hold: exact at the twelve views.
     #[must_use]
     pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
-        let grid = self.grid;
-        let maps = self.maps.chunks_exact_mut(grid.len()).zip(icosahedron::vertices());
-        for (map, view) in maps {
-            map.par_iter_mut().enumerate().for_each(|(texel, value)| {
-                *value = lamps.added(*value, grid.direction(texel), view);
-            });
-        }
+        self.add(lamps, &|| false);
         self
+    }
+
+    /// [`Cabral::with_lamps`], which ends early without a result once `stop` says so. It is asked once for
+    /// each of the [`blocks`](crate::blocks) of each map.
+    pub fn with_lamps_unless(mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+        self.add(lamps, stop)?;
+        Some(self)
+    }
+
+    fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
+        let grid = self.grid;
+        let mut maps = self.maps.chunks_exact_mut(grid.len()).zip(icosahedron::vertices());
+        maps.try_for_each(|(map, view)| {
+            for_each_unless(map, stop, |texel, value| {
+                *value = lamps.added(*value, grid.direction(texel), view);
+            })
+        })
     }
 
     /// The maps as a renderer has them, shape [12, texels], in the order of [`icosahedron::vertices`]; `None`

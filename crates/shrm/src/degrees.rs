@@ -32,6 +32,9 @@ const SHOWS_BESIDE: [f64; 2] = [0.015, 0.05];
 /// Central directions, and views of each.
 pub(crate) const SAMPLES: [usize; 2] = [96, 16];
 
+/// How many times [`Reflection::for_light_unless`] asks whether to stop.
+pub const STEPS: usize = SAMPLES[0];
+
 /// The degrees F that are tried, besides the highest.
 const TRIED_F: [usize; 19] = [2, 4, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150, 180, 215];
 
@@ -241,8 +244,8 @@ impl Reflection {
         (Self::cut_at(&cut, &lighting.series, brdf, lamps), cut)
     }
 
-    /// [`Reflection::for_light`], which ends early without a result once `stop` says so. It is asked every
-    /// few milliseconds, on every thread.
+    /// [`Reflection::for_light`], which ends early without a result once `stop` says so. It is asked
+    /// [`STEPS`] times, every few milliseconds on every thread.
     pub fn for_light_unless(
         lighting: &sh::Lighting,
         brdf: &BrdfCoefficients,

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use sh::{Basis, Degree, lambda, zonal_into};
 use sphere::Direction;
 
+use crate::blocks::for_each_unless;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_angles, frame};
 
 /// Reflection maps for some angles theta_o.
@@ -65,13 +66,27 @@ impl KautzMcCool {
     /// The same with lamps that the map did not hold, in the mean about each texel's central direction.
     #[must_use]
     pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
-        let grid = self.grid;
-        for (slice, angle) in self.slices.chunks_exact_mut(grid.len()).zip(&self.angles) {
-            for (value, lamps) in slice.iter_mut().zip(lamps.ring(*angle, grid)) {
-                *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);
-            }
-        }
+        self.add(lamps, &|| false);
         self
+    }
+
+    /// [`KautzMcCool::with_lamps`], which ends early without a result once `stop` says so. It is asked once
+    /// for each of the [`blocks`](crate::blocks) of each slice.
+    pub fn with_lamps_unless(mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+        self.add(lamps, stop)?;
+        Some(self)
+    }
+
+    fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
+        let grid = self.grid;
+        let mut slices = self.slices.chunks_exact_mut(grid.len()).zip(&self.angles);
+        slices.try_for_each(|(slice, angle)| {
+            let ring = lamps.ring(*angle);
+            for_each_unless(slice, stop, |texel, value| {
+                let lamps = ring.radiance(grid.direction(texel));
+                *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);
+            })
+        })
     }
 
     /// The slices as a renderer has them, shape [angles, texels]; `None` if their number does not fit, or as

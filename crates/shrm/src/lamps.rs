@@ -74,27 +74,22 @@ impl Lamps {
     /// What the lights add to a plain reflection map, at each of its texels: in the mean over all views or
     /// head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
-        let lit = self.plain_lit(plain);
-        (0..grid.len())
-            .into_par_iter()
-            .map(|texel| lit(grid.direction(texel)).map(|value| value as f32))
-            .collect()
+        let light = self.mean(plain);
+        let value = |texel: usize| light.radiance(grid.direction(texel)).map(|value| value as f32);
+        (0..grid.len()).into_par_iter().map(value).collect()
     }
 
-    /// What the lights add to a plain reflection map, as a function of the central direction.
-    pub(crate) fn plain_lit(&self, plain: Plain) -> impl Fn(Direction) -> [f64; 3] + Sync {
+    /// The lights in the mean over the views that a plain map stands for.
+    pub(crate) fn mean(&self, plain: Plain) -> MeanLight {
         let views = plain_views(self.material.centre(), plain);
-        let (profile, lights) = (Profile::new(&self.material, &views), self.fluxes());
-        move |central| profile.lit(&lights, central)
+        MeanLight { profile: Profile::new(&self.material, &views), lights: self.fluxes() }
     }
 
-    /// What the lights add at each texel in the mean over all views at an angle theta_o from its central
-    /// direction.
-    pub(crate) fn ring(&self, theta: f64, grid: MapGrid) -> Vec<[f64; 3]> {
+    /// The lights in the mean over all views at an angle theta_o from the central direction.
+    pub(crate) fn ring(&self, theta: f64) -> MeanLight {
         let views: Vec<_> =
             graded(AZIMUTHS).map(|(phi, share)| (Direction::from_angles(theta, phi), share)).collect();
-        let (profile, lights) = (Profile::new(&self.material, &views), self.fluxes());
-        (0..grid.len()).into_par_iter().map(|texel| profile.lit(&lights, grid.direction(texel))).collect()
+        MeanLight { profile: Profile::new(&self.material, &views), lights: self.fluxes() }
     }
 
     /// The lights' directions and fluxes.
@@ -107,6 +102,19 @@ impl Lamps {
     pub(crate) fn added(&self, soft: [f32; 3], central: Direction, view: Direction) -> [f32; 3] {
         let lamps = self.radiance(central, view);
         std::array::from_fn(|channel| soft[channel].max(0.0) + lamps[channel] as f32)
+    }
+}
+
+/// Lights in the mean over some views about the central direction.
+pub(crate) struct MeanLight {
+    profile: Profile,
+    lights: Vec<LocalLight>,
+}
+
+impl MeanLight {
+    /// Their radiance from a surface with this central direction.
+    pub(crate) fn radiance(&self, central: Direction) -> [f64; 3] {
+        self.profile.lit(&self.lights, central)
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 mod baking;
+mod blocks;
 mod cabral;
 pub mod degrees;
 mod evaluation;
@@ -22,6 +23,8 @@ mod sphere_map;
 mod synthesis;
 mod view_maps;
 
+pub use baking::BAKED_AT_ONCE;
+pub use blocks::blocks;
 pub use cabral::Cabral;
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
 pub use kautz_mccool::{KautzMcCool, azimuthal_share};
@@ -31,7 +34,10 @@ pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use plain::Plain;
 pub use reflection::{MOST_P, Reflection, ViewDependent};
 pub use resolution::{MapLayout, Resolution};
-pub use sphere_map::{add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps};
+pub use sphere_map::{
+    add_to_sphere_maps, add_to_sphere_maps_unless, from_sphere_maps, sphere_map_axes, sphere_map_rows,
+    sphere_maps, sphere_maps_unless,
+};
 pub use synthesis::{MOST_VALUES, SynthesisError};
 pub use view_maps::ViewMaps;
 

@@ -71,12 +71,12 @@ impl Reflection {
     /// What one plain map, looked up by the central direction, shows in place of [`Reflection::samples`].
     pub fn plain_samples(&self, plain: Plain) -> Samples {
         let field = self.plain(plain);
-        let lit = self.lamps().map(|lamps| lamps.plain_lit(plain));
+        let lit = self.lamps().map(|lamps| lamps.mean(plain));
         let at = |index: usize| {
             let central = spread(index, SAMPLES[0]);
             let mut sum = field.evaluate(central);
             if let Some(lit) = &lit {
-                let lamps = lit(central);
+                let lamps = lit.radiance(central);
                 (0..3).for_each(|channel| sum[channel] += lamps[channel]);
             }
             std::iter::repeat_n(sum, SAMPLES[1])

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use sh::{Basis, Degree, Expansion, Transform, TransformError, rotate};
 use sphere::{DVec3, Direction, LatLong, MirrorBall, Rotation};
 
+use crate::blocks::for_each_unless;
 use crate::{Lamps, MapGrid, Shrm};
 
 /// The axes of the sphere map of a view, in the world's frame: right, up, and the view itself; right-handed.
@@ -40,10 +41,25 @@ pub fn sphere_map_rows(f: Degree, p: Degree) -> usize {
 /// # Errors
 /// If the map has so many rows that their degree is past [`Degree::MAX`].
 pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[f32; 3]>, TransformError> {
+    sphere_maps_unless(map, views, edge, &|| false)
+}
+
+/// [`sphere_maps`], which ends early once `stop` says so; the maps are unfinished then. It is asked every few
+/// milliseconds.
+///
+/// # Errors
+/// As [`sphere_maps`].
+pub fn sphere_maps_unless(
+    map: &Shrm,
+    views: &[Direction],
+    edge: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<[f32; 3]>, TransformError> {
     let mut maps = vec![[0.0; 3]; views.len() * edge * edge];
     let ball = MirrorBall { edge };
     let MapGrid::LatLong(grid) = map.grid() else {
-        maps.par_chunks_mut(edge).enumerate().for_each(|(row, values)| {
+        let lines = maps.par_chunks_mut(edge).enumerate();
+        lines.filter(|_| !stop()).for_each(|(row, values)| {
             let (view, row) = (views[row / edge], row % edge);
             let (turn, mut lookup) = (ball_to_world(view), map.lookup());
             for (column, value) in values.iter_mut().enumerate() {
@@ -52,7 +68,7 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
         });
         return Ok(maps);
     };
-    let fields = views.iter().map(|&view| {
+    let fields = views.iter().take_while(|_| !stop()).map(|&view| {
         let field = expand(grid, &map.view_map(view))?;
         Ok(rotate(&field, ball_to_world(view).inverse()))
     });
@@ -63,8 +79,11 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
     let rows = (0..edge * edge).into_par_iter().map_init(
         || vec![0.0; degree.rows()],
         |y, texel| {
+            if stop() {
+                return Vec::new();
+            }
             basis.evaluate_into(look(ball, texel), y);
-            fields.iter().map(|field| sum(field, y)).collect::<Vec<_>>()
+            fields.iter().map(|field| sum(field, y)).collect()
         },
     );
     for (texel, values) in rows.collect::<Vec<_>>().into_iter().enumerate() {
@@ -80,13 +99,28 @@ pub fn sphere_maps(map: &Shrm, views: &[Direction], edge: usize) -> Result<Vec<[
 /// # Panics
 /// If there are fewer texels than maps of `edge` x `edge`.
 pub fn add_to_sphere_maps(maps: &mut [[f32; 3]], lamps: &Lamps, views: &[Direction], edge: usize) {
+    add_to_sphere_maps_unless(maps, lamps, views, edge, &|| false);
+}
+
+/// [`add_to_sphere_maps`], which ends early once `stop` says so, and then returns `None`. It is asked once for
+/// each of the [`blocks`](crate::blocks) of each map.
+///
+/// # Panics
+/// As [`add_to_sphere_maps`].
+pub fn add_to_sphere_maps_unless(
+    maps: &mut [[f32; 3]],
+    lamps: &Lamps,
+    views: &[Direction],
+    edge: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<()> {
     let ball = MirrorBall { edge };
-    for (map, &view) in maps.chunks_exact_mut(edge * edge).zip(views) {
+    maps.chunks_exact_mut(edge * edge).zip(views).try_for_each(|(map, &view)| {
         let turn = ball_to_world(view);
-        map.par_iter_mut().enumerate().for_each(|(texel, value)| {
+        for_each_unless(map, stop, |texel, value| {
             *value = lamps.added(*value, turn.apply(look(ball, texel)), view);
-        });
-    }
+        })
+    })
 }
 
 /// The direction of a texel in the ball's frame; past the rim, its one direction.

@@ -49,6 +49,9 @@ pub enum SynthesisError {
         /// Coefficients per texel.
         rows: usize,
     },
+    /// The caller did not want the map any more.
+    #[error("the synthesis was stopped")]
+    Stopped,
 }
 
 /// The most coefficients that a map may have, over all texels: 2^28, 3.2 GB.
@@ -80,6 +83,20 @@ impl Reflection {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn synthesise(&self, grid: MapGrid, view: View) -> Result<Shrm, SynthesisError> {
+        self.synthesise_unless(grid, view, &|| false)
+    }
+
+    /// [`Reflection::synthesise`], which ends early once `stop` says so. It is asked every few milliseconds,
+    /// on every thread.
+    ///
+    /// # Errors
+    /// As [`Reflection::synthesise`]; [`SynthesisError::Stopped`] if it was stopped.
+    pub fn synthesise_unless(
+        &self,
+        grid: MapGrid,
+        view: View,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Shrm, SynthesisError> {
         let terms = if self.is_azimuth_free() { Terms::Zonal } else { Terms::All };
         let p = self.brdf().p();
         let rows = if terms == Terms::Zonal && view == View::Local { p.get() + 1 } else { p.rows() };
@@ -90,11 +107,14 @@ impl Reflection {
         if texels == 0 {
             return Err(SynthesisError::Empty(grid));
         }
-        let plan = SynthesisPlan::new(self, terms);
+        let plan = SynthesisPlan::new(self, terms, stop);
         let values = match grid {
             MapGrid::LatLong(grid) => lat_long::synthesise(&plan, grid),
             MapGrid::Cube(cube) => cube::synthesise(&plan, cube),
         };
+        if stop() {
+            return Err(SynthesisError::Stopped);
+        }
         let local = Shrm { grid, view: View::Local, centre: self.brdf().centre(), p, terms, values };
         Ok(if view == View::Global { local.to_global() } else { local })
     }

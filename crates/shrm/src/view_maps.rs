@@ -21,6 +21,7 @@ use sh::f64x4::SimdLevel;
 use sh::{Basis, Degree};
 use sphere::{Direction, LatLong};
 
+use crate::blocks::for_each_unless;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, Terms, View, fit_views, frame, into_frame};
 
 /// Reflection maps for the T x T views of a lat-long grid.
@@ -37,6 +38,12 @@ impl ViewMaps {
     /// The maps of a spherical harmonic reflection map for `side` x `side` views, over the directions that
     /// its coefficients are over; `None` if `side` is 0.
     pub fn from_shrm(map: &Shrm, side: usize) -> Option<Self> {
+        Self::from_shrm_unless(map, side, &|| false)
+    }
+
+    /// [`ViewMaps::from_shrm`], which ends early without a result once `stop` says so. It is asked every few
+    /// milliseconds.
+    pub fn from_shrm_unless(map: &Shrm, side: usize, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
         if side == 0 {
             return None;
         }
@@ -50,27 +57,43 @@ impl ViewMaps {
         }
         let level = SimdLevel::detect();
         let values = map.values().par_chunks(BLOCK * map.rows());
-        runs.into_par_iter().zip(values).for_each(|(runs, values)| {
+        runs.into_par_iter().zip(values).try_for_each(|(runs, values)| {
+            if stop() {
+                return None;
+            }
             level.run(Block { views: &terms, values, runs });
-        });
+            Some(())
+        })?;
         Some(Self { grid, view: map.view(), centre: map.centre(), side, maps })
     }
 
     /// The same with lamps that the map did not hold: exact at the T x T views.
     #[must_use]
     pub fn with_lamps(mut self, lamps: &Lamps) -> Self {
+        self.add(lamps, &|| false);
+        self
+    }
+
+    /// [`ViewMaps::with_lamps`], which ends early without a result once `stop` says so. It is asked once for
+    /// each of the [`blocks`](crate::blocks) of each map.
+    pub fn with_lamps_unless(mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+        self.add(lamps, stop)?;
+        Some(self)
+    }
+
+    fn add(&mut self, lamps: &Lamps, stop: &(dyn Fn() -> bool + Sync)) -> Option<()> {
         let (grid, kind, views) = (self.grid, self.view, self.views());
-        for (map, view) in self.maps.chunks_exact_mut(grid.len()).zip(views) {
-            map.par_iter_mut().enumerate().for_each(|(texel, value)| {
+        let mut maps = self.maps.chunks_exact_mut(grid.len()).zip(views);
+        maps.try_for_each(|(map, view)| {
+            for_each_unless(map, stop, |texel, value| {
                 let central = grid.direction(texel);
                 let view = match kind {
                     View::Global => view,
                     View::Local => frame(central).apply(view),
                 };
                 *value = lamps.added(*value, central, view);
-            });
-        }
-        self
+            })
+        })
     }
 
     /// The maps as a renderer has them, shape [T, T, texels], rows of theta, columns of phi; `None` if their

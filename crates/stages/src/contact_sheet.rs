@@ -36,7 +36,7 @@ use std::f64::consts::PI;
 
 use brdf::Centre;
 use containers::write_png;
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, parameters};
+use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, parameters};
 use envmap::{Environment, ToneMap, middle_grey_exposure};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
@@ -46,7 +46,7 @@ use sphere::{Cube, LatLong};
 use crate::artifacts;
 use crate::choices::ToneMapName;
 use crate::project_sh::lamps_text;
-use crate::sheet::{Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, stops};
+use crate::sheet::{BALL, Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, stops};
 
 parameters! {
     /// Parameters of `contact-sheet`.
@@ -133,14 +133,18 @@ impl Kind for ContactSheet {
             None => None,
         };
         context.check_cancelled()?;
+        // The maps, and the balls.
+        let work = Steps::new(context, 2);
+        let steps = work.part(1, reflections.len());
         let materials = reflections.par_iter().map(|(key, reflection)| {
-            context.check_cancelled()?;
-            material(&own, key, &reflection.0)
+            let made = material(&own, key, &reflection.0, context)?;
+            steps.step()?;
+            Ok(made)
         });
         let materials = materials.collect::<Result<Vec<_>, Failure>>()?;
-        context.check_cancelled()?;
 
-        let stop = || context.check_cancelled().is_err();
+        let steps = work.part(1, materials.len() * BALL);
+        let stop = || steps.stop();
         let title = if own.is_empty() { "Environment".into() } else { own.to_string() };
         let subtitle = facts.join(" · ");
         let sheet = Sheet { title, subtitle, environment, lighting, materials, exposure, tone, stop: &stop };
@@ -210,6 +214,7 @@ fn material(
     own: &ItemKey,
     key: &ItemKey,
     reflection: &shrm::Reflection,
+    context: &Context<'_>,
 ) -> Result<MaterialPictures, Failure> {
     let name = name(own, key);
     let brdf = reflection.brdf();
@@ -222,7 +227,8 @@ fn material(
     let detail = format!("F {} · P {p} · by the {about}", f.get());
     let most = if p > FEW { MANY_EDGE } else { BALL_EDGES[1] };
     let grid = MapGrid::Cube(Cube { edge: (4 * f.get()).clamp(BALL_EDGES[0], most) });
-    let field = reflection.synthesise(grid, View::Local);
+    let stop = || context.check_cancelled().is_err();
+    let field = reflection.synthesise_unless(grid, View::Local, &stop);
     let field = field.map_err(|error| Failure::from(error).context(name.clone()))?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {

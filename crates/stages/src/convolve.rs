@@ -55,7 +55,7 @@
 //! ```
 
 use brdf::{BrdfCoefficients, Choice, Material, project_unless};
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use sh::Lighting;
 use shrm::degrees::{Cut, DARK};
 use shrm::ringing::CutError;
@@ -135,7 +135,9 @@ impl Kind for Convolve {
         let dark = DARK * lighting.mean();
         let reflection = match &brdf.material {
             Some(material) if brdf.for_light => {
-                let stop = || context.check_cancelled().is_err();
+                let searches = if brdf.parts.is_some() { 3 } else { 1 };
+                let steps = Steps::new(context, searches * shrm::degrees::STEPS);
+                let stop = || steps.stop();
                 let found = Reflection::for_light_unless(lighting, &brdf.coefficients, material, &stop);
                 let (reflection, cut) = found.ok_or_else(Failure::cancelled)?;
                 context.note(format!("{}; {}", degrees(&reflection, cut.f.get()), lost(&cut, &reflection)));
@@ -215,7 +217,9 @@ fn warn_of_rings(
     if found.negative(dark) <= NEGATIVE && found.error(&calm, dark).p95 <= RING {
         return Ok(());
     }
-    let stop = || context.check_cancelled().is_err();
+    let projection = Choice::Full.steps().unwrap_or_default();
+    let steps = Steps::new(context, projection + shrm::degrees::STEPS);
+    let stop = || steps.stop();
     let full = project_unless(material, Choice::Full, &stop);
     context.check_cancelled()?;
     let full = full?.coefficients;

@@ -69,10 +69,10 @@ use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 use containers::{Encoded, Precision, Texture, write_dds, write_exr, write_rgbe};
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, choice, parameters};
 use shrm::{
-    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps, icosahedron, sphere_map_axes,
-    sphere_map_rows, sphere_maps,
+    Cabral, MapGrid, MapLayout, Shrm, Terms, View, add_to_sphere_maps_unless, icosahedron, sphere_map_axes,
+    sphere_map_rows, sphere_maps_unless,
 };
 use sphere::LatLong;
 
@@ -170,33 +170,41 @@ impl Kind for ExportCabral {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         MapSource::of(context)?
-            .export(parameters.parts, context, |source, _| files(parameters, source, context))
+            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
     }
 }
 
 /// The files of one field.
-fn files(
-    parameters: &Parameters,
-    source: &MapSource,
-    context: &Context<'_>,
-) -> Result<Vec<Vec<u8>>, Failure> {
-    let vertices = icosahedron::vertices();
+fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
+    let (context, vertices) = (steps.context(), icosahedron::vertices());
+    // The lamps, and the files.
+    let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
         let map = source.map(layout, parameters.resolution, View::Local, context)?;
         map_source::check_total(map.0.grid().len(), vertices.len(), None)?;
         let maps = Cabral::from_shrm(&map.0);
-        let maps = if let Some(lamps) = source.lamps() { maps.with_lamps(lamps) } else { maps };
+        let maps = match source.lamps() {
+            Some(lamps) => {
+                let steps = work.part(1, vertices.len() * shrm::blocks(maps.grid().len()));
+                maps.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+            }
+            None => maps,
+        };
         Ok((map, map_source::picture_size(maps.grid()), source.finished(maps.maps().to_vec())))
     };
     let (layout, (map, size, pixels)) = match parameters.layout {
         Layout::Cube => (FileLayout::Cube, on_grid(MapLayout::Cube)?),
         Layout::LatLong => (FileLayout::LatLong, on_grid(MapLayout::LatLong)?),
         Layout::Sphere => {
-            let (map, edge) = for_spheres(source, parameters.resolution)?;
+            let (map, edge) = for_spheres(source, parameters.resolution, context)?;
             map_source::check_total(edge * edge, vertices.len(), None)?;
-            let mut pixels = sphere_maps(&map.0, &vertices, edge)?;
+            let stop = || context.check_cancelled().is_err();
+            let mut pixels = sphere_maps_unless(&map.0, &vertices, edge, &stop)?;
+            context.check_cancelled()?;
             if let Some(lamps) = source.lamps() {
-                add_to_sphere_maps(&mut pixels, lamps, &vertices, edge);
+                let steps = work.part(1, vertices.len() * shrm::blocks(edge * edge));
+                add_to_sphere_maps_unless(&mut pixels, lamps, &vertices, edge, &|| steps.stop())
+                    .ok_or_else(Failure::cancelled)?;
             }
             (FileLayout::Sphere, (map, [edge; 2], source.finished(pixels)))
         }
@@ -205,7 +213,11 @@ fn files(
     context.check_cancelled()?;
     note_lost(map, context);
     let files = pixels.chunks_exact(size[0] * size[1]);
-    let encoded = files.map(|pixels| encode(parameters, size, pixels, context));
+    let steps = work.part(1, vertices.len());
+    let encoded = files.map(|pixels| {
+        steps.step()?;
+        encode(parameters, size, pixels, context)
+    });
     let encoded: Vec<Encoded> = encoded.collect::<Result<_, _>>()?;
     let clamped = encoded.iter().map(|file| file.clamped).sum();
     match parameters.format {
@@ -254,6 +266,7 @@ fn file(vertex: usize, format: Format) -> String {
 fn for_spheres(
     source: &MapSource,
     resolution: Option<Resolution>,
+    context: &Context<'_>,
 ) -> Result<(Arc<artifacts::Shrm>, usize), Failure> {
     let edge = |rows: usize| match resolution {
         Some(Resolution::Fixed(edge)) => edge,
@@ -270,7 +283,9 @@ fn for_spheres(
         MapSource::Reflection(reflection) => {
             let reflection = &reflection.0;
             let rows = sphere_map_rows(reflection.brdf().f(), reflection.brdf().p());
-            let map = reflection.synthesise(MapGrid::LatLong(LatLong::with_rows(rows)), View::Local)?;
+            let grid = MapGrid::LatLong(LatLong::with_rows(rows));
+            let stop = || context.check_cancelled().is_err();
+            let map = reflection.synthesise_unless(grid, View::Local, &stop)?;
             let needed = reflection.resolution(MapLayout::LatLong, ERROR).texels;
             Ok((Arc::new(artifacts::Shrm(map)), edge(needed)))
         }

@@ -50,7 +50,7 @@
 //! ```
 
 use containers::{Precision, Texture};
-use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, parameters};
+use engine::{Context, Failure, Kind, MapSizes, Output, Port, Product, Steps, parameters};
 use shrm::{KautzMcCool, MapLayout, View, azimuthal_share};
 
 use crate::choices::{MOST, MapsFormat, Overflow, PrecisionName, Resolution, edge_of};
@@ -119,16 +119,13 @@ impl Kind for ExportKautzMcCool {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         MapSource::of(context)?
-            .export(parameters.parts, context, |source, _| files(parameters, source, context))
+            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
     }
 }
 
 /// The files of one field.
-fn files(
-    parameters: &Parameters,
-    source: &MapSource,
-    context: &Context<'_>,
-) -> Result<Vec<Vec<u8>>, Failure> {
+fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
+    let context = steps.context();
     let map = source.map(MapLayout::LatLong, parameters.resolution, View::Local, context)?;
     let lost = azimuthal_share(&map.0, source.lamps());
     // Rounding leaves a share of some 1e-14 in a map that was turned.
@@ -153,7 +150,13 @@ fn files(
         KautzMcCool::from_shrm(&map.0, KautzMcCool::even_angles(parameters.slices)).ok_or_else(|| {
             Failure::new(format!("a texture needs at least 2 slices, not {}", parameters.slices))
         })?;
-    let texture = if let Some(lamps) = source.lamps() { texture.with_lamps(lamps) } else { texture };
+    let texture = match source.lamps() {
+        Some(lamps) => {
+            let steps = steps.part(1, parameters.slices * shrm::blocks(texture.grid().len()));
+            texture.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+        }
+        None => texture,
+    };
     let [width, height] = map_source::picture_size(texture.grid());
     let (depth, pixels) = (texture.angles().len(), source.finished(texture.slices().to_vec()));
     let volume = Texture { width, height, depth, layers: 0, faces: 1, pixels };

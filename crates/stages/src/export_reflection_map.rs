@@ -199,7 +199,9 @@ impl Kind for ExportReflectionMap {
             note_lost_together(reflection, parameters.view.0, context);
         }
         let split = reflection.parts().cloned();
-        parts::export(parameters.parts, reflection, split, |field, _| files(parameters, field, context))
+        parts::export(parameters.parts, reflection, split, context, |field, _, _| {
+            files(parameters, field, context)
+        })
     }
 }
 

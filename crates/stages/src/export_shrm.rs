@@ -303,11 +303,11 @@ impl Kind for ExportShrm {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        MapSource::of(context)?.export(parameters.parts, context, |source, part| {
+        MapSource::of(context)?.export(parameters.parts, context, |source, part, steps| {
             let (map, beside) = match source {
                 MapSource::Shrm(_) => (parameters.input().map(context)?, Vec::new()),
                 MapSource::Reflection(reflection) => (
-                    parameters.input().map_of(&reflection.0, context)?,
+                    parameters.input().map_of(&reflection.0, steps)?,
                     beside(parameters, &reflection.0, part),
                 ),
             };

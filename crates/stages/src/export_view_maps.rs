@@ -49,7 +49,7 @@
 //! ```
 
 use containers::{Precision, Texture};
-use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
 use shrm::{MapLayout, View, ViewMaps};
 
 use crate::choices::{MOST, MapLayoutName, MapsFormat, Overflow, PrecisionName, Resolution, ViewName};
@@ -114,25 +114,29 @@ impl Kind for ExportViewMaps {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         MapSource::of(context)?
-            .export(parameters.parts, context, |source, _| files(parameters, source, context))
+            .export(parameters.parts, context, |source, _, steps| files(parameters, source, steps))
     }
 }
 
 /// The files of one field.
-fn files(
-    parameters: &Parameters,
-    source: &MapSource,
-    context: &Context<'_>,
-) -> Result<Vec<Vec<u8>>, Failure> {
+fn files(parameters: &Parameters, source: &MapSource, steps: &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure> {
+    let context = steps.context();
     let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
     let map = source.map(layout, parameters.resolution, view, context)?;
     let side = parameters.views;
     map_source::check_total(map.0.grid().len(), side * side, Some("views"))?;
     context.check_cancelled()?;
-    let table = ViewMaps::from_shrm(&map.0, side)
-        .ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
-    let table = if let Some(lamps) = source.lamps() { table.with_lamps(lamps) } else { table };
+    let stop = || context.check_cancelled().is_err();
+    let table = ViewMaps::from_shrm_unless(&map.0, side, &stop);
     context.check_cancelled()?;
+    let table = table.ok_or_else(|| Failure::new(format!("{side} x {side} views do not make a table")))?;
+    let table = match source.lamps() {
+        Some(lamps) => {
+            let steps = steps.part(1, side * side * shrm::blocks(map.0.grid().len()));
+            table.with_lamps_unless(lamps, &|| steps.stop()).ok_or_else(Failure::cancelled)?
+        }
+        None => table,
+    };
     if side < 2 * source.p() + 1 {
         context.note(format!(
             "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use engine::{Artifact, Context, Failure, Port};
-use shrm::{MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
+use engine::{Artifact, Context, Failure, Port, Steps};
+use shrm::{BAKED_AT_ONCE, MOST_P, MapGrid, MapLayout, Reflection, Shrm, Terms, View};
 use sphere::{Cube, LatLong};
 
 use crate::artifacts;
@@ -69,22 +69,29 @@ impl MapInput {
             context.note(format!("P = {}: {}", map.0.p().get(), describe(&map.0)));
             return Ok(map);
         }
-        self.map_of(&context.get::<artifacts::Reflection>("reflection")?.0, context)
+        self.map_of(&context.get::<artifacts::Reflection>("reflection")?.0, &Steps::new(context, 1))
     }
 
-    /// [`MapInput::map`] of a reflection.
+    /// [`MapInput::map`] of a reflection, in one of the steps.
     pub(crate) fn map_of(
         &self,
         reflection: &Reflection,
-        context: &Context<'_>,
+        steps: &Steps<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
+        let context = steps.context();
         let (grid, error_note) = self.grid(reflection);
-        let cancelled = || context.check_cancelled().is_err();
-        context.check_cancelled()?;
+        let stop = || context.check_cancelled().is_err();
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
-            LampsName::Baked => reflection.bake(grid, view, &cancelled)?,
-            LampsName::Separate => reflection.synthesise(grid, view)?,
+            LampsName::Baked => {
+                let soft = reflection.synthesise_unless(grid, View::Local, &stop)?;
+                let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
+                let texels: Vec<usize> = (0..grid.len()).collect();
+                let local = reflection.bake_texels(&soft, &texels, &|| steps.stop())?;
+                context.check_cancelled()?;
+                if view == View::Global { local.to_global() } else { local }
+            }
+            LampsName::Separate => reflection.synthesise_unless(grid, view, &stop)?,
         };
         context.check_cancelled()?;
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());

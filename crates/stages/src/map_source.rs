@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use brdf::Part;
 use containers::{Precision, Texture, write_dds, write_exr, write_ktx2};
-use engine::{Artifact, Context, Failure, Output, Port};
+use engine::{Artifact, Context, Failure, Output, Port, Steps};
 use shrm::{Lamps, MapGrid, MapLayout, View};
 use sphere::{Cube, LatLong};
 
@@ -47,12 +47,12 @@ impl MapSource {
         &self,
         parts: PartsName,
         context: &Context<'_>,
-        write: impl Fn(&Self, Option<Part>) -> Result<Vec<Vec<u8>>, Failure>,
+        write: impl Fn(&Self, Option<Part>, &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure>,
     ) -> Result<Output, Failure> {
         if let Self::Reflection(reflection) = self {
             parts::note(parts, &reflection.0, context);
         }
-        parts::export(parts, self, self.parts(), write)
+        parts::export(parts, self, self.parts(), context, write)
     }
 
     /// The degree in the view, P.
@@ -99,7 +99,7 @@ impl MapSource {
                     view: Some(view),
                     lamps: LampsName::Separate,
                 };
-                return input.map_of(&reflection.0, context);
+                return input.map_of(&reflection.0, &Steps::new(context, 1));
             }
             Self::Shrm(map) => map,
         };

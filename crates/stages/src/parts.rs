@@ -2,7 +2,7 @@
 //! the reflection vector, so that an export writes a map for each.
 
 use brdf::Part;
-use engine::{Context, Failure, LEFT_OUT, Output, choice};
+use engine::{Context, Failure, LEFT_OUT, Output, Steps, choice};
 use shrm::Reflection;
 
 choice! {
@@ -27,20 +27,23 @@ pub(crate) fn endings(parts: PartsName, one: Vec<String>) -> Vec<String> {
 }
 
 /// The files of a field's maps. `split` are the fields of its two parts, if it has them, and `write` makes the
-/// files of one map, of the whole or of a part, as many for each.
+/// files of one map, of the whole or of a part, as many for each, in one of the steps.
 pub(crate) fn export<T>(
     parts: PartsName,
     whole: &T,
     split: Option<[T; 2]>,
-    write: impl Fn(&T, Option<Part>) -> Result<Vec<Vec<u8>>, Failure>,
+    context: &Context<'_>,
+    write: impl Fn(&T, Option<Part>, &Steps<'_>) -> Result<Vec<Vec<u8>>, Failure>,
 ) -> Result<Output, Failure> {
+    let maps = if parts == PartsName::Separate && split.is_some() { 2 } else { 1 };
+    let steps = &Steps::new(context, maps);
     let (diffuse, files) = match (parts, split) {
-        (PartsName::Together, _) => (Vec::new(), write(whole, None)?),
+        (PartsName::Together, _) => (Vec::new(), write(whole, None, steps)?),
         (PartsName::Separate, Some([diffuse, specular])) => {
-            (write(&diffuse, Some(Part::Diffuse))?, write(&specular, Some(Part::Specular))?)
+            (write(&diffuse, Some(Part::Diffuse), steps)?, write(&specular, Some(Part::Specular), steps)?)
         }
         (PartsName::Separate, None) => {
-            let files = write(whole, None)?;
+            let files = write(whole, None, steps)?;
             (vec![LEFT_OUT.to_vec(); files.len()], files)
         }
     };

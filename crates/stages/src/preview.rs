@@ -79,7 +79,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use containers::{write_apng, write_png};
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use envmap::ToneMap;
 use preview::{Camera, Light, Look, MapSizes, Mode, Scene, Shot, Show};
 use sphere::Rotation;
@@ -306,7 +306,8 @@ impl Kind for Preview {
             None => exposure_of(scene.light.environment()),
         };
         context.note(format!("exposure {} {reason}", crate::sheet::stops(exposure)));
-        let mut renderer = FallbackRenderer::new(parameters.backend, context);
+        let pictures = Steps::new(context, parameters.frames * parameters.columns().len());
+        let mut renderer = FallbackRenderer::new(parameters.backend, &pictures);
         let sheet = parameters.sheet();
         let mut frames = Vec::new();
         let mut worst = Vec::new();
@@ -448,7 +449,7 @@ fn panels(
     parameters: &Parameters,
     scene: &Scene,
     shot: &Shot,
-    renderer: &mut FallbackRenderer<'_, '_>,
+    renderer: &mut FallbackRenderer<'_>,
     worst: &mut Vec<(Mode, f64)>,
 ) -> Result<Vec<Panel>, Failure> {
     let mut panels = Vec::new();

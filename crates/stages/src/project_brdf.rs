@@ -76,9 +76,9 @@
 //! input = "material"
 //! ```
 
-use brdf::{BrdfCoefficients, Choice, Lambert, Material, Part, Projection, project_unless};
+use brdf::{BrdfCoefficients, Choice, Lambert, Material, Part, Projection, ProjectionError, project_unless};
 use containers::tensors::Brdf;
-use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use sh::Tolerance;
 
 use crate::artifacts;
@@ -186,13 +186,23 @@ impl Kind for ProjectBrdf {
             (None, Some(tolerance)) => Choice::Tolerance(Tolerance::new(tolerance)?),
             (None, None) => Choice::Full,
         };
-        let stop = || context.check_cancelled().is_err();
-        let projection = project_unless(&material, choice, &stop);
+        // How far a search for degrees is, nobody knows.
+        let total = choice.steps().unwrap_or(usize::MAX / 2);
+        let split = material.split();
+        let work = Steps::new(context, if split.is_some() { 2 } else { 1 });
+        let steps = work.part(1, total);
+        let projection = project_unless(&material, choice, &|| steps.stop());
         context.check_cancelled()?;
         let projection = projection?;
-        let parts = parts(&material, &projection, choice, &stop);
-        context.check_cancelled()?;
-        let parts = parts?;
+        let parts = match split {
+            Some(split) => {
+                let steps = work.part(1, 2 * total);
+                let parts = parts(&split, &projection, choice, &|| steps.stop());
+                context.check_cancelled()?;
+                Some(parts?)
+            }
+            None => None,
+        };
         if projection.anisotropic {
             context.warn(format!(
                 "{} is anisotropic; it is replaced by its mean over all turns about the normal",
@@ -229,20 +239,19 @@ impl Kind for ProjectBrdf {
     }
 }
 
-/// The coefficients of a material's two parts, if it has both: at degrees that are chosen for a light later,
-/// or at those of the whole.
+/// The coefficients of a material's two parts: at degrees that are chosen for a light later, or at those of
+/// the whole.
 fn parts(
-    material: &Material,
+    [diffuse, specular]: &[Material; 2],
     whole: &Projection,
     choice: Choice,
     stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Option<[BrdfCoefficients; 2]>, Failure> {
-    let Some([diffuse, specular]) = material.split() else { return Ok(None) };
+) -> Result<[BrdfCoefficients; 2], ProjectionError> {
     let choice = match choice {
         Choice::Full => Choice::Full,
         _ => Choice::Degree { f: whole.coefficients.f(), p: whole.coefficients.p() },
     };
     let project = |part: &Material| project_unless(part, choice, stop);
-    let (diffuse, specular) = rayon::join(|| project(&diffuse), || project(&specular));
-    Ok(Some([diffuse?.coefficients, specular?.coefficients]))
+    let (diffuse, specular) = rayon::join(|| project(diffuse), || project(specular));
+    Ok([diffuse?.coefficients, specular?.coefficients])
 }

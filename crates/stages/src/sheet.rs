@@ -29,6 +29,9 @@ pub(crate) const RECONSTRUCTION: LatLong = LatLong::with_rows(layout::COLUMN / 2
 /// The grid on which a material's map is shown; one of another size is scaled.
 pub(crate) const MAP: LatLong = LatLong::with_rows(layout::BALL);
 
+/// The edge of a ball's picture: for each row it asks whether to stop.
+pub(crate) const BALL: usize = layout::BALL;
+
 /// The content of a sheet.
 pub(crate) struct Sheet<'a> {
     /// The headline.

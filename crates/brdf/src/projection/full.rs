@@ -91,6 +91,11 @@ pub(super) fn enough(energy: &[f64]) -> usize {
     last.unwrap_or(0)
 }
 
+/// How many times [`full`] asks whether to stop.
+pub(super) fn steps() -> usize {
+    incident_nodes().len()
+}
+
 /// Nodes and weights of theta_i over 0 to pi.
 fn incident_nodes() -> Vec<(f64, f64)> {
     let mut edges = vec![0.0];

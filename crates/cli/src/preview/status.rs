@@ -1,10 +1,12 @@
 //! What the window shows of builds: a status line, a message after each rebuild, the outstanding errors.
 
+use std::collections::BTreeMap;
+
 use engine::{Event, ItemName};
 
 use crate::lists::{fitting, more};
 use crate::outstanding::OutstandingErrors;
-use crate::quantity::{count, duration};
+use crate::quantity::{count, duration, percent_done};
 use crate::watch_reporter::watching;
 
 /// A message names up to this many stages.
@@ -28,6 +30,8 @@ pub(crate) struct BuildStatus {
     watching: String,
     /// The current build: how many items are done, and how many there are.
     progress: Option<(usize, usize)>,
+    /// The items that take long, and the shares of their work that are done.
+    long: BTreeMap<ItemName, f64>,
     /// The process that holds the lock that the current build waits for.
     holder: Option<String>,
     /// When the first change since the last build was noticed, in milliseconds.
@@ -44,6 +48,13 @@ impl BuildStatus {
         self.errors.update(event);
         self.holder = None;
         match event {
+            Event::Finished { item, .. } | Event::Failed { item, .. } | Event::Skipped { item, .. } => {
+                self.long.remove(item);
+            }
+            Event::Planned { .. } | Event::Ended(_) | Event::BuildError { .. } => self.long.clear(),
+            _ => {}
+        }
+        match event {
             Event::Waiting { holder, .. } => self.holder = Some(holder.clone()),
             Event::Watching { folders, poll_milliseconds, because } => {
                 self.watching = watching(*folders, *poll_milliseconds, because.as_deref());
@@ -57,6 +68,7 @@ impl BuildStatus {
                 }
             }
             Event::Planned { items, .. } => self.progress = Some((0, *items)),
+            Event::Progress { item, share } => _ = self.long.insert(item.clone(), *share),
             Event::Finished { item, .. } => {
                 self.count_done();
                 match self.ran.iter_mut().find(|(stage, _)| *stage == item.stage) {
@@ -93,7 +105,10 @@ impl BuildStatus {
             return format!("waiting for {holder}");
         }
         match self.progress {
-            Some((done, items)) => format!("building: {done} of {}", count(items, "item")),
+            Some((done, items)) => {
+                let long = self.long.iter().map(|(item, share)| format!(", {item} {}", percent_done(*share)));
+                format!("building: {done} of {}{}", count(items, "item"), long.collect::<String>())
+            }
             None => self.watching.clone(),
         }
     }
@@ -230,6 +245,18 @@ mod tests {
         assert_eq!(status.line(), "waiting for specula build, process 7");
         update(&mut status, &[finished("map", "a")]);
         assert_eq!(status.line(), "building: 1 of 2 items");
+    }
+
+    #[test]
+    fn the_line_shows_how_far_long_items_are() {
+        let mut status = BuildStatus::default();
+        let progress = |stem: &str, share| Event::Progress { item: item("report", stem), share };
+        update(&mut status, &[planned(3), progress("b", 0.25), progress("a", 0.5), progress("b", 0.75)]);
+        assert_eq!(status.line(), "building: 0 of 3 items, report [a] 50 %, report [b] 75 %");
+        update(&mut status, &[finished("report", "a")]);
+        assert_eq!(status.line(), "building: 1 of 3 items, report [b] 75 %");
+        update(&mut status, &[ended(true), planned(3)]);
+        assert_eq!(status.line(), "building: 0 of 3 items");
     }
 
     #[test]

@@ -84,8 +84,8 @@ impl<'a> EventBuffer<'a> {
             _ => {}
         }
         if let (Some(held), false) = (&mut state.held, is_news) {
-            // The items that are up to date may be very many.
-            if self.is_triggered || !matches!(event, Event::UpToDate { .. }) {
+            // The items that are up to date may be very many, and progress is of no interest later.
+            if self.is_triggered || !matches!(event, Event::UpToDate { .. } | Event::Progress { .. }) {
                 held.push(event);
             }
             return;

@@ -50,9 +50,12 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Vec<[f32; 3]> 
     }
     // One pair after the other: its series take more memory than its faces.
     for faces in &PAIRS {
+        if (plan.stop)() {
+            break;
+        }
         let pair = Pair::new(plan, faces, cube);
         let tasks = blocks.par_iter_mut().with_max_len(1);
-        tasks.for_each(|block| plan.level.run(Columns { block, pair: &pair }));
+        tasks.filter(|_| !(plan.stop)()).for_each(|block| plan.level.run(Columns { block, pair: &pair }));
     }
     values
 }
@@ -100,7 +103,7 @@ impl<'a> Pair<'a> {
         let mut south = vec![0.0; half * plan.series()];
         let chunk = LANES * plan.series();
         let chunks = north.par_chunks_mut(chunk).zip(south.par_chunks_mut(chunk));
-        chunks.enumerate().for_each(|(task, (north, south))| {
+        chunks.enumerate().filter(|_| !(plan.stop)()).for_each(|(task, (north, south))| {
             let rows = north.len() / plan.series();
             let alphas: Vec<f64> =
                 (0..rows).map(|row| PI * ((task * LANES + row) as f64 + 0.5) / count as f64).collect();
@@ -117,7 +120,7 @@ impl<'a> Pair<'a> {
             odd_orders[plan.fourier.sine(m)] = true;
         }
         let orders = terms.par_chunks_mut(width).zip(odd_orders).enumerate();
-        orders.for_each(|(place, (terms, odd))| {
+        orders.filter(|_| !(plan.stop)()).for_each(|(place, (terms, odd))| {
             let rows = [&*north, &*south];
             plan.level.run(Colatitude { plan, waves: &waves, rows, place, odd, terms });
         });
@@ -129,7 +132,7 @@ impl<'a> Pair<'a> {
         }
         let mut across = vec![0.0; count * columns * 4 * plan.padded];
         let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
-        of_k.for_each(|(k, across)| {
+        of_k.filter(|_| !(plan.stop)()).for_each(|(k, across)| {
             let terms = &terms[k * plan.padded..];
             plan.level.run(Across { plan, betas: &betas, terms, width, across });
         });

@@ -26,6 +26,9 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, grid: LatLong) -> Vec<[f32; 3
     let mut souths: Vec<_> = south.rchunks_mut(LANES * line).collect();
     souths.resize_with(norths.len(), Default::default);
     norths.into_par_iter().zip(souths).enumerate().for_each(|(task, (north, south))| {
+        if (plan.stop)() {
+            return;
+        }
         let alphas: Vec<f64> = (0..north.len() / line).map(|row| grid.theta(task * LANES + row)).collect();
         let mut series = vec![0.0; 2 * alphas.len() * plan.series()];
         let (above, below) = series.split_at_mut(alphas.len() * plan.series());

@@ -22,10 +22,12 @@ pub(super) struct SynthesisPlan<'a> {
     pub(super) odd: Vec<bool>,
     /// rho_lpq by q, p, channel, the parity of l, and l / 2.
     rho: Vec<f64>,
+    /// Whether nobody wants the map any more: then tasks do nothing.
+    pub(super) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> SynthesisPlan<'a> {
-    pub(super) fn new(reflection: &'a Reflection, terms: Terms) -> Self {
+    pub(super) fn new(reflection: &'a Reflection, terms: Terms, stop: &'a (dyn Fn() -> bool + Sync)) -> Self {
         let (f, p) = (reflection.brdf().f().get(), reflection.brdf().p().get());
         let mut odd = Vec::new();
         for p in 0..=p {
@@ -56,6 +58,7 @@ impl<'a> SynthesisPlan<'a> {
             recurrence: Recurrence::new(f),
             odd,
             rho,
+            stop,
         }
     }
 

@@ -1,7 +1,7 @@
 //! Draws on a graphics device if one is asked for and available, otherwise on the CPU.
 
-use engine::{Context, Failure};
-use preview::{Cpu, Picture, RenderError, Renderer, Scene, Shot, graphics_device};
+use engine::{Failure, Steps};
+use preview::{Cpu, Picture, RenderError, Renderer, Scene, Shot, cpu_steps, graphics_device};
 
 use super::values::Backend;
 
@@ -9,23 +9,24 @@ use super::values::Backend;
 const KEPT: &str = "; this picture stays until a parameter or an input changes";
 
 /// Draws pictures of an item.
-pub(super) struct FallbackRenderer<'a, 'b> {
-    context: &'a Context<'b>,
+pub(super) struct FallbackRenderer<'a> {
+    /// A step for each picture.
+    pictures: &'a Steps<'a>,
     device: Option<Box<dyn Renderer>>,
     cpu: Cpu,
 }
 
-impl<'a, 'b> FallbackRenderer<'a, 'b> {
+impl<'a> FallbackRenderer<'a> {
     /// Notes the name of the device, or warns that the CPU draws although a device was asked for.
-    pub(super) fn new(backend: Backend, context: &'a Context<'b>) -> Self {
-        Self::with(matches!(backend, Backend::Gpu).then(graphics_device), context)
+    pub(super) fn new(backend: Backend, pictures: &'a Steps<'a>) -> Self {
+        Self::with(matches!(backend, Backend::Gpu).then(graphics_device), pictures)
     }
 
-    fn with(device: Option<Result<Box<dyn Renderer>, RenderError>>, context: &'a Context<'b>) -> Self {
-        let mut renderer = Self { context, device: None, cpu: Cpu::new() };
+    fn with(device: Option<Result<Box<dyn Renderer>, RenderError>>, pictures: &'a Steps<'a>) -> Self {
+        let mut renderer = Self { pictures, device: None, cpu: Cpu::new() };
         match device {
             Some(Ok(device)) => {
-                context.note(format!("drawn by {}", device.name()));
+                pictures.context().note(format!("drawn by {}", device.name()));
                 renderer.device = Some(device);
             }
             Some(Err(error)) => renderer.warn(&error),
@@ -36,13 +37,13 @@ impl<'a, 'b> FallbackRenderer<'a, 'b> {
 
     fn warn(&self, error: &RenderError) {
         let message = format!("drawn on the CPU, because the graphics device cannot draw this: {error}");
-        self.context.warn(message + KEPT);
+        self.pictures.context().warn(message + KEPT);
     }
 
     /// The picture of a scene. If the device cannot draw it, the CPU draws this picture and all after it.
     pub(super) fn draw(&mut self, scene: &Scene, shot: &Shot) -> Result<Picture, Failure> {
-        let context = self.context;
-        let stop = || context.check_cancelled().is_err();
+        let steps = self.pictures.part(1, cpu_steps(shot));
+        let stop = || steps.stop();
         if let Some(device) = &mut self.device {
             match device.render(scene, shot, &stop) {
                 Err(error) if error.is_of_the_device() => {
@@ -67,6 +68,8 @@ fn failure(error: RenderError) -> Failure {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
+
+    use engine::Context;
 
     use brdf::{Choice, Lambert, Material, project};
     use preview::{Background, Camera, Light, Look, MapSizes, Mode, Show};
@@ -123,9 +126,10 @@ mod tests {
     #[test]
     fn without_a_device_the_cpu_draws_with_a_warning_that_says_why() {
         let context = Context::new(&NoFiles);
+        let pictures = Steps::new(&context, 3);
         let none = RenderError::Device("no adapter was found".into());
         let scene = scene();
-        let mut renderer = FallbackRenderer::with(Some(Err(none)), &context);
+        let mut renderer = FallbackRenderer::with(Some(Err(none)), &pictures);
         assert_eq!(renderer.draw(&scene, &shot(&scene)).unwrap().codes.len(), 32);
         let expected = "drawn on the CPU, because the graphics device cannot draw this: no adapter was found";
         assert_eq!(context.warnings(), [format!("{expected}{KEPT}")]);
@@ -134,8 +138,9 @@ mod tests {
     #[test]
     fn after_an_error_of_the_device_the_cpu_draws() {
         let context = Context::new(&NoFiles);
+        let pictures = Steps::new(&context, 3);
         let lost = FakeRenderer(1, RenderError::Limit { what: "the map".into(), asked: 9, limit: 8 });
-        let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(lost))), &context));
+        let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(lost))), &pictures));
         let drawn = [(); 3].map(|()| renderer.draw(&scene, &shot(&scene)).unwrap().codes.len());
         assert_eq!(drawn, [1, 32, 32]);
         assert_eq!(context.notes(), ["drawn by a fake device"]);
@@ -145,13 +150,14 @@ mod tests {
     #[test]
     fn an_error_that_is_not_of_the_device_fails_the_item() {
         let context = Context::new(&NoFiles);
+        let pictures = Steps::new(&context, 3);
         let faulty = FakeRenderer(0, RenderError::Maps("a map is too large".into()));
-        let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(faulty))), &context));
+        let (scene, mut renderer) = (scene(), FallbackRenderer::with(Some(Ok(Box::new(faulty))), &pictures));
         let failure = renderer.draw(&scene, &shot(&scene)).unwrap_err();
         assert_eq!((failure.to_string().as_str(), failure.cancelled), ("a map is too large", false));
         let stopped = FakeRenderer(0, RenderError::Cancelled);
         assert!(
-            FallbackRenderer::with(Some(Ok(Box::new(stopped))), &context)
+            FallbackRenderer::with(Some(Ok(Box::new(stopped))), &pictures)
                 .draw(&scene, &shot(&scene))
                 .unwrap_err()
                 .cancelled

@@ -1,0 +1,88 @@
+//! What a build reports of how far a running item is.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use super::*;
+use crate::testkit::{Nothing, Text};
+use crate::{Context, Failure, Kind, Output, Port, Steps};
+
+const MANIFEST: &str = r#"
+schema = 1
+out = "out"
+
+[stage.text]
+kind = "text-source"
+source = "a.txt"
+
+[stage.quick]
+kind = "upper"
+input = "text"
+
+[stage.slow]
+kind = "slow"
+input = "quick"
+"#;
+
+/// The events of progress so far.
+static REPORTED: AtomicUsize = AtomicUsize::new(0);
+
+const STEPS: usize = 4;
+
+/// Takes each step after the one before was reported.
+struct Slow;
+
+impl Kind for Slow {
+    type Parameters = Nothing;
+    const NAME: &'static str = "slow";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Waits until each of its steps is reported.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact("text")
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let steps = Steps::new(context, STEPS);
+        let limit = Instant::now() + Duration::from_secs(60);
+        for step in 1..=STEPS {
+            steps.step()?;
+            while REPORTED.load(Ordering::Relaxed) < step {
+                if Instant::now() > limit {
+                    return Err(Failure::new("the step is not reported"));
+                }
+                sleep(Duration::from_millis(2));
+            }
+        }
+        Output::artifact(Text(context.get::<Text>("text")?.0.clone()))
+    }
+}
+
+#[test]
+fn the_share_of_a_long_item_rises_to_1_before_its_end_and_short_items_have_none() {
+    let mut project = Project::new(MANIFEST);
+    project.write("a.txt", "one");
+    project.kinds = kinds().with(Slow);
+    let events = Mutex::new(Vec::new());
+    let summary = crate::build(&project.plan(), &project.options, &project.cancel, &|event| {
+        if matches!(event, Event::Progress { .. }) {
+            REPORTED.fetch_add(1, Ordering::Relaxed);
+        }
+        events.lock().push(event);
+    });
+    assert_eq!(summary.unwrap().ran, 3);
+    let events = events.into_inner();
+    let reports = events.iter().filter_map(|event| match event {
+        Event::Progress { item, share } => Some((item.to_string(), *share)),
+        _ => None,
+    });
+    let expected = (1..=STEPS).map(|step| ("slow [a]".to_owned(), step as f64 / STEPS as f64));
+    assert_eq!(reports.collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+    let last = events.iter().rposition(|event| matches!(event, Event::Progress { .. })).unwrap();
+    assert!(events[last..].iter().any(|event| matches!(event, Event::Finished { .. })));
+}
