@@ -164,7 +164,7 @@ impl App {
     /// The picture to show, in this size.
     fn request(&self, size: [u32; 2]) -> Option<RenderRequest> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
-        let shot = settings.shot(shown.framing, size);
+        let shot = settings.shot(shown.framing, size).of(&shown.scene);
         Some(RenderRequest { scene_id: shown.scene_id, scene: Arc::clone(&shown.scene), shot })
     }
 
@@ -180,6 +180,9 @@ impl App {
         let mut modes = vec![settings.mode];
         if settings.arrangement != Arrangement::One {
             modes.push(settings.second);
+        }
+        if !request.scene.has_maps() {
+            modes.clear();
         }
         let RenderRequest { scene_id, scene, shot: Shot { camera, turn, size, .. } } = request;
         let scene = Arc::clone(scene);

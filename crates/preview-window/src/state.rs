@@ -258,6 +258,13 @@ impl State {
         missing.map(|at| wanted[at]).collect()
     }
 
+    /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist.
+    pub(crate) fn why_brute_force(&self) -> Option<&'static str> {
+        let scene = &self.shown.as_ref()?.scene;
+        let show = self.settings.show();
+        (scene.available(show) != show).then_some("by brute force until the maps are made")
+    }
+
     /// Whether the selected subject is being loaded.
     pub(crate) fn waits(&self) -> bool {
         self.failure.is_none() && !self.missing().is_empty()

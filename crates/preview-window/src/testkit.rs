@@ -25,3 +25,12 @@ pub(crate) fn scene() -> Scene {
     let look = Look::new(light, reflection, Some(white), MapSizes { edge: 8, slices: 4 });
     Scene::of(Arc::new(mesh::shape("sphere").unwrap()), Arc::new(look))
 }
+
+/// The same before its maps are made.
+pub(crate) fn without_maps() -> Scene {
+    let scene = scene();
+    let object = &scene.objects[0];
+    let material = object.look.material().unwrap().clone();
+    let look = Look::without_maps(Arc::clone(&scene.light), material, object.look.sizes());
+    Scene::of(Arc::clone(&object.mesh), Arc::new(look))
+}

@@ -42,7 +42,7 @@ pub(crate) fn view(
     }
     let frame = frame.map(|(_, frame)| frame);
     let split = divider(state, frame, pointer);
-    captions(&painter, rect, frame, split.unwrap_or_default());
+    captions(&painter, rect, state, frame, split.unwrap_or_default());
     if let Some(text) = pending(state, frame, failed) {
         line(&painter, rect.shrink(MARGIN), rect.center(), Align2::CENTER_CENTER, &text);
     }
@@ -104,7 +104,7 @@ fn pending(state: &State, frame: Option<&RenderedFrame>, failed: bool) -> Option
 }
 
 /// Captions of the picture on the screen, which may be older than the settings, divided at `split`.
-fn captions(painter: &Painter, rect: Rect, frame: Option<&RenderedFrame>, split: f32) {
+fn captions(painter: &Painter, rect: Rect, state: &State, frame: Option<&RenderedFrame>, split: f32) {
     let Some(frame) = frame else { return };
     let inside = rect.shrink(MARGIN);
     match frame.of.show {
@@ -129,10 +129,13 @@ fn captions(painter: &Painter, rect: Rect, frame: Option<&RenderedFrame>, split:
             }
         }
     }
-    if let Some(reason) = &frame.fallback_reason {
-        let text = format!("drawn on the CPU: {reason}");
+    let is_shown = state.shown.as_ref().is_some_and(|shown| shown.scene_id == frame.scene_id);
+    let note = state.why_brute_force().filter(|_| is_shown).map(str::to_owned);
+    let fallback = frame.fallback_reason.as_ref().map(|reason| format!("drawn on the CPU: {reason}"));
+    let notes = note.into_iter().chain(fallback).collect::<Vec<_>>();
+    if !notes.is_empty() {
         let below = inside.left_top() + vec2(0.0, ROW);
-        line(painter, inside, below, Align2::LEFT_TOP, &text);
+        line(painter, inside, below, Align2::LEFT_TOP, &notes.join("\n"));
     }
 }
 

@@ -87,8 +87,10 @@ pub(crate) struct PreviewController<'a> {
     scenes: SceneCache,
     /// The subject to show.
     wanted: Option<Subject>,
-    /// The items that the wanted subject depends on; the last one is its reflection.
+    /// The items that the wanted subject depends on.
     ancestry: Vec<ItemName>,
+    /// Those of them that its scene is read from: environment, material, mesh and reflection.
+    parts: Vec<ItemName>,
     /// The same for the watcher: they go first.
     goes_first: Wanted,
     shown: Option<(Subject, Scene, SubjectDetails)>,
@@ -121,6 +123,7 @@ impl<'a> PreviewController<'a> {
             scenes: SceneCache::default(),
             wanted: None,
             ancestry: Vec::new(),
+            parts: Vec::new(),
             goes_first: Wanted::default(),
             shown: None,
             error: Vec::new(),
@@ -189,9 +192,9 @@ impl<'a> PreviewController<'a> {
         }
         match event {
             Event::Planned { .. } => (self.built, work.load_plan) = (false, true),
-            // A reflection is shown before its exports are written.
+            // Light and material are shown before their maps are made, and these before they are exported.
             Event::Finished { item, .. } | Event::UpToDate { item } => {
-                work.load_results |= self.ancestry.last() == Some(item);
+                work.load_results |= self.parts.contains(item);
             }
             Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),
             Event::Rejected { .. } | Event::BuildError { .. } => self.built = true,
@@ -255,6 +258,7 @@ impl<'a> PreviewController<'a> {
     fn show(&mut self, again: bool) -> Result<(), Vec<String>> {
         let Some(catalog) = &self.catalog else { return Ok(()) };
         self.ancestry.clear();
+        self.parts.clear();
         if catalog.is_empty() {
             return Err(subject::nothing_to_preview(self.request.manifest, self.request.stages).lines());
         }
@@ -268,6 +272,7 @@ impl<'a> PreviewController<'a> {
         let plan = catalog.plan();
         let name = |item: &ItemIndex| plan.item_name(*item);
         self.ancestry.extend(entry.ancestry.iter().map(name));
+        self.parts.extend(catalog.parts(entry, &subject.mesh).iter().map(name));
         self.goes_first.set(catalog.items(entry, &subject.mesh).iter().map(name).collect());
         let scene = match self.scenes.scene(catalog, results, entry, &subject.mesh) {
             Ok(scene) => scene,
@@ -282,6 +287,10 @@ impl<'a> PreviewController<'a> {
         };
         let details = catalog.facts(results, entry);
         let is_still = matches!(self.output, CommandOutput::Still(_));
+        if is_still && !scene.has_maps() && self.status.is_building() {
+            // A still by brute force takes long, and another follows.
+            return Ok(());
+        }
         let is_shown = self.shown.as_ref().is_some_and(|(shown, shown_scene, shown_details)| {
             *shown == subject && is_same(shown_scene, &scene) && (is_still || *shown_details == details)
         });
@@ -293,7 +302,8 @@ impl<'a> PreviewController<'a> {
             CommandOutput::None => {}
             CommandOutput::Window(window) => {
                 // Every window begins with this map; made here, it does not make the window wait.
-                scene.objects.iter().for_each(|object| _ = object.look.local());
+                let looks = scene.objects.iter().map(|object| &object.look);
+                looks.filter(|look| look.has_maps()).for_each(|look| _ = look.local());
                 window(PreviewUpdate::Scene { subject, scene, details });
             }
             CommandOutput::Still(view) => self.draw(view, &subject, &scene),
@@ -304,7 +314,7 @@ impl<'a> PreviewController<'a> {
     /// Draws the still that replaces the window.
     fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
         let file = self.files.still();
-        let shot = view.shot(scene.framing(), still::SIZE);
+        let shot = view.shot(scene.framing(), still::SIZE).of(scene);
         let stop = || self.cancel.is_cancelled();
         let drawn = match still::draw(scene, &shot, Backend::Cpu, &stop) {
             Ok(drawn) => drawn,
@@ -348,8 +358,11 @@ impl<'a> PreviewController<'a> {
         match (&self.shown, self.error.is_empty()) {
             (None, _) => "There is nothing to show",
             (Some(_), false) => "This cannot be shown; the picture is an earlier one",
-            (Some(_), true) if self.status.errors().affects(&self.ancestry) => {
-                "The build failed; this picture is the last good one"
+            (Some((_, scene, _)), true) if self.status.errors().affects(&self.ancestry) => {
+                match scene.has_maps() {
+                    true => "The build failed; this picture is the last good one",
+                    false => "The build failed; this picture is by brute force, without maps",
+                }
             }
             (Some(_), true) => "A stage failed; this picture does not depend on it",
         }

@@ -93,7 +93,7 @@ impl Session {
     /// Shows the picture of the current settings.
     fn show(&mut self) {
         let shown = self.state.shown.as_ref().unwrap();
-        let of = self.state.settings.shot(shown.framing, [64, 40]);
+        let of = self.state.settings.shot(shown.framing, [64, 40]).of(&shown.scene);
         let picture = Picture { size: of.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: None };
         self.shown = Some(RenderedFrame {
             image: FrameImage::Codes(Arc::new(picture)),
@@ -299,6 +299,25 @@ fn the_inspector_shows_known_values_and_dots_for_others() {
     }
     session.press(Key::I, Modifiers::NONE);
     assert!(!session.settle().has("1.23 MB"));
+}
+
+#[test]
+fn without_maps_the_caption_and_the_status_line_say_why_the_picture_is_by_brute_force() {
+    let mut session = Session::with_picture([1280.0, 1400.0]);
+    let note = "by brute force until the maps are made";
+    assert!(!session.settle().has(note));
+    let (subject, details) = (session.state.settings.subject.clone(), SubjectDetails::default());
+    session.state.apply(PreviewUpdate::Status("building: 2 of 9 items".into()));
+    session.state.apply(PreviewUpdate::Scene { subject, scene: testkit::without_maps(), details });
+    assert!(!session.settle().texts.iter().any(|(text, _)| text == note), "that picture has maps");
+    session.show();
+    let drawn = session.settle();
+    assert!(session.picture().contains(drawn.place(note)));
+    assert!(drawn.has(&format!("{note}  ·  building: 2 of 9 items")), "{:?}", drawn.texts);
+    assert!(drawn.has("no maps yet") && !drawn.has("Cabral, cube"), "{:?}", drawn.texts);
+    session.state.update(Action::Mode(Mode::Mirror));
+    session.show();
+    assert!(!session.settle().has(note), "a mirror needs no map");
 }
 
 #[test]

@@ -72,8 +72,15 @@ impl Project {
     }
 
     fn build(&self) {
+        self.build_only(&[]);
+    }
+
+    /// Builds these stages and those that they need; none means all.
+    fn build_only(&self, stages: &[&str]) {
         let plan = Plan::load(&self.manifest, &self.kinds).unwrap_or_else(|errors| panic!("{errors}"));
-        let built = engine::build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {}).unwrap();
+        let stages = stages.iter().map(ToString::to_string).collect();
+        let options = BuildOptions { stages, ..BuildOptions::default() };
+        let built = engine::build(&plan, &options, &Cancel::default(), &|_| {}).unwrap();
         assert_eq!(built.failed, 0);
     }
 
@@ -121,7 +128,9 @@ fn window() -> (PreviewMessage, Receiver<PreviewUpdate>) {
 fn received(updates: &Receiver<PreviewUpdate>) -> Vec<String> {
     let lines = updates.try_iter().map(|update| match update {
         PreviewUpdate::Catalog(catalog) => format!("catalog: {}", catalog.materials.join(", ")),
-        PreviewUpdate::Scene { subject, .. } => format!("scene: {}", subject.material),
+        PreviewUpdate::Scene { subject, scene, .. } => {
+            format!("scene: {}{}", subject.material, if scene.has_maps() { "" } else { ", no maps" })
+        }
         PreviewUpdate::Status(line) => format!("status: {line}"),
         PreviewUpdate::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
         PreviewUpdate::Failure(None) => "no failure".into(),
@@ -146,6 +155,54 @@ fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
     assert!(!cancel.is_cancelled(), "there may be a window yet");
     controller.handle_all([no_window()]);
     assert!(cancel.is_cancelled());
+    assert!(project.path(".specula/preview.png").exists());
+}
+
+fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
+    let item = ItemName { stage: stage.into(), key: ItemKey::from_iter(key) };
+    event(Event::Finished { item, milliseconds: 1.0, changed: true })
+}
+
+#[test]
+fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
+    let project = Project::new(PIPELINE);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened, planned(), show("gold")]);
+    assert_eq!(received(&updates), ["catalog: gold, tin"]);
+    project.build_only(&["environment"]);
+    controller.handle_all([finished("environment", [("environment", "studio")])]);
+    assert_eq!(received(&updates), [""; 0]);
+    project.build_only(&["material"]);
+    controller.handle_all([finished("material", [("material", "gold")])]);
+    assert_eq!(received(&updates), ["scene: gold, no maps"]);
+    controller.handle_all([finished("material", [("material", "tin")])]);
+    assert_eq!(received(&updates), [""; 0], "that is not a part of it");
+    project.build();
+    controller.handle_all([planned(), ended()]);
+    assert_eq!(received(&updates), ["scene: gold"]);
+
+    // After an edit, the new material is shown before its maps are made.
+    fs::write(project.path("paint/gold.toml"), GOLD.replace("0.3", "0.9")).unwrap();
+    project.build_only(&["material"]);
+    controller.handle_all([planned(), finished("material", [("material", "gold")])]);
+    assert_eq!(received(&updates), ["scene: gold, no maps"]);
+    project.build();
+    controller.handle_all([ended()]);
+    assert_eq!(received(&updates), ["scene: gold"]);
+}
+
+#[test]
+fn a_still_in_place_of_the_window_waits_for_the_maps() {
+    let project = Project::new(PIPELINE);
+    project.build_only(&["environment", "material"]);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    controller.handle_all([planned(), no_window()]);
+    assert!(!project.path(".specula/preview.png").exists());
+    project.build();
+    controller.handle_all([ended(), watching()]);
     assert!(project.path(".specula/preview.png").exists());
 }
 
