@@ -151,6 +151,10 @@ impl App {
                 self.render_thread.cancel_screenshots();
                 self.state.toast("the screenshot was cancelled".into(), Vec::new());
             }
+            Some(Effect::EditMaterial(material, form)) => {
+                self.host.edit_material(&material, form.as_ref());
+            }
+            Some(Effect::SaveMaterial(material, form)) => self.host.save_material(&material, &form),
             Some(Effect::Fullscreen(on)) => context.send_viewport_cmd(ViewportCommand::Fullscreen(on)),
             Some(Effect::Close) => self.close(context),
         }

@@ -1,12 +1,13 @@
-//! The panel on the right: statistics of the scene and the view.
+//! The panel on the right: the editor of the material, and statistics of the scene and the view.
 
 use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
 use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
 
+use crate::editor::editor;
 use crate::error_meter::{ErrorMeter, ModeError};
 use crate::numbers;
 use crate::scene_statistics::SceneStatistics;
-use crate::state::{ShownScene, State};
+use crate::state::{Action, ShownScene, State};
 use crate::theme;
 use preview::{Arrangement, Background, Named};
 
@@ -16,12 +17,13 @@ const UNKNOWN: &str = "...";
 /// A value that is not known before there are maps.
 const NO_MAPS: &str = "no maps yet";
 
-pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter) {
+pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let Some(shown) = &state.shown else {
             ui.label(RichText::new("no scene yet").color(theme::WEAK));
             return;
         };
+        editor(ui, state, actions);
         let statistics = error_meter.statistics(shown.scene_id);
         subject(ui, shown, statistics.as_deref());
         errors(ui, state, shown.scene.has_maps(), error_meter);

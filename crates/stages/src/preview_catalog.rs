@@ -12,14 +12,16 @@
 //! intermediate steps and are not shown.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
-use engine::{Artifact, ItemIndex, ItemKey, Plan, Product, Stage, StageIndex};
+use engine::{Artifact, ItemIndex, ItemKey, Kind, Plan, Product, Stage, StageIndex};
 use preview::Catalog;
 use preview::MapSizes;
 use sphere::Rotation;
 
 pub use scenes::SceneCache;
 
+use crate::import_material::ImportMaterial;
 use crate::{artifacts, rotate};
 
 mod scenes;
@@ -187,6 +189,18 @@ impl PreviewCatalog {
     pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
         let sources = [Some(entry.environment), entry.material, self.mesh_item(mesh)];
         sources.into_iter().flatten().chain([entry.reflection]).collect()
+    }
+
+    /// The file that the material of an entry is read from.
+    ///
+    /// # Errors
+    /// Why there is none: one line.
+    pub fn material_file(&self, entry: &CatalogEntry) -> Result<&Path, String> {
+        let item = entry.material.ok_or("the reflection has no material of this pipeline")?;
+        let stage = &self.plan.stages[self.plan.items[item].stage];
+        let source = self.plan.items[item].source.as_deref();
+        let source = source.filter(|_| stage.kind.name() == ImportMaterial::NAME);
+        source.ok_or_else(|| format!("{} makes this material, not a material file", stage.name))
     }
 
     fn mesh_item(&self, mesh: &str) -> Option<ItemIndex> {

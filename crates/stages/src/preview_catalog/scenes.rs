@@ -179,6 +179,12 @@ impl SceneCache {
 }
 
 impl PreviewCatalog {
+    /// The material of an entry, as the last build made it.
+    pub fn material(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> Option<Material> {
+        let material = results.get(entry.material?)?.get::<artifacts::Material>().ok()?;
+        Some(material.0.clone())
+    }
+
     /// What the inspector shows about an entry: the sizes of its exported files, and the warnings and notes
     /// of its stages.
     pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
