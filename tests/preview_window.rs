@@ -105,6 +105,11 @@ impl Drop for Screen {
 struct ScreenImage(Vec<[u8; 3]>);
 
 impl ScreenImage {
+    /// The inspector on the right, without its edge.
+    fn inspector(&self, window: [usize; 4]) -> Vec<[u8; 3]> {
+        self.squares(window, [72, 100], [8, 95])
+    }
+
     /// The middle of the window, which panels and messages do not cover.
     fn picture(&self, window: [usize; 4]) -> Vec<[u8; 3]> {
         self.squares(window, [45, 70], [25, 75])
@@ -256,6 +261,18 @@ impl<'s> Preview<'s> {
         self.screen.xdotool(&["mouseup", "3"]);
     }
 
+    /// Drags with the left button from a place in the window, in small steps.
+    fn drag(&self, from: [usize; 2], by: isize) {
+        let [x, y] = [self.window[0] + from[0], self.window[1] + from[1]].map(|side| side.to_string());
+        self.screen.xdotool(&["mousemove", &x, &y, "mousedown", "1"]);
+        for _ in 0..10 {
+            thread::sleep(Duration::from_millis(20));
+            self.screen.xdotool(&["mousemove_relative", "--", &(by / 10).to_string(), "0"]);
+        }
+        thread::sleep(Duration::from_millis(100));
+        self.screen.xdotool(&["mouseup", "1"]);
+    }
+
     /// Waits for its end.
     fn exit(mut self) -> Option<i32> {
         let deadline = Instant::now() + TIMEOUT;
@@ -348,6 +365,58 @@ fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
     let ended = Command::new("kill").args(["-INT", &again.child.id().to_string()]).status().unwrap();
     assert!(ended.success());
     assert_eq!(again.exit(), Some(0), "Ctrl-C ends with success");
+}
+
+/// The slider of satin's `exponent`, near its left end, in a window of 960 x 640 points. Values to its right
+/// are greater.
+const SLIDER: [usize; 2] = [820, 140];
+
+#[test]
+fn a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved() {
+    if let Some(missing) = missing() {
+        return test_data::skip(
+            "a_slider_changes_the_picture_at_once_and_the_file_when_it_is_saved",
+            &missing,
+        );
+    }
+    let (project, screen) = (Project::new(&sample()), Screen::new());
+    project.write(".specula/preview.json", r#"{"version":1,"settings":{"size":[960,640],"lists":false}}"#);
+    let satin = "assets/materials/satin.toml";
+    let text = fs::read_to_string(project.path(satin)).unwrap();
+    let item =
+        ["preview", "--item", "environment=studio,material=satin,mesh=sphere", "--mode", "prefiltered"];
+    let mut preview = Preview::open(&project, &screen, &item);
+    let first = preview.see("satin is there", has_contrast);
+    let inspector = |preview: &Preview<'_>| screen.image().inspector(preview.window);
+    let unedited = inspector(&preview);
+
+    preview.drag(SLIDER, 40);
+    let dragged = preview.see("a slider changes the picture", |now| has_changed(now, &first));
+    assert!(difference(&inspector(&preview), &unedited) > 0.1, "the slider has moved");
+    assert_eq!(fs::read_to_string(project.path(satin)).unwrap(), text, "nothing is written unasked");
+    preview.key("ctrl+z");
+    preview.see("undo brings the picture back", |now| is_same(now, &first));
+    preview.key("ctrl+shift+z");
+    preview.see("and redo the edit", |now| is_same(now, &dragged));
+
+    preview.key("ctrl+s");
+    let saved = preview.wait("the file has another exponent", |_| {
+        let now = fs::read_to_string(project.path(satin)).unwrap();
+        (now != text).then_some(now)
+    });
+    let line = |text: &str| text.lines().find(|line| line.starts_with("exponent = ")).unwrap().to_owned();
+    assert_eq!(saved, text.replace(&line(&text), &line(&saved)), "only that line has changed");
+    preview.see("its maps show the same", |now| difference(now, &dragged) < 6.0);
+
+    // Another edit is not saved, and the end says so.
+    preview.drag(SLIDER, 20);
+    preview.see("another edit", |now| has_changed(now, &dragged) || !is_same(now, &dragged));
+    preview.key("ctrl+q");
+    let stderr = Arc::clone(&preview.stderr);
+    assert_eq!(preview.exit(), Some(0));
+    let stderr = stderr.lock().unwrap();
+    assert!(stderr.contains("satin.toml were not saved"), "{stderr}");
+    assert_eq!(fs::read_to_string(project.path(satin)).unwrap(), saved);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod controller;
 mod files;
 #[cfg(feature = "window")]
 mod host;
+mod material_edit;
 mod project;
 mod request;
 mod status;

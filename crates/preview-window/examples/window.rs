@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 use brdf::{Choice, Fresnel, Ggx, Lambert, Material, Phong, project};
 use envmap::Environment;
 use preview::{
-    Catalog, Export, InitialView, Light, Look, MapSizes, Picture, PreviewUpdate, Scene, Subject,
-    SubjectDetails,
+    Catalog, Export, InitialView, Light, Look, MapSizes, MaterialForm, Picture, PreviewUpdate, Scene,
+    Subject, SubjectDetails,
 };
 use preview_window::{Host, UpdateSender, WindowError, WindowSettings, open};
 use sh::{Degree, Tolerance, Transform};
@@ -51,6 +51,11 @@ impl Host for ExampleHost {
             Err(error) => format!("{}: {error}", path.display()),
         });
     }
+
+    // It has no files, and says so.
+    fn edit_material(&mut self, _: &str, _: Option<&MaterialForm>) {}
+
+    fn save_material(&mut self, _: &str, _: &MaterialForm) {}
 
     fn closed(&mut self) {}
 }
@@ -102,6 +107,8 @@ fn work(updates: &UpdateSender, requested: &Receiver<Subject>, events: &[String]
         let scene = scene(&subject, 1.0);
         updates.send(PreviewUpdate::Status(format!("made in {:.2} s", start.elapsed().as_secs_f64())));
         *last.lock().unwrap() = Some(subject.clone());
+        let (material, form) = (subject.material.clone(), Err("an example has no material files".into()));
+        updates.send(PreviewUpdate::Material { material, form, edited: None });
         updates.send(PreviewUpdate::Scene { subject, scene, details: details() });
     }
 }

@@ -151,6 +151,10 @@ impl App {
                 self.render_thread.cancel_screenshots();
                 self.state.toast("the screenshot was cancelled".into(), Vec::new());
             }
+            Some(Effect::EditMaterial(material, form)) => {
+                self.host.edit_material(&material, form.as_ref());
+            }
+            Some(Effect::SaveMaterial(material, form)) => self.host.save_material(&material, &form),
             Some(Effect::Fullscreen(on)) => context.send_viewport_cmd(ViewportCommand::Fullscreen(on)),
             Some(Effect::Close) => self.close(context),
         }
@@ -164,7 +168,7 @@ impl App {
     /// The picture to show, in this size.
     fn request(&self, size: [u32; 2]) -> Option<RenderRequest> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
-        let shot = settings.shot(shown.framing, size);
+        let shot = settings.shot(shown.framing, size).of(&shown.scene);
         Some(RenderRequest { scene_id: shown.scene_id, scene: Arc::clone(&shown.scene), shot })
     }
 
@@ -180,6 +184,9 @@ impl App {
         let mut modes = vec![settings.mode];
         if settings.arrangement != Arrangement::One {
             modes.push(settings.second);
+        }
+        if !request.scene.has_maps() {
+            modes.clear();
         }
         let RenderRequest { scene_id, scene, shot: Shot { camera, turn, size, .. } } = request;
         let scene = Arc::clone(scene);

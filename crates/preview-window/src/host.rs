@@ -2,7 +2,7 @@
 
 use std::sync::mpsc::Sender;
 
-use preview::{Picture, PreviewUpdate, Subject};
+use preview::{MaterialForm, Picture, PreviewUpdate, Subject};
 
 /// Sends updates to a window and repaints it, from any thread.
 #[derive(Clone, Debug)]
@@ -36,6 +36,15 @@ pub trait Host: Send {
 
     /// Saves a picture of a subject. The host reports the file or the error as a [`PreviewUpdate::Toast`].
     fn screenshot(&mut self, subject: &Subject, picture: Picture);
+
+    /// Shows a material with other values of its parameters, or with those of its file. Nothing is written. The
+    /// host answers with [`PreviewUpdate::Scene`] or [`PreviewUpdate::Failure`].
+    fn edit_material(&mut self, material: &str, form: Option<&MaterialForm>);
+
+    /// Writes the values of a material's parameters to its file, unless that has changed since the last
+    /// [`PreviewUpdate::Material`]. The host answers with that, and reports an error as a
+    /// [`PreviewUpdate::Toast`].
+    fn save_material(&mut self, material: &str, form: &MaterialForm);
 
     /// The window has closed.
     fn closed(&mut self);

@@ -1,27 +1,32 @@
-//! The panel on the right: statistics of the scene and the view.
+//! The panel on the right: the editor of the material, and statistics of the scene and the view.
 
 use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui, Vec2b};
 use egui_plot::{GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, Plot, PlotPoints};
 
+use crate::editor::editor;
 use crate::error_meter::{ErrorMeter, ModeError};
 use crate::numbers;
 use crate::scene_statistics::SceneStatistics;
-use crate::state::{ShownScene, State};
+use crate::state::{Action, ShownScene, State};
 use crate::theme;
 use preview::{Arrangement, Background, Named};
 
 /// A value that is not known yet.
 const UNKNOWN: &str = "...";
 
-pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter) {
+/// A value that is not known before there are maps.
+const NO_MAPS: &str = "no maps yet";
+
+pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let Some(shown) = &state.shown else {
             ui.label(RichText::new("no scene yet").color(theme::WEAK));
             return;
         };
+        editor(ui, state, actions);
         let statistics = error_meter.statistics(shown.scene_id);
         subject(ui, shown, statistics.as_deref());
-        errors(ui, state, error_meter);
+        errors(ui, state, shown.scene.has_maps(), error_meter);
         energies(ui, statistics.as_deref());
         sizes(ui, shown, statistics.as_deref());
         view(ui, state);
@@ -48,10 +53,13 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
             (
                 "degree F",
                 known(&|statistics| {
-                    statistics.f.map_or_else(|| "unknown for a map".to_owned(), |f| f.to_string())
+                    statistics.f.map_or_else(|| unknown(statistics).to_owned(), |f| f.to_string())
                 }),
             ),
-            ("degree P", known(&|statistics| statistics.p.to_string())),
+            (
+                "degree P",
+                known(&|statistics| statistics.p.map_or_else(|| NO_MAPS.to_owned(), |p| p.to_string())),
+            ),
             (
                 "lamps beside the map",
                 known(&|statistics| match statistics.lamps {
@@ -64,7 +72,12 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
     );
 }
 
-fn errors(ui: &mut Ui, state: &State, error_meter: &ErrorMeter) {
+/// The value of a property that only a reflection has.
+fn unknown(statistics: &SceneStatistics) -> &'static str {
+    if statistics.p.is_some() { "unknown for a map" } else { NO_MAPS }
+}
+
+fn errors(ui: &mut Ui, state: &State, has_maps: bool, error_meter: &ErrorMeter) {
     let settings = &state.settings;
     let mut modes = vec![settings.mode];
     if settings.arrangement != Arrangement::One && settings.second != settings.mode {
@@ -75,6 +88,7 @@ fn errors(ui: &mut Ui, state: &State, error_meter: &ErrorMeter) {
         .into_iter()
         .map(|mode| {
             let mode_error = match error_meter.mode_error(mode) {
+                None if !has_maps => NO_MAPS.to_owned(),
                 None => UNKNOWN.to_owned(),
                 Some(ModeError::Rms { relative, light_samples }) => {
                     samples = samples.max(light_samples);
@@ -97,16 +111,22 @@ fn energies(ui: &mut Ui, statistics: Option<&SceneStatistics>) {
         ui,
         "Energy",
         &[
-            ("of the light up to F", known(&|statistics| numbers::percent(statistics.captured()))),
+            (
+                "of the light up to F",
+                known(&|statistics| match statistics.p {
+                    Some(_) => numbers::percent(statistics.captured()),
+                    None => NO_MAPS.to_owned(),
+                }),
+            ),
             (
                 "the same from every view",
                 known(&|statistics| {
-                    statistics.plain.map_or_else(|| "unknown for a map".to_owned(), numbers::percent)
+                    statistics.plain.map_or_else(|| unknown(statistics).to_owned(), numbers::percent)
                 }),
             ),
         ],
     );
-    let Some(statistics) = statistics else { return };
+    let Some(statistics) = statistics.filter(|statistics| statistics.p.is_some()) else { return };
     let points = |shares: &[f64]| -> PlotPoints<'static> {
         // Powers of ten; zero has no point.
         let shares = shares.iter().enumerate().filter(|(_, share)| **share > 1e-12);

@@ -51,6 +51,10 @@ impl Chord {
         Self { command: true, ..Self::plain(key) }
     }
 
+    const fn command_shift(key: Key) -> Self {
+        Self { command: true, ..Self::shift(key) }
+    }
+
     /// Its name in the help.
     pub(crate) fn name(self) -> String {
         let key = match self.key {
@@ -166,6 +170,11 @@ fn table() -> Vec<Binding> {
     add(group, C::shift(Key::ArrowUp), "pitch", Action::TurnLight(turn(0.0, -1.0)));
     add(group, C::shift(Key::ArrowDown), "pitch", Action::TurnLight(turn(0.0, 1.0)));
     add(group, C::shift(Key::Home), "reset the light", Action::ResetLight);
+    let group = "Material";
+    add(group, C::command(Key::S), "save the material", Action::SaveMaterial);
+    add(group, C::command(Key::Z), "undo", Action::Undo);
+    add(group, C::command_shift(Key::Z), "redo", Action::Redo);
+    add(group, C::command(Key::R), "revert to the file", Action::Revert);
     let group = "Window";
     add(group, C::plain(Key::L), "lists", Action::ToggleLists);
     add(group, C::plain(Key::I), "inspector", Action::ToggleInspector);
@@ -257,6 +266,12 @@ mod tests {
             Action::Orbit(_) => "orbit",
             Action::ZoomBy(_) => "zoom",
             Action::ResetCamera => "reset camera",
+            Action::SaveMaterial => "save",
+            Action::Undo => "undo",
+            Action::Redo => "redo",
+            Action::Revert => "revert",
+            // Controls of the inspector, which Tab reaches, have keys of their own.
+            Action::SetParameter(..) | Action::EndDrag | Action::LoadFile | Action::KeepValues => "control",
             Action::ToggleLists => "lists",
             Action::ToggleInspector => "inspector",
             Action::TogglePanels => "panels",
@@ -286,6 +301,10 @@ mod tests {
             Action::Orbit(aim),
             Action::ZoomBy(2.0),
             Action::ResetCamera,
+            Action::SaveMaterial,
+            Action::Undo,
+            Action::Redo,
+            Action::Revert,
             Action::ToggleLists,
             Action::ToggleInspector,
             Action::TogglePanels,

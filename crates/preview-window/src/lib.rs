@@ -10,6 +10,7 @@
 mod adaptive_quality;
 mod app;
 mod device_health;
+mod editor;
 mod error_meter;
 mod gpu_adapter;
 mod host;
@@ -18,6 +19,7 @@ mod keyboard;
 mod keys;
 mod latest_value;
 mod lists;
+mod material_editor;
 mod notices;
 mod numbers;
 mod panel_layout;

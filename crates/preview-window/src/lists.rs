@@ -20,7 +20,9 @@ pub(crate) fn lists(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
             ui.spacing_mut().item_spacing.y = 1.0;
             for name in names {
                 let width = ui.available_width();
-                let row = Button::selectable(name == chosen, (name.as_str(), Atom::grow()));
+                let is_edited = list == List::Materials && state.is_edited(name);
+                let text = if is_edited { format!("{name} *") } else { name.clone() };
+                let row = Button::selectable(name == chosen, (text, Atom::grow()));
                 let row = ui.add(row.truncate().min_size(vec2(width, 20.0)));
                 let last = Id::unique(("last choice", heading));
                 if name == chosen && ui.data_mut(|data| has_changed(data.get_temp_mut_or_default(last), name))

@@ -47,11 +47,17 @@ fn progress(state: &State, drawing: bool) -> String {
     if state.waits() {
         return format!("loading {environment}, {material}, {mesh}");
     }
-    if state.shown.is_some() && drawing {
-        let modes: Vec<&str> = state.settings.show().modes().map(Mode::label).collect();
+    let note = state.why_brute_force();
+    if let Some(shown) = state.shown.as_ref().filter(|_| drawing && note.is_none()) {
+        let modes = shown.scene.available(state.settings.show()).modes();
+        let modes: Vec<&str> = modes.map(Mode::label).collect();
         return format!("drawing {environment}, {material}, {mesh}: {}", modes.join(", "));
     }
-    state.status.clone()
+    match note {
+        Some(note) if state.status.is_empty() => note.to_owned(),
+        Some(note) => format!("{note}  ·  {}", state.status),
+        None => state.status.clone(),
+    }
 }
 
 /// How many light samples the picture has, how long it took, its size and its renderer.

@@ -58,7 +58,7 @@ impl PanelLayout<'_> {
         if settings.inspector && room >= LEAST_INSPECTOR {
             let panel =
                 Panel::right("inspector").default_size(300.0).min_size(LEAST_INSPECTOR).max_size(room);
-            panel.show(ui, |ui| inspector(ui, self.state, self.error_meter));
+            panel.show(ui, |ui| inspector(ui, self.state, self.error_meter, actions));
         }
         CentralPanel::no_frame().show(ui, |ui| ui.available_rect_before_wrap()).inner
     }

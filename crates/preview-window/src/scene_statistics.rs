@@ -14,13 +14,14 @@ pub(crate) struct SceneStatistics {
     pub(crate) centre: &'static str,
     /// The lighting's degree in the reflection; an imported map does not say.
     pub(crate) f: Option<usize>,
-    /// The view's degree.
-    pub(crate) p: usize,
+    /// The view's degree; `None` without maps.
+    pub(crate) p: Option<usize>,
     /// Rows and columns of the environment.
     pub(crate) environment: [usize; 2],
     /// The number of lamps beside the lighting's series.
     pub(crate) lamps: usize,
-    /// The share of the environment's energy in each degree; with lamps, of the environment without them.
+    /// The share of the environment's energy in each degree; with lamps, of the environment without them. Empty
+    /// without maps.
     pub(crate) lighting: Vec<f64>,
     /// The share of the reflected field's energy in each degree; empty for an imported map.
     pub(crate) reflected: Vec<f64>,
@@ -40,15 +41,16 @@ impl SceneStatistics {
         let lamps = reflection.and_then(|made| made.lamps()).map_or(0, |lamps| lamps.lights.len());
         let soft = (lamps > 0).then(|| environment.separate_lamps().soft);
         let total: f64 = image_energy(grid, soft.as_ref().unwrap_or(environment).pixels()).iter().sum();
-        let held =
-            energy_per_degree(reflection.map_or_else(|| look.light().lighting(), |made| made.lighting()));
+        let lighting = || look.has_maps().then(|| look.light().lighting());
+        let held = reflection.map(|made| made.lighting()).or_else(lighting);
+        let held = held.map_or_else(Vec::new, energy_per_degree);
         let known: f64 = held.as_flattened().iter().sum();
         let share = |energy: &[f64; 3]| ratio(energy.iter().sum(), total.max(known));
         let accuracy = reflection.map(|reflection| Accuracy::of(reflection, [0.0; 3], 0.0));
-        let p = reflection.map_or_else(
-            || look.local().map_or(0, |map| map.p().get()),
-            |reflection| reflection.brdf().p().get(),
-        );
+        let p = match reflection {
+            Some(reflection) => Some(reflection.brdf().p().get()),
+            None => look.has_maps().then(|| look.local().map_or(0, |map| map.p().get())),
+        };
         Self {
             triangles: scene.objects.iter().map(|object| object.mesh.triangles().len()).sum(),
             objects: scene.objects.len(),
@@ -83,21 +85,25 @@ fn reflected(accuracy: &Accuracy) -> Vec<f64> {
     curve.into_iter().map(gained).collect()
 }
 
-fn maps(look: &Look, p: usize) -> Vec<(String, u64)> {
+fn maps(look: &Look, p: Option<usize>) -> Vec<(String, u64)> {
     let sizes = look.sizes();
     let texel = 3 * size_of::<f32>() as u64;
     let face = 6 * (sizes.edge as u64).pow(2) * texel;
-    let coefficients = (p as u64 + 1).pow(2);
     let grid = look.light().environment().grid();
     let edge = sizes.edge;
-    vec![
-        (format!("SHRM, cube {edge}, {coefficients} rows"), coefficients * face),
-        (format!("Cabral, cube {edge}, 12 maps"), 12 * face),
-        (format!("Kautz-McCool, cube {edge}, {} slices", sizes.slices), sizes.slices as u64 * face),
-        (format!("prefiltered, cube {edge}"), face),
-        ("irradiance, 9 rows".into(), 9 * texel),
-        (format!("environment, {} x {}", grid.width, grid.height), grid.len() as u64 * texel),
-    ]
+    let mut maps = Vec::new();
+    if let Some(p) = p {
+        let coefficients = (p as u64 + 1).pow(2);
+        maps = vec![
+            (format!("SHRM, cube {edge}, {coefficients} rows"), coefficients * face),
+            (format!("Cabral, cube {edge}, 12 maps"), 12 * face),
+            (format!("Kautz-McCool, cube {edge}, {} slices", sizes.slices), sizes.slices as u64 * face),
+            (format!("prefiltered, cube {edge}"), face),
+        ];
+    }
+    maps.push(("irradiance, 9 rows".into(), 9 * texel));
+    maps.push((format!("environment, {} x {}", grid.width, grid.height), grid.len() as u64 * texel));
+    maps
 }
 
 fn ratio(part: f64, whole: f64) -> f64 {
@@ -112,7 +118,7 @@ mod tests {
     #[test]
     fn a_white_sphere_under_a_bright_sky_has_known_statistics() {
         let statistics = SceneStatistics::of(&testkit::scene());
-        assert_eq!((statistics.f, statistics.p, statistics.centre), (Some(7), 0, "normal"));
+        assert_eq!((statistics.f, statistics.p, statistics.centre), (Some(7), Some(0), "normal"));
         assert_eq!(statistics.triangles, mesh::shape("sphere").unwrap().triangles().len());
         assert_eq!(statistics.environment, [16, 32]);
         // Radiance 2 above and 1 below is 1.5 + 0.5 sign(z). Of its energy, 4 pi 2.5, the mean holds 4 pi
@@ -148,6 +154,16 @@ mod tests {
         // The sun's texel, 0.009 sr, is cut down to ten times the mean of 3. What is left of it has the
         // energy 8 beside the sky's 4 pi; with the sun it would be 80 000.
         assert!(statistics.captured() > 0.5, "{}", statistics.captured());
+    }
+
+    #[test]
+    fn without_maps_only_the_light_and_the_mesh_have_statistics() {
+        let statistics = SceneStatistics::of(&testkit::without_maps());
+        assert_eq!((statistics.f, statistics.p, statistics.lamps), (None, None, 0));
+        assert!(statistics.lighting.is_empty() && statistics.plain.is_none());
+        assert_eq!(statistics.triangles, SceneStatistics::of(&testkit::scene()).triangles);
+        let names = statistics.maps.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>();
+        assert_eq!(names, ["irradiance, 9 rows", "environment, 32 x 16"]);
     }
 
     #[test]

@@ -1,13 +1,17 @@
 //! The state of the window and its changes: [`State::update`] carries out the user's actions,
 //! [`State::apply`] the program's updates. Neither draws nor waits, so that tests need no window.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use brdf::Value;
 use envmap::ToneMap;
 use preview::{
-    Aim, Arrangement, Background, Catalog, Framing, InitialView, List, Mode, Named, PreviewUpdate, Scene,
-    Subject, SubjectDetails, SubjectRequest, ViewSettings,
+    Aim, Arrangement, Background, Catalog, FormField, Framing, InitialView, List, MaterialForm, Mode, Named,
+    PreviewUpdate, Scene, Subject, SubjectDetails, SubjectRequest, ViewSettings,
 };
+
+use crate::material_editor::MaterialEditor;
 
 /// An action of the user. Angles are changes in radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +42,18 @@ pub(crate) enum Action {
     /// Multiplies the magnification.
     ZoomBy(f64),
     ResetCamera,
+    /// Sets a parameter of the material.
+    SetParameter(FormField, Value),
+    /// Ends a step of [`Action::SetParameter`].
+    EndDrag,
+    Undo,
+    Redo,
+    Revert,
+    SaveMaterial,
+    /// Drops the unsaved values in favour of those that the file has now.
+    LoadFile,
+    /// Keeps them, to be written over those.
+    KeepValues,
     ToggleLists,
     ToggleInspector,
     /// Hides both panels, or shows both.
@@ -59,6 +75,9 @@ pub(crate) enum Effect {
     Show(Subject),
     Screenshot,
     CancelScreenshots,
+    /// Shows a material with these values, or with those of its file.
+    EditMaterial(String, Option<MaterialForm>),
+    SaveMaterial(String, MaterialForm),
     Fullscreen(bool),
     Close,
 }
@@ -91,6 +110,8 @@ pub(crate) struct State {
     pub(crate) settings: ViewSettings,
     pub(crate) catalog: Catalog,
     pub(crate) shown: Option<ShownScene>,
+    /// The editors of the materials that were shown, by name, or why a material cannot be edited.
+    pub(crate) editors: BTreeMap<String, Result<MaterialEditor, String>>,
     pub(crate) status: String,
     pub(crate) toasts: Vec<Toast>,
     pub(crate) failure: Option<Vec<String>>,
@@ -173,6 +194,14 @@ impl State {
                 let first = ViewSettings::default();
                 (settings.camera, settings.zoom) = (first.camera, first.zoom);
             }
+            Action::SetParameter(field, value) => return self.edit(|editor| editor.set(field, &value)),
+            Action::EndDrag => return self.edit(MaterialEditor::end_drag),
+            Action::Undo => return self.edit(MaterialEditor::undo),
+            Action::Redo => return self.edit(MaterialEditor::redo),
+            Action::Revert => return self.edit(MaterialEditor::revert),
+            Action::SaveMaterial => return self.save_material(),
+            Action::LoadFile => return self.load_file(),
+            Action::KeepValues => return self.edit(MaterialEditor::keep),
             Action::ToggleLists => settings.lists = !settings.lists,
             Action::ToggleInspector => settings.inspector = !settings.inspector,
             Action::TogglePanels => {
@@ -219,6 +248,13 @@ impl State {
                         Some(ShownScene { subject, scene, framing, details, scene_id, first_scene_id });
                 }
             }
+            PreviewUpdate::Material { material, form, edited } => match self.editors.get_mut(&material) {
+                Some(Ok(editor)) if editor.is_edited() || form.is_ok() => editor.follow(form),
+                _ => {
+                    let editor = form.map(|form| MaterialEditor::new(form, edited));
+                    self.editors.insert(material, editor);
+                }
+            },
             PreviewUpdate::Status(line) => self.status = line,
             PreviewUpdate::Toast { title, lines } => self.toast(title, lines),
             PreviewUpdate::Failure(failure) => {
@@ -258,6 +294,22 @@ impl State {
         missing.map(|at| wanted[at]).collect()
     }
 
+    /// Why the picture is by brute force, if the settings ask for a mode whose map does not exist.
+    pub(crate) fn why_brute_force(&self) -> Option<&'static str> {
+        let scene = &self.shown.as_ref()?.scene;
+        let show = self.settings.show();
+        let reason = match self.is_edited(&self.settings.subject.material) {
+            true => "brute force until the material is saved and its maps are made",
+            false => "brute force until the maps are made",
+        };
+        (scene.available(show) != show).then_some(reason)
+    }
+
+    /// Whether a material has values that are not saved.
+    pub(crate) fn is_edited(&self, material: &str) -> bool {
+        matches!(self.editors.get(material), Some(Ok(editor)) if editor.is_edited())
+    }
+
     /// Whether the selected subject is being loaded.
     pub(crate) fn waits(&self) -> bool {
         self.failure.is_none() && !self.missing().is_empty()
@@ -272,6 +324,31 @@ impl State {
         } else {
             format!("Specula preview: {}", names.join(", "))
         }
+    }
+
+    /// Changes the editor of the selected material.
+    fn edit(&mut self, change: impl FnOnce(&mut MaterialEditor)) -> Option<Effect> {
+        let material = &self.settings.subject.material;
+        let Some(Ok(editor)) = self.editors.get_mut(material) else { return None };
+        let before = editor.edited().cloned();
+        change(editor);
+        let after = editor.edited().cloned();
+        (before != after).then(|| Effect::EditMaterial(material.clone(), after))
+    }
+
+    fn save_material(&mut self) -> Option<Effect> {
+        let material = &self.settings.subject.material;
+        let Some(Ok(editor)) = self.editors.get_mut(material) else { return None };
+        editor.end_drag();
+        let can_save = editor.is_edited() && editor.conflict().is_none();
+        can_save.then(|| Effect::SaveMaterial(material.clone(), editor.form().clone()))
+    }
+
+    fn load_file(&mut self) -> Option<Effect> {
+        let material = &self.settings.subject.material;
+        let editor = self.editors.remove(material)?.and_then(MaterialEditor::load);
+        self.editors.insert(material.clone(), editor);
+        Some(Effect::EditMaterial(material.clone(), None))
     }
 
     fn choose(&mut self, list: List, name: String) -> Option<Effect> {

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use brdf::{Choice, Lambert, Material, project};
+use brdf::{Choice, Lambert, MODELS, Material, Value, Values, project};
 use envmap::Environment;
 use sh::{Degree, Transform};
 use shrm::Reflection;
 use sphere::LatLong;
 
-use preview::{Light, Look, MapSizes, Scene};
+use preview::{FormField, FormSection, Light, Look, MapSizes, MaterialForm, Scene};
 
 /// A white diffuse sphere under a sky that is brighter above.
 pub(crate) fn scene() -> Scene {
@@ -24,4 +24,29 @@ pub(crate) fn scene() -> Scene {
     let light = Arc::new(Light::new(environment, Some(lighting)));
     let look = Look::new(light, reflection, Some(white), MapSizes { edge: 8, slices: 4 });
     Scene::of(Arc::new(mesh::shape("sphere").unwrap()), Arc::new(look))
+}
+
+/// The same before its maps are made.
+pub(crate) fn without_maps() -> Scene {
+    let scene = scene();
+    let object = &scene.objects[0];
+    let material = object.look.material().unwrap().clone();
+    let look = Look::without_maps(Arc::clone(&scene.light), material, object.look.sizes());
+    Scene::of(Arc::clone(&object.mesh), Arc::new(look))
+}
+
+/// The parameters of [`phong_form`].
+pub(crate) const EXPONENT: FormField = FormField { section: 0, parameter: 0 };
+pub(crate) const SPECULAR: FormField = FormField { section: 0, parameter: 1 };
+
+/// The form of a material file with the model `phong`.
+pub(crate) fn phong_form(exponent: f64) -> MaterialForm {
+    let model = MODELS.iter().find(|model| model.name == "phong").unwrap();
+    let values = Values::default()
+        .with("exponent", Value::Number(exponent))
+        .with("specular", Value::Colour([1.0, 0.8, 0.3]));
+    let parameters = model.parameters.to_vec();
+    MaterialForm {
+        sections: vec![FormSection { heading: "phong".into(), place: Vec::new(), parameters, values }],
+    }
 }

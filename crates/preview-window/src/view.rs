@@ -12,7 +12,7 @@ use crate::pointer::{DragTarget, PictureArea, Pointer};
 use crate::render_thread::RenderedFrame;
 use crate::state::{Action, State};
 use crate::theme;
-use preview::{Arrangement, Show};
+use preview::{Arrangement, Mode, Show};
 
 /// Between a caption and the edges of its picture.
 const MARGIN: f32 = 10.0;
@@ -42,7 +42,7 @@ pub(crate) fn view(
     }
     let frame = frame.map(|(_, frame)| frame);
     let split = divider(state, frame, pointer);
-    captions(&painter, rect, frame, split.unwrap_or_default());
+    captions(&painter, rect, state, frame, split.unwrap_or_default());
     if let Some(text) = pending(state, frame, failed) {
         line(&painter, rect.shrink(MARGIN), rect.center(), Align2::CENTER_CENTER, &text);
     }
@@ -104,10 +104,16 @@ fn pending(state: &State, frame: Option<&RenderedFrame>, failed: bool) -> Option
 }
 
 /// Captions of the picture on the screen, which may be older than the settings, divided at `split`.
-fn captions(painter: &Painter, rect: Rect, frame: Option<&RenderedFrame>, split: f32) {
+fn captions(painter: &Painter, rect: Rect, state: &State, frame: Option<&RenderedFrame>, split: f32) {
     let Some(frame) = frame else { return };
     let inside = rect.shrink(MARGIN);
+    let is_shown = state.shown.as_ref().is_some_and(|shown| shown.scene_id == frame.scene_id);
+    let mut note = state.why_brute_force().filter(|_| is_shown).map(str::to_owned);
     match frame.of.show {
+        Show::One(Mode::BruteForce) if note.is_some() => {
+            let text = note.take().unwrap_or_default();
+            line(painter, inside, inside.left_top(), Align2::LEFT_TOP, &text);
+        }
         Show::One(mode) => caption(painter, inside, inside.left_top(), Align2::LEFT_TOP, mode.label()),
         Show::Split { left, right, .. } => {
             let (mut one, mut other) = (inside, inside);
@@ -129,10 +135,11 @@ fn captions(painter: &Painter, rect: Rect, frame: Option<&RenderedFrame>, split:
             }
         }
     }
-    if let Some(reason) = &frame.fallback_reason {
-        let text = format!("drawn on the CPU: {reason}");
+    let fallback = frame.fallback_reason.as_ref().map(|reason| format!("drawn on the CPU: {reason}"));
+    let notes = note.into_iter().chain(fallback).collect::<Vec<_>>();
+    if !notes.is_empty() {
         let below = inside.left_top() + vec2(0.0, ROW);
-        line(painter, inside, below, Align2::LEFT_TOP, &text);
+        line(painter, inside, below, Align2::LEFT_TOP, &notes.join("\n"));
     }
 }
 

@@ -67,6 +67,7 @@ impl Renderer for Cpu {
     ) -> Result<Picture, RenderError> {
         let cancellation = Cancellation::new(stop);
         within_limits(shot)?;
+        let shot = &shot.of(scene);
         let [width, height] = shot.size;
         let pixels = width as usize * height as usize;
         let mut picture = Picture {

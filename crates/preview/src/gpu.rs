@@ -165,7 +165,7 @@ impl Gpu {
                 Self::TARGET
             )));
         }
-        device.guarded(|| self.draw_some(scene, shot, target))
+        device.guarded(|| self.draw_some(scene, &shot.of(scene), target))
     }
 
     /// Draws as [`Gpu::draw`] does, into its own texture, waits for the device, and returns the time.
@@ -331,7 +331,7 @@ impl Renderer for Gpu {
             return Ok(Picture { size: shot.size, codes: vec![], radiance: vec![], relative_rms: None });
         }
         let device = self.resources.device.clone();
-        device.guarded(|| self.render_whole(scene, shot, stop))
+        device.guarded(|| self.render_whole(scene, &shot.of(scene), stop))
     }
 }
 

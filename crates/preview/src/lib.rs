@@ -1,6 +1,7 @@
 //! Pictures of meshes under distant light, shaded with the maps that Specula makes.
 //!
 //! A [`Scene`] holds meshes, each with a [`Look`]: a material under a light, and the maps made from the pair.
+//! The maps are optional: until they exist, brute force takes the place of the modes that need them.
 //! A [`Shot`] holds the camera, the size, the map that shades the meshes, and the exposure. A [`Renderer`]
 //! draws a [`Picture`] of a scene and a shot. There are two: one on the CPU, whose pictures are bit-identical
 //! for any number of threads, and one through wgpu. Every shader `x.wgsl` in `shading/` has a twin `x.rs`
@@ -16,6 +17,7 @@ mod gpu;
 mod graphics_device;
 mod light;
 mod look;
+mod material_form;
 mod mode;
 mod named;
 mod picture;
@@ -36,6 +38,7 @@ pub use gpu::{DeviceStatus, DrawProgress, Gpu};
 pub use graphics_device::graphics_device;
 pub use light::Light;
 pub use look::{Look, MapSizes};
+pub use material_form::{FormField, FormSection, MaterialForm};
 pub use mode::{Background, Mode, Show};
 pub use named::Named;
 pub use picture::{Picture, SAME_LIGHT, SAME_PICTURE, Tolerance};

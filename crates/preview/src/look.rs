@@ -32,10 +32,13 @@ enum Field {
 }
 
 /// A material under a light. Each map is computed when it is first needed.
+///
+/// The maps are optional: before anything is made that they come from, a look has only a light and a material
+/// ([`Look::without_maps`]).
 #[derive(Debug)]
 pub struct Look {
     light: Arc<Light>,
-    field: Field,
+    field: Option<Field>,
     material: Option<Material>,
     sizes: MapSizes,
     local: OnceLock<Result<Shrm, RenderError>>,
@@ -53,15 +56,21 @@ impl Look {
         material: Option<Material>,
         sizes: MapSizes,
     ) -> Self {
-        Self::of(light, Field::Reflection(reflection), material, sizes)
+        Self::of(light, Some(Field::Reflection(reflection)), material, sizes)
     }
 
     /// The look of an existing spherical harmonic reflection map; a lat-long map is resampled to a cube.
     pub fn from_map(light: Arc<Light>, map: Shrm, material: Option<Material>, sizes: MapSizes) -> Self {
-        Self::of(light, Field::Map(map), material, sizes)
+        Self::of(light, Some(Field::Map(map)), material, sizes)
     }
 
-    fn of(light: Arc<Light>, field: Field, material: Option<Material>, sizes: MapSizes) -> Self {
+    /// The look of a material without maps. [`crate::Scene::available`] replaces the modes that need one by
+    /// brute force.
+    pub fn without_maps(light: Arc<Light>, material: Material, sizes: MapSizes) -> Self {
+        Self::of(light, None, Some(material), sizes)
+    }
+
+    fn of(light: Arc<Light>, field: Option<Field>, material: Option<Material>, sizes: MapSizes) -> Self {
         Self {
             light,
             field,
@@ -80,6 +89,11 @@ impl Look {
         &self.light
     }
 
+    /// Whether it has maps, or what they are computed from.
+    pub fn has_maps(&self) -> bool {
+        self.field.is_some()
+    }
+
     /// The material, if it is known.
     pub fn material(&self) -> Option<&Material> {
         self.material.as_ref()
@@ -88,8 +102,8 @@ impl Look {
     /// The reflection, if the look was made from one.
     pub fn reflection(&self) -> Option<&Reflection> {
         match &self.field {
-            Field::Reflection(reflection) => Some(reflection),
-            Field::Map(_) => None,
+            Some(Field::Reflection(reflection)) => Some(reflection),
+            Some(Field::Map(_)) | None => None,
         }
     }
 
@@ -98,11 +112,19 @@ impl Look {
         self.reflection().and_then(Reflection::lamps)
     }
 
-    /// The central direction of the maps: reflection vector, normal or tangent.
+    fn field(&self) -> Result<&Field, RenderError> {
+        self.field
+            .as_ref()
+            .ok_or(RenderError::Missing { what: "this mode", missing: "the maps of the material" })
+    }
+
+    /// The central direction of the maps: reflection vector, normal or tangent. Without maps it is that of the
+    /// material.
     pub fn centre(&self) -> Centre {
         match &self.field {
-            Field::Reflection(reflection) => reflection.brdf().centre(),
-            Field::Map(map) => map.centre(),
+            Some(Field::Reflection(reflection)) => reflection.brdf().centre(),
+            Some(Field::Map(map)) => map.centre(),
+            None => self.material.as_ref().map_or(Centre::Reflection, Material::centre),
         }
     }
 
@@ -120,7 +142,7 @@ impl Look {
     /// it up add them ([`crate::shading::lamps`]).
     ///
     /// # Errors
-    /// If the map would be too large.
+    /// If the map would be too large, and [`RenderError::Missing`] if the look has no maps.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
         self.local.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
     }
@@ -130,7 +152,7 @@ impl Look {
     /// # Errors
     /// As [`Look::local`].
     pub fn global(&self) -> Result<&Shrm, RenderError> {
-        let made = self.global.get_or_init(|| match &self.field {
+        let made = self.global.get_or_init(|| match self.field()? {
             Field::Reflection(reflection) => {
                 within("the global SHRM", self.texels(), reflection.brdf().p().rows(), COEFFICIENTS)?;
                 Ok(self.local()?.to_global())
@@ -175,7 +197,7 @@ impl Look {
     /// # Errors
     /// As [`Look::local`].
     pub fn prefiltered(&self) -> Result<&[[f32; 3]], RenderError> {
-        let made = self.prefiltered.get_or_init(|| match &self.field {
+        let made = self.prefiltered.get_or_init(|| match self.field()? {
             Field::Reflection(reflection) => {
                 within("the reflection map", self.texels(), 1, MAPS)?;
                 let field = reflection.plain(Plain::Mean);
@@ -204,7 +226,7 @@ impl Look {
 
     fn map(&self, view: View) -> Result<Shrm, RenderError> {
         let grid = MapGrid::Cube(self.cube());
-        match &self.field {
+        match self.field()? {
             Field::Reflection(reflection) => {
                 reflection.synthesise(grid, view).map_err(|error| RenderError::maps(error.to_string()))
             }
@@ -297,6 +319,20 @@ mod tests {
         }
         let look = Look::new(light(), fibre(0), None, MapSizes { edge: 1 << 30, slices: 16 });
         assert!(rejected(look.prefiltered()).starts_with("the reflection map: "));
+    }
+
+    #[test]
+    fn without_maps_every_map_is_missing() {
+        let material = Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap());
+        let look = Look::without_maps(light(), material, MapSizes::default());
+        assert!(!look.has_maps() && look.material().is_some());
+        assert_eq!(look.centre(), Centre::Tangent);
+        let missing = "this mode needs the maps of the material";
+        assert_eq!(rejected(look.local()), missing);
+        assert_eq!(rejected(look.global()), missing);
+        assert_eq!(rejected(look.cabral()), missing);
+        assert_eq!(rejected(look.kautz_mccool()), missing);
+        assert_eq!(rejected(look.prefiltered()), missing);
     }
 
     #[test]

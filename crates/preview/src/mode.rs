@@ -65,6 +65,15 @@ impl Mode {
         }
     }
 
+    /// Whether it looks up a map of the material under the light. The others need the light alone, or light and
+    /// material.
+    pub fn needs_maps(self) -> bool {
+        match self {
+            Self::LocalShrm | Self::GlobalShrm | Self::Cabral | Self::KautzMcCool | Self::Prefiltered => true,
+            Self::Irradiance | Self::Mirror | Self::BruteForce => false,
+        }
+    }
+
     /// Whether the reflection's lamps are not in the mode's map but added at each surface.
     #[cfg(feature = "gpu")]
     pub(crate) fn adds_lamps(self) -> bool {
@@ -118,6 +127,28 @@ impl Show {
         first.into_iter().chain(second.filter(|_| second != first))
     }
 
+    /// What a scene without maps shows: brute force in place of each mode that needs a map. If both sides are
+    /// the same then, there is only one.
+    pub(crate) fn without_maps(self) -> Self {
+        if self.modes().all(|mode| !mode.needs_maps()) {
+            return self;
+        }
+        let available = |mode: Mode| if mode.needs_maps() { Mode::BruteForce } else { mode };
+        match self {
+            Self::One(mode) => Self::One(available(mode)),
+            Self::Split { left, right, .. } if available(left) == available(right) => {
+                Self::One(available(left))
+            }
+            Self::Split { left, right, at } => {
+                Self::Split { left: available(left), right: available(right), at }
+            }
+            Self::Difference { of, from, .. } if available(of) == available(from) => Self::One(available(of)),
+            Self::Difference { of, from, amplify } => {
+                Self::Difference { of: available(of), from: available(from), amplify }
+            }
+        }
+    }
+
     /// The first column of the right mode of a split in a picture of this width; otherwise the width.
     pub fn divider(self, width: u32) -> u32 {
         match self {
@@ -141,4 +172,29 @@ pub enum Background {
 impl Background {
     /// A mid grey, on which highlights and shadows are equally visible.
     pub const MIDDLE_GREY: Self = Self::Flat([0.18; 3]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_maps_brute_force_replaces_the_modes_that_need_one() {
+        let brute = Show::One(Mode::BruteForce);
+        for mode in Mode::ALL {
+            let kept = [Mode::Irradiance, Mode::Mirror, Mode::BruteForce].contains(&mode);
+            assert_eq!(Show::One(mode).without_maps(), if kept { Show::One(mode) } else { brute });
+        }
+        let split = |left, right| Show::Split { left, right, at: 0.25 };
+        assert_eq!(split(Mode::Mirror, Mode::Cabral).without_maps(), split(Mode::Mirror, Mode::BruteForce));
+        assert_eq!(split(Mode::Cabral, Mode::Prefiltered).without_maps(), brute);
+        let difference = |of, from| Show::Difference { of, from, amplify: 8.0 };
+        assert_eq!(difference(Mode::LocalShrm, Mode::BruteForce).without_maps(), brute);
+        assert_eq!(
+            difference(Mode::LocalShrm, Mode::Mirror).without_maps(),
+            difference(Mode::BruteForce, Mode::Mirror)
+        );
+        let itself = difference(Mode::Mirror, Mode::Mirror);
+        assert_eq!(itself.without_maps(), itself, "nothing was replaced");
+    }
 }

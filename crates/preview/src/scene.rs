@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
 
-use crate::{Framing, Light, Look};
+use crate::{Framing, Light, Look, Show};
 
 /// A mesh with its place and its look.
 #[derive(Clone, Debug)]
@@ -34,6 +34,17 @@ impl Scene {
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
         let object = Object { mesh, place: DAffine3::IDENTITY, look };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
+    }
+
+    /// Whether every object has its maps.
+    pub fn has_maps(&self) -> bool {
+        self.objects.iter().all(|object| object.look.has_maps())
+    }
+
+    /// The modes in which it can be drawn in place of these. If an object has no maps, brute force replaces the
+    /// modes that need them, on all objects; if both sides of a comparison are the same then, there is only one.
+    pub fn available(&self, show: Show) -> Show {
+        if self.has_maps() { show } else { show.without_maps() }
     }
 
     /// A ball around all objects, for a camera. For a single mesh it is [`Mesh::bounds`] at its place. If

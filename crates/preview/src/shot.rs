@@ -3,7 +3,7 @@
 use envmap::ToneMap;
 use sphere::Rotation;
 
-use crate::{Background, Camera, Show};
+use crate::{Background, Camera, Scene, Show};
 
 /// Everything that determines the picture of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +32,12 @@ pub struct Shot {
 const SCREENSHOT_SAMPLES: u32 = 2;
 
 impl Shot {
+    /// This shot in the modes in which a scene can be drawn: see [`Scene::available`]. Renderers draw this.
+    #[must_use]
+    pub fn of(&self, scene: &Scene) -> Self {
+        Self { show: scene.available(self.show), ..self.clone() }
+    }
+
     /// This shot for a screenshot, with smooth outlines and as many light samples per pixel as in the window.
     #[must_use]
     pub fn for_screenshot(self) -> Self {

@@ -1,6 +1,6 @@
 //! The messages of the program to the preview's window.
 
-use crate::{Catalog, Scene, Subject};
+use crate::{Catalog, MaterialForm, Scene, Subject};
 
 /// An export of a subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +34,16 @@ pub enum PreviewUpdate {
         scene: Scene,
         /// Its details in the inspector.
         details: SubjectDetails,
+    },
+    /// The parameters in the file of a material, or why it cannot be edited. It is sent with the first scene of
+    /// a material, and whenever the file has changed.
+    Material {
+        /// The material's name in the catalog.
+        material: String,
+        /// The values in the file.
+        form: Result<MaterialForm, String>,
+        /// The unsaved values that a window before this one had.
+        edited: Option<MaterialForm>,
     },
     /// The status line.
     Status(String),

@@ -26,6 +26,7 @@ mod light_mismatch;
 mod map_index;
 mod map_input;
 mod map_source;
+mod material_edit;
 mod material_file;
 mod material_picture;
 mod material_schema;
@@ -45,6 +46,7 @@ mod six_faces;
 mod testkit;
 
 pub use colour::Rgb;
+pub use material_edit::{material_form, material_with_form, why_not_editable};
 pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_picture::material_picture;
 pub use material_schema::material_schema;

@@ -12,14 +12,16 @@
 //! intermediate steps and are not shown.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
-use engine::{Artifact, ItemIndex, ItemKey, Plan, Product, Stage, StageIndex};
+use engine::{Artifact, ItemIndex, ItemKey, Kind, Plan, Product, Stage, StageIndex};
 use preview::Catalog;
 use preview::MapSizes;
 use sphere::Rotation;
 
 pub use scenes::SceneCache;
 
+use crate::import_material::ImportMaterial;
 use crate::{artifacts, rotate};
 
 mod scenes;
@@ -53,6 +55,9 @@ pub struct CatalogEntry {
     pub exports: Vec<ItemIndex>,
     /// The items that it was made of, and the item itself, each after those that it needs.
     pub ancestry: Vec<ItemIndex>,
+    /// Those of them that make its maps of the light and the material: what neither of the two needs. The
+    /// reflection is the last.
+    pub maps: Vec<ItemIndex>,
 }
 
 /// Where a mesh comes from.
@@ -177,12 +182,32 @@ impl PreviewCatalog {
 
     /// The items that make an entry and a mesh, and those that they need.
     pub fn items(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
-        let source = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, source)| *source);
-        let mesh = match source {
-            Some(MeshSource::Item(item)) => Some(item),
-            Some(MeshSource::BuiltIn(_)) | None => None,
-        };
-        entry.ancestry.iter().copied().chain(mesh).collect()
+        entry.ancestry.iter().copied().chain(self.mesh_item(mesh)).collect()
+    }
+
+    /// The items that a scene is read from: the environment, the material, the mesh and the reflection.
+    pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
+        let sources = [Some(entry.environment), entry.material, self.mesh_item(mesh)];
+        sources.into_iter().flatten().chain([entry.reflection]).collect()
+    }
+
+    /// The file that the material of an entry is read from.
+    ///
+    /// # Errors
+    /// Why there is none: one line.
+    pub fn material_file(&self, entry: &CatalogEntry) -> Result<&Path, String> {
+        let item = entry.material.ok_or("the reflection has no material of this pipeline")?;
+        let stage = &self.plan.stages[self.plan.items[item].stage];
+        let source = self.plan.items[item].source.as_deref();
+        let source = source.filter(|_| stage.kind.name() == ImportMaterial::NAME);
+        source.ok_or_else(|| format!("{} makes this material, not a material file", stage.name))
+    }
+
+    fn mesh_item(&self, mesh: &str) -> Option<ItemIndex> {
+        match self.meshes.iter().find(|(name, _)| name == mesh)?.1 {
+            MeshSource::Item(item) => Some(item),
+            MeshSource::BuiltIn(_) => None,
+        }
     }
 
     /// The stages of these items.
@@ -335,6 +360,11 @@ impl Connections {
         origin.ancestry.sort_unstable();
         let (environment, turn) = origin.environment?;
         let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
+        let mut sources = Origin::default();
+        for source in [Some(environment), material].into_iter().flatten() {
+            sources.follow(plan, source, Rotation::IDENTITY);
+        }
+        let maps = ancestry.iter().copied().filter(|item| !sources.ancestry.contains(item)).collect();
         let sizes =
             sizes(exports.iter().map(|export| plan.stages[plan.items[*export].stage].configured.map_sizes()));
         Some(CatalogEntry {
@@ -346,6 +376,7 @@ impl Connections {
             sizes,
             exports,
             ancestry,
+            maps,
         })
     }
 

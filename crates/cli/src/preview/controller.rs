@@ -4,16 +4,20 @@
 //! The window, the watcher and Ctrl-C all send a [`PreviewMessage`]. The controller reads all the messages
 //! that are there before it acts: of several requests for a subject it answers the latest.
 
+use std::collections::BTreeMap;
 use std::iter;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use ::preview::{Catalog, InitialView, Picture, PreviewUpdate, RenderError, Scene, Subject, SubjectDetails};
+use ::preview::{
+    Catalog, InitialView, MaterialForm, Picture, PreviewUpdate, RenderError, Scene, Subject, SubjectDetails,
+};
 use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
 use stages::{PreviewCatalog, SceneCache};
 
 use super::files::PreviewFiles;
+use super::material_edit::MaterialEdits;
 use super::request::WindowRequest;
 use super::status::{BuildStatus, Toast};
 use super::subject::SubjectError;
@@ -39,6 +43,10 @@ pub(crate) enum PreviewMessage {
     SaveState(String),
     /// Save a picture.
     SavePicture(Subject, Picture),
+    /// Show a material with these values, or with those of its file.
+    EditMaterial(String, Option<MaterialForm>),
+    /// Write these values to the file of a material.
+    SaveMaterial(String, MaterialForm),
     /// Close the window, even if it has not opened yet.
     Close,
     /// No other message follows.
@@ -66,6 +74,13 @@ struct PendingWork {
     toast: Option<Toast>,
     state: Option<String>,
     pictures: Vec<(Subject, Picture)>,
+    /// The latest values of materials.
+    edits: BTreeMap<String, Option<MaterialForm>>,
+    saves: BTreeMap<String, MaterialForm>,
+    /// Show the materials that were edited.
+    edit: bool,
+    /// Read the file of the shown material again.
+    reread: bool,
     end: bool,
 }
 
@@ -85,10 +100,13 @@ pub(crate) struct PreviewController<'a> {
     /// The results of the catalog's plan.
     results: Option<Result<ResultsSnapshot, Error>>,
     scenes: SceneCache,
+    edits: MaterialEdits,
     /// The subject to show.
     wanted: Option<Subject>,
-    /// The items that the wanted subject depends on; the last one is its reflection.
+    /// The items that the wanted subject depends on.
     ancestry: Vec<ItemName>,
+    /// Those of them that its scene is read from: environment, material, mesh and reflection.
+    parts: Vec<ItemName>,
     /// The same for the watcher: they go first.
     goes_first: Wanted,
     shown: Option<(Subject, Scene, SubjectDetails)>,
@@ -119,8 +137,10 @@ impl<'a> PreviewController<'a> {
             catalog: None,
             results: None,
             scenes: SceneCache::default(),
+            edits: MaterialEdits::default(),
             wanted: None,
             ancestry: Vec::new(),
+            parts: Vec::new(),
             goes_first: Wanted::default(),
             shown: None,
             error: Vec::new(),
@@ -157,6 +177,7 @@ impl<'a> PreviewController<'a> {
             PreviewMessage::Opened(window) => {
                 self.output = CommandOutput::Window(window);
                 self.sent = Sent::default();
+                self.edits.reopened();
                 if self.closing {
                     self.send(PreviewUpdate::Close);
                 }
@@ -173,6 +194,8 @@ impl<'a> PreviewController<'a> {
                 self.wanted = Some(subject);
             }
             PreviewMessage::SaveState(state) => work.state = Some(state),
+            PreviewMessage::EditMaterial(material, form) => _ = work.edits.insert(material, form),
+            PreviewMessage::SaveMaterial(material, form) => _ = work.saves.insert(material, form),
             PreviewMessage::SavePicture(subject, picture) => work.pictures.push((subject, picture)),
             PreviewMessage::Close => {
                 self.closing = true;
@@ -189,9 +212,9 @@ impl<'a> PreviewController<'a> {
         }
         match event {
             Event::Planned { .. } => (self.built, work.load_plan) = (false, true),
-            // A reflection is shown before its exports are written.
+            // Light and material are shown before their maps are made, and these before they are exported.
             Event::Finished { item, .. } | Event::UpToDate { item } => {
-                work.load_results |= self.ancestry.last() == Some(item);
+                work.load_results |= self.parts.contains(item);
             }
             Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),
             Event::Rejected { .. } | Event::BuildError { .. } => self.built = true,
@@ -199,7 +222,7 @@ impl<'a> PreviewController<'a> {
         }
     }
 
-    fn act(&mut self, work: PendingWork) {
+    fn act(&mut self, mut work: PendingWork) {
         if let Some(state) = &work.state
             && let Err(error) = self.files.save_state(state)
         {
@@ -212,6 +235,12 @@ impl<'a> PreviewController<'a> {
             };
             self.send(PreviewUpdate::Toast { title: title.into(), lines: vec![line] });
         }
+        self.edit_materials(&mut work);
+        if work.end {
+            for file in self.edits.unsaved() {
+                say!("warning: the changes of {} were not saved", file.display());
+            }
+        }
         if work.end || matches!(self.output, CommandOutput::None) {
             return;
         }
@@ -221,8 +250,8 @@ impl<'a> PreviewController<'a> {
         if work.load_plan || work.load_results {
             self.results = self.catalog.as_ref().map(|catalog| ResultsSnapshot::open(catalog.plan()));
         }
-        if work.load_plan || work.load_results || work.show {
-            self.error = self.show(work.show).err().unwrap_or_default();
+        if work.load_plan || work.load_results || work.show || work.edit {
+            self.error = self.show(&work).err().unwrap_or_default();
         }
         self.send_status();
         if let Some(Toast { title, lines }) = work.toast {
@@ -231,6 +260,23 @@ impl<'a> PreviewController<'a> {
         let is_still = matches!(self.output, CommandOutput::Still(_));
         if is_still && self.built && !self.request.continues_without {
             self.cancel.cancel();
+        }
+    }
+
+    /// Gives materials the values that the window set, and saves them.
+    fn edit_materials(&mut self, work: &mut PendingWork) {
+        work.edit = !work.edits.is_empty() || !work.saves.is_empty();
+        for (material, form) in std::mem::take(&mut work.edits) {
+            self.edits.edit(&material, form);
+        }
+        for (material, form) in std::mem::take(&mut work.saves) {
+            let (title, lines) = match self.edits.save(&material, form) {
+                Ok(file) => ("saved the material", vec![file.display().to_string()]),
+                Err(lines) => ("the material was not saved", lines),
+            };
+            // The file may have changed.
+            work.reread = true;
+            self.send(PreviewUpdate::Toast { title: title.into(), lines });
         }
     }
 
@@ -248,13 +294,14 @@ impl<'a> PreviewController<'a> {
         self.catalog = Some(plan_catalog);
     }
 
-    /// Shows the wanted subject, unless it is shown already and `again` is not set.
+    /// Shows the wanted subject, unless it is shown already and not requested again.
     ///
     /// # Errors
     /// If the subject cannot be shown.
-    fn show(&mut self, again: bool) -> Result<(), Vec<String>> {
+    fn show(&mut self, work: &PendingWork) -> Result<(), Vec<String>> {
         let Some(catalog) = &self.catalog else { return Ok(()) };
         self.ancestry.clear();
+        self.parts.clear();
         if catalog.is_empty() {
             return Err(subject::nothing_to_preview(self.request.manifest, self.request.stages).lines());
         }
@@ -268,8 +315,19 @@ impl<'a> PreviewController<'a> {
         let plan = catalog.plan();
         let name = |item: &ItemIndex| plan.item_name(*item);
         self.ancestry.extend(entry.ancestry.iter().map(name));
+        self.parts.extend(catalog.parts(entry, &subject.mesh).iter().map(name));
         self.goes_first.set(catalog.items(entry, &subject.mesh).iter().map(name).collect());
-        let scene = match self.scenes.scene(catalog, results, entry, &subject.mesh) {
+        if let CommandOutput::Window(window) = &self.output {
+            let file = catalog.material_file(entry);
+            let update = self.edits.follow(&subject.material, file, work.load_plan || work.reread);
+            update.into_iter().for_each(window);
+        }
+        let edited = self.edits.material(&subject.material, || catalog.material(results, entry))?;
+        let scene = match &edited {
+            Some(edited) => self.scenes.edited(catalog, results, entry, &subject.mesh, edited),
+            None => self.scenes.scene(catalog, results, entry, &subject.mesh),
+        };
+        let scene = match scene {
             Ok(scene) => scene,
             // The build that runs may make what is missing.
             Err(_) if self.status.is_building() => return Ok(()),
@@ -282,10 +340,14 @@ impl<'a> PreviewController<'a> {
         };
         let details = catalog.facts(results, entry);
         let is_still = matches!(self.output, CommandOutput::Still(_));
+        if is_still && !scene.has_maps() && self.status.is_building() {
+            // A still by brute force takes long, and another follows.
+            return Ok(());
+        }
         let is_shown = self.shown.as_ref().is_some_and(|(shown, shown_scene, shown_details)| {
             *shown == subject && is_same(shown_scene, &scene) && (is_still || *shown_details == details)
         });
-        if is_shown && !again {
+        if is_shown && !work.show {
             return Ok(());
         }
         self.shown = Some((subject.clone(), scene.clone(), details.clone()));
@@ -293,7 +355,8 @@ impl<'a> PreviewController<'a> {
             CommandOutput::None => {}
             CommandOutput::Window(window) => {
                 // Every window begins with this map; made here, it does not make the window wait.
-                scene.objects.iter().for_each(|object| _ = object.look.local());
+                let looks = scene.objects.iter().map(|object| &object.look);
+                looks.filter(|look| look.has_maps()).for_each(|look| _ = look.local());
                 window(PreviewUpdate::Scene { subject, scene, details });
             }
             CommandOutput::Still(view) => self.draw(view, &subject, &scene),
@@ -304,7 +367,7 @@ impl<'a> PreviewController<'a> {
     /// Draws the still that replaces the window.
     fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
         let file = self.files.still();
-        let shot = view.shot(scene.framing(), still::SIZE);
+        let shot = view.shot(scene.framing(), still::SIZE).of(scene);
         let stop = || self.cancel.is_cancelled();
         let drawn = match still::draw(scene, &shot, Backend::Cpu, &stop) {
             Ok(drawn) => drawn,
@@ -348,8 +411,11 @@ impl<'a> PreviewController<'a> {
         match (&self.shown, self.error.is_empty()) {
             (None, _) => "There is nothing to show",
             (Some(_), false) => "This cannot be shown; the picture is an earlier one",
-            (Some(_), true) if self.status.errors().affects(&self.ancestry) => {
-                "The build failed; this picture is the last good one"
+            (Some((_, scene, _)), true) if self.status.errors().affects(&self.ancestry) => {
+                match scene.has_maps() {
+                    true => "The build failed; this picture is the last good one",
+                    false => "The build failed; this picture is by brute force, without maps",
+                }
             }
             (Some(_), true) => "A stage failed; this picture does not depend on it",
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
-use ::preview::{InitialView, Picture, Subject, SubjectRequest};
+use ::preview::{InitialView, MaterialForm, Picture, Subject, SubjectRequest};
 use engine::Cancel;
 use parking_lot::Mutex;
 use preview_window::{self as window, Host, UpdateSender, WindowError, WindowSettings};
@@ -68,6 +68,14 @@ impl Host for WindowHost {
 
     fn screenshot(&mut self, subject: &Subject, picture: Picture) {
         let _ = self.messages.send(PreviewMessage::SavePicture(subject.clone(), picture));
+    }
+
+    fn edit_material(&mut self, material: &str, form: Option<&MaterialForm>) {
+        let _ = self.messages.send(PreviewMessage::EditMaterial(material.to_owned(), form.cloned()));
+    }
+
+    fn save_material(&mut self, material: &str, form: &MaterialForm) {
+        let _ = self.messages.send(PreviewMessage::SaveMaterial(material.to_owned(), form.clone()));
     }
 
     fn closed(&mut self) {}

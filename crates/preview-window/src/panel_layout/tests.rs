@@ -7,15 +7,18 @@ use eframe::egui::{
     Context, Event, FullOutput, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Shape, ViewportId, pos2,
 };
 
+use brdf::Value;
+
 use super::*;
 use crate::keyboard::Keyboard;
 use crate::keys::{POINTER, bindings};
+use crate::material_editor::MaterialEditor;
 use crate::renderer_adapter::FrameImage;
 use crate::state::Effect;
 use crate::{testkit, theme};
 use preview::{
-    Aim, Arrangement, Catalog, Cpu, Export, InitialView, List, Mode, Picture, PreviewUpdate, Subject,
-    SubjectDetails, ViewSettings,
+    Aim, Arrangement, Catalog, Cpu, Export, FormSection, InitialView, List, MaterialForm, Mode, Picture,
+    PreviewUpdate, Subject, SubjectDetails, ViewSettings,
 };
 
 /// A window's panels without a window.
@@ -93,7 +96,7 @@ impl Session {
     /// Shows the picture of the current settings.
     fn show(&mut self) {
         let shown = self.state.shown.as_ref().unwrap();
-        let of = self.state.settings.shot(shown.framing, [64, 40]);
+        let of = self.state.settings.shot(shown.framing, [64, 40]).of(&shown.scene);
         let picture = Picture { size: of.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: None };
         self.shown = Some(RenderedFrame {
             image: FrameImage::Codes(Arc::new(picture)),
@@ -225,9 +228,11 @@ fn a_click_in_a_list_requests_its_subject() {
 #[test]
 fn every_key_of_the_table_does_its_action_and_each_does_something() {
     /// Everything that a key may change.
-    fn changeable(state: &State) -> (ViewSettings, [bool; 4], usize) {
+    fn changeable(state: &State) -> (ViewSettings, [bool; 4], usize, Option<MaterialEditor>) {
         let State { help, failure_hidden, fullscreen, taking_screenshot, toasts, .. } = state;
-        (state.settings.clone(), [*help, *failure_hidden, *fullscreen, *taking_screenshot], toasts.len())
+        let flags = [*help, *failure_hidden, *fullscreen, *taking_screenshot];
+        let editor = state.editors["chrome"].clone().ok();
+        (state.settings.clone(), flags, toasts.len(), editor)
     }
     let mut session = Session::new([1280.0, 800.0]);
     let mut first = session.state.clone();
@@ -238,6 +243,12 @@ fn every_key_of_the_table_does_its_action_and_each_does_something() {
     first.apply(PreviewUpdate::Failure(Some(vec!["no".into()])));
     first.failure_hidden = true;
     first.toast("saved".into(), Vec::new());
+    first.apply(material(4.0));
+    for exponent in [5.0, 6.0] {
+        first.update(Action::SetParameter(testkit::EXPONENT, Value::Number(exponent)));
+        first.update(Action::EndDrag);
+    }
+    first.update(Action::Undo);
     for binding in bindings() {
         session.state = first.clone();
         match binding.action {
@@ -299,6 +310,120 @@ fn the_inspector_shows_known_values_and_dots_for_others() {
     }
     session.press(Key::I, Modifiers::NONE);
     assert!(!session.settle().has("1.23 MB"));
+}
+
+/// The file of the shown material.
+fn material(exponent: f64) -> PreviewUpdate {
+    let form = Ok(testkit::phong_form(exponent));
+    PreviewUpdate::Material { material: "chrome".into(), form, edited: None }
+}
+
+#[test]
+fn dragging_a_slider_changes_its_parameter_and_is_one_step() {
+    let mut session = Session::new([1280.0, 1400.0]);
+    session.state.apply(material(4.0));
+    let drawn = session.settle();
+    assert!(drawn.has("exponent") && drawn.has("specular") && !drawn.has("not saved"), "{:?}", drawn.texts);
+    // The slider is to the right of the number.
+    let mut at = drawn.place("exponent");
+    let is_number =
+        |(text, place): &&(String, Rect)| text.starts_with('4') && (place.center().y - at.y).abs() < 8.0;
+    at.x = drawn.texts.iter().find(is_number).unwrap().1.right() + 30.0;
+    let button = |pos, pressed| {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        Event::PointerButton { pos, button, pressed, modifiers }
+    };
+    session.frame(vec![Event::PointerMoved(at)]);
+    session.frame(vec![button(at, true)]);
+    for step in 1..4 {
+        at.x += 5.0 * step as f32;
+        session.frame(vec![Event::PointerMoved(at)]);
+    }
+    session.frame(vec![button(at, false)]);
+    session.settle();
+    let is_edit =
+        |effect: &&Effect| matches!(effect, Effect::EditMaterial(material, Some(_)) if material == "chrome");
+    assert!(session.effects.iter().filter(is_edit).count() >= 3, "{:?}", session.effects);
+    assert!(session.state.is_edited("chrome"));
+    let drawn = session.settle();
+    assert!(drawn.has("not saved") && drawn.has("chrome *"));
+    session.effects.clear();
+    session.click("undo");
+    assert_eq!(session.effects, [Effect::EditMaterial("chrome".into(), None)], "it was one step");
+    assert!(!session.settle().has("not saved"));
+    assert_eq!(session.settle().repaint_after, Duration::MAX);
+}
+
+#[test]
+fn the_editor_shows_a_conflict_and_why_a_material_cannot_be_edited() {
+    let mut session = Session::new([1280.0, 1400.0]);
+    session.state.apply(material(4.0));
+    session.state.update(Action::SetParameter(testkit::EXPONENT, Value::Number(5.0)));
+    session.state.update(Action::EndDrag);
+    session.click("save");
+    let saved = Effect::SaveMaterial("chrome".into(), testkit::phong_form(5.0));
+    assert_eq!(session.effects, [saved]);
+    session.state.apply(material(9.0));
+    assert!(session.settle().has("The file has changed on the disk."));
+    session.click("keep these values");
+    assert!(!session.settle().has("The file has changed") && session.state.is_edited("chrome"));
+    session.state.apply(material(10.0));
+    session.click("load the file");
+    assert!(!session.settle().has("not saved"));
+    let form = Err("gold.binary: a measured table has no parameters".to_owned());
+    session.state.apply(PreviewUpdate::Material { material: "chrome".into(), form, edited: None });
+    assert!(session.settle().has("a measured table has no parameters"));
+}
+
+#[test]
+fn every_parameter_of_every_model_fits_into_the_narrowest_inspector() {
+    for model in brdf::MODELS {
+        let mut values = brdf::Values::default();
+        for parameter in model.parameters {
+            let value = match parameter.value_type {
+                brdf::ValueType::Number(range) => Value::Number(range.most),
+                brdf::ValueType::Colour(range) => Value::Colour([range.least, range.most, 0.125]),
+                brdf::ValueType::Records(_) => continue,
+            };
+            values.set(parameter.name, value);
+        }
+        let parameters = model.parameters.to_vec();
+        let section = FormSection { heading: model.name.into(), place: Vec::new(), parameters, values };
+        let form = Ok(MaterialForm { sections: vec![section] });
+        let mut session = Session::new([716.0, 1400.0]);
+        session.state.apply(PreviewUpdate::Material { material: "chrome".into(), form, edited: None });
+        session.settle();
+        let inside = Rect::from_min_size(Pos2::ZERO, session.size.into());
+        let left = session.picture().right();
+        let controls = session.context.viewport(|last| {
+            let widgets = last.prev_pass.widgets.layers().flat_map(|(_, widgets)| widgets);
+            let controls =
+                widgets.filter(|widget| widget.sense.senses_drag() && widget.rect.left() > left + 8.0);
+            controls.map(|widget| widget.rect).collect::<Vec<_>>()
+        });
+        assert!(controls.len() >= model.parameters.len() / 2, "{}: {controls:?}", model.name);
+        assert!(controls.iter().all(|rect| inside.contains_rect(*rect)), "{}: {controls:?}", model.name);
+        assert_eq!(session.effects, [], "drawing {} sets nothing", model.name);
+    }
+}
+
+#[test]
+fn without_maps_the_caption_and_the_status_line_say_why_the_picture_is_by_brute_force() {
+    let mut session = Session::with_picture([1280.0, 1400.0]);
+    let note = "brute force until the maps are made";
+    assert!(!session.settle().has(note));
+    let (subject, details) = (session.state.settings.subject.clone(), SubjectDetails::default());
+    session.state.apply(PreviewUpdate::Status("building: 2 of 9 items".into()));
+    session.state.apply(PreviewUpdate::Scene { subject, scene: testkit::without_maps(), details });
+    assert!(!session.settle().texts.iter().any(|(text, _)| text == note), "that picture has maps");
+    session.show();
+    let drawn = session.settle();
+    assert!(session.picture().contains(drawn.place(note)));
+    assert!(drawn.has(&format!("{note}  ·  building: 2 of 9 items")), "{:?}", drawn.texts);
+    assert!(drawn.has("no maps yet") && !drawn.has("Cabral, cube"), "{:?}", drawn.texts);
+    session.state.update(Action::Mode(Mode::Mirror));
+    session.show();
+    assert!(!session.settle().has(note), "a mirror needs no map");
 }
 
 #[test]

@@ -329,3 +329,95 @@ fn a_requested_mode_is_shown_alone() {
     assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
     assert!(matches!(show(None), Show::Split { left: Mode::Cabral, .. }));
 }
+
+fn material(exponent: f64) -> PreviewUpdate {
+    let form = Ok(testkit::phong_form(exponent));
+    PreviewUpdate::Material { material: "chrome".into(), form, edited: None }
+}
+
+fn exponent(exponent: f64) -> Action {
+    Action::SetParameter(testkit::EXPONENT, Value::Number(exponent))
+}
+
+/// The effect that shows chrome with this exponent.
+fn shows(exponent: f64) -> Option<Effect> {
+    Some(Effect::EditMaterial("chrome".into(), Some(testkit::phong_form(exponent))))
+}
+
+#[test]
+fn each_change_of_a_material_is_shown_and_none_is_saved_unasked() {
+    let mut state = state();
+    assert_eq!(state.update(exponent(5.0)), None, "its file is not known yet");
+    state.apply(material(4.0));
+    assert_eq!(state.update(exponent(5.0)), shows(5.0));
+    assert_eq!(state.update(exponent(6.0)), shows(6.0));
+    assert_eq!(state.update(Action::EndDrag), None);
+    assert_eq!(state.update(exponent(7.0)), shows(7.0));
+    assert_eq!(state.update(Action::Undo), shows(6.0));
+    assert_eq!(state.update(Action::Undo), Some(Effect::EditMaterial("chrome".into(), None)));
+    assert_eq!(state.update(Action::Undo), None);
+    assert_eq!(state.update(Action::SaveMaterial), None, "there is nothing to save");
+    assert_eq!(state.update(Action::Redo), shows(6.0));
+    let save = Some(Effect::SaveMaterial("chrome".into(), testkit::phong_form(6.0)));
+    assert_eq!(state.update(Action::SaveMaterial), save);
+    state.apply(material(6.0));
+    assert!(!state.is_edited("chrome"));
+    assert_eq!(
+        state.update(Action::Undo),
+        Some(Effect::EditMaterial("chrome".into(), Some(testkit::phong_form(4.0))))
+    );
+    assert_eq!(state.update(Action::Revert), Some(Effect::EditMaterial("chrome".into(), None)));
+}
+
+#[test]
+fn edits_stay_with_their_material() {
+    let mut state = state();
+    state.apply(material(4.0));
+    state.update(exponent(5.0));
+    state.update(Action::Choose(List::Materials, "gold".into()));
+    assert!(state.is_edited("chrome") && !state.is_edited("gold"));
+    assert_eq!(state.update(Action::Undo), None, "gold has no editor");
+    state.update(Action::Choose(List::Materials, "chrome".into()));
+    assert_eq!(state.update(Action::Undo), Some(Effect::EditMaterial("chrome".into(), None)));
+}
+
+#[test]
+fn if_the_file_changes_under_unsaved_values_the_user_chooses() {
+    let mut state = state();
+    state.apply(material(4.0));
+    state.update(exponent(5.0));
+    state.apply(material(8.0));
+    assert_eq!(state.update(Action::SaveMaterial), None, "first the choice");
+    let mut other = state.clone();
+    assert_eq!(other.update(Action::LoadFile), Some(Effect::EditMaterial("chrome".into(), None)));
+    assert!(!other.is_edited("chrome"));
+    state.update(Action::KeepValues);
+    let save = Some(Effect::SaveMaterial("chrome".into(), testkit::phong_form(5.0)));
+    assert_eq!(state.update(Action::SaveMaterial), save);
+
+    let broken =
+        || PreviewUpdate::Material { material: "chrome".into(), form: Err("no".into()), edited: None };
+    state.apply(broken());
+    assert!(state.is_edited("chrome"), "nothing is lost");
+    state.update(Action::LoadFile);
+    assert_eq!(state.editors["chrome"], Err("no".into()));
+    state.apply(material(4.0));
+    assert!(state.editors["chrome"].is_ok());
+    state.apply(broken());
+    assert_eq!(state.editors["chrome"], Err("no".into()));
+}
+
+#[test]
+fn the_reason_for_brute_force_says_whether_the_material_must_be_saved_first() {
+    let mut state = state();
+    assert_eq!(state.why_brute_force(), None);
+    let (subject, details) = (state.settings.subject.clone(), SubjectDetails::default());
+    state.apply(PreviewUpdate::Scene { subject, scene: testkit::without_maps(), details });
+    assert_eq!(state.why_brute_force(), Some("brute force until the maps are made"));
+    state.apply(material(4.0));
+    state.update(exponent(5.0));
+    let unsaved = "brute force until the material is saved and its maps are made";
+    assert_eq!(state.why_brute_force(), Some(unsaved));
+    state.update(Action::Mode(Mode::BruteForce));
+    assert_eq!(state.why_brute_force(), None);
+}

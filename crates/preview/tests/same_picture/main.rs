@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use envmap::ToneMap;
 use glam::{DAffine3, DQuat};
-use preview::{Background, Camera, Mode, Object, RenderError, Scene, Shot, Show};
+use preview::{Background, Camera, Look, Mode, Object, RenderError, Scene, Shot, Show};
 use sphere::Rotation;
 
 use compared::Compared;
@@ -132,6 +132,31 @@ fn the_background_in_all_directions() {
             }
         }
     }
+    compared.finish();
+}
+
+#[test]
+fn a_scene_without_maps() {
+    let Some(mut compared) = Compared::new("a_scene_without_maps") else { return };
+    let mesh = Arc::new(mesh::shape("torus-knot").unwrap());
+    for (names, look) in scenes::looks().iter().step_by(3) {
+        let material = look.material().unwrap().clone();
+        let bare = Look::without_maps(Arc::clone(look.light()), material, look.sizes());
+        let scene = Scene::of(Arc::clone(&mesh), Arc::new(bare));
+        for mode in [Mode::LocalShrm, Mode::GlobalShrm, Mode::Prefiltered, Mode::Irradiance, Mode::Mirror] {
+            let shot = shot(&scene, scene.available(Show::One(mode)));
+            compared.add(mode.name(), names, &scene, &shot);
+        }
+        let split = Show::Split { left: Mode::Irradiance, right: Mode::Cabral, at: 0.4 };
+        compared.add("a split", names, &scene, &shot(&scene, scene.available(split)));
+    }
+    // Both renderers replace the mode themselves.
+    let (_, look) = &scenes::looks()[0];
+    let bare = Look::without_maps(Arc::clone(look.light()), look.material().unwrap().clone(), look.sizes());
+    let scene = Scene::of(mesh, Arc::new(bare));
+    let [brute, replaced] = [Mode::BruteForce, Mode::KautzMcCool]
+        .map(|mode| compared.both(&scene, &shot(&scene, Show::One(mode))).map(Result::unwrap));
+    assert!(brute.iter().zip(&replaced).all(|(brute, replaced)| brute.codes == replaced.codes));
     compared.finish();
 }
 

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use brdf::Material;
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use mesh::Mesh;
 use preview::{Export, SubjectDetails};
@@ -24,6 +25,8 @@ pub struct SceneCache {
     looks: Recent<LookKey, Look>,
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
+    /// The look of the material that was edited last.
+    edited: Option<(LightKey, Material, Arc<Look>)>,
 }
 
 /// What a mesh is made from.
@@ -36,7 +39,7 @@ enum MeshKey {
 /// What a light is made from: environment, lighting, turn.
 type LightKey = (Digest, Option<Digest>, [u64; 9]);
 /// What a look is made from: light, reflection, material, sizes.
-type LookKey = (LightKey, Digest, Option<Digest>, MapSizes);
+type LookKey = (LightKey, Option<Digest>, Option<Digest>, MapSizes);
 
 impl SceneCache {
     /// An entry on a mesh.
@@ -54,8 +57,33 @@ impl SceneCache {
         Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
     }
 
-    /// The look of an entry. It is the same value as long as nothing that it is made from has changed, or its
-    /// reflection has not been rebuilt since such a change.
+    /// An entry on a mesh with another material, whose maps do not exist.
+    ///
+    /// # Errors
+    /// If the environment or the mesh has not been built or cannot be read.
+    pub fn edited(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+        mesh: &str,
+        material: &Material,
+    ) -> Result<Scene, Failure> {
+        let (key, light) = self.light(catalog.plan(), results, entry)?;
+        let same = self.edited.take().filter(|(of, edited, _)| *of == key && edited == material);
+        let (_, _, look) = self.edited.insert(same.unwrap_or_else(|| {
+            let look = Look::without_maps(light, material.clone(), entry.sizes);
+            (key, material.clone(), Arc::new(look))
+        }));
+        let look = Arc::clone(look);
+        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
+    }
+
+    /// The look of an entry. It has no maps if they were not made from the present light and material, and both
+    /// of these are known. It is the same value as long as nothing that it is made from has changed.
+    ///
+    /// If the material is unknown, there must be maps: those of the last build, as long as there are no newer
+    /// ones.
     ///
     /// # Errors
     /// As [`SceneCache::scene`].
@@ -65,27 +93,31 @@ impl SceneCache {
         results: &ResultsSnapshot,
         entry: &CatalogEntry,
     ) -> Result<Arc<Look>, Failure> {
-        let light_key = light_key(plan, results, entry)?;
-        let reflection = handle(plan, results, entry.reflection)?;
+        let is_made = is_current(plan, results, entry, entry.reflection);
+        let reflection = results.get(entry.reflection).map(|reflection| reflection.digest());
         let is_same =
-            |(_, digest, _, sizes): &LookKey| *digest == reflection.digest() && *sizes == entry.sizes;
-        if let Some(look) = self.looks.find(is_same)
-            && outdated(plan, results, entry).next().is_some()
+            |(_, of, _, sizes): &LookKey| of.is_some() && *of == reflection && *sizes == entry.sizes;
+        if !is_made
+            && entry.material.is_none()
+            && let Some(look) = self.looks.find(is_same)
         {
             return Ok(look);
         }
+        let (light_key, light) = self.light(plan, results, entry)?;
         let material = entry.material.map(|item| handle(plan, results, item)).transpose()?;
-        let key = (
-            light_key,
-            reflection.digest(),
-            material.as_ref().map(|material| material.digest()),
-            entry.sizes,
-        );
-        let lights = &mut self.lights;
+        let material_digest = material.as_ref().map(|material| material.digest());
+        let read = |material: &engine::Handle| -> Result<Material, Failure> {
+            Ok(material.get::<artifacts::Material>()?.0.clone())
+        };
+        if let (false, Some(material)) = (is_made, &material) {
+            let key = (light_key, None, material_digest, entry.sizes);
+            let make = || Ok(Look::without_maps(light, read(material)?, entry.sizes));
+            return self.looks.get(LOOKS, key, make);
+        }
+        let reflection = handle(plan, results, entry.reflection)?;
+        let key = (light_key, Some(reflection.digest()), material_digest, entry.sizes);
         self.looks.get(LOOKS, key, || {
-            let light = lights.get(LIGHTS, light_key, || light(plan, results, entry))?;
-            let material = material.map(|material| material.get::<artifacts::Material>()).transpose()?;
-            let material = material.map(|material| material.0.clone());
+            let material = material.as_deref().map(read).transpose()?;
             Ok(if artifact(plan, entry.reflection) == Some(artifacts::Shrm::TYPE) {
                 let map = reflection.get::<artifacts::Shrm>()?.0.clone();
                 Look::from_map(light, map, material, entry.sizes)
@@ -94,6 +126,30 @@ impl SceneCache {
                 Look::new(light, reflection, material, entry.sizes)
             })
         })
+    }
+
+    /// The light of an entry, and its key. Coefficients that were not made from the present environment are not
+    /// part of it.
+    fn light(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+    ) -> Result<(LightKey, Arc<Light>), Failure> {
+        let environment = handle(plan, results, entry.environment)?;
+        let lighting = entry.lighting.filter(|item| is_current(plan, results, entry, *item));
+        let lighting = lighting.and_then(|item| results.get(item));
+        let turn = entry.turn.matrix().to_cols_array().map(f64::to_bits);
+        let key = (environment.digest(), lighting.as_ref().map(|lighting| lighting.digest()), turn);
+        let light = self.lights.get(LIGHTS, key, || {
+            let environment = environment.get::<artifacts::Environment>()?;
+            let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
+            let environment =
+                if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
+            let lighting = lighting.map(|lighting| lighting.get::<artifacts::Lighting>()).transpose()?;
+            Ok(Light::new(environment, lighting.map(|lighting| lighting.0.whole())))
+        })?;
+        Ok((key, light))
     }
 
     /// A mesh by its name in [`PreviewCatalog::meshes`].
@@ -123,6 +179,12 @@ impl SceneCache {
 }
 
 impl PreviewCatalog {
+    /// The material of an entry, as the last build made it.
+    pub fn material(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> Option<Material> {
+        let material = results.get(entry.material?)?.get::<artifacts::Material>().ok()?;
+        Some(material.0.clone())
+    }
+
     /// What the inspector shows about an entry: the sizes of its exported files, and the warnings and notes
     /// of its stages.
     pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
@@ -144,7 +206,7 @@ impl PreviewCatalog {
         });
         let outdated = outdated(plan, results, entry).map(|item| {
             let stage = super::stage_name(plan, item);
-            format!("{stage}: this is older than its inputs; the picture may mix old and new results")
+            format!("{stage}: this is older than its inputs")
         });
         SubjectDetails { exports: exports.collect(), notes: outdated.chain(messages).collect() }
     }
@@ -159,24 +221,16 @@ fn handle(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Arc
     })
 }
 
+/// Whether one of the items that make the maps of an entry was made from the present light and material.
+fn is_current(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry, item: ItemIndex) -> bool {
+    let inputs = || plan.items[item].inputs.iter().flatten();
+    !entry.maps.contains(&item)
+        || results.is_consistent(plan, item) && inputs().all(|input| is_current(plan, results, entry, *input))
+}
+
 /// The items of an entry that are older than their inputs.
 fn outdated(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
     entry.ancestry.iter().copied().filter(|item| !results.is_consistent(plan, *item))
-}
-
-fn light_key(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> Result<LightKey, Failure> {
-    let environment = handle(plan, results, entry.environment)?.digest();
-    let lighting = entry.lighting.map(|item| handle(plan, results, item)).transpose()?;
-    let turn = entry.turn.matrix().to_cols_array().map(f64::to_bits);
-    Ok((environment, lighting.map(|lighting| lighting.digest()), turn))
-}
-
-fn light(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> Result<Light, Failure> {
-    let environment = handle(plan, results, entry.environment)?.get::<artifacts::Environment>()?;
-    let is_turned = entry.turn.matrix() != sphere::Rotation::IDENTITY.matrix();
-    let environment = if is_turned { environment.0.rotated(entry.turn) } else { environment.0.clone() };
-    let lighting = entry.lighting.map(|item| handle(plan, results, item)?.get::<artifacts::Lighting>());
-    Ok(Light::new(environment, lighting.transpose()?.map(|lighting| lighting.0.whole())))
 }
 
 /// The values that were used last, the latest first.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use containers::{Precision, write_exr};
 use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
+use preview::{Look, Scene};
 use sphere::{Direction, LatLong};
 
 use super::*;
@@ -257,14 +258,27 @@ fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_
     assert!(Arc::ptr_eq(&scenes.look(&plan, &results, &entry("tin")).unwrap(), &tin));
 }
 
+/// Builds only these stages and those that they need.
+fn build_only(plan: &Plan, stages: &[&str]) -> ResultsSnapshot {
+    let stages = stages.iter().map(ToString::to_string).collect();
+    let only = BuildOptions { stages, ..BuildOptions::default() };
+    engine::build(plan, &only, &Cancel::default(), &|_| {}).unwrap();
+    ResultsSnapshot::open(plan).unwrap()
+}
+
 #[test]
-fn a_look_is_not_made_of_a_new_material_and_an_old_reflection() {
+fn a_look_has_no_maps_until_they_are_made_of_its_light_and_its_material() {
     let (folder, plan) = project(REFLECTION);
     let catalog = PreviewCatalog::of(plan.clone());
     let entry = catalog.entry("east", "gold").unwrap().unwrap();
-    let results = build(&plan);
     let mut scenes = SceneCache::default();
+    let first = build_only(&plan, &["environment", "material"]);
+    let bare = scenes.look(&plan, &first, entry).unwrap();
+    assert!(!bare.has_maps() && bare.material().is_some());
+    let results = build(&plan);
     let look = scenes.look(&plan, &results, entry).unwrap();
+    assert!(look.has_maps());
+    assert_eq!(look.material(), bare.material());
     let is_older = |results: &ResultsSnapshot| {
         catalog.facts(results, entry).notes.iter().any(|note| note.contains("older than its inputs"))
     };
@@ -272,15 +286,55 @@ fn a_look_is_not_made_of_a_new_material_and_an_old_reflection() {
 
     // Only the material is rebuilt, not what is made from it.
     fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = 2\n").unwrap();
-    let only = BuildOptions { stages: vec!["material".into()], ..BuildOptions::default() };
-    engine::build(&plan, &only, &Cancel::default(), &|_| {}).unwrap();
-    let results = ResultsSnapshot::open(&plan).unwrap();
+    let results = build_only(&plan, &["material"]);
     assert!(is_older(&results));
-    assert!(Arc::ptr_eq(&scenes.look(&plan, &results, entry).unwrap(), &look), "what was shown stays");
+    let edited = scenes.look(&plan, &results, entry).unwrap();
+    assert!(!edited.has_maps() && edited.material() != look.material(), "it is not the old picture");
+    assert!(Arc::ptr_eq(edited.light(), look.light()), "its light has not changed");
+    assert!(Arc::ptr_eq(&scenes.look(&plan, &results, entry).unwrap(), &edited));
 
     let results = build(&plan);
-    assert!(!is_older(&results));
-    assert!(!Arc::ptr_eq(&scenes.look(&plan, &results, entry).unwrap(), &look));
+    assert!(!is_older(&results) && scenes.look(&plan, &results, entry).unwrap().has_maps());
+
+    // The new light is shown before it is projected.
+    fs::copy(folder.path().join("light/north.exr"), folder.path().join("light/east.exr")).unwrap();
+    let results = build_only(&plan, &["environment"]);
+    let relit = scenes.look(&plan, &results, entry).unwrap();
+    let lit =
+        |look: &Look| look.light().environment().radiance(Direction::normalised([1.0, 0.0, 0.0].into()))[0];
+    assert!(!relit.has_maps() && lit(&relit) > 0.9 && lit(&look) < 0.1, "{} {}", lit(&relit), lit(&look));
+}
+
+#[test]
+fn maps_of_a_material_that_no_longer_imports_stay() {
+    let (folder, plan) = project(REFLECTION);
+    let catalog = PreviewCatalog::of(plan.clone());
+    let entry = catalog.entry("east", "gold").unwrap().unwrap();
+    build(&plan);
+    fs::write(folder.path().join("paint/gold.toml"), "model = \"phong\"\nexponent = -1\n").unwrap();
+    engine::build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {}).unwrap();
+    let results = ResultsSnapshot::open(&plan).unwrap();
+    assert!(SceneCache::default().look(&plan, &results, entry).unwrap().has_maps(), "the last valid picture");
+}
+
+#[test]
+fn an_edited_material_is_shown_without_maps_and_is_the_same_value_until_it_changes() {
+    let (_folder, plan) = project(REFLECTION);
+    let catalog = PreviewCatalog::of(plan.clone());
+    let entry = catalog.entry("east", "gold").unwrap().unwrap();
+    let results = build(&plan);
+    let mut scenes = SceneCache::default();
+    let built = scenes.scene(&catalog, &results, entry, "sphere").unwrap();
+    let mut edited = |albedo: f64| {
+        let material = brdf::Material::Lambert(brdf::Lambert::new([albedo; 3]).unwrap());
+        let scene = scenes.edited(&catalog, &results, entry, "sphere", &material).unwrap();
+        assert_eq!(scene.objects[0].look.material(), Some(&material));
+        scene
+    };
+    let [one, again, other] = [0.5, 0.5, 0.6].map(&mut edited);
+    let same = |one: &Scene, other: &Scene| Arc::ptr_eq(&one.objects[0].look, &other.objects[0].look);
+    assert!(same(&one, &again) && !same(&one, &other) && !other.has_maps());
+    assert!(Arc::ptr_eq(&one.light, &built.light));
 }
 
 /// The lamp of `east` is turned by 90 degrees about +Z: from +Y to -X.

@@ -72,8 +72,15 @@ impl Project {
     }
 
     fn build(&self) {
+        self.build_only(&[]);
+    }
+
+    /// Builds these stages and those that they need; none means all.
+    fn build_only(&self, stages: &[&str]) {
         let plan = Plan::load(&self.manifest, &self.kinds).unwrap_or_else(|errors| panic!("{errors}"));
-        let built = engine::build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {}).unwrap();
+        let stages = stages.iter().map(ToString::to_string).collect();
+        let options = BuildOptions { stages, ..BuildOptions::default() };
+        let built = engine::build(&plan, &options, &Cancel::default(), &|_| {}).unwrap();
         assert_eq!(built.failed, 0);
     }
 
@@ -121,7 +128,10 @@ fn window() -> (PreviewMessage, Receiver<PreviewUpdate>) {
 fn received(updates: &Receiver<PreviewUpdate>) -> Vec<String> {
     let lines = updates.try_iter().map(|update| match update {
         PreviewUpdate::Catalog(catalog) => format!("catalog: {}", catalog.materials.join(", ")),
-        PreviewUpdate::Scene { subject, .. } => format!("scene: {}", subject.material),
+        PreviewUpdate::Scene { subject, scene, .. } => {
+            format!("scene: {}{}", subject.material, if scene.has_maps() { "" } else { ", no maps" })
+        }
+        PreviewUpdate::Material { .. } => "status: ".into(),
         PreviewUpdate::Status(line) => format!("status: {line}"),
         PreviewUpdate::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
         PreviewUpdate::Failure(None) => "no failure".into(),
@@ -146,6 +156,134 @@ fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
     assert!(!cancel.is_cancelled(), "there may be a window yet");
     controller.handle_all([no_window()]);
     assert!(cancel.is_cancelled());
+    assert!(project.path(".specula/preview.png").exists());
+}
+
+fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
+    let item = ItemName { stage: stage.into(), key: ItemKey::from_iter(key) };
+    event(Event::Finished { item, milliseconds: 1.0, changed: true })
+}
+
+#[test]
+fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
+    let project = Project::new(PIPELINE);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened, planned(), show("gold")]);
+    assert_eq!(received(&updates), ["catalog: gold, tin"]);
+    project.build_only(&["environment"]);
+    controller.handle_all([finished("environment", [("environment", "studio")])]);
+    assert_eq!(received(&updates), [""; 0]);
+    project.build_only(&["material"]);
+    controller.handle_all([finished("material", [("material", "gold")])]);
+    assert_eq!(received(&updates), ["scene: gold, no maps"]);
+    controller.handle_all([finished("material", [("material", "tin")])]);
+    assert_eq!(received(&updates), [""; 0], "that is not a part of it");
+    project.build();
+    controller.handle_all([planned(), ended()]);
+    assert_eq!(received(&updates), ["scene: gold"]);
+
+    // After an edit, the new material is shown before its maps are made.
+    fs::write(project.path("paint/gold.toml"), GOLD.replace("0.3", "0.9")).unwrap();
+    project.build_only(&["material"]);
+    controller.handle_all([planned(), finished("material", [("material", "gold")])]);
+    assert_eq!(received(&updates), ["scene: gold, no maps"]);
+    project.build();
+    controller.handle_all([ended()]);
+    assert_eq!(received(&updates), ["scene: gold"]);
+}
+
+/// The latest form of a material, and the other updates.
+fn form_and_others(updates: &Receiver<PreviewUpdate>) -> (Option<MaterialForm>, Vec<String>) {
+    let (mut form, (sender, others)) = (None, channel());
+    for update in updates.try_iter() {
+        match update {
+            PreviewUpdate::Material { form: new, .. } => form = Some(new.unwrap()),
+            other => sender.send(other).unwrap(),
+        }
+    }
+    (form, received(&others))
+}
+
+#[test]
+fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
+    let project = Project::new(PIPELINE);
+    project.build();
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened, planned(), show("gold"), ended()]);
+    let (form, others) = form_and_others(&updates);
+    assert_eq!(others, ["catalog: gold, tin", "scene: gold"]);
+    let mut form = form.unwrap();
+    let exponent = ::preview::FormField { section: 0, parameter: 0 };
+    let mut edit = |value: f64| {
+        form.set(exponent, &brdf::Value::Number(value));
+        (PreviewMessage::EditMaterial("gold".into(), Some(form.clone())), form.clone())
+    };
+    // Of several values only the last is shown.
+    controller.handle_all([edit(5.0).0, edit(6.0).0, edit(9.0).0]);
+    assert_eq!(received(&updates), ["scene: gold, no maps"]);
+    let shown = controller.shown.as_ref().unwrap().1.objects[0].look.material().unwrap().values();
+    assert_eq!(shown.number("exponent"), Ok(9.0));
+    let file = project.path("paint/gold.toml");
+    assert_eq!(fs::read_to_string(&file).unwrap(), GOLD);
+    controller.handle_all([planned(), ended()]);
+    assert_eq!(received(&updates), [""; 0], "a build does not replace it");
+    controller.handle_all([show("tin")]);
+    controller.handle_all([show("gold")]);
+    assert_eq!(received(&updates), ["scene: tin", "scene: gold, no maps"]);
+
+    controller.handle_all([PreviewMessage::SaveMaterial("gold".into(), edit(9.0).1)]);
+    let (form, others) = form_and_others(&updates);
+    assert!(form.is_some(), "the file's values are sent");
+    assert_eq!(others, [format!("toast: saved the material: {}", file.display())]);
+    assert_eq!(fs::read_to_string(&file).unwrap(), GOLD.replace("= 4", "= 9"));
+    project.build_only(&["material"]);
+    controller.handle_all([planned(), finished("material", [("material", "gold")])]);
+    assert_eq!(received(&updates), ["scene: gold, no maps"], "the same material, now from the results");
+    project.build();
+    controller.handle_all([ended()]);
+    assert_eq!(received(&updates), ["scene: gold"]);
+}
+
+#[test]
+fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
+    let project = Project::new(PIPELINE);
+    project.build();
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    let (opened, updates) = window();
+    controller.handle_all([opened, planned(), show("gold"), ended()]);
+    let mut form = form_and_others(&updates).0.unwrap();
+    form.set(::preview::FormField { section: 0, parameter: 0 }, &brdf::Value::Number(9.0));
+    controller.handle_all([PreviewMessage::EditMaterial("gold".into(), Some(form.clone()))]);
+    let theirs = GOLD.replace("= 4", "= 5");
+    fs::write(project.path("paint/gold.toml"), &theirs).unwrap();
+    controller.handle_all([PreviewMessage::SaveMaterial("gold".into(), form.clone())]);
+    let (on_disk, others) = form_and_others(&updates);
+    assert!(others.iter().any(|line| line.starts_with("toast: the material was not saved: ")), "{others:?}");
+    assert!(on_disk.is_some_and(|on_disk| on_disk != form), "the window can ask the user");
+    assert_eq!(fs::read_to_string(project.path("paint/gold.toml")).unwrap(), theirs);
+    // The user chose the file.
+    controller.handle_all([PreviewMessage::EditMaterial("gold".into(), None)]);
+    assert_eq!(received(&updates), ["scene: gold"]);
+    fs::write(project.path("paint/gold.toml"), GOLD).unwrap();
+    controller.handle_all([planned()]);
+    assert!(form_and_others(&updates).0.is_some(), "every change of the file is reported");
+}
+
+#[test]
+fn a_still_in_place_of_the_window_waits_for_the_maps() {
+    let project = Project::new(PIPELINE);
+    project.build_only(&["environment", "material"]);
+    let (request, cancel) = (project.request(true), Cancel::default());
+    let mut controller = PreviewController::new(&request, &cancel);
+    controller.handle_all([planned(), no_window()]);
+    assert!(!project.path(".specula/preview.png").exists());
+    project.build();
+    controller.handle_all([ended(), watching()]);
     assert!(project.path(".specula/preview.png").exists());
 }
 

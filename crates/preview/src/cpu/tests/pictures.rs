@@ -280,3 +280,26 @@ fn brute_force_needs_a_material() {
     let made = super::super::Cpu::new().render(&scene, &shot([4, 4], Show::One(Mode::BruteForce)), &|| false);
     assert!(matches!(made, Err(RenderError::Missing { .. })), "{made:?}");
 }
+
+/// The oracle is the picture by brute force of the same look with its maps.
+#[test]
+fn without_maps_the_modes_that_need_them_are_drawn_by_brute_force() {
+    let (light, material) = (light(16, uneven), lambert(0.5));
+    let whole = Scene::of(sphere(), look(&light, &material, [4, 0]));
+    let sizes = MapSizes { edge: 8, slices: 4 };
+    let bare = Scene::of(sphere(), Arc::new(Look::without_maps(light, material, sizes)));
+    let picture = |scene: &Scene, show| render(scene, &Shot { light_samples: 8, ..shot([24, 16], show) });
+    let brute = picture(&whole, Show::One(Mode::BruteForce));
+    let split = Show::Split { left: Mode::LocalShrm, right: Mode::Cabral, at: 0.5 };
+    let difference = Show::Difference { of: Mode::Prefiltered, from: Mode::BruteForce, amplify: 8.0 };
+    for show in [split, difference].into_iter().chain(Mode::ALL.map(Show::One)) {
+        let drawn = picture(&bare, show);
+        match show {
+            Show::One(mode) if !mode.needs_maps() => assert_eq!(drawn, picture(&whole, show), "{show:?}"),
+            _ => assert_eq!(drawn, brute, "{show:?}"),
+        }
+    }
+    let mirrored = Show::Split { left: Mode::Mirror, right: Mode::LocalShrm, at: 0.5 };
+    let expected = Show::Split { left: Mode::Mirror, right: Mode::BruteForce, at: 0.5 };
+    assert_eq!(picture(&bare, mirrored), picture(&whole, expected));
+}
