@@ -164,7 +164,7 @@ impl App {
     /// The picture to show, in this size.
     fn request(&self, size: [u32; 2]) -> Option<RenderRequest> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
-        let shot = settings.shot(shown.framing, size);
+        let shot = settings.shot(&shown.scene.light, shown.framing, size);
         Some(RenderRequest { scene_id: shown.scene_id, scene: Arc::clone(&shown.scene), shot })
     }
 

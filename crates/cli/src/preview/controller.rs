@@ -292,7 +292,8 @@ impl<'a> PreviewController<'a> {
         match &self.output {
             CommandOutput::None => {}
             CommandOutput::Window(window) => {
-                // Every window begins with this map; made here, it does not make the window wait.
+                // Every window begins with these; made here, they do not make the window wait.
+                let _ = scene.light.exposure();
                 scene.objects.iter().for_each(|object| _ = object.look.local());
                 window(PreviewUpdate::Scene { subject, scene, details });
             }
@@ -304,7 +305,7 @@ impl<'a> PreviewController<'a> {
     /// Draws the still that replaces the window.
     fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
         let file = self.files.still();
-        let shot = view.shot(scene.framing(), still::SIZE);
+        let shot = view.shot(scene, still::SIZE);
         let stop = || self.cancel.is_cancelled();
         let drawn = match still::draw(scene, &shot, Backend::Cpu, &stop) {
             Ok(drawn) => drawn,

@@ -93,7 +93,7 @@ impl Session {
     /// Shows the picture of the current settings.
     fn show(&mut self) {
         let shown = self.state.shown.as_ref().unwrap();
-        let of = self.state.settings.shot(shown.framing, [64, 40]);
+        let of = self.state.settings.shot(&shown.scene.light, shown.framing, [64, 40]);
         let picture = Picture { size: of.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: None };
         self.shown = Some(RenderedFrame {
             image: FrameImage::Codes(Arc::new(picture)),

@@ -324,8 +324,8 @@ fn a_requested_mode_is_shown_alone() {
         state: saved.clone(),
         request: SubjectRequest { mode, ..SubjectRequest::default() },
     };
-    let framing = Framing { centre: glam::DVec3::ZERO, radius: 1.0 };
-    let show = |mode| settings(mode).shot(framing, [8, 8]).show;
+    let scene = testkit::scene();
+    let show = |mode| settings(mode).shot(&scene, [8, 8]).show;
     assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
     assert!(matches!(show(None), Show::Split { left: Mode::Cabral, .. }));
 }
