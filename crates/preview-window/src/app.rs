@@ -139,6 +139,8 @@ impl App {
         match effect {
             None => {}
             Some(Effect::Show(subject)) => self.host.show(&subject),
+            Some(Effect::ShowFiles(files)) => self.host.dropped(files),
+            Some(Effect::ReturnFromDropped) => self.host.return_from_dropped(),
             Some(Effect::Screenshot) => {
                 let size = self.picture_texture.frame().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
                 let size = self.render_thread.requested_size().unwrap_or(size);

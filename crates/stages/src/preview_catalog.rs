@@ -177,12 +177,15 @@ impl PreviewCatalog {
 
     /// The items that make an entry and a mesh, and those that they need.
     pub fn items(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
-        let source = self.meshes.iter().find(|(name, _)| name == mesh).map(|(_, source)| *source);
-        let mesh = match source {
-            Some(MeshSource::Item(item)) => Some(item),
-            Some(MeshSource::BuiltIn(_)) | None => None,
-        };
-        entry.ancestry.iter().copied().chain(mesh).collect()
+        entry.ancestry.iter().copied().chain(self.mesh_item(mesh)).collect()
+    }
+
+    /// The item that makes a mesh; `None` if the mesh is built in.
+    pub fn mesh_item(&self, mesh: &str) -> Option<ItemIndex> {
+        match self.meshes.iter().find(|(name, _)| name == mesh)?.1 {
+            MeshSource::Item(item) => Some(item),
+            MeshSource::BuiltIn(_) => None,
+        }
     }
 
     /// The stages of these items.

@@ -329,3 +329,21 @@ fn a_requested_mode_is_shown_alone() {
     assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
     assert!(matches!(show(None), Show::Split { left: Mode::Cabral, .. }));
 }
+
+#[test]
+fn parts_that_the_program_chooses_are_shown_with_the_next_catalog_and_the_others_stay() {
+    let mut state = state();
+    let choice = SubjectRequest { material: Some("clay".into()), ..SubjectRequest::default() };
+    assert_eq!(state.apply(PreviewUpdate::Choose(choice)), None, "no catalog has it yet");
+    assert_eq!(state.settings.subject, subject("beach", "chrome", "sphere"));
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+    let dropped = Catalog {
+        environments: names(&["beach"]),
+        materials: names(&["chrome", "clay"]),
+        meshes: names(&["sphere"]),
+        pairs: [(0, 0), (0, 1)].into(),
+    };
+    let effect = state.apply(PreviewUpdate::Catalog(dropped));
+    assert_eq!(effect, Some(Effect::Show(subject("beach", "clay", "sphere"))));
+    assert!(state.toasts.is_empty() && state.shown.is_some(), "the picture stays meanwhile");
+}
