@@ -5,7 +5,6 @@
 mod support;
 
 use std::fs;
-use std::path::Path;
 
 use support::{Project, root};
 
@@ -245,7 +244,8 @@ fn colour_is_as_it_is_asked_for() {
 #[test]
 fn shells_and_man_know_every_command() {
     let project = assets_alone();
-    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+    // `completions.rs` tries the other shells themselves.
+    for shell in ["powershell", "elvish"] {
         let script = project.ok(&["completions", shell]).stdout;
         for word in ["convert", "preview", "completions"] {
             assert!(script.contains(word), "{shell}: {word}");
@@ -254,14 +254,4 @@ fn shells_and_man_know_every_command() {
     project.ok(&["man", "man"]);
     let page = |name: &str| fs::read_to_string(project.path("man").join(name)).unwrap();
     assert!(page("specula.1").contains("reflection maps") && page("specula-convert.1").contains("yaw"));
-    let syntax = |shell: &str, file: &Path| {
-        let checked = std::process::Command::new(shell).arg("-n").arg(file).status();
-        // A machine need not have every shell.
-        assert!(checked.is_err() || checked.unwrap().success(), "{shell}");
-    };
-    for shell in ["bash", "zsh", "fish"] {
-        let file = project.path(shell);
-        fs::write(&file, project.ok(&["completions", shell]).stdout).unwrap();
-        syntax(shell, &file);
-    }
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use ::preview::{Mode, SubjectRequest};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 
 use crate::escape::escaped;
@@ -22,7 +22,7 @@ pub(crate) const MANIFEST: &str = "pipeline.toml";
 #[command(name = "specula", version, after_help = Exit::HELP)]
 pub(crate) struct Arguments {
     /// Work as if started in this folder
-    #[arg(short = 'C', value_name = "DIR", global = true)]
+    #[arg(short = 'C', value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(crate) working_folder: Option<PathBuf>,
     /// Whether messages have colours
     #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
@@ -104,7 +104,7 @@ pub(crate) enum Command {
     /// Write a manifest for the images, materials and meshes in a folder, or a starter manifest
     Init {
         /// The folder to write it into
-        #[arg(default_value = ".")]
+        #[arg(default_value = ".", value_hint = ValueHint::DirPath)]
         folder: PathBuf,
         /// Write the sample project, with its assets
         #[arg(long)]
@@ -115,9 +115,17 @@ pub(crate) enum Command {
         /// The shell
         shell: Shell,
     },
+    /// Print what may complete the last of some words, for the scripts of `specula completions`
+    #[command(hide = true)]
+    Complete {
+        /// The arguments so far
+        #[arg(last = true)]
+        words: Vec<String>,
+    },
     /// Write the manual pages of all commands, for `man`
     Man {
         /// The folder to write them into
+        #[arg(value_hint = ValueHint::DirPath)]
         folder: PathBuf,
     },
 }
@@ -144,6 +152,7 @@ impl Command {
             | Self::Preview(_)
             | Self::Init { .. }
             | Self::Completions { .. }
+            | Self::Complete { .. }
             | Self::Man { .. } => return None,
         };
         Some(&mut manifest.manifest)
@@ -176,7 +185,7 @@ pub(crate) enum CacheCommand {
     },
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct ManifestArgument {
     /// The manifest; if it is not named, the nearest of this folder and those around it
     #[arg(long, value_name = "FILE", default_value = MANIFEST)]
@@ -225,11 +234,12 @@ pub(crate) struct BuildArguments {
     #[arg(long, short, conflicts_with_all = ["verbose", "dry_run"])]
     pub(crate) quiet: bool,
     /// Write a timeline of the workers: timings.html, and timings.json for Perfetto [default: into .specula]
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, conflicts_with = "dry_run")]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, conflicts_with = "dry_run",
+          value_hint = ValueHint::DirPath)]
     pub(crate) timings: Option<Option<PathBuf>>,
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct WatchArguments {
     /// The stages and items to keep up to date, with what they need [default: all]
     #[arg(value_name = "STAGE|ITEM")]
@@ -301,7 +311,7 @@ pub(crate) struct PreviewArguments {
     /// What draws [default: cpu for a still, which is then bit-identical everywhere; gpu for the window]
     #[arg(long, value_enum)]
     pub(crate) backend: Option<Backend>,
-    /// With --still: the exposure in stops, from -24 to 24, such as -1.5
+    /// With --still: how many stops brighter than what suits the environment, from -24 to 24, such as -1.5
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, requires = "still",
           allow_negative_numbers = true, value_parser = values::exposure)]
     pub(crate) exposure: f64,

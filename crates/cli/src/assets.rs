@@ -24,17 +24,25 @@ const NOT_SEARCHED: [&str; 3] = ["out", "target", "node_modules"];
 const DEEPEST: usize = 8;
 
 impl Assets {
-    /// Sorts files that somebody named.
+    /// Sorts files that somebody named. A folder stands for the files in it and below it.
     ///
     /// # Errors
     /// If one does not exist, or is nothing that can be shown.
     pub(crate) fn named(files: &[PathBuf]) -> Result<Self, String> {
         let mut assets = Self::default();
         for file in files {
-            if let Err(error) = fs::metadata(file) {
-                return Err(format!("cannot read {}: {error}", file.display()));
-            }
-            if !assets.add(file, true) {
+            let kind =
+                fs::metadata(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+            if kind.is_dir() {
+                let found = Self::found(file);
+                if found == Self::default() {
+                    return Err(format!(
+                        "{} holds no image of high dynamic range, no material and no glTF mesh",
+                        file.display()
+                    ));
+                }
+                assets = assets.and(found);
+            } else if !assets.add(file, true) {
                 return Err(format!(
                     "{} is neither an image of an environment, nor a material, nor a glTF mesh",
                     file.display()
@@ -42,6 +50,25 @@ impl Assets {
             }
         }
         Ok(assets)
+    }
+
+    /// These files, and those of `others` that they lack.
+    pub(crate) fn and(mut self, others: Self) -> Self {
+        let Self { environments, materials, meshes } = others;
+        let lists = [&mut self.environments, &mut self.materials, &mut self.meshes];
+        for (list, others) in lists.into_iter().zip([environments, materials, meshes]) {
+            for file in others {
+                if !list.contains(&file) {
+                    list.push(file);
+                }
+            }
+        }
+        self
+    }
+
+    /// All files: environments, then materials, then meshes.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        [&self.environments[..], &self.materials, &self.meshes].concat()
     }
 
     /// The images in a folder, not below it.

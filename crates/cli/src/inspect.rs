@@ -1,6 +1,7 @@
 //! `specula inspect`: describes a file: its format, shape, frame, range, and the recipe that made it.
 
 mod facts;
+mod layers;
 mod material;
 mod mesh;
 mod picture;
@@ -88,6 +89,7 @@ fn text_of(value: &Value) -> String {
 
 fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let mut facts = match Format::sniff(bytes) {
+        Some(Format::OpenExr) => layers::reflection_map(bytes).unwrap_or_else(|| image(bytes))?,
         Some(_) => image(bytes)?,
         None if is_texture(bytes) => texture::texture(bytes)?,
         None if is_web_page(bytes) => {

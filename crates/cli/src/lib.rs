@@ -86,6 +86,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Convert(arguments) => convert::run(&arguments, kinds),
         Command::Init { folder, sample } => Ok(init::run(&folder, sample, kinds)),
         Command::Completions { shell } => Ok(completions::run(shell)),
+        Command::Complete { words } => Ok(completions::complete(&words, kinds)),
         Command::Man { folder } => Ok(completions::write_manual(&folder)),
     };
     // A command that cannot continue returns its exit code as an error.

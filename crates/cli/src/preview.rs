@@ -6,6 +6,7 @@
 //! shows. If no window can be opened, the controller draws stills instead.
 
 mod controller;
+mod dropped;
 mod files;
 #[cfg(feature = "window")]
 mod host;
@@ -15,6 +16,7 @@ mod request;
 mod status;
 mod still;
 mod subject;
+mod watched;
 mod window;
 
 use std::path::PathBuf;
@@ -24,6 +26,7 @@ use engine::Kinds;
 use stages::PreviewCatalog;
 
 use self::files::SCREENSHOTS;
+use self::project::Project;
 use self::request::WindowRequest;
 use self::subject::SubjectError;
 #[cfg(feature = "window")]
@@ -50,11 +53,12 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
     let mut path = arguments.files.first().cloned().unwrap_or_else(|| MANIFEST.into());
     manifest::find(&mut path);
     let mut screenshots = path.with_file_name(SCREENSHOTS);
+    let mut project = Project { manifest: path, ..Project::default() };
     if !is_project {
-        path = project::prepare(&arguments.files)?;
+        project = Project::of_files(&arguments.files)?;
         screenshots = SCREENSHOTS.into();
     }
-    let manifest = ManifestArgument { manifest: path };
+    let manifest = ManifestArgument { manifest: project.manifest.clone() };
     let catalog = PreviewCatalog::of(manifest::load(&manifest, kinds)?);
     if catalog.is_empty() {
         subject::nothing_to_preview(&manifest.manifest, &[]).print();
@@ -67,7 +71,7 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
         let view = InitialView { state: None, request };
         return still::run(arguments, file, catalog, &view);
     }
-    open(arguments, kinds, catalog, (manifest, screenshots), request)
+    open(arguments, kinds, catalog, (project, screenshots), request)
 }
 
 /// Opens the window.
@@ -76,27 +80,26 @@ fn open(
     arguments: &PreviewArguments,
     kinds: &Kinds,
     _: PreviewCatalog,
-    (manifest, screenshots): (ManifestArgument, PathBuf),
+    (project, screenshots): (Project, PathBuf),
     subject: SubjectRequest,
 ) -> Result<Exit, Exit> {
-    let watched = WatchArguments {
-        stages: Vec::new(),
-        manifest,
-        json: false,
-        once: false,
-        preview: true,
-        watching: arguments.watching.clone(),
-    };
     let request = WindowRequest {
-        manifest: &watched.manifest.manifest,
+        project: &project,
         screenshots: &screenshots,
         kinds,
-        stages: &watched.stages,
         subject,
         cpu: arguments.backend == Some(Backend::Cpu),
         continues_without: false,
     };
-    Ok(window::run(&request, |cancel, wanted, listener| {
+    Ok(window::run(&request, |project, cancel, wanted, listener| {
+        let watched = WatchArguments {
+            stages: project.stages,
+            manifest: ManifestArgument { manifest: project.manifest },
+            json: false,
+            once: false,
+            preview: true,
+            watching: arguments.watching.clone(),
+        };
         watch::watch(&watched, kinds, cancel, wanted, listener)
     }))
 }
@@ -107,11 +110,11 @@ fn open(
     arguments: &PreviewArguments,
     _: &Kinds,
     catalog: PreviewCatalog,
-    (manifest, _): (ManifestArgument, PathBuf),
+    (project, _): (Project, PathBuf),
     subject: SubjectRequest,
 ) -> Result<Exit, Exit> {
-    let view = request::initial_view(&manifest.manifest, subject);
-    let file = files::PreviewFiles::beside(&manifest.manifest).still();
+    let view = request::initial_view(&project.manifest, subject);
+    let file = files::PreviewFiles::beside(&project.manifest).still();
     let exit = still::run(arguments, &file, catalog, &view)?;
     if exit == Exit::Success {
         say!("{}", window::HINT);
@@ -121,14 +124,22 @@ fn open(
 
 /// `specula watch --preview`.
 pub(crate) fn run_with_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
+    let manifest = &arguments.manifest.manifest;
+    let project = Project { manifest: manifest.clone(), stages: arguments.stages.clone(), files: Vec::new() };
     let request = WindowRequest {
-        manifest: &arguments.manifest.manifest,
-        screenshots: &arguments.manifest.manifest.with_file_name(SCREENSHOTS),
+        project: &project,
+        screenshots: &manifest.with_file_name(SCREENSHOTS),
         kinds,
-        stages: &arguments.stages,
         subject: SubjectRequest::default(),
         cpu: false,
         continues_without: true,
     };
-    window::run(&request, |cancel, wanted, listener| watch::watch(arguments, kinds, cancel, wanted, listener))
+    window::run(&request, |project, cancel, wanted, listener| {
+        let watched = WatchArguments {
+            stages: project.stages,
+            manifest: ManifestArgument { manifest: project.manifest },
+            ..arguments.clone()
+        };
+        watch::watch(&watched, kinds, cancel, wanted, listener)
+    })
 }

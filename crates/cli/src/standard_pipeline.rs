@@ -29,19 +29,40 @@ fn line(key: &str, value: &str) -> String {
     format!("{key} = {}", quoted(value))
 }
 
+/// What is done to files beyond reading them: further lines of the stages that import them, and a turn.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ImportParameters {
+    /// Of `import-environment`.
+    pub(crate) environment: Vec<String>,
+    /// Of `import-material`.
+    pub(crate) material: Vec<String>,
+    /// How the light is turned after that: yaw, pitch and roll in degrees.
+    pub(crate) turn: Option<[f64; 3]>,
+}
+
 /// Everything that a window needs to show these files.
-pub(crate) fn preview(assets: &Assets, folder: &Path) -> String {
+pub(crate) fn preview(assets: &Assets, parameters: &ImportParameters, folder: &Path) -> String {
     let mut text = String::from("schema = 1\nout = \"out\"\n");
-    let import =
-        |kind: &str, files: &[PathBuf]| [line("kind", kind), line("source", &source_of(files, folder))];
-    stage(&mut text, "environment", &import("import-environment", &assets.environments));
-    stage(&mut text, "material", &import("import-material", &assets.materials));
+    let import = |kind: &str, files: &[PathBuf], parameters: &[String]| {
+        [&[line("kind", kind), line("source", &source_of(files, folder))], parameters].concat()
+    };
+    let ImportParameters { environment, material, turn } = parameters;
+    stage(&mut text, "environment", &import("import-environment", &assets.environments, environment));
+    stage(&mut text, "material", &import("import-material", &assets.materials, material));
     if !assets.meshes.is_empty() {
-        stage(&mut text, "mesh", &import("import-mesh", &assets.meshes));
+        stage(&mut text, "mesh", &import("import-mesh", &assets.meshes, &[]));
     }
     stage(&mut text, "lighting", &[line("kind", "project-sh"), line("input", "environment")]);
     stage(&mut text, "coefficients", &[line("kind", "project-brdf"), line("input", "material")]);
-    let inputs = "inputs = { lighting = \"lighting\", brdf = \"coefficients\" }".to_owned();
+    let mut lighting = "lighting";
+    if let Some(angles) = turn {
+        let angles = ["yaw", "pitch", "roll"].into_iter().zip(angles);
+        let angles = angles.map(|(name, degrees)| format!("{name} = {degrees:?}"));
+        let lines = [line("kind", "rotate"), line("input", lighting)].into_iter().chain(angles);
+        lighting = "turned";
+        stage(&mut text, lighting, &lines.collect::<Vec<_>>());
+    }
+    let inputs = format!("inputs = {{ lighting = {}, brdf = \"coefficients\" }}", quoted(lighting));
     stage(&mut text, "reflection", &[line("kind", "convolve"), inputs]);
     text
 }

@@ -11,6 +11,7 @@ mod canvas;
 mod cube_map;
 mod environment;
 mod error;
+mod exposure;
 mod faces;
 mod image;
 mod lamps;
@@ -24,13 +25,14 @@ pub use audit::{BadPixels, audit, repair};
 pub use cube_map::CubeMap;
 pub use environment::Environment;
 pub use error::Error;
+pub use exposure::{Exposure, ExposureBasis};
 pub use faces::stack_faces;
 pub use image::Image;
 pub use lamps::Separated;
 pub use layout::Layout;
 pub use pixel_audit::{Finding, PixelAudit, Place};
 pub use texels::{Taps, Texels};
-pub use tone::{ToneMap, middle_grey_exposure, srgb_decode, srgb_encode, to_srgb8};
+pub use tone::{ToneMap, srgb_decode, srgb_encode, to_srgb8};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {

@@ -9,8 +9,6 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
-use crate::Environment;
-
 /// The curve from exposed radiance to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ToneMap {
@@ -51,34 +49,6 @@ pub fn to_srgb8(pixels: &[[f32; 3]], exposure: f64, tone: ToneMap) -> Vec<[u8; 3
         }
     });
     codes
-}
-
-/// The exposure, in stops, that shows an environment's log-average luminance as middle grey, 0.18.
-///
-/// The log-average (Reinhard et al. 2002, equation 1) is weighted by solid angle. Unlike theirs it has no
-/// offset: instead, luminance is clamped to at least 1e-4 of its mean, so that a scaled environment is
-/// exposed to the same picture and black pixels do not dominate. A black environment gives 0.
-pub fn middle_grey_exposure(environment: &Environment) -> f64 {
-    let grid = environment.grid();
-    let luminance = |pixel: &[f32; 3]| {
-        let [r, g, b] = pixel.map(f64::from);
-        (0.2126 * r + 0.7152 * g + 0.0722 * b).max(0.0)
-    };
-    let average = |of: &dyn Fn(f64) -> f64| {
-        let rows = environment.pixels().chunks_exact(grid.width).enumerate();
-        let sum: f64 = rows
-            .map(|(row, pixels)| {
-                grid.solid_angle(row) * pixels.iter().map(|pixel| of(luminance(pixel))).sum::<f64>()
-            })
-            .sum();
-        sum / (4.0 * std::f64::consts::PI)
-    };
-    let floor = 1e-4 * average(&|y| y);
-    if floor > 0.0 && floor.is_finite() {
-        0.18_f64.log2() - average(&|y: f64| y.max(floor).log2())
-    } else {
-        0.0
-    }
 }
 
 /// The sRGB transfer function (IEC 61966-2-1), from linear [0, 1] to encoded [0, 1].
@@ -146,8 +116,6 @@ fn srgb_code(linear: f32) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use sphere::LatLong;
-
     use super::*;
 
     fn shown(value: f32, tone: ToneMap) -> u8 {
@@ -217,28 +185,5 @@ mod tests {
         for tone in [ToneMap::Plain, ToneMap::Filmic] {
             assert_eq!(to_srgb8(&pixels, 1.0, tone), to_srgb8(&doubled, 0.0, tone));
         }
-    }
-
-    #[test]
-    fn a_constant_environment_is_exposed_to_middle_grey() {
-        let grid = LatLong::with_rows(8);
-        for level in [1e-3_f32, 0.18, 50.0] {
-            let environment = Environment::new(grid, vec![[level; 3]; grid.len()]).unwrap();
-            let shown = f64::from(level) * middle_grey_exposure(&environment).exp2();
-            // The solid angles sum to 4 pi within rounding.
-            assert!((shown - 0.18).abs() < 1e-7, "{shown}");
-        }
-        let black = Environment::new(grid, vec![[0.0; 3]; grid.len()]).unwrap();
-        assert_eq!(middle_grey_exposure(&black), 0.0);
-    }
-
-    #[test]
-    fn a_scaled_environment_is_exposed_to_the_same_picture() {
-        let grid = LatLong::with_rows(8);
-        let pixels: Vec<_> = (0..grid.len()).map(|i| [(i % 7) as f32, (i % 5) as f32, 0.0]).collect();
-        let scaled = pixels.iter().map(|pixel| pixel.map(|value| 64.0 * value)).collect();
-        let stops = middle_grey_exposure(&Environment::new(grid, pixels).unwrap());
-        let other = middle_grey_exposure(&Environment::new(grid, scaled).unwrap());
-        assert!((stops - 6.0 - other).abs() < 1e-12);
     }
 }

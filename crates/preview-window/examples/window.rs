@@ -37,6 +37,12 @@ impl Host for ExampleHost {
         let _ = self.requests.send(subject.clone());
     }
 
+    fn dropped(&mut self, files: Vec<PathBuf>) {
+        say(&format!("dropped: {files:?}"));
+    }
+
+    fn return_from_dropped(&mut self) {}
+
     fn keep_state(&mut self, json: &str) {
         let _ = std::fs::write(state_file(), json);
     }

@@ -139,6 +139,8 @@ impl App {
         match effect {
             None => {}
             Some(Effect::Show(subject)) => self.host.show(&subject),
+            Some(Effect::ShowFiles(files)) => self.host.dropped(files),
+            Some(Effect::ReturnFromDropped) => self.host.return_from_dropped(),
             Some(Effect::Screenshot) => {
                 let size = self.picture_texture.frame().map(|(_, frame)| frame.size).unwrap_or([1, 1]);
                 let size = self.render_thread.requested_size().unwrap_or(size);
@@ -168,7 +170,7 @@ impl App {
     /// The picture to show, in this size.
     fn request(&self, size: [u32; 2]) -> Option<RenderRequest> {
         let (settings, shown) = (&self.state.settings, self.state.shown.as_ref()?);
-        let shot = settings.shot(shown.framing, size).of(&shown.scene);
+        let shot = settings.shot(&shown.scene.light, shown.framing, size).of(&shown.scene);
         Some(RenderRequest { scene_id: shown.scene_id, scene: Arc::clone(&shown.scene), shot })
     }
 

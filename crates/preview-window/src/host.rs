@@ -1,5 +1,6 @@
 //! The interface between the window and the program around it.
 
+use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
 use preview::{MaterialForm, Picture, PreviewUpdate, Subject};
@@ -29,6 +30,13 @@ pub trait Host: Send {
     /// Requests a subject in place of the one requested before. The host answers with
     /// [`PreviewUpdate::Scene`] or [`PreviewUpdate::Failure`].
     fn show(&mut self, subject: &Subject);
+
+    /// Shows files that were dropped on the window: environments, materials, meshes. The host answers with
+    /// [`PreviewUpdate::Choose`] and a catalog that has them beside what is shown, or with a failure.
+    fn dropped(&mut self, files: Vec<PathBuf>);
+
+    /// Shows what was shown before files were dropped.
+    fn return_from_dropped(&mut self);
 
     /// Saves the window's settings, JSON, for [`preview::InitialView::state`] of the next window. Called a
     /// moment after the last change, and when the window closes.

@@ -148,6 +148,7 @@ fn table() -> Vec<Binding> {
     add(group, C::shift(Key::M), "previous material", Action::Step(List::Materials, -1));
     add(group, C::plain(Key::G), "next mesh", Action::Step(List::Meshes, 1));
     add(group, C::shift(Key::G), "previous mesh", Action::Step(List::Meshes, -1));
+    add(group, C::plain(Key::Backspace), "back from dropped files", Action::ReturnFromDropped);
     let group = "Picture";
     add(group, C::plain(Key::E), "a third of a stop brighter", Action::ExposeBy(1.0 / 3.0));
     add(group, C::shift(Key::E), "a third of a stop darker", Action::ExposeBy(-1.0 / 3.0));
@@ -280,6 +281,8 @@ mod tests {
             Action::Dismiss | Action::HideFailure => "dismiss",
             Action::ShowFailure => "failure",
             Action::Screenshot => "screenshot",
+            Action::Drop(_) => "drop",
+            Action::ReturnFromDropped => "return",
             Action::Close => "close",
         };
         let by_key: BTreeSet<&str> = bindings().iter().map(|binding| name(&binding.action)).collect();
@@ -314,6 +317,7 @@ mod tests {
             Action::HideFailure,
             Action::ShowFailure,
             Action::Screenshot,
+            Action::ReturnFromDropped,
             Action::Close,
         ];
         assert_eq!(by_key, all.iter().map(name).collect());

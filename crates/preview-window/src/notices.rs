@@ -192,7 +192,14 @@ const AROUND: f32 = 50.0;
 const COLUMN: f32 = 240.0;
 
 /// A panel over the picture.
-fn over(ui: &Ui, name: &str, picture: Rect, at: Align2, stroke: Stroke, show: impl FnOnce(&mut Ui)) {
+pub(crate) fn over(
+    ui: &Ui,
+    name: &str,
+    picture: Rect,
+    at: Align2,
+    stroke: Stroke,
+    show: impl FnOnce(&mut Ui),
+) {
     let inside = picture.shrink(12.0);
     let frame =
         Frame::new().fill(theme::VEIL).stroke(stroke).corner_radius(4.0).inner_margin(Margin::same(12));

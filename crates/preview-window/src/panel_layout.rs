@@ -2,6 +2,7 @@
 
 use eframe::egui::{CentralPanel, Frame, Margin, Panel, Rect, TextureId, Ui, vec2};
 
+use crate::dropped_files;
 use crate::error_meter::ErrorMeter;
 use crate::inspector::inspector;
 use crate::lists::lists;
@@ -37,6 +38,7 @@ impl PanelLayout<'_> {
         let (picture, size) = pixels(area, ui.pixels_per_point());
         view(ui, picture, self.state, self.frame, self.render_error.is_some(), pointer, actions);
         self.over(ui, picture, actions);
+        actions.extend(dropped_files::dropped(ui));
         size
     }
 
@@ -76,6 +78,7 @@ impl PanelLayout<'_> {
         if state.help {
             notices::help(ui, picture);
         }
+        dropped_files::hovering(ui, picture);
     }
 }
 

@@ -2,6 +2,7 @@
 //! [`State::apply`] the program's updates. Neither draws nor waits, so that tests need no window.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use brdf::Value;
@@ -65,6 +66,10 @@ pub(crate) enum Action {
     HideFailure,
     ShowFailure,
     Screenshot,
+    /// Files were dropped on the window.
+    Drop(Vec<PathBuf>),
+    /// Goes back to what was shown before files were dropped.
+    ReturnFromDropped,
     Close,
 }
 
@@ -73,6 +78,10 @@ pub(crate) enum Action {
 pub(crate) enum Effect {
     /// Requests a subject from the host.
     Show(Subject),
+    /// Asks the host to show files.
+    ShowFiles(Vec<PathBuf>),
+    /// Asks the host for what was shown before.
+    ReturnFromDropped,
     Screenshot,
     CancelScreenshots,
     /// Shows a material with these values, or with those of its file.
@@ -227,6 +236,8 @@ impl State {
             Action::HideFailure => self.failure_hidden = true,
             Action::ShowFailure => self.failure_hidden = false,
             Action::Screenshot => return self.shown.is_some().then_some(Effect::Screenshot),
+            Action::Drop(files) => return Some(Effect::ShowFiles(files)),
+            Action::ReturnFromDropped => return Some(Effect::ReturnFromDropped),
             Action::Close => return Some(Effect::Close),
         }
         self.settings = std::mem::take(&mut self.settings).within_bounds();
@@ -237,6 +248,15 @@ impl State {
     pub(crate) fn apply(&mut self, update: PreviewUpdate) -> Option<Effect> {
         match update {
             PreviewUpdate::Catalog(catalog) => return self.set_catalog(catalog),
+            PreviewUpdate::Choose(parts) => {
+                let SubjectRequest { environment, material, mesh, .. } = &parts;
+                for (list, name) in List::ALL.into_iter().zip([environment, material, mesh]) {
+                    if let Some(name) = name {
+                        list.chosen(&mut self.wanted).clone_from(name);
+                    }
+                }
+                self.request = parts;
+            }
             PreviewUpdate::Scene { subject, scene, details } => {
                 if subject == self.settings.subject {
                     self.scene_count += 1;

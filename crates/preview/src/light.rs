@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use envmap::Environment;
+use envmap::{Environment, Exposure};
 use sh::{Degree, Expansion, Transform, synthesise_cube};
 use sphere::Cube;
 
@@ -12,6 +12,7 @@ use crate::shading::light_samples::LightSamples;
 #[derive(Debug)]
 pub struct Light {
     environment: Environment,
+    exposure: OnceLock<Exposure>,
     lighting: OnceLock<Expansion>,
     reconstruction: OnceLock<(Cube, Vec<[f32; 3]>)>,
     samples: OnceLock<Arc<LightSamples>>,
@@ -25,12 +26,23 @@ impl Light {
         if let Some(lighting) = lighting {
             let _ = known.set(lighting);
         }
-        Self { environment, lighting: known, reconstruction: OnceLock::new(), samples: OnceLock::new() }
+        Self {
+            environment,
+            exposure: OnceLock::new(),
+            lighting: known,
+            reconstruction: OnceLock::new(),
+            samples: OnceLock::new(),
+        }
     }
 
     /// The environment.
     pub fn environment(&self) -> &Environment {
         &self.environment
+    }
+
+    /// The exposure that shows it; see [`Environment::exposure`].
+    pub fn exposure(&self) -> Exposure {
+        *self.exposure.get_or_init(|| self.environment.exposure())
     }
 
     /// Its coefficients, for [`crate::Background::Harmonics`] and [`crate::Mode::Irradiance`].

@@ -1,6 +1,6 @@
 //! The messages of the program to the preview's window.
 
-use crate::{Catalog, MaterialForm, Scene, Subject};
+use crate::{Catalog, MaterialForm, Scene, Subject, SubjectRequest};
 
 /// An export of a subject.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +26,9 @@ pub enum PreviewUpdate {
     /// What can be shown. If it lacks the wanted subject, the window requests the nearest one instead, and
     /// returns when a later catalog has it.
     Catalog(Catalog),
+    /// Chooses these parts of the subject, as if the user had chosen them in the lists, when the next catalog
+    /// arrives; the other parts stay.
+    Choose(SubjectRequest),
     /// The scene of the requested subject, new or rebuilt. Scenes of other subjects are ignored.
     Scene {
         /// The subject.

@@ -4,7 +4,9 @@ use envmap::ToneMap;
 use serde::{Deserialize, Serialize};
 use sphere::Rotation;
 
-use crate::{Background, Camera, Catalog, Framing, List, Mode, Shot, Show, Subject, SubjectRequest};
+use crate::{
+    Background, Camera, Catalog, Framing, Light, List, Mode, Scene, Shot, Show, Subject, SubjectRequest,
+};
 
 /// The arrangement of the two modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,7 +48,7 @@ pub struct ViewSettings {
     /// The background: one of [`crate::Named::ALL`].
     #[serde(rename = "backdrop", with = "crate::named")]
     pub background: Background,
-    /// The exposure in stops.
+    /// How many stops brighter pictures are than the exposure of their light.
     pub exposure: f64,
     /// The tone curve.
     #[serde(with = "crate::named")]
@@ -181,8 +183,8 @@ impl ViewSettings {
         Camera { yaw, pitch, zoom: self.zoom, ..Camera::new(framing) }
     }
 
-    /// The shot of a scene with this framing, with one sample per pixel.
-    pub fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
+    /// The shot of a scene with this light and framing, with one sample per pixel.
+    pub fn shot(&self, light: &Light, framing: Framing, size: [u32; 2]) -> Shot {
         Shot {
             size,
             samples: 1,
@@ -190,7 +192,7 @@ impl ViewSettings {
             turn: self.turn(),
             show: self.show(),
             background: self.background,
-            exposure: self.exposure,
+            exposure: light.exposure().stops + self.exposure,
             tone: self.tone,
             light_samples: LIGHT_SAMPLES,
         }
@@ -228,9 +230,9 @@ impl InitialView {
         catalog.nearest(&wanted, &self.request, &wanted)
     }
 
-    /// Its shot for a still.
-    pub fn shot(&self, framing: Framing, size: [u32; 2]) -> Shot {
-        self.settings().0.shot(framing, size).for_screenshot()
+    /// Its shot of a scene for a still.
+    pub fn shot(&self, scene: &Scene, size: [u32; 2]) -> Shot {
+        self.settings().0.shot(&scene.light, scene.framing(), size).for_screenshot()
     }
 }
 

@@ -15,9 +15,12 @@
 //! truncated series has around bright lights, are black; the captions give the least and the greatest value
 //! and the mean.
 //!
-//! Without `exposure` the log-average of the environment becomes middle grey, 0.18. If a few lights in a dark
-//! environment give most of the light, everything that they shine on would burn out; the mean then becomes
-//! 0.72, two stops above middle grey. The sheet says which of the two was used, and the number of stops.
+//! ## Exposure
+//!
+//! Contact sheets, reports, previews and their window show an environment with the same exposure: its
+//! log-average becomes middle grey, 0.18. If a few lights in a dark environment give most of the light,
+//! everything that they shine on would burn out; the mean then becomes 0.72, two stops above middle grey.
+//! `exposure` is relative to that. The sheet gives the number of stops, and which of the two was used.
 //!
 //! ## Files
 //!
@@ -37,7 +40,7 @@ use std::f64::consts::PI;
 use brdf::Centre;
 use containers::write_png;
 use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Steps, parameters};
-use envmap::{Environment, ToneMap, middle_grey_exposure};
+use envmap::{Environment, Exposure, ToneMap};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
 use shrm::{Lamps, MapGrid, Plain, View};
@@ -51,9 +54,9 @@ use crate::sheet::{BALL, Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Recon
 parameters! {
     /// Parameters of `contact-sheet`.
     pub(crate) struct Parameters {
-        /// Stops by which all radiance is multiplied before it is shown. Default: chosen for the environment.
+        /// How many stops brighter than usual the pictures are; see Exposure.
         #[range(-60.0..=60.0)]
-        exposure: Option<f64> = None,
+        exposure: f64 = 0.0,
         /// The tone curve of exposed radiance: with a film's shoulder, or cut at white.
         curve: ToneMapName = ToneMapName(ToneMap::Filmic),
         /// The degrees up to which the environment is reconstructed. Those above the lighting's degree are
@@ -64,8 +67,6 @@ parameters! {
 
 /// The maximum number of `degrees`.
 const MOST: usize = 100;
-/// The mean of an environment is shown at most this bright: two stops above middle grey.
-const BRIGHTEST_MEAN: f64 = 0.72;
 
 /// The least and the greatest edge of the cube that a ball is looked up in: four texels for each degree.
 const BALL_EDGES: [usize; 2] = [32, 160];
@@ -83,7 +84,7 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] =
         &[sh::revisions::TRANSFORM, envmap::revisions::LAMPS, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
@@ -115,8 +116,9 @@ impl Kind for ContactSheet {
         let reflections = context.many::<artifacts::Reflection>("reflection")?;
         let own = context.key().cloned().unwrap_or_default();
 
-        let (exposure, reason) = exposure(parameters, environment);
-        let mut facts = vec![format!("exposure {} {reason}", stops(exposure))];
+        let usual = environment.exposure();
+        let exposure = usual.stops + parameters.exposure;
+        let mut facts = vec![described(usual, parameters.exposure)];
         let ToneMapName(tone) = parameters.curve;
         facts.push(match tone {
             ToneMap::Filmic => "filmic curve".into(),
@@ -155,25 +157,10 @@ impl Kind for ContactSheet {
     }
 }
 
-/// The exposure in stops, and what it is derived from.
-fn exposure(parameters: &Parameters, environment: &Environment) -> (f64, &'static str) {
-    match parameters.exposure {
-        Some(exposure) => (exposure, "as given"),
-        None => exposure_of(environment),
-    }
-}
-
-/// The exposure in stops that suits an environment and what it lights, and what it is derived from.
-pub(crate) fn exposure_of(environment: &Environment) -> (f64, &'static str) {
-    let from_log_average = middle_grey_exposure(environment);
-    let [r, g, b] = environment.integral().map(|integral| integral / (4.0 * PI));
-    let mean = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let from_mean = (BRIGHTEST_MEAN / mean).log2();
-    if mean > 0.0 && from_mean < from_log_average {
-        (from_mean, "from the mean")
-    } else {
-        (from_log_average, "from the log-average")
-    }
+/// `exposure −2.4 stops from the log-average`, and how much of that was asked for.
+pub(crate) fn described(usual: Exposure, more: f64) -> String {
+    let asked = if more == 0.0 { String::new() } else { format!(", {} of them as given", stops(more)) };
+    format!("exposure {} from the {}{asked}", stops(usual.stops + more), usual.basis.name())
 }
 
 /// The energies of a lighting's series and its reconstructions: shares of the image, without its lamps if
@@ -281,7 +268,7 @@ mod tests {
     use crate::testkit::NoFiles;
 
     const DEFAULTS: Parameters =
-        Parameters { exposure: None, curve: ToneMapName(ToneMap::Filmic), degrees: Vec::new() };
+        Parameters { exposure: 0.0, curve: ToneMapName(ToneMap::Filmic), degrees: Vec::new() };
 
     fn key(pairs: &[(&str, &str)]) -> ItemKey {
         pairs.iter().copied().collect()
@@ -385,21 +372,14 @@ mod tests {
     }
 
     #[test]
-    fn the_exposure_is_given_or_found() {
+    fn the_exposure_is_relative_to_the_usual_one() {
         let grid = LatLong::with_rows(16);
-        let even = Environment::new(grid, vec![[0.09; 3]; grid.len()]).unwrap();
-        let (found, reason) = exposure(&DEFAULTS, &even);
-        assert!((found - 1.0).abs() < 1e-6 && reason == "from the log-average", "{found} {reason}");
-        // A lamp in the dark: the mean decides.
-        let mut pixels = vec![[1e-3_f32; 3]; grid.len()];
-        pixels[8 * grid.width] = [1000.0; 3];
-        let lamp = Environment::new(grid, pixels).unwrap();
-        let (found, reason) = exposure(&DEFAULTS, &lamp);
-        let mean = lamp.integral()[1] / (4.0 * PI);
-        assert!((mean * found.exp2() - 0.72).abs() < 1e-9 && reason == "from the mean", "{found} {reason}");
-        assert_eq!(exposure(&Parameters { exposure: Some(-2.0), ..DEFAULTS }, &lamp), (-2.0, "as given"));
-        let black = Environment::new(grid, vec![[0.0; 3]; grid.len()]).unwrap();
-        assert_eq!(exposure(&DEFAULTS, &black).0, 0.0);
+        let even = Environment::new(grid, vec![[0.09; 3]; grid.len()]).unwrap().exposure();
+        assert_eq!(described(even, 0.0), "exposure +1.0 stops from the log-average");
+        assert_eq!(
+            described(even, -2.0),
+            "exposure −1.0 stops from the log-average, −2.0 stops of them as given"
+        );
     }
 
     #[test]

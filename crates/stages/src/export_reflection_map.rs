@@ -134,7 +134,8 @@ parameters! {
         precision: PrecisionName = PrecisionName(Precision::Half),
         /// With precision "half": what happens to values past 65504; see Values past the largest half.
         overflow: Overflow = Overflow::Clamp,
-        /// With format "png": stops by which radiance is multiplied before tone mapping.
+        /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
+        /// as it is, so that the maps of several environments can be compared.
         #[range(STOPS)]
         exposure: f64 = 0.0,
         /// For a material that changes with the view (P > 0): the mean over all views, or the surface viewed

@@ -60,9 +60,9 @@ const ANISOTROPIC: [Row; 2] = [
 /// Each row has three panels. The lobes are rho_hat(w_i, w_o) in the plane of incidence over the angle of the
 /// view, for light from four angles: the radiance toward the view for light whose beam has the irradiance 1,
 /// on a logarithmic scale. The albedo is that of [`brdf::albedo`], by the angle of the view. The ball is lit
-/// by a soft sky and a small lamp and integrated with 144 samples a pixel; light and exposure are the same
-/// for every material, and what is brighter than white is cut. The picture does not depend on the number of
-/// threads.
+/// by a soft sky and a small lamp and integrated with 144 samples a pixel; the light is the same for every
+/// material, and is shown as every environment is ([`envmap::Environment::exposure`]). The picture does not
+/// depend on the number of threads.
 ///
 /// # Example: a material that prefers no direction takes one row
 /// ```
@@ -95,7 +95,7 @@ fn draw_row(canvas: &mut Canvas, top: usize, row: &Row, material: &Material) {
     lobe_plot.draw(canvas, lobes);
     albedo_plot.draw(canvas, albedo);
     let radiance = ball::ball(material, row.azimuth, PANEL, ball::Samples::FEW);
-    let mut colours = to_srgb8(&radiance, ball::EXPOSURE, ToneMap::Plain);
+    let mut colours = to_srgb8(&radiance, ball::exposure(), ToneMap::Filmic);
     ball::surround(&mut colours, PANEL, theme::SURFACE);
     canvas.place(ball, &colours);
 

@@ -86,7 +86,7 @@ use sphere::Rotation;
 
 use crate::artifacts;
 use crate::choices::{STOPS, ToneMapName};
-use crate::contact_sheet::exposure_of;
+use crate::contact_sheet::described;
 use crate::light_mismatch;
 use crate::sheet::percent;
 use comparison::{ComparisonSheet, Panel};
@@ -185,10 +185,9 @@ parameters! {
         /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
         #[range(DEGREES)]
         light_pitch: f64 = 0.0,
-        /// Stops by which all radiance is multiplied before it is shown. Default: chosen for the environment,
-        /// as in contact-sheet.
+        /// How many stops brighter than usual the picture is; see Exposure in contact-sheet.
         #[range(STOPS)]
-        exposure: Option<f64> = None,
+        exposure: f64 = 0.0,
         /// The tone curve of exposed radiance: with a film's shoulder, or cut at white.
         curve: ToneMapName = ToneMapName(ToneMap::Filmic),
         /// The background: the environment, its reconstruction from harmonics up to degree 30, or a colour,
@@ -268,7 +267,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -301,11 +300,9 @@ impl Kind for Preview {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let scene = scene(parameters, context)?;
         context.check_cancelled()?;
-        let (exposure, reason) = match parameters.exposure {
-            Some(exposure) => (exposure, "as given"),
-            None => exposure_of(scene.light.environment()),
-        };
-        context.note(format!("exposure {} {reason}", crate::sheet::stops(exposure)));
+        let usual = scene.light.exposure();
+        let exposure = usual.stops + parameters.exposure;
+        context.note(described(usual, parameters.exposure));
         let pictures = Steps::new(context, parameters.frames * parameters.columns().len());
         let mut renderer = FallbackRenderer::new(parameters.backend, &pictures);
         let sheet = parameters.sheet();

@@ -203,7 +203,8 @@ impl PreviewCatalog {
         source.ok_or_else(|| format!("{} makes this material, not a material file", stage.name))
     }
 
-    fn mesh_item(&self, mesh: &str) -> Option<ItemIndex> {
+    /// The item that makes a mesh; `None` if the mesh is built in.
+    pub fn mesh_item(&self, mesh: &str) -> Option<ItemIndex> {
         match self.meshes.iter().find(|(name, _)| name == mesh)?.1 {
             MeshSource::Item(item) => Some(item),
             MeshSource::BuiltIn(_) => None,

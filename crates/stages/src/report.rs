@@ -75,7 +75,6 @@ use sh::Tolerance;
 use shrm::Reflection;
 
 use crate::choices::SHARE;
-use crate::contact_sheet::exposure_of;
 use crate::degree_pair::DegreePair;
 use crate::{artifacts, light_mismatch};
 use figures::{Limits, MaterialFigures, PairFigures, Report, Settings};
@@ -179,7 +178,7 @@ impl Kind for ReportKind {
             amplify: parameters.amplify,
         };
         let lit = environments.iter().map(|(key, environment)| {
-            let exposure = exposure_of(&environment.0).0;
+            let exposure = environment.0.exposure().stops;
             let name = name(key, "environment");
             (key, Lit::new(name, &environment.0, exposure))
         });

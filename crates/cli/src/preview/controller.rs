@@ -6,21 +6,26 @@
 
 use std::collections::BTreeMap;
 use std::iter;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ::preview::{
-    Catalog, InitialView, MaterialForm, Picture, PreviewUpdate, RenderError, Scene, Subject, SubjectDetails,
+    Catalog, InitialView, List, MaterialForm, Picture, PreviewUpdate, RenderError, Scene, Subject,
+    SubjectDetails, SubjectRequest,
 };
 use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
 use stages::{PreviewCatalog, SceneCache};
 
+use super::dropped::{self, DroppedProject, Shown};
 use super::files::PreviewFiles;
 use super::material_edit::MaterialEdits;
+use super::project::{self, Project};
 use super::request::WindowRequest;
 use super::status::{BuildStatus, Toast};
 use super::subject::SubjectError;
+use super::watched::WatchedProject;
 use super::{still, subject};
 use crate::arguments::Backend;
 use crate::print::{self, say};
@@ -39,6 +44,12 @@ pub(crate) enum PreviewMessage {
     NoWindow(Box<InitialView>),
     /// Show this subject.
     Show(Subject),
+    /// The watcher begins with the project of this manifest.
+    Watched(PathBuf),
+    /// Show these files.
+    Dropped(Vec<PathBuf>),
+    /// Show what was shown before files were dropped.
+    ReturnFromDropped,
     /// Save the window's state.
     SaveState(String),
     /// Save a picture.
@@ -72,6 +83,8 @@ struct PendingWork {
     /// Show the subject even if it is shown already.
     show: bool,
     toast: Option<Toast>,
+    dropped: Vec<PathBuf>,
+    return_from_dropped: bool,
     state: Option<String>,
     pictures: Vec<(Subject, Picture)>,
     /// The latest values of materials.
@@ -89,6 +102,15 @@ pub(crate) struct PreviewController<'a> {
     request: &'a WindowRequest<'a>,
     /// Stops the watcher: without a window, after a still is drawn.
     cancel: &'a Cancel,
+    watched: &'a WatchedProject,
+    /// The project in the window.
+    project: Project,
+    /// Whether its watcher has not begun.
+    awaits_watcher: bool,
+    /// The projects before files were dropped, each with its subject; the last is the latest.
+    before: Vec<(Project, Option<Subject>)>,
+    /// The folder for projects of files.
+    cache: PathBuf,
     files: PreviewFiles,
     start: Instant,
     output: CommandOutput,
@@ -110,6 +132,8 @@ pub(crate) struct PreviewController<'a> {
     /// The same for the watcher: they go first.
     goes_first: Wanted,
     shown: Option<(Subject, Scene, SubjectDetails)>,
+    /// Why dropped files cannot be shown.
+    dropped_error: Vec<String>,
     /// Why the wanted subject cannot be shown.
     error: Vec<String>,
     sent: Sent,
@@ -124,11 +148,20 @@ struct Sent {
 }
 
 impl<'a> PreviewController<'a> {
-    pub(crate) fn new(request: &'a WindowRequest<'a>, cancel: &'a Cancel) -> Self {
+    pub(crate) fn new(
+        request: &'a WindowRequest<'a>,
+        cancel: &'a Cancel,
+        watched: &'a WatchedProject,
+    ) -> Self {
         Self {
             request,
             cancel,
-            files: PreviewFiles::beside(request.manifest).with_screenshots(request.screenshots),
+            watched,
+            project: request.project.clone(),
+            awaits_watcher: false,
+            before: Vec::new(),
+            cache: project::cache_folder(),
+            files: PreviewFiles::beside(&request.project.manifest).with_screenshots(request.screenshots),
             start: Instant::now(),
             output: CommandOutput::None,
             closing: false,
@@ -143,6 +176,7 @@ impl<'a> PreviewController<'a> {
             parts: Vec::new(),
             goes_first: Wanted::default(),
             shown: None,
+            dropped_error: Vec::new(),
             error: Vec::new(),
             sent: Sent::default(),
         }
@@ -191,8 +225,16 @@ impl<'a> PreviewController<'a> {
             }
             PreviewMessage::Show(subject) => {
                 work.show = true;
+                self.dropped_error.clear();
                 self.wanted = Some(subject);
             }
+            PreviewMessage::Watched(manifest) => {
+                if self.project.manifest == manifest {
+                    (self.awaits_watcher, self.status) = (false, BuildStatus::default());
+                }
+            }
+            PreviewMessage::Dropped(files) => work.dropped.extend(files),
+            PreviewMessage::ReturnFromDropped => work.return_from_dropped = true,
             PreviewMessage::SaveState(state) => work.state = Some(state),
             PreviewMessage::EditMaterial(material, form) => _ = work.edits.insert(material, form),
             PreviewMessage::SaveMaterial(material, form) => _ = work.saves.insert(material, form),
@@ -206,6 +248,10 @@ impl<'a> PreviewController<'a> {
     }
 
     fn handle_event(&mut self, event: &Event, at: Instant, work: &mut PendingWork) {
+        if self.awaits_watcher {
+            // It is of the project before.
+            return;
+        }
         let now = at.saturating_duration_since(self.start).as_secs_f64() * 1e3;
         if let Some(toast) = self.status.update(event, now) {
             work.toast = Some(toast);
@@ -244,6 +290,7 @@ impl<'a> PreviewController<'a> {
         if work.end || matches!(self.output, CommandOutput::None) {
             return;
         }
+        self.change_project(&mut work);
         if work.load_plan {
             self.load_plan();
         }
@@ -280,10 +327,88 @@ impl<'a> PreviewController<'a> {
         }
     }
 
+    /// Goes over to the project of the files that were dropped, or back to the one before.
+    fn change_project(&mut self, work: &mut PendingWork) {
+        let files = std::mem::take(&mut work.dropped);
+        let mut changes = Vec::new();
+        if !files.is_empty() {
+            changes.push(self.show_dropped(&files));
+        }
+        if work.return_from_dropped {
+            changes.push(self.return_from_dropped());
+        }
+        for change in changes {
+            match change {
+                Ok(toast) => (work.toast, work.show) = (Some(toast), true),
+                Err(lines) => self.dropped_error = lines,
+            }
+        }
+    }
+
+    fn show_dropped(&mut self, files: &[PathBuf]) -> Result<Toast, Vec<String>> {
+        let shown =
+            Shown { project: &self.project, catalog: self.catalog.as_ref(), subject: self.wanted.as_ref() };
+        let DroppedProject { project, chosen, toast } = dropped::project_of(files, &shown, &self.cache)?;
+        let before = (self.project.clone(), self.wanted.clone());
+        self.open(project, chosen)?;
+        self.before.push(before);
+        say!("{}; {}", toast.title, toast.lines.join("; "));
+        Ok(toast)
+    }
+
+    fn return_from_dropped(&mut self) -> Result<Toast, Vec<String>> {
+        self.dropped_error.clear();
+        let Some((project, subject)) = self.before.pop() else {
+            return Ok(Toast { title: "no files were dropped".into(), lines: Vec::new() });
+        };
+        let title = format!("back to {}", dropped::name_of(&project));
+        let chosen = subject.as_ref().map(subject::request).unwrap_or_default();
+        if let Err(lines) = self.open(project.clone(), chosen) {
+            self.before.push((project, subject));
+            return Err(lines);
+        }
+        say!("{title}");
+        Ok(Toast { title, lines: Vec::new() })
+    }
+
+    /// Shows another project, with these parts of the subject chosen.
+    ///
+    /// # Errors
+    /// If it is not valid, or has nothing to show; then the project stays that it was.
+    fn open(&mut self, project: Project, chosen: SubjectRequest) -> Result<(), Vec<String>> {
+        let plan = Plan::load(&project.manifest, self.request.kinds)
+            .map_err(|errors| errors.to_string().lines().map(str::to_owned).collect::<Vec<_>>())?;
+        let plan_catalog = PreviewCatalog::among(plan, &project.stages);
+        if plan_catalog.is_empty() {
+            return Err(subject::nothing_to_preview(&project.manifest, &project.stages).lines());
+        }
+        self.files = PreviewFiles::beside(&project.manifest).with_screenshots(self.request.screenshots);
+        self.watched.change(project.clone());
+        (self.project, self.awaits_watcher) = (project, true);
+        (self.status, self.built) = (BuildStatus::default(), false);
+        self.dropped_error.clear();
+        let catalog = plan_catalog.catalog();
+        let now = self.wanted.take().unwrap_or_default();
+        let mut wanted = now.clone();
+        let parts = [&chosen.environment, &chosen.material, &chosen.mesh];
+        for (list, name) in List::ALL.into_iter().zip(parts) {
+            if let Some(name) = name {
+                list.chosen(&mut wanted).clone_from(name);
+            }
+        }
+        self.wanted = Some(catalog.nearest(&wanted, &chosen, &now));
+        self.send(PreviewUpdate::Choose(chosen));
+        self.sent.catalog = catalog.clone();
+        self.send(PreviewUpdate::Catalog(catalog));
+        self.results = Some(ResultsSnapshot::open(plan_catalog.plan()));
+        self.catalog = Some(plan_catalog);
+        Ok(())
+    }
+
     /// If the manifest has errors, the watcher reports them, and the catalog stays as it was.
     fn load_plan(&mut self) {
-        let Ok(plan) = Plan::load(self.request.manifest, self.request.kinds) else { return };
-        let plan_catalog = PreviewCatalog::among(plan, self.request.stages);
+        let Ok(plan) = Plan::load(&self.project.manifest, self.request.kinds) else { return };
+        let plan_catalog = PreviewCatalog::among(plan, &self.project.stages);
         let catalog = plan_catalog.catalog();
         if self.sent.catalog != catalog {
             // If the wanted subject is gone, the window asks for another one.
@@ -303,7 +428,8 @@ impl<'a> PreviewController<'a> {
         self.ancestry.clear();
         self.parts.clear();
         if catalog.is_empty() {
-            return Err(subject::nothing_to_preview(self.request.manifest, self.request.stages).lines());
+            let Project { manifest, stages, .. } = &self.project;
+            return Err(subject::nothing_to_preview(manifest, stages).lines());
         }
         if let CommandOutput::Still(view) = &self.output {
             self.wanted = Some(view.subject(&catalog.catalog()));
@@ -354,7 +480,8 @@ impl<'a> PreviewController<'a> {
         match &self.output {
             CommandOutput::None => {}
             CommandOutput::Window(window) => {
-                // Every window begins with this map; made here, it does not make the window wait.
+                // Every window begins with these; made here, they do not make the window wait.
+                let _ = scene.light.exposure();
                 let looks = scene.objects.iter().map(|object| &object.look);
                 looks.filter(|look| look.has_maps()).for_each(|look| _ = look.local());
                 window(PreviewUpdate::Scene { subject, scene, details });
@@ -367,7 +494,7 @@ impl<'a> PreviewController<'a> {
     /// Draws the still that replaces the window.
     fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
         let file = self.files.still();
-        let shot = view.shot(scene.framing(), still::SIZE).of(scene);
+        let shot = view.shot(scene, still::SIZE).of(scene);
         let stop = || self.cancel.is_cancelled();
         let drawn = match still::draw(scene, &shot, Backend::Cpu, &stop) {
             Ok(drawn) => drawn,
@@ -393,7 +520,7 @@ impl<'a> PreviewController<'a> {
             self.send(PreviewUpdate::Status(status));
         }
         let mut failure = self.status.errors().lines();
-        failure.extend(self.error.iter().cloned());
+        failure.extend(self.error.iter().chain(&self.dropped_error).cloned());
         if !failure.is_empty() {
             failure.insert(0, self.headline().into());
         }
@@ -409,6 +536,7 @@ impl<'a> PreviewController<'a> {
     /// What the errors mean for the picture.
     fn headline(&self) -> &'static str {
         match (&self.shown, self.error.is_empty()) {
+            _ if !self.dropped_error.is_empty() => "The dropped files cannot be shown",
             (None, _) => "There is nothing to show",
             (Some(_), false) => "This cannot be shown; the picture is an earlier one",
             (Some((_, scene, _)), true) if self.status.errors().affects(&self.ancestry) => {

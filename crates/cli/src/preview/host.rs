@@ -1,5 +1,6 @@
 //! Opens the window, and reopens it once if its device is lost.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
@@ -19,7 +20,8 @@ pub(super) fn show(
     cancel: &Cancel,
     messages: &Sender<PreviewMessage>,
 ) -> Result<(), Box<InitialView>> {
-    let InitialView { state, request: mut subject } = initial_view(request.manifest, request.subject.clone());
+    let InitialView { state, request: mut subject } =
+        initial_view(&request.project.manifest, request.subject.clone());
     let state = Arc::new(Mutex::new(state));
     let mut may_reopen = true;
     while !cancel.is_cancelled() {
@@ -38,7 +40,7 @@ pub(super) fn show(
             }
             Ok(()) => return Ok(()),
             Err(error) => {
-                let file = PreviewFiles::beside(request.manifest).still();
+                let file = PreviewFiles::beside(&request.project.manifest).still();
                 let next = if request.continues_without { "; watching continues" } else { "" };
                 let help = format!("a picture is drawn to {} instead{next}", file.display());
                 print::error(&[format!("cannot open a window: {error}")], Some(&help));
@@ -59,6 +61,14 @@ struct WindowHost {
 impl Host for WindowHost {
     fn show(&mut self, subject: &Subject) {
         let _ = self.messages.send(PreviewMessage::Show(subject.clone()));
+    }
+
+    fn dropped(&mut self, files: Vec<PathBuf>) {
+        let _ = self.messages.send(PreviewMessage::Dropped(files));
+    }
+
+    fn return_from_dropped(&mut self) {
+        let _ = self.messages.send(PreviewMessage::ReturnFromDropped);
     }
 
     fn keep_state(&mut self, json: &str) {

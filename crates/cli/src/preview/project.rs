@@ -1,4 +1,4 @@
-//! The project of a preview of files: a manifest for them in the user's cache.
+//! What a preview shows: a manifest, or a project of files, which is a manifest for them in the user's cache.
 //!
 //! The same files have the same project, so that what was made for them once is there the next time. Light or
 //! materials of the sample stand in for those that are not named.
@@ -13,11 +13,77 @@ use crate::arguments::MANIFEST;
 use crate::assets::Assets;
 use crate::exit::Exit;
 use crate::init::write_new;
-use crate::{print, sample, standard_pipeline};
+use crate::standard_pipeline::{self, ImportParameters};
+use crate::{print, sample};
 
 /// The folders of the sample whose files stand in for what is not named.
 const ENVIRONMENTS: &str = "assets/environments";
 const MATERIALS: &str = "assets/materials";
+
+/// What files may be named, for whoever named others.
+pub(super) const FILES: &str =
+    "name images (.exr, .hdr), material files (.toml, measured BRDFs), glTF meshes, or one manifest";
+
+/// What is watched and shown.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Project {
+    pub(crate) manifest: PathBuf,
+    /// The stages that are watched; an empty list means all.
+    pub(crate) stages: Vec<String>,
+    /// The files that the manifest was made for; none if it is somebody's own.
+    pub(crate) files: Vec<PathBuf>,
+}
+
+impl Project {
+    /// The project of some files.
+    ///
+    /// # Errors
+    /// If a file is of no use, or the project cannot be written.
+    pub(super) fn of_files(files: &[PathBuf]) -> Result<Self, Exit> {
+        let failed = |error: io::Error| {
+            print::error(&["cannot prepare a project for these files".into(), error.to_string()], None);
+            Exit::System
+        };
+        let absolute: Result<Vec<_>, _> = files.iter().map(std::path::absolute).collect();
+        let assets = named(&absolute.map_err(failed)?)?;
+        Self::of_assets(assets, &ImportParameters::default(), &cache_folder()).map_err(failed)
+    }
+
+    /// The project of files with absolute paths, in a folder of its own below `cache`.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub(super) fn of_assets(
+        mut assets: Assets,
+        parameters: &ImportParameters,
+        cache: &Path,
+    ) -> io::Result<Self> {
+        let files = assets.files();
+        let name = Digest::of(standard_pipeline::preview(&assets, parameters, Path::new("")).as_bytes());
+        let folder = cache.join(&name.to_string()[..16]);
+        for (list, of) in [(&mut assets.environments, ENVIRONMENTS), (&mut assets.materials, MATERIALS)] {
+            if list.is_empty() {
+                *list = sample_files(of, &folder);
+                for (path, bytes) in sample::in_folder(of) {
+                    write_new(&folder.join(path), bytes)?;
+                }
+            }
+        }
+        fs::create_dir_all(&folder)?;
+        let manifest = folder.join(MANIFEST);
+        let text = standard_pipeline::preview(&assets, parameters, &folder);
+        // A watcher of another window need not read it again.
+        if fs::read(&manifest).ok().as_deref() != Some(text.as_bytes()) {
+            engine::replace_file(&manifest, text.as_bytes())?;
+        }
+        Ok(Self { manifest, stages: Vec::new(), files })
+    }
+}
+
+/// The folder for projects of files.
+pub(super) fn cache_folder() -> PathBuf {
+    dirs::cache_dir().unwrap_or_else(std::env::temp_dir).join("specula").join("preview")
+}
 
 /// The manifest for some files, relative to the current folder if it is to be kept.
 ///
@@ -31,50 +97,14 @@ pub(super) fn manifest_to_keep(files: &[PathBuf]) -> Result<String, Exit> {
     if assets.materials.is_empty() {
         assets.materials = sample_files(MATERIALS, Path::new(""));
     }
-    Ok(standard_pipeline::preview(&assets, Path::new("")))
-}
-
-/// Writes the project, and returns its manifest.
-///
-/// # Errors
-/// If a file is of no use, or the project cannot be written.
-pub(super) fn prepare(files: &[PathBuf]) -> Result<PathBuf, Exit> {
-    let failed = |error: io::Error| {
-        print::error(&["cannot prepare a project for these files".into(), error.to_string()], None);
-        Exit::System
-    };
-    let absolute: Result<Vec<_>, _> = files.iter().map(std::path::absolute).collect();
-    let assets = named(&absolute.map_err(failed)?)?;
-    let cache = dirs::cache_dir().unwrap_or_else(std::env::temp_dir).join("specula").join("preview");
-    let name = Digest::of(standard_pipeline::preview(&assets, Path::new("")).as_bytes()).to_string();
-    write(assets, &cache.join(&name[..16])).map_err(failed)
+    Ok(standard_pipeline::preview(&assets, &ImportParameters::default(), Path::new("")))
 }
 
 fn named(files: &[PathBuf]) -> Result<Assets, Exit> {
     Assets::named(files).map_err(|error| {
-        let help =
-            "name images (.exr, .hdr), material files (.toml, measured BRDFs), glTF meshes, or one manifest";
-        print::error(&[error], Some(help));
+        print::error(&[error], Some(FILES));
         Exit::Usage
     })
-}
-
-fn write(mut assets: Assets, folder: &Path) -> io::Result<PathBuf> {
-    for (list, of) in [(&mut assets.environments, ENVIRONMENTS), (&mut assets.materials, MATERIALS)] {
-        if list.is_empty() {
-            *list = sample_files(of, folder);
-            for (path, bytes) in sample::in_folder(of) {
-                write_new(&folder.join(path), bytes)?;
-            }
-        }
-    }
-    fs::create_dir_all(folder)?;
-    let (manifest, text) = (folder.join(MANIFEST), standard_pipeline::preview(&assets, folder));
-    // A watcher of another window need not read it again.
-    if fs::read(&manifest).ok().as_deref() != Some(text.as_bytes()) {
-        engine::replace_file(&manifest, text.as_bytes())?;
-    }
-    Ok(manifest)
 }
 
 /// The files of one of the sample's folders, below another folder.

@@ -6,17 +6,17 @@ use ::preview::{InitialView, SubjectRequest};
 use engine::Kinds;
 
 use super::files::PreviewFiles;
+use super::project::Project;
 use crate::print::say;
 
 /// What a window shows, and how.
 pub(crate) struct WindowRequest<'a> {
-    pub(crate) manifest: &'a Path,
+    /// What it shows first.
+    pub(crate) project: &'a Project,
     /// The folder for pictures that somebody takes.
     pub(crate) screenshots: &'a Path,
     pub(crate) kinds: &'a Kinds,
-    /// The stages that are watched; an empty list means all.
-    pub(crate) stages: &'a [String],
-    /// What to show first.
+    /// Its subject to show first.
     pub(crate) subject: SubjectRequest,
     /// Whether the CPU draws, even if there is a graphics device.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "stills are drawn by the CPU"))]

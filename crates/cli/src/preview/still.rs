@@ -46,7 +46,8 @@ pub(crate) fn run(
         print::error(&chain, failure.help.as_deref());
         if system_error { Exit::System } else { Exit::Failed }
     })?;
-    let shot = Shot { exposure: arguments.exposure, ..view.shot(scene.framing(), arguments.size) }.of(&scene);
+    let mut shot = view.shot(&scene, arguments.size).of(&scene);
+    shot.exposure += arguments.exposure;
     let backend = arguments.backend.unwrap_or(Backend::Cpu);
     let drawn = draw(&scene, &shot, backend, &|| cancel.is_cancelled()).map_err(|error| match error {
         RenderError::Cancelled => Exit::Interrupted,

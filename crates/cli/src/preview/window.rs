@@ -10,7 +10,9 @@ use parking_lot::Mutex;
 use super::controller::{PreviewController, PreviewMessage};
 #[cfg(feature = "window")]
 use super::host::show;
+use super::project::Project;
 use super::request::WindowRequest;
+use super::watched::WatchedProject;
 use crate::build::stop_on_interrupt;
 use crate::exit::Exit;
 
@@ -18,16 +20,18 @@ use crate::exit::Exit;
 #[cfg(not(feature = "window"))]
 pub(crate) const HINT: &str = "`cargo install --path crates/cli --features window` opens a window";
 
-/// Opens a window beside a watcher, and returns when both have ended.
+/// Opens a window beside a watcher, and returns when both have ended. `watch` watches a project until it is
+/// cancelled; if files are dropped on the window, it is called again with their project.
 pub(crate) fn run(
     request: &WindowRequest<'_>,
-    watch: impl FnOnce(&Cancel, &Wanted, &(dyn Fn(&Event) + Sync)) -> Exit + Send,
+    watch: impl Fn(Project, &Cancel, &Wanted, &(dyn Fn(&Event) + Sync)) -> Exit + Sync,
 ) -> Exit {
     let (messages, receiver) = channel();
     let cancel = Cancel::default();
     let interrupted = messages.clone();
     stop_on_interrupt(&cancel, move || _ = interrupted.send(PreviewMessage::Close));
-    let controller = PreviewController::new(request, &cancel);
+    let watched = WatchedProject::new(request.project.clone(), &cancel);
+    let controller = PreviewController::new(request, &cancel, &watched);
     let wanted = controller.goes_first();
     thread::scope(|scope| {
         let controller = scope.spawn(move || controller.run(&receiver));
@@ -41,7 +45,12 @@ pub(crate) fn run(
             };
             // However the watcher ends, the window has nothing more to show.
             let _guard = CloseOnDrop(&cancel, messages.clone());
-            watch(&cancel, &wanted, &listener)
+            let mut exit = Exit::Success;
+            while let Some((project, stop)) = watched.next() {
+                let _ = messages.send(PreviewMessage::Watched(project.manifest.clone()));
+                exit = watch(project, &stop, &wanted, &listener);
+            }
+            exit
         });
         let shown = show(request, &cancel, &messages);
         let has_window = shown.is_ok();
@@ -77,7 +86,7 @@ fn show(
     _: &Cancel,
     _: &Sender<PreviewMessage>,
 ) -> Result<(), Box<::preview::InitialView>> {
-    let file = super::files::PreviewFiles::beside(request.manifest).still();
+    let file = super::files::PreviewFiles::beside(&request.project.manifest).still();
     crate::print::say!("{HINT}; this program keeps a picture in {} up to date instead", file.display());
-    Err(Box::new(super::request::initial_view(request.manifest, request.subject.clone())))
+    Err(Box::new(super::request::initial_view(&request.project.manifest, request.subject.clone())))
 }

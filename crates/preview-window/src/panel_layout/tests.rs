@@ -1,10 +1,12 @@
 //! The panels without a window: what is drawn, and what input does.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui::{
-    Context, Event, FullOutput, Id, Key, Modifiers, PointerButton, Pos2, RawInput, Shape, ViewportId, pos2,
+    Context, DroppedFile, DroppedFileHandle, Event, FullOutput, HoveredFile, Id, Key, Modifiers,
+    PointerButton, Pos2, RawInput, Shape, ViewportId, pos2,
 };
 
 use brdf::Value;
@@ -96,7 +98,7 @@ impl Session {
     /// Shows the picture of the current settings.
     fn show(&mut self) {
         let shown = self.state.shown.as_ref().unwrap();
-        let of = self.state.settings.shot(shown.framing, [64, 40]).of(&shown.scene);
+        let of = self.state.settings.shot(&shown.scene.light, shown.framing, [64, 40]).of(&shown.scene);
         let picture = Picture { size: of.size, codes: Vec::new(), radiance: Vec::new(), relative_rms: None };
         self.shown = Some(RenderedFrame {
             image: FrameImage::Codes(Arc::new(picture)),
@@ -115,12 +117,13 @@ impl Session {
 
     /// Draws a frame with these events and carries out their actions.
     fn frame(&mut self, events: Vec<Event>) -> Drawn {
-        let size = self.size.into();
-        let input = RawInput {
-            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
-            events,
-            ..RawInput::default()
-        };
+        self.frame_of(RawInput { events, ..RawInput::default() })
+    }
+
+    /// Draws a frame with this input and carries out its actions.
+    fn frame_of(&mut self, input: RawInput) -> Drawn {
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, self.size.into()));
+        let input = RawInput { screen_rect, ..input };
         let (mut actions, mut picture) = (Vec::new(), [0; 2]);
         let Self { context, state, error_meter, pointer, shown, keyboard, render_error, .. } = self;
         let output: FullOutput = context.run_ui(input, |ui| {
@@ -678,4 +681,42 @@ fn edges_of_the_picture_lie_on_pixel_boundaries() {
     assert_eq!(size, [150, 60]);
     assert!((rect.min.x * 1.5 - 16.0).abs() < 1e-4 && (rect.max.y * 1.5 - 90.0).abs() < 1e-4);
     assert_eq!(pixels(Rect::NOTHING, 1.0).1, [1, 1]);
+}
+
+/// A file as the system reports it.
+#[derive(Debug)]
+struct File(PathBuf);
+
+impl DroppedFile for File {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("the window reads no files".into())
+    }
+}
+
+#[test]
+fn dragged_files_are_named_and_dropped_files_go_to_the_host_once() {
+    let mut session = Session::with_picture([1280.0, 800.0]);
+    let dragged = |name: &str| HoveredFile { path: Some(name.into()), ..HoveredFile::default() };
+    let hovered_files = (0..8).map(|number| dragged(&format!("/light/sky{number}.hdr"))).collect();
+    session.frame_of(RawInput { hovered_files, ..RawInput::default() });
+    let hovered_files = (0..8).map(|number| dragged(&format!("/light/sky{number}.hdr"))).collect();
+    let drawn = session.frame_of(RawInput { hovered_files, ..RawInput::default() });
+    assert!(
+        drawn.has("Drop to show") && drawn.has("sky0.hdr") && drawn.has("and 2 more"),
+        "{:?}",
+        drawn.texts
+    );
+    assert_eq!(session.effects, []);
+
+    let files = ["/light/sky.hdr", "/gold.toml"].map(PathBuf::from);
+    let dropped_files = files.iter().map(|file| Arc::new(File(file.clone())) as DroppedFileHandle).collect();
+    session.frame_of(RawInput { dropped_files, ..RawInput::default() });
+    assert!(!session.settle().has("Drop to show"));
+    assert_eq!(session.effects, [Effect::ShowFiles(files.to_vec())]);
+    session.press(Key::Backspace, Modifiers::NONE);
+    assert_eq!(session.effects.pop(), Some(Effect::ReturnFromDropped));
 }

@@ -324,8 +324,8 @@ fn a_requested_mode_is_shown_alone() {
         state: saved.clone(),
         request: SubjectRequest { mode, ..SubjectRequest::default() },
     };
-    let framing = Framing { centre: glam::DVec3::ZERO, radius: 1.0 };
-    let show = |mode| settings(mode).shot(framing, [8, 8]).show;
+    let scene = testkit::scene();
+    let show = |mode| settings(mode).shot(&scene, [8, 8]).show;
     assert_eq!(show(Some(Mode::Mirror)), Show::One(Mode::Mirror));
     assert!(matches!(show(None), Show::Split { left: Mode::Cabral, .. }));
 }
@@ -420,4 +420,22 @@ fn the_reason_for_brute_force_says_whether_the_material_must_be_saved_first() {
     assert_eq!(state.why_brute_force(), Some(unsaved));
     state.update(Action::Mode(Mode::BruteForce));
     assert_eq!(state.why_brute_force(), None);
+}
+
+#[test]
+fn parts_that_the_program_chooses_are_shown_with_the_next_catalog_and_the_others_stay() {
+    let mut state = state();
+    let choice = SubjectRequest { material: Some("clay".into()), ..SubjectRequest::default() };
+    assert_eq!(state.apply(PreviewUpdate::Choose(choice)), None, "no catalog has it yet");
+    assert_eq!(state.settings.subject, subject("beach", "chrome", "sphere"));
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+    let dropped = Catalog {
+        environments: names(&["beach"]),
+        materials: names(&["chrome", "clay"]),
+        meshes: names(&["sphere"]),
+        pairs: [(0, 0), (0, 1)].into(),
+    };
+    let effect = state.apply(PreviewUpdate::Catalog(dropped));
+    assert_eq!(effect, Some(Effect::Show(subject("beach", "clay", "sphere"))));
+    assert!(state.toasts.is_empty() && state.shown.is_some(), "the picture stays meanwhile");
 }

@@ -35,7 +35,7 @@ fn a_real_mesh_under_real_light_with_a_measured_material() {
         ("sunrise", "env/cc0/sunrise.hdr", Layout::LatLong),
     ] {
         let light = environment(&folder.join(file), layout);
-        let exposure = envmap::middle_grey_exposure(&light);
+        let exposure = light.exposure().stops;
         let look = scenes::look(light, Material::Measured(garnet.clone()), 16, 4);
         let scene = Scene::of(Arc::clone(&mesh), look);
         for mode in Mode::ALL {

@@ -15,13 +15,11 @@
 use std::f64::consts::{PI, TAU};
 
 use brdf::Material;
+use envmap::Environment;
 use preview::shading::lobe_sampling::LobeSampling;
 use preview::shading::sequence;
 use rayon::prelude::*;
-use sphere::{DMat3, DVec3, Direction};
-
-/// Stops by which the radiance is multiplied before it is shown.
-pub(super) const EXPOSURE: f64 = -0.3;
+use sphere::{DMat3, DVec3, Direction, LatLong};
 
 /// The ball's radius in units of half the picture's width.
 const OUTLINE: f64 = 0.92;
@@ -116,6 +114,17 @@ pub(super) fn ball(material: &Material, azimuth: f64, edge: usize, samples: Samp
         }
     });
     picture
+}
+
+/// The exposure of the light, as of every environment.
+pub(super) fn exposure() -> f64 {
+    // The disk of the lamp is five rows wide.
+    let (light, grid) = (Light::new(), LatLong::with_rows(64));
+    let radiance = |w: DVec3| [(sky(w.z) + light.lamp(w).0) as f32; 3];
+    let pixels = (0..grid.len())
+        .map(|index| radiance(grid.direction(index / grid.width, index % grid.width).vector()));
+    // All values are finite and not negative.
+    Environment::new(grid, pixels.collect()).map_or(0.0, |environment| environment.exposure().stops)
 }
 
 /// Lays a colour over what is outside of the ball.

@@ -1,10 +1,11 @@
 //! The controller by itself: messages in, updates out.
 
+mod dropped;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
-use ::preview::SubjectRequest;
 use engine::{BuildOptions, ItemKey, Kinds, Summary};
 
 use super::*;
@@ -50,7 +51,7 @@ struct Project {
     kinds: Kinds,
     manifest: PathBuf,
     screenshots: PathBuf,
-    stages: Vec<String>,
+    project: project::Project,
 }
 
 impl Project {
@@ -64,7 +65,8 @@ impl Project {
         fs::write(folder.path().join("paint/gold.toml"), GOLD).unwrap();
         fs::write(folder.path().join("paint/tin.toml"), "model = \"lambert\"\nalbedo = 0.5\n").unwrap();
         let screenshots = folder.path().join("screenshots");
-        Self { folder, kinds: stages::kinds(), manifest, screenshots, stages: Vec::new() }
+        let project = project::Project { manifest: manifest.clone(), ..project::Project::default() };
+        Self { folder, kinds: stages::kinds(), manifest, screenshots, project }
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -85,10 +87,14 @@ impl Project {
     }
 
     fn request(&self, continues_without: bool) -> WindowRequest<'_> {
-        let Self { manifest, screenshots, kinds, stages, .. } = self;
+        let Self { project, screenshots, kinds, .. } = self;
         let subject = SubjectRequest::default();
-        WindowRequest { manifest, screenshots, kinds, stages, subject, cpu: true, continues_without }
+        WindowRequest { project, screenshots, kinds, subject, cpu: true, continues_without }
     }
+}
+
+fn watched(request: &WindowRequest<'_>, cancel: &Cancel) -> WatchedProject {
+    WatchedProject::new(request.project.clone(), cancel)
 }
 
 fn event(event: Event) -> PreviewMessage {
@@ -132,6 +138,9 @@ fn received(updates: &Receiver<PreviewUpdate>) -> Vec<String> {
             format!("scene: {}{}", subject.material, if scene.has_maps() { "" } else { ", no maps" })
         }
         PreviewUpdate::Material { .. } => "status: ".into(),
+        PreviewUpdate::Choose(SubjectRequest { environment, material, mesh, .. }) => {
+            format!("choose: {:?}", [environment, material, mesh].map(Option::unwrap_or_default))
+        }
         PreviewUpdate::Status(line) => format!("status: {line}"),
         PreviewUpdate::Toast { title, lines } => format!("toast: {title}: {}", lines.join("; ")),
         PreviewUpdate::Failure(None) => "no failure".into(),
@@ -150,7 +159,8 @@ fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
     let project = Project::new(PIPELINE);
     project.build();
     let (request, cancel) = (project.request(false), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     controller.handle_all([planned(), ended()]);
     controller.handle_all([watching()]);
     assert!(!cancel.is_cancelled(), "there may be a window yet");
@@ -292,7 +302,8 @@ fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
     let project = Project::new(PIPELINE);
     project.build();
     let (request, cancel) = (project.request(false), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened]);
     controller.handle_all([show("gold")]);
@@ -310,7 +321,8 @@ fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
     let request = project.request(false);
     let cancelled = |messages: Vec<PreviewMessage>| {
         let cancel = Cancel::default();
-        let mut controller = PreviewController::new(&request, &cancel);
+        let watched = watched(&request, &cancel);
+        let mut controller = PreviewController::new(&request, &cancel, &watched);
         messages.into_iter().for_each(|message| _ = controller.handle_all([message]));
         cancel.is_cancelled()
     };
@@ -320,7 +332,8 @@ fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
     let stopped = event(Event::Ended(Summary { cancelled: true, ..Summary::default() }));
     assert!(!cancelled(vec![planned(), stopped, no_window()]));
     let (watching, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&watching, &cancel);
+    let watched = watched(&watching, &cancel);
+    let mut controller = PreviewController::new(&watching, &cancel, &watched);
     controller.handle_all([planned(), ended(), no_window()]);
     assert!(!cancel.is_cancelled(), "a watcher continues");
 }
@@ -329,7 +342,8 @@ fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
 fn a_window_that_comes_too_late_is_closed() {
     let project = Project::new(PIPELINE);
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     controller.handle_all([PreviewMessage::Close]);
     for _ in 0..2 {
         let (opened, updates) = window();
@@ -344,7 +358,8 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
     let nothing = |project: &Project| {
         let (request, cancel) = (project.request(true), Cancel::default());
         let (opened, updates) = window();
-        PreviewController::new(&request, &cancel).handle_all([opened]);
+        let watched = watched(&request, &cancel);
+        PreviewController::new(&request, &cancel, &watched).handle_all([opened]);
         received(&updates).pop().unwrap()
     };
     let reflection = PIPELINE.find("[stage.reflection]").unwrap();
@@ -356,13 +371,13 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
     );
     // Only the stages that are watched are shown.
     let mut project = Project::new(PIPELINE);
-    project.stages = vec!["lighting".into(), "coefficients".into()];
+    project.project.stages = vec!["lighting".into(), "coefficients".into()];
     let line = nothing(&project);
     assert!(
         line.contains(": lighting, coefficients and the stages that they need reflect no environment; "),
         "{line}"
     );
-    project.stages = vec!["map".into()];
+    project.project.stages = vec!["map".into()];
     assert_eq!(nothing(&project), "catalog: gold, tin", "a stage is watched with the stages that it needs");
 }
 
@@ -370,7 +385,8 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
 fn a_saved_picture_is_reported_when_it_is_written() {
     let project = Project::new(PIPELINE);
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened]);
     received(&updates);
@@ -395,7 +411,8 @@ fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unrea
     let project = Project::new(PIPELINE);
     project.build();
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened, watching()]);
     controller.handle_all([show("gold")]);
@@ -433,7 +450,8 @@ fn a_failure_says_whether_the_picture_depends_on_it() {
     let project = Project::new(PIPELINE);
     project.build();
     let (request, cancel) = (project.request(true), Cancel::default());
-    let mut controller = PreviewController::new(&request, &cancel);
+    let watched = watched(&request, &cancel);
+    let mut controller = PreviewController::new(&request, &cancel, &watched);
     let (opened, updates) = window();
     controller.handle_all([opened, show("gold")]);
     received(&updates);
