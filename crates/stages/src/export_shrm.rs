@@ -185,7 +185,7 @@
 use std::ops::Range;
 
 use containers::{
-    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers, write_ktx2,
+    Encoded, Precision, Texture, row_names, shrm_metadata, tensors, write_exr_layers_unless, write_ktx2,
 };
 use engine::{Artifact, Context, Failure, Kind, MapSizes, Output, Port, Product, choice, parameters};
 use sh::Light;
@@ -298,7 +298,9 @@ impl Kind for ExportShrm {
             Format::Safetensors => {
                 Encoded { bytes: tensors::encode_shrm(&map.0, &beside, recipe)?, clamped: 0 }
             }
-            Format::Exr => layers(&map.0, &beside, precision, recipe)?,
+            Format::Exr => {
+                layers(&map.0, &beside, precision, recipe, &|| context.check_cancelled().is_err())?
+            }
             Format::Ktx2 => texture(&map.0, &beside, precision, recipe)?,
         };
         report_overflow(file.clamped, parameters.overflow, context)?;
@@ -362,6 +364,7 @@ fn layers(
     beside: &[Light],
     precision: Precision,
     recipe: Option<&str>,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Encoded, Failure> {
     let [faces, height, width] = map.grid().shape();
     let names = row_names(map.p().get(), Terms::All);
@@ -379,5 +382,6 @@ fn layers(
         })
         .collect();
     let entries = entries(map, beside, &names);
-    Ok(write_exr_layers(width, faces * height, &layers, precision, recipe, &borrowed(&entries))?)
+    let size = (width, faces * height);
+    Ok(write_exr_layers_unless(size, &layers, precision, recipe, &borrowed(&entries), stop)?)
 }

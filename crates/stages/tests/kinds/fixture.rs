@@ -70,6 +70,8 @@ pub(crate) struct Ran {
     pub(crate) notes: Vec<String>,
     pub(crate) warnings: Vec<String>,
     pub(crate) reads: Vec<Read>,
+    /// The share of the work that it said is done.
+    pub(crate) share_done: f64,
 }
 
 /// A case of a kind with parameters in TOML.
@@ -124,6 +126,11 @@ impl Case {
         kinds.get(self.kind).unwrap().configure(&table(&self.parameters))
     }
 
+    /// The kind.
+    pub(crate) fn kind(&self) -> &'static str {
+        self.kind
+    }
+
     /// The messages of the errors of the parameters.
     pub(crate) fn errors(&self) -> Vec<String> {
         self.configure().err().unwrap_or_default().into_iter().map(|error| error.message).collect()
@@ -175,6 +182,7 @@ impl Case {
             notes: half(context.notes()),
             warnings: half(context.warnings()),
             reads: context.reads(),
+            share_done: context.share_done(),
             output,
         })
     }

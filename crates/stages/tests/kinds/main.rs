@@ -18,6 +18,7 @@ mod import_mesh;
 mod list;
 mod pipeline;
 mod preview;
+mod progress;
 mod project_sh;
 mod reference;
 mod reflect;
