@@ -86,8 +86,8 @@ impl Cabral {
         Self::interpolated(self.grid, central, view, |vertex, texel| self.map(vertex)[texel])
     }
 
-    /// [`Cabral::radiance`] of maps that are not made: `value` returns the value of a vertex's map at a texel,
-    /// of which each look-up needs twelve.
+    /// [`Cabral::radiance`] of maps that are not made: `value` returns the value of a vertex's map at a
+    /// texel, of which each look-up needs twelve.
     pub fn interpolated(
         grid: MapGrid,
         central: Direction,

@@ -77,8 +77,8 @@ impl MeanLobe {
 
     /// The reflection of a lighting's series, to this degree or its own.
     ///
-    /// Between nodes, which are 0.02 radians apart at most, the lobe is taken as linear. Tests: within 1e-3 of
-    /// the mean of the material's projection, for highlights of roughness 0.3 and more.
+    /// Between nodes, which are 0.02 radians apart at most, the lobe is taken as linear. Tests: within 1e-3
+    /// of the mean of the material's projection, for highlights of roughness 0.3 and more.
     pub fn reflect(&self, lighting: &Expansion, degree: Degree) -> Expansion {
         let mut field = lighting.to_degree(degree.min(lighting.degree()));
         let factors = self.factors(field.degree().get());

@@ -15,8 +15,8 @@
 //! and the second at most 10 / 3 of it: 0.15 and 0.5 stops by default. The relative RMS error is shown too,
 //! but the brightest pixels decide it: a picture with rings everywhere can have 5 %.
 //!
-//! The figures are statistics: not every pixel is measured, but every second, fourth, ... of them, and twice as
-//! many until the standard error of the first figure is at most 2 % of it, or of `accept` if that is larger,
+//! The figures are statistics: not every pixel is measured, but every second, fourth, ... of them, and twice
+//! as many until the standard error of the first figure is at most 2 % of it, or of `accept` if that is larger,
 //! and the second is known as well or surely within its limit, or beyond it. An SHRM with lamps in it is
 //! measured at as many pixels as half a second of work allows. The JSON file has the standard errors. Pixels
 //! that were not measured are shown as means of those around them.

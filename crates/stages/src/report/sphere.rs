@@ -10,7 +10,8 @@ use sphere::{DVec3, Direction};
 
 use crate::report::figures::Errors;
 
-/// Pixels that stand for the whole picture: one of 1, 2, 4, 8, ..., in squares or in a chequerboard of squares.
+/// Pixels that stand for the whole picture: one of 1, 2, 4, 8, ..., in squares or in a chequerboard of
+/// squares.
 /// A finer lattice has all pixels of a coarser one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lattice {
